@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known about the matrix M of a linear complementarity problem, and which solution rule it admits.
+
+#ifndef DLCS_CORE_ANALYSIS_MATRIX_CLASS_H_
+#define DLCS_CORE_ANALYSIS_MATRIX_CLASS_H_
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/problem.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+enum class Answer { kNo, kYes, kUnknown };
+
+// One fact with its witness: "M[2][2] = -1 is a negative principal minor", "strictly diagonally dominant
+// with positive diagonal", "n = 40 is beyond the exact test and no sufficient test applies".
+struct Fact {
+  Answer answer = Answer::kUnknown;
+  std::string why;
+  bool yes() const { return answer == Answer::kYes; }
+};
+
+struct MatrixClass {
+  Fact z;                      // off-diagonal entries <= 0
+  Fact p;                      // all principal minors > 0
+  Fact positive_semidefinite;  // yᵀMy >= 0 for all y (M need not be symmetric)
+  bool zero = false;           // M = 0
+  // max ‖(M_SS)⁻¹‖_∞ over nonsingular principal submatrices: the Lipschitz constant L (2.3) of [Chen & Xiang
+  // 2013] of the solution (P) or least-element solution (Z). Exact for n <= 12, a bound for M-matrices and
+  // diagonally dominant ones beyond, otherwise absent.
+  std::optional<double> lipschitz;
+  // For people, the strongest statement first: "P- and Z-matrix (nonsingular M-matrix)".
+  std::string description;
+};
+
+// Classifies `M` (square, finite). Exact P-test (all principal minors, by recursive Schur complements) for
+// n <= 20; beyond, sufficient and necessary polynomial tests, otherwise unknown. O(2ⁿ) up to 20, O(n³) beyond.
+MatrixClass Classify(const Matrix& M);
+
+// The rule a solver follows once M is known.
+enum class Selection {
+  kUnique,        // M is a P-matrix
+  kLeastElement,  // M is a Z-matrix
+  kAny,           // none of the two: any solution; only coupled steps make sense
+};
+
+// Judges `rule` on M. kAuto: P first (unique), then Z (least element), otherwise kAny.
+// Errors: InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
+absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_ANALYSIS_MATRIX_CLASS_H_

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The linear complementarity problem LCP(q, M): 0 <= y ⟂ w = q + M y >= 0.
+
+#ifndef DLCS_CORE_LCP_LCP_H_
+#define DLCS_CORE_LCP_LCP_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/analysis/matrix_class.h"
+#include "core/problem.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+enum class LcpVerdict {
+  kSolved,
+  kInfeasible,  // proven: no y >= 0 with q + M y >= 0, or no complementary basis solves it
+  kRay,         // Lemke's method ended in a secondary ray and infeasibility is not proven
+  kPivotLimit,
+  kSingular,    // a basis that had to be factored is singular to working precision
+  kNonFinite,   // q holds an infinity or NaN
+};
+const char* LcpVerdictName(LcpVerdict verdict);  // "SOLVED", "INFEASIBLE", ...
+
+struct LcpResult {
+  LcpVerdict verdict = LcpVerdict::kPivotLimit;
+  Vector y;             // the solution; the last iterate when not solved
+  Vector w;             // q + M y
+  double residual = 0;  // ‖min(y, w)‖_∞, computed from y afresh; NaN when a number is not finite
+  Index pivots = 0;
+  std::string method;   // "principal pivoting", ...
+  std::string message;  // why this verdict
+};
+
+// ‖min(y, q + M y)‖_∞; NaN if any entry is not finite.
+double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& y);
+
+// Solves one LCP, with the solver that the class of M calls for. Errors: InvalidArgument (shapes, non-finite
+// entries, a rule that M does not admit). Cost: the classification of M and O(n³) or a few n² pivots.
+absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule);
+
+// Which y_i are basic (may be positive): the warm start of a solve, and what it leaves behind.
+using Basis = std::vector<std::uint8_t>;
+
+// Solves LCP(q, M) for one matrix and many q. One object per thread: a solver keeps factorizations and work
+// space and allocates nothing in a solve that finds its basis again.
+class LcpSolver {
+ public:
+  virtual ~LcpSolver() = default;
+
+  // `q`          n entries.
+  // `tolerance`  absolute: entries of w above -tolerance count as nonnegative. The caller knows the rounding
+  //              in q; a good value is 1e-13 times the size of the numbers that q was summed from.
+  // `basis`      in: a guess, n entries; out: the basis of the solution. The solution does not depend on the
+  //              guess where it is unique or the least element.
+  // `y`          out: >= 0 exactly. Computed from a fresh factorization or a checked tableau: the residual of
+  //              a kSolved result is at most 10·tolerance + 1e-12·(‖q‖_∞ + ‖M‖_∞‖y‖_∞).
+  virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+                           Eigen::Ref<Vector> y) = 0;
+
+  // A fresh solver for the same matrix, for another thread: its results do not depend on this one's past.
+  virtual std::unique_ptr<LcpSolver> Clone() const = 0;
+};
+
+// The solver of LCP(q, M) for the selection: principal pivoting with a kept tableau (kUnique), Chandrasekaran
+// (kLeastElement), Lemke with lexicographic ratio test, behind it enumeration for n <= 12 (kAny).
+std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection);
+
+// The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on
+// M: for kLeastElement the returned y is the least element of LCP(q + K y, M) wherever such a fixed point is
+// found. kInfeasible only when LCP(q, M + K) has no solution. Nothing is asked of M + K.
+std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LCP_LCP_H_

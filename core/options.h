@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a problem is to be solved.
+
+#ifndef DLCS_CORE_OPTIONS_H_
+#define DLCS_CORE_OPTIONS_H_
+
+#include <optional>
+#include <vector>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch, kTimeStepping };
+
+struct Options {
+  Method method = Method::kAuto;
+
+  // Number of steps over [0, T] before break points and output times are added as nodes; no step of the grid
+  // is longer than T / num_steps. 0 takes kDefaultSteps, and the result says so.
+  Index num_steps = 0;
+  static constexpr Index kDefaultSteps = 1000;
+  // A step length instead of a number of steps: T / step is rounded up. At most one of the two is set.
+  double step = 0;
+
+  // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the
+  // solution holds just these; otherwise every node.
+  std::vector<double> output_times;
+  bool output_times_only = false;
+
+  // time_stepping: θ of (1.3) in Chen & Xiang; 0 implicit, 1/2 trapezoidal in x, 1 explicit in x.
+  double theta = 0;
+
+  // laplace_iteration: steps per window. 0 chooses and adapts windows; kWholeHorizon takes the longest
+  // possible (from break point to break point) and reports divergence instead of shrinking it; any other
+  // value is a fixed width, reported likewise.
+  Index window_steps = 0;
+  static constexpr Index kWholeHorizon = -1;
+
+  // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
+  // relative to its own size.
+  double tolerance = 1e-12;
+  // Iterations allowed per window. 0 takes 60 for windows that can shrink and 1000 for those that cannot.
+  Index max_iterations = 0;
+
+  // paper_iteration: the contour (2.2). num_contour_nodes is P >= 1 (2P + 1 nodes, P + 1 resolvents).
+  // Values of 0 take the parameters of Theorem 2.2: γ = 0.794, μ = √P/4, Δv = 2.06/√P.
+  Index num_contour_nodes = 25;
+  double contour_gamma = 0;
+  double contour_mu = 0;
+  double contour_step = 0;
+  // paper_iteration: e^{At} x0 by the hyperbola of Remark 2.3 instead of a matrix exponential.
+  bool contour_for_initial_state = false;
+
+  // An inconsistent state, at 0 or at a break point, is projected (the state jumps) instead of refused.
+  bool project_initial_state = false;
+
+  // Also solve with half the step and report the difference.
+  bool estimate_error = false;
+
+  // Upper limit of threads; 0 takes all. The bits of the result do not depend on it.
+  int num_threads = 0;
+};
+
+// Every rule that `options` breaks for a problem with horizon `horizon`. Fields are named as above.
+std::vector<Violation> Validate(const Options& options, double horizon);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_OPTIONS_H_

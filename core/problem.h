@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A differential linear complementarity system
+//
+//     x'(t) = A x + B y + f(t),   0 <= y ⟂ w = N x + g(t) + M y >= 0,   x(0) = x0,   t in [0, T].
+
+#ifndef DLCS_CORE_PROBLEM_H_
+#define DLCS_CORE_PROBLEM_H_
+
+#include <vector>
+
+#include "core/time_function.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Which solution of LCP(N x + g, M) is meant where there are several. The rule is judged on M.
+enum class SolutionRule {
+  kAuto,          // unique for a P-matrix, least element for a Z-matrix, otherwise any solution of the coupled step
+  kUnique,        // M must be a P-matrix
+  kLeastElement,  // M must be a Z-matrix
+};
+
+struct Problem {
+  Matrix A;                          // m × m
+  Matrix B;                          // m × n
+  Matrix N;                          // n × m
+  Matrix M;                          // n × n
+  TimeFunction f;                    // m components
+  TimeFunction g;                    // n components
+  Vector x0;                         // m
+  double horizon = 0;                // T > 0
+  std::vector<double> break_points;  // further times in (0, T) where f or g jumps or has a kink
+  SolutionRule rule = SolutionRule::kAuto;
+
+  Index num_states() const { return A.rows(); }
+  Index num_constraints() const { return M.rows(); }
+};
+
+// Every rule that `problem` breaks, in the order of the fields above; empty when it is sound. Shapes,
+// non-finite entries, T > 0, times out of order or outside (0, T), formulas that do not parse, and formulas
+// without a finite value at one of 257 even times or at a break point (with the time).
+// Fields are named A B N M f g x0 T break_points, with [row][column] or [component].
+std::vector<Violation> Validate(const Problem& problem);
+
+// All break points of f, g and the problem itself, strictly inside (0, T), increasing and distinct.
+std::vector<double> BreakPoints(const Problem& problem);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_H_

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a solve returns: a trajectory with its certificate, or the reason why there is none.
+
+#ifndef DLCS_CORE_SOLUTION_H_
+#define DLCS_CORE_SOLUTION_H_
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/options.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+enum class Termination {
+  kNotSolved,          // Solve() was not called
+  kConverged,          // the trajectory covers [0, T]
+  kInfeasible,         // an LCP has no solution
+  kDiverged,           // the iteration diverged where it was not allowed to shrink its window
+  kIterationLimit,     // iterations or pivots ran out
+  kInconsistentState,  // N x + g has no complementary y at 0 or at a break point, and no jump was asked for
+  kUnsupported,        // the class of the system or the method's conditions
+  kNonFinite,          // an infinity or NaN appeared
+  kCancelled,          // the stop token was triggered
+};
+
+// How well the returned trajectory satisfies the system, measured after the fact. With w = N x + g + M y:
+struct Certificate {
+  // max over nodes, and over the midpoints of all steps, of ‖min(y, w)‖_∞ and of |yᵀw|. At midpoints x follows
+  // the method's own interpolant, y is linear between nodes or constant on the step as in the method.
+  double node_residual = std::numeric_limits<double>::quiet_NaN();
+  double midpoint_residual = std::numeric_limits<double>::quiet_NaN();
+  double node_complementarity = std::numeric_limits<double>::quiet_NaN();
+  double midpoint_complementarity = std::numeric_limits<double>::quiet_NaN();
+  // max over midpoints of ‖x' - (A x + B y + f)‖_∞ for the method's interpolant of x.
+  double ode_defect = std::numeric_limits<double>::quiet_NaN();
+  // What the residuals are to be compared with: max over nodes of max(‖y‖_∞, ‖w‖_∞), and max of ‖x'‖_∞.
+  double lcp_scale = std::numeric_limits<double>::quiet_NaN();
+  double ode_scale = std::numeric_limits<double>::quiet_NaN();
+  // max over common nodes of ‖x_h - x_{h/2}‖_∞, the same for B y, and the largest ‖x‖_∞; with estimate_error only.
+  std::optional<double> estimated_error_x;
+  std::optional<double> estimated_error_By;
+  double x_scale = std::numeric_limits<double>::quiet_NaN();
+};
+
+// The state jumped by `dx` = B p at `time`, with multiplier p >= 0.
+struct StateJump {
+  double time = 0;
+  Vector dx;
+  Vector multiplier;
+};
+
+struct Cost {
+  Index steps = 0;
+  Index windows = 0;
+  Index iterations = 0;    // of all windows, rejected ones included
+  Index lcps = 0;
+  Index marched_steps = 0; // steps of laplace_iteration that had to be marched with LCP(M + K_0)
+  double seconds_setup = 0;
+  double seconds_lcp = 0;     // LCPs and propagation overlap in marching methods: then all of it is here
+  double seconds_linear = 0;
+  double seconds_total = 0;
+};
+
+struct Solution {
+  Termination termination = Termination::kNotSolved;
+  // One or two sentences: what happened, where, and what to do about it.
+  std::string message = "Solve() was not called.";
+  // The time where the mathematics stopped; NaN when it did not.
+  double failure_time = std::numeric_limits<double>::quiet_NaN();
+
+  Method method = Method::kAuto;  // the one that ran
+  std::string reason;             // why that one
+  std::vector<std::string> warnings;
+
+  // Trajectory up to T, or up to the failure: column k is at times[k]. y at time 0 and at break points is
+  // the right limit, at T the left one; x at a jump is the state after it.
+  std::vector<double> times;
+  Matrix x;  // m × times
+  Matrix y;  // n × times
+  std::vector<StateJump> jumps;
+
+  double step = 0;  // the longest step of the grid
+  Certificate certificate;
+  Cost cost;
+};
+
+// "CONVERGED", "INFEASIBLE", ...
+const char* TerminationName(Termination termination);
+// "laplace-iteration", "time-stepping", ...
+const char* MethodName(Method method);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_SOLUTION_H_

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one entry point of the engine.
+
+#ifndef DLCS_CORE_SOLVE_H_
+#define DLCS_CORE_SOLVE_H_
+
+#include <stop_token>
+
+#include "absl/status/statusor.h"
+#include "core/observer.h"
+#include "core/options.h"
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+// Solves `problem` as `options` say, telling `observer` on the way.
+//
+// A verdict of the mathematics (no solution, diverged, unsupported class, cancelled, ...) is a Solution with
+// that termination and the trajectory up to there. Errors: InvalidArgument when `problem` or `options` break
+// a rule, with every violation in the message ("field: description", one per line; Validate() gives them
+// singly).
+// Threads: at most options.num_threads, and the result has the same bits for any number.
+// `stop` is looked at in every iteration, every block of LCPs and every few hundred marched steps.
+absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
+                               std::stop_token stop);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_SOLVE_H_

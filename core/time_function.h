@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vector-valued functions of time: the sources f(t) and g(t) of a problem.
+//
+// A TimeFunction is data: a list of pieces, each holding from its start to the next one's, and each a
+// constant, samples on a grid, a piecewise polynomial, or one formula per component. At the start of a
+// piece the value is the right limit. A TimeFunctionEvaluator is the compiled form.
+
+#ifndef DLCS_CORE_TIME_FUNCTION_H_
+#define DLCS_CORE_TIME_FUNCTION_H_
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+struct ConstantFunction {
+  Vector value;
+};
+
+// One formula in `t` per component; the language is described in core/formula.h.
+struct FormulaFunction {
+  std::vector<std::string> formulas;
+};
+
+// Linear interpolation of `values.col(k)` at `times[k]`; constant before the first and after the last time.
+struct SampledFunction {
+  std::vector<double> times;  // strictly increasing, at least one
+  Matrix values;              // components × times
+};
+
+// On [breaks[p], breaks[p+1]): Σ_k coefficients[p].col(k) · (t - breaks[p])^k. The first polynomial extends
+// to the left, the last to the right. Every inner break is a break point of the function.
+struct PiecewisePolynomial {
+  std::vector<double> breaks;        // strictly increasing: one more than `coefficients`
+  std::vector<Matrix> coefficients;  // components × (degree + 1)
+};
+
+using TimePiece = std::variant<ConstantFunction, FormulaFunction, SampledFunction, PiecewisePolynomial>;
+
+struct TimeFunction {
+  struct Piece {
+    double start = 0;  // ignored for the first piece, which also holds before its start
+    TimePiece function;
+  };
+  std::vector<Piece> pieces;  // starts strictly increasing, at least one piece
+
+  static TimeFunction Constant(Vector value);
+  static TimeFunction Zero(Index size);
+  static TimeFunction Formulas(std::vector<std::string> formulas);
+  static TimeFunction Sampled(std::vector<double> times, Matrix values);
+};
+
+// Which limit to take at a time where the function may jump.
+enum class Side { kLeft, kRight };
+
+// Evaluates a TimeFunction. Not safe to share between threads (formula parsers hold their variable), cheap
+// to move, a few microseconds per formula to make.
+class TimeFunctionEvaluator {
+ public:
+  // Errors: InvalidArgument as the first entry of Validate() below.
+  static absl::StatusOr<TimeFunctionEvaluator> Create(const TimeFunction& function, Index size);
+
+  TimeFunctionEvaluator(TimeFunctionEvaluator&&) noexcept;
+  TimeFunctionEvaluator& operator=(TimeFunctionEvaluator&&) noexcept;
+  ~TimeFunctionEvaluator();
+
+  Index size() const;
+  // Writes the limit of the function at `t` from `side` to `out` (size() entries). Where a formula has no
+  // finite value the entry is not finite; the caller decides what that means.
+  void Evaluate(double t, Side side, Eigen::Ref<Vector> out);
+
+ private:
+  struct Impl;
+  explicit TimeFunctionEvaluator(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+// Everything wrong with `function` as a function with `size` components: times out of order, shapes,
+// non-finite numbers, formulas that do not parse (with the position and the reason). Field names start
+// with `field`. Formula values are checked at `horizon`-many sample points by Validate(Problem), not here.
+std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field);
+
+// The times strictly inside (0, horizon) where a piece or a polynomial starts, increasing and distinct.
+std::vector<double> BreakPoints(const TimeFunction& function, double horizon);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_TIME_FUNCTION_H_
