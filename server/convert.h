@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wire messages <-> structs of the engine. Pure functions; wire types go no deeper than this.
+//
+// On the wire matrices are row-major and time functions component-fastest; Eigen stores columns.
+//
+// The functions that read append to `violations` what cannot be converted: counts that do not match a shape,
+// a oneof that is not set, an enum value that this version does not know. The value returned for such a field
+// is empty. Everything else (shapes that do not fit together, NaN, order of times) is left to Validate().
+// Fields are named as in problem files: "M", "f.pieces[0].samples", "T", "output_times"; an empty list says
+// that everything was converted.
+
+#ifndef DLCS_SERVER_CONVERT_H_
+#define DLCS_SERVER_CONVERT_H_
+
+#include <string>
+#include <vector>
+
+#include "core/lcp/lcp.h"
+#include "core/observer.h"
+#include "core/options.h"
+#include "core/problem.h"
+#include "core/solution.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs {
+
+Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
+                       std::vector<Violation>& violations);
+TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
+                                   std::vector<Violation>& violations);
+SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
+Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
+// `step`, `steps` must be positive where set, since the engine reads 0 as not set.
+Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);
+
+v1::Matrix ToProto(const Matrix& matrix);
+v1::TimeFunction ToProto(const TimeFunction& function);
+v1::Problem ToProto(const Problem& problem);
+v1::SolveOptions ToProto(const Options& options);
+v1::Method ToProto(Method method);
+v1::Termination ToProto(Termination termination);
+v1::Analysis ToProto(const AnalysisReport& report);
+v1::WindowStarted ToProto(const WindowReport& report);
+v1::Iterate ToProto(const IterateReport& report);
+v1::WindowFinished ToProto(const WindowOutcome& outcome);
+v1::SolveLcpResponse ToProto(const LcpResult& result);
+
+// Times `first` to `first + count - 1` of the trajectory.
+v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count);
+// Everything but the trajectory.
+v1::Summary SummaryToProto(const Solution& solution);
+
+// The name on the wire of an option that Validate(Options) calls `core_field`: "num_steps" is "steps",
+// "contour_mu" is "contour.mu"; an index behind it stays.
+std::string WireOptionName(const std::string& core_field);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_CONVERT_H_

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole server in one object: what dlcsd runs, and what tests start in their own process.
+
+#ifndef DLCS_SERVER_DLCS_SERVER_H_
+#define DLCS_SERVER_DLCS_SERVER_H_
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "grpcpp/server.h"
+#include "server/server_config.h"
+#include "server/solver_service.h"
+
+namespace dlcs {
+
+// SolverService, the standard health service and reflection behind one listening socket.
+class DlcsServer {
+ public:
+  // Listens when it returns. Errors: InvalidArgument for a setting, AlreadyExists for a taken port, and as
+  // CheckCanListen().
+  static absl::StatusOr<std::unique_ptr<DlcsServer>> Start(const ServerConfig& config);
+
+  // Stops at once unless Stop() was called before.
+  ~DlcsServer();
+
+  // "127.0.0.1:50051", with the port that was picked.
+  const std::string& address() const { return address_; }
+
+  // Health turns to NOT_SERVING and new calls get UNAVAILABLE; those under way go on.
+  void Drain();
+  // True when no call is under way, at the latest after `timeout`.
+  bool WaitUntilIdle(std::chrono::milliseconds timeout) { return service_.WaitUntilIdle(timeout); }
+  // Drains, stops all solves and gives them `delivery` to hand over their summaries; then closes all
+  // connections. Call it once or more.
+  void Stop(std::chrono::milliseconds delivery);
+
+  const SolverService& service() const { return service_; }
+
+ private:
+  explicit DlcsServer(const ServerConfig& config) : service_(config) {}
+
+  SolverService service_;
+  std::string address_;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_DLCS_SERVER_H_

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/errors.h"
+
+#include <algorithm>
+
+#include "absl/strings/cord.h"
+#include "fmt/format.h"
+#include "google/rpc/error_details.pb.h"
+
+namespace dlcs {
+namespace {
+
+constexpr char kTypeUrlPrefix[] = "type.googleapis.com/";
+constexpr char kErrorDomain[] = "dlcs";
+
+template <typename Detail>
+std::string TypeUrl() {
+  return kTypeUrlPrefix + Detail::descriptor()->full_name();
+}
+
+template <typename Detail>
+void Attach(const Detail& detail, absl::Status& status) {
+  status.SetPayload(TypeUrl<Detail>(), absl::Cord(detail.SerializeAsString()));
+}
+
+google::rpc::ErrorInfo MakeErrorInfo(const std::string& reason) {
+  google::rpc::ErrorInfo info;
+  info.set_reason(reason);
+  info.set_domain(kErrorDomain);
+  return info;
+}
+
+}  // namespace
+
+std::string Shortened(std::string text, std::size_t max_bytes) {
+  if (text.size() <= max_bytes) return text;
+  constexpr char kEllipsis[] = "...";
+  std::size_t end = max_bytes - std::min(max_bytes, sizeof(kEllipsis) - 1);
+  // Bytes 10xxxxxx continue a character; do not cut before one.
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  text.resize(end);
+  return text + kEllipsis;
+}
+
+absl::Status InvalidRequest(const std::vector<Violation>& violations) {
+  constexpr std::size_t kMaxFieldBytes = 128;
+  constexpr std::size_t kMaxDescriptionBytes = 384;
+  google::rpc::BadRequest bad_request;
+  std::size_t bytes = 0;
+  for (const Violation& violation : violations) {
+    const std::string field = Shortened(violation.field, kMaxFieldBytes);
+    const std::string description = Shortened(violation.description, kMaxDescriptionBytes);
+    bytes += field.size() + description.size() + 8;  // 8: tags and lengths
+    if (bad_request.field_violations_size() == kMaxReportedViolations || bytes > kMaxViolationBytes) break;
+    auto& reported = *bad_request.add_field_violations();
+    reported.set_field(field);
+    reported.set_description(description);
+  }
+
+  std::string message;
+  if (!violations.empty()) {
+    message = Shortened(violations[0].field + ": " + violations[0].description, kMaxMessageBytes - 64);
+  }
+  if (violations.size() > 1) {
+    message += fmt::format(" (the first of {} violations)", violations.size());
+  }
+  absl::Status status = absl::InvalidArgumentError(message);
+  Attach(bad_request, status);
+  return status;
+}
+
+std::vector<Violation> ViolationsOf(const absl::Status& status) {
+  std::vector<Violation> violations;
+  google::rpc::BadRequest bad_request;
+  const auto payload = status.GetPayload(TypeUrl<google::rpc::BadRequest>());
+  if (!payload.has_value() || !bad_request.ParseFromString(std::string(*payload))) return violations;
+  for (const auto& reported : bad_request.field_violations()) {
+    violations.push_back({reported.field(), reported.description()});
+  }
+  return violations;
+}
+
+absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked) {
+  absl::Status status = absl::ResourceExhaustedError(fmt::format(
+      "The request needs {} = {}, and this server allows {}. Ask for less, or run a server with a "
+      "higher limit.",
+      limit, asked, value));
+  google::rpc::ErrorInfo info = MakeErrorInfo("LIMIT_EXCEEDED");
+  (*info.mutable_metadata())["limit"] = limit;
+  (*info.mutable_metadata())["value"] = std::to_string(value);
+  (*info.mutable_metadata())["asked"] = std::to_string(asked);
+  Attach(info, status);
+  return status;
+}
+
+absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chrono::milliseconds retry_after) {
+  absl::Status status = absl::ResourceExhaustedError(
+      fmt::format("The server is busy: {} = {} is reached. Try again in {:.1f} s.", limit, value,
+                  std::chrono::duration<double>(retry_after).count()));
+  google::rpc::ErrorInfo info = MakeErrorInfo("SERVER_BUSY");
+  (*info.mutable_metadata())["limit"] = limit;
+  (*info.mutable_metadata())["value"] = std::to_string(value);
+  Attach(info, status);
+  google::rpc::RetryInfo retry;
+  retry.mutable_retry_delay()->set_seconds(retry_after.count() / 1000);
+  retry.mutable_retry_delay()->set_nanos(static_cast<int>(retry_after.count() % 1000) * 1'000'000);
+  Attach(retry, status);
+  return status;
+}
+
+absl::Status ShuttingDown() {
+  absl::Status status = absl::UnavailableError("The server is shutting down. Try another one, or later.");
+  Attach(MakeErrorInfo("SHUTTING_DOWN"), status);
+  return status;
+}
+
+}  // namespace dlcs

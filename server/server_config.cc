@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/server_config.h"
+
+#include <algorithm>
+#include <limits>
+#include <thread>
+
+#include "fmt/format.h"
+
+namespace dlcs {
+namespace {
+
+absl::Status OutOfRange(const char* flag, std::int64_t value, const char* rule) {
+  return absl::InvalidArgumentError(fmt::format("{} {}: must be {}", flag, value, rule));
+}
+
+}  // namespace
+
+absl::Status Validate(const ServerConfig& config) {
+  if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
+    return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves,
+                      "between 0 (automatic) and 1024");
+  }
+  if (config.threads < 0 || config.threads > 4096) {
+    return OutOfRange("--threads", config.threads, "between 0 (all processors) and 4096");
+  }
+  // Shapes are int32 on the wire.
+  constexpr std::int64_t kMaxSize = std::numeric_limits<std::int32_t>::max();
+  if (config.max_states < 1 || config.max_states > kMaxSize) {
+    return OutOfRange("--max-states", config.max_states, "between 1 and 2147483647");
+  }
+  if (config.max_constraints < 1 || config.max_constraints > kMaxSize) {
+    return OutOfRange("--max-constraints", config.max_constraints, "between 1 and 2147483647");
+  }
+  if (config.max_steps < 1) return OutOfRange("--max-steps", config.max_steps, "at least 1");
+  if (config.max_result_bytes < 1)
+    return OutOfRange("--max-result-bytes", config.max_result_bytes, "at least 1");
+  if (config.max_held_result_bytes < config.max_result_bytes) {
+    return OutOfRange("--max-held-result-bytes", config.max_held_result_bytes, "at least --max-result-bytes");
+  }
+  // gRPC keeps the limit in an int.
+  if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
+    return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");
+  }
+  return absl::OkStatus();
+}
+
+ServerConfig Resolved(ServerConfig config) {
+  const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (config.max_concurrent_solves == 0) config.max_concurrent_solves = std::max(2, processors);
+  if (config.threads == 0) config.threads = processors;
+  return config;
+}
+
+SessionLimits LimitsOf(const ServerConfig& config) {
+  SessionLimits limits;
+  limits.max_states = config.max_states;
+  limits.max_constraints = config.max_constraints;
+  limits.max_steps = config.max_steps;
+  limits.max_result_bytes = config.max_result_bytes;
+  limits.max_threads = config.threads;
+  return limits;
+}
+
+}  // namespace dlcs

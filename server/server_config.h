@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings of a server. Each is a flag of dlcsd.
+
+#ifndef DLCS_SERVER_SERVER_CONFIG_H_
+#define DLCS_SERVER_SERVER_CONFIG_H_
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "server/solve_session.h"
+
+namespace dlcs {
+
+struct ServerConfig {
+  // HOST:PORT; port 0 picks a free one. There is no encryption and no authentication yet, hence this machine
+  // only.
+  std::string listen = "127.0.0.1:50051";
+
+  // Solves (and single LCPs) under way at once; more are refused with RESOURCE_EXHAUSTED. At least 1.
+  // 0 takes one per processor, but at least 2, so that one long solve does not shut everybody else out.
+  int max_concurrent_solves = 0;
+  // Threads of one solve; 0 takes all processors.
+  int threads = 0;
+
+  // Refused above, with RESOURCE_EXHAUSTED and the limit's name. Time per step grows like states² +
+  // constraints³, so the first two keep one request from occupying the server for days.
+  std::int64_t max_states = 2000;
+  std::int64_t max_constraints = 2000;
+  std::int64_t max_steps = 20'000'000;
+  std::int64_t max_result_bytes = std::int64_t{1} << 30;
+  // Of all trajectories that are being computed or waiting for their readers. At least max_result_bytes.
+  std::int64_t max_held_result_bytes = std::int64_t{2} << 30;
+  // Of one request. gRPC holds it in memory before anybody can look at it.
+  std::int64_t max_message_bytes = std::int64_t{64} << 20;
+};
+
+// Errors: InvalidArgument naming the flag, its value and the rule.
+absl::Status Validate(const ServerConfig& config);
+
+// `config` with the numbers of this machine in place of 0.
+ServerConfig Resolved(ServerConfig config);
+
+// The part that one session is told. `config` is resolved.
+SessionLimits LimitsOf(const ServerConfig& config);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SERVER_CONFIG_H_

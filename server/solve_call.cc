@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/solve_call.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <random>
+#include <utility>
+
+#include "core/solution.h"
+#include "fmt/format.h"
+#include "server/errors.h"
+#include "server/guarded.h"
+#include "server/status.h"
+#include "spdlog/spdlog.h"
+
+namespace dlcs {
+namespace {
+
+using SystemClock = std::chrono::system_clock;
+
+// Distinct among the calls of this process, and very likely among processes.
+std::string NewSolveId() {
+  static const unsigned process = std::random_device{}();
+  static std::atomic<std::uint64_t> count{0};
+  return fmt::format("solve-{:08x}-{}", process, ++count);
+}
+
+void LogSolve(const std::string& id, const PreparedSolve& prepared, const FinishedSolve& finished) {
+  const Solution& solution = finished.solution();
+  spdlog::info("{}: {} states, {} constraints, {} steps, {}, {}, {:.3f} s", id, prepared.problem.num_states(),
+               prepared.problem.num_constraints(), solution.cost.steps, MethodName(solution.method),
+               v1::Termination_Name(finished.termination()), solution.cost.seconds_total);
+}
+
+}  // namespace
+
+grpc::ServerWriteReactor<v1::SolveEvent>* SolveCall::Start(const CallEnvironment& environment,
+                                                           grpc::CallbackServerContext& context,
+                                                           const v1::SolveRequest& request) {
+  const auto call = std::make_shared<SolveCall>(environment, context, request);
+  call->self_ = call;
+  call->Begin();
+  return call.get();
+}
+
+SolveCall::SolveCall(const CallEnvironment& environment, grpc::CallbackServerContext& context,
+                     const v1::SolveRequest& request)
+    : environment_(environment), context_(context), request_(request), id_(NewSolveId()) {}
+
+void SolveCall::Begin() {
+  control_ = environment_.calls.Register();
+  if (control_ == nullptr) return Finish(ToGrpc(ShuttingDown()));
+  absl::StatusOr<Admission::Ticket> solver = environment_.admission.TakeSolver();
+  if (!solver.ok()) {
+    spdlog::warn("{}: refused: {}", id_, std::string(solver.status().message()));
+    return Finish(ToGrpc(solver.status()));
+  }
+  solver_ = *std::move(solver);
+  StopBeforeDeadline();
+  // The worker starts when the headers are sent: before, gRPC has not taken the reactor over and a first
+  // message could be lost.
+  StartSendInitialMetadata();
+}
+
+void SolveCall::StopBeforeDeadline() {
+  const SystemClock::time_point now = SystemClock::now();
+  const SystemClock::time_point deadline = context_.deadline();
+  // gRPC's "no deadline" is the end of time; a century is as good and safe to compute with.
+  if (deadline > now + std::chrono::hours(24 * 365 * 100)) return;
+  constexpr SystemClock::duration kMaxMargin = std::chrono::seconds(1);
+  const SystemClock::duration margin =
+      std::clamp((deadline - now) / 10, SystemClock::duration::zero(), kMaxMargin);
+  alarm_.Set(deadline - margin, [control = std::weak_ptr(control_)](bool rang) {
+    if (const auto stopped = control.lock(); rang && stopped) stopped->Stop(StopCause::kDeadline);
+  });
+}
+
+void SolveCall::OnSendInitialMetadataDone(bool ok) {
+  if (!ok) HangUp(StopCause::kCancelled);
+  environment_.workers.Run([self = shared_from_this()] { self->Work(); });
+}
+
+void SolveCall::Work() {
+  absl::StatusOr<FinishedSolve> finished = Guarded(id_, [this] { return Solve(); });
+  if (!finished.ok()) {
+    spdlog::info("{}: {}: {}", id_, absl::StatusCodeToString(finished.status().code()),
+                 std::string(finished.status().message()));
+  }
+  mailbox_.Close(std::move(finished));
+  solver_.reset();
+  Pump();
+}
+
+absl::StatusOr<FinishedSolve> SolveCall::Solve() {
+  absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request_, environment_.limits);
+  if (!prepared.ok()) return prepared.status();
+  absl::StatusOr<Admission::Ticket> result = environment_.admission.HoldResult(prepared->result_bytes);
+  if (!result.ok()) return result.status();
+  result_ = *std::move(result);
+  absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, id_, *control_, *this);
+  if (finished.ok()) LogSolve(id_, *prepared, *finished);
+  return finished;
+}
+
+void SolveCall::Accept(v1::SolveEvent event) {
+  mailbox_.Put(std::move(event));
+  Pump();
+}
+
+void SolveCall::Pump() {
+  const std::lock_guard lock(mutex_);
+  if (writing_ || finished_) return;
+  if (hung_up_) {
+    if (!mailbox_.closed()) return;
+    finished_ = true;
+    return Finish(grpc::Status::CANCELLED);
+  }
+  switch (mailbox_.Next(event_)) {
+    case EventMailbox::Got::kEvent:
+      writing_ = true;
+      return StartWrite(&event_);
+    case EventMailbox::Got::kNothing:
+      return;
+    case EventMailbox::Got::kEnd:
+      finished_ = true;
+      return Finish(ToGrpc(mailbox_.status()));
+  }
+}
+
+void SolveCall::OnWriteDone(bool ok) {
+  if (!ok) HangUp(StopCause::kCancelled);
+  {
+    const std::lock_guard lock(mutex_);
+    writing_ = false;
+  }
+  Pump();
+}
+
+void SolveCall::OnCancel() {
+  HangUp(SystemClock::now() >= context_.deadline() ? StopCause::kDeadline : StopCause::kCancelled);
+  Pump();
+}
+
+void SolveCall::HangUp(StopCause cause) {
+  if (control_ != nullptr) control_->Stop(cause);
+  const std::lock_guard lock(mutex_);
+  hung_up_ = true;
+}
+
+void SolveCall::OnDone() {
+  // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
+  const std::shared_ptr<SolveCall> self = std::move(self_);
+}
+
+}  // namespace dlcs

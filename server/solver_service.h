@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The RPC methods of dlcs.v1.SolverService.
+
+#ifndef DLCS_SERVER_SOLVER_SERVICE_H_
+#define DLCS_SERVER_SOLVER_SERVICE_H_
+
+#include <chrono>
+
+#include "dlcs/v1/solver.grpc.pb.h"
+#include "server/admission.h"
+#include "server/call_registry.h"
+#include "server/server_config.h"
+#include "server/solve_call.h"
+#include "server/worker_pool.h"
+
+namespace dlcs {
+
+// Holds what the calls share, and nothing of any one of them. Destroy after the gRPC server that uses it.
+class SolverService final : public v1::SolverService::CallbackService {
+ public:
+  // `config` is valid and resolved.
+  explicit SolverService(const ServerConfig& config);
+
+  grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext* context,
+                                                  const v1::SolveRequest* request) override;
+  grpc::ServerUnaryReactor* SolveLcp(grpc::CallbackServerContext* context, const v1::SolveLcpRequest* request,
+                                     v1::SolveLcpResponse* response) override;
+  grpc::ServerUnaryReactor* GetCapabilities(grpc::CallbackServerContext* context,
+                                            const v1::GetCapabilitiesRequest* request,
+                                            v1::GetCapabilitiesResponse* response) override;
+
+  // Refuses new calls with UNAVAILABLE from now on.
+  void Drain() { calls_.Drain(); }
+  // Stops all solves; each still delivers its summary.
+  void StopAll() { calls_.StopAll(StopCause::kShutdown); }
+  // False when calls are still under way after `timeout`.
+  bool WaitUntilIdle(std::chrono::milliseconds timeout) { return calls_.WaitUntilIdle(timeout); }
+
+  // Engines that run now.
+  int solves() const { return admission_.solves(); }
+
+ private:
+  const ServerConfig config_;
+  CallRegistry calls_;
+  Admission admission_;
+  const CallEnvironment environment_;
+  WorkerPool workers_;  // last: its threads, which use the others, are joined first
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SOLVER_SERVICE_H_
