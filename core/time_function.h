@@ -18,6 +18,8 @@
 
 namespace dlcs {
 
+class ViolationList;
+
 struct ConstantFunction {
   Vector value;
 };
@@ -44,7 +46,7 @@ using TimePiece = std::variant<ConstantFunction, FormulaFunction, SampledFunctio
 
 struct TimeFunction {
   struct Piece {
-    double start = 0;  // ignored for the first piece, which also holds before its start
+    double start = 0;  // the first piece also holds before its start
     TimePiece function;
   };
   std::vector<Piece> pieces;  // starts strictly increasing, at least one piece
@@ -59,7 +61,7 @@ struct TimeFunction {
 enum class Side { kLeft, kRight };
 
 // Evaluates a TimeFunction. Not safe to share between threads (formula parsers hold their variable), cheap
-// to move, a few microseconds per formula to make.
+// to move, about 50 µs per formula to make.
 class TimeFunctionEvaluator {
  public:
   // Errors: InvalidArgument as the first entry of Validate() below.
@@ -81,11 +83,17 @@ class TimeFunctionEvaluator {
 };
 
 // Everything wrong with `function` as a function with `size` components: times out of order, shapes,
-// non-finite numbers, formulas that do not parse (with the position and the reason). Field names start
-// with `field`. Formula values are checked at `horizon`-many sample points by Validate(Problem), not here.
+// non-finite numbers, formulas that do not parse (with the position and the reason). Formula values are not
+// looked at; Validate(Problem) does that at sample times.
+// Fields are named, with `field` = "f": f[1] for a component of a constant or its formula, f.times[3],
+// f.values[1][3], f.breaks[2], f.coefficients[2][1][0] (polynomial, component, power). Where there is more
+// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start.
 std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field);
+// The same, appended to a longer list.
+void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list);
 
-// The times strictly inside (0, horizon) where a piece or a polynomial starts, increasing and distinct.
+// The times strictly inside (0, horizon) where a piece or a polynomial of the sound `function` starts,
+// increasing and distinct.
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon);
 
 }  // namespace dlcs

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/options.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "core/number_text.h"
+#include "core/violation_list.h"
+
+namespace dlcs {
+namespace {
+
+// A grid of a billion nodes is beyond every machine; a mistyped step should not be tried.
+constexpr Index kMaxSteps = 1'000'000'000;
+// The contour is exact to rounding with a few hundred nodes.
+constexpr Index kMaxContourNodes = 10'000;
+
+void CheckGrid(const Options& options, double horizon, ViolationList& list) {
+  const bool has_horizon = std::isfinite(horizon) && horizon > 0;
+  if (options.num_steps < 0 || options.num_steps > kMaxSteps) {
+    list.Add("num_steps", std::to_string(options.num_steps) + "; must be between 1 and " +
+                              std::to_string(kMaxSteps) + ", or 0 for the default");
+  }
+  if (!std::isfinite(options.step) || options.step < 0) {
+    list.Add("step", NumberText(options.step) + "; must be finite and greater than 0, or 0 for the default");
+  } else if (options.step > 0 && has_horizon && horizon / options.step > static_cast<double>(kMaxSteps)) {
+    list.Add("step", NumberText(options.step) + "; takes more than " + std::to_string(kMaxSteps) +
+                         " steps over T = " + NumberText(horizon));
+  }
+  if (options.num_steps != 0 && options.step != 0) {
+    list.Add("step", NumberText(options.step) +
+                         "; only one of step and num_steps may be set, and num_steps is " +
+                         std::to_string(options.num_steps));
+  }
+  list.AddDisorder(options.output_times, "output_times");
+  for (std::size_t k = 0; k < options.output_times.size(); ++k) {
+    const double time = options.output_times[k];
+    if (time < 0 || (has_horizon && time > horizon)) {
+      list.Add("output_times[" + std::to_string(k) + "]",
+               NumberText(time) + "; must lie in [0, T] = [0, " + NumberText(horizon) + "]");
+    }
+  }
+}
+
+void CheckIteration(const Options& options, ViolationList& list) {
+  if (options.window_steps < Options::kWholeHorizon) {
+    list.Add("window_steps", std::to_string(options.window_steps) +
+                                 "; must be at least 1, or 0 to adapt, or -1 for the whole horizon");
+  }
+  if (!(options.tolerance > 0 && options.tolerance <= 1)) {
+    list.Add("tolerance", NumberText(options.tolerance) + "; must lie in (0, 1]");
+  }
+  if (options.max_iterations < 0) {
+    list.Add("max_iterations",
+             std::to_string(options.max_iterations) + "; must be at least 1, or 0 for the default");
+  }
+}
+
+void CheckContour(const Options& options, ViolationList& list) {
+  if (options.num_contour_nodes < 1 || options.num_contour_nodes > kMaxContourNodes) {
+    list.Add("num_contour_nodes", std::to_string(options.num_contour_nodes) + "; must be between 1 and " +
+                                      std::to_string(kMaxContourNodes));
+  }
+  // Negated, so that NaN breaks the rules too.
+  if (!(options.contour_gamma >= 0 && options.contour_gamma < std::numbers::pi / 2)) {
+    list.Add("contour_gamma",
+             NumberText(options.contour_gamma) + "; must lie in (0, pi/2), or be 0 for the default");
+  }
+  const auto check_positive = [&](double value, const char* field) {
+    if (!(value >= 0 && std::isfinite(value))) {
+      list.Add(field, NumberText(value) + "; must be finite and greater than 0, or 0 for the default");
+    }
+  };
+  check_positive(options.contour_mu, "contour_mu");
+  check_positive(options.contour_step, "contour_step");
+}
+
+}  // namespace
+
+std::vector<Violation> Validate(const Options& options, double horizon) {
+  ViolationList list;
+  CheckGrid(options, horizon, list);
+  if (!(options.theta >= 0 && options.theta <= 1)) {
+    list.Add("theta", NumberText(options.theta) + "; must lie in [0, 1]");
+  }
+  CheckIteration(options, list);
+  CheckContour(options, list);
+  if (options.num_threads < 0) {
+    list.Add("num_threads", std::to_string(options.num_threads) + "; must be at least 1, or 0 for all");
+  }
+  return std::move(list).Take();
+}
+
+}  // namespace dlcs

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/number_text.h"
+#include "core/violation_list.h"
+
+namespace dlcs {
+namespace {
+
+void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule,
+                 const std::string& field, ViolationList& list) {
+  if (matrix.rows() != rows || matrix.cols() != columns) {
+    list.Add(field, ShapeText(matrix.rows(), matrix.cols()) + "; must be " + rule);
+  }
+  list.AddNonFiniteEntries(matrix, field);
+}
+
+// A fixes m, and M fixes n; a matrix that is not square is told so, and its rows count.
+void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field,
+                       ViolationList& list) {
+  if (matrix.rows() == 0) {
+    list.Add(field, "0 rows; must be " + rule + " with at least one row");
+  } else {
+    CheckMatrix(matrix, matrix.rows(), matrix.rows(), "square, " + rule, field, list);
+  }
+}
+
+void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list) {
+  list.AddDisorder(times, "break_points");
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    if (times[k] <= 0 || times[k] >= horizon) {
+      list.Add("break_points[" + std::to_string(k) + "]",
+               NumberText(times[k]) + "; must lie inside (0, T) = (0, " + NumberText(horizon) + ")");
+    }
+  }
+}
+
+struct SampleTime {
+  double time;
+  Side side;
+};
+
+// 257 even times, and both sides of every break point.
+std::vector<SampleTime> SampleTimes(const Problem& problem) {
+  constexpr int kIntervals = 256;
+  std::vector<SampleTime> samples;
+  for (int k = 0; k < kIntervals; ++k) samples.push_back({problem.horizon * k / kIntervals, Side::kRight});
+  samples.push_back({problem.horizon, Side::kLeft});
+  for (const double time : BreakPoints(problem)) {
+    samples.push_back({time, Side::kLeft});
+    samples.push_back({time, Side::kRight});
+  }
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const SampleTime& a, const SampleTime& b) { return a.time < b.time; });
+  return samples;
+}
+
+// How component `i` of the piece that holds at `sample` is called and written.
+Violation NonFiniteValue(const TimeFunction& function, const std::string& field, Index i, SampleTime sample,
+                         double value) {
+  std::size_t piece = 0;
+  for (std::size_t k = 1; k < function.pieces.size(); ++k) {
+    const double start = function.pieces[k].start;
+    if (sample.side == Side::kRight ? start <= sample.time : start < sample.time) piece = k;
+  }
+  Violation violation{.field = field, .description = "no finite value"};
+  if (function.pieces.size() > 1) violation.field += ".pieces[" + std::to_string(piece) + "]";
+  violation.field += "[" + std::to_string(i) + "]";
+  if (const auto* formulas = std::get_if<FormulaFunction>(&function.pieces[piece].function)) {
+    violation.description = "\"" + formulas->formulas[static_cast<std::size_t>(i)] + "\" has no finite value";
+  }
+  violation.description += " at t = " + NumberText(sample.time) + " (" + NumberText(value) + ")";
+  return violation;
+}
+
+// Names the first time where a component has no finite value, once per component.
+void CheckValues(const TimeFunction& function, Index size, const std::vector<SampleTime>& samples,
+                 const std::string& field, ViolationList& list) {
+  absl::StatusOr<TimeFunctionEvaluator> evaluator = TimeFunctionEvaluator::Create(function, size);
+  if (!evaluator.ok()) return;  // has been listed with its rule
+  std::vector<bool> reported(static_cast<std::size_t>(size), false);
+  Vector value(size);
+  for (const SampleTime& sample : samples) {
+    evaluator->Evaluate(sample.time, sample.side, value);
+    for (Index i = 0; i < size; ++i) {
+      if (std::isfinite(value(i)) || reported[static_cast<std::size_t>(i)]) continue;
+      reported[static_cast<std::size_t>(i)] = true;
+      Violation violation = NonFiniteValue(function, field, i, sample, value(i));
+      list.Add(std::move(violation.field), std::move(violation.description));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Violation> Validate(const Problem& problem) {
+  const Index m = problem.num_states();
+  const Index n = problem.num_constraints();
+  ViolationList list;
+  CheckSquareMatrix(problem.A, "m x m for m states", "A", list);
+  CheckMatrix(problem.B, m, n, "m x n = " + ShapeText(m, n) + " (m from A, n from M)", "B", list);
+  CheckMatrix(problem.N, n, m, "n x m = " + ShapeText(n, m) + " (m from A, n from M)", "N", list);
+  CheckSquareMatrix(problem.M, "n x n for n complementary pairs", "M", list);
+  Validate(problem.f, m, "f", list);
+  Validate(problem.g, n, "g", list);
+  if (problem.x0.size() != m) {
+    list.Add("x0", std::to_string(problem.x0.size()) + " components; must be m = " + std::to_string(m) +
+                       " (from A)");
+  }
+  list.AddNonFiniteComponents(problem.x0, "x0");
+  const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
+  if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
+  CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
+  // Values are looked at last: they need the times, and a problem with other faults is read again anyway.
+  if (list.empty()) {
+    const std::vector<SampleTime> samples = SampleTimes(problem);
+    CheckValues(problem.f, m, samples, "f", list);
+    CheckValues(problem.g, n, samples, "g", list);
+  }
+  return std::move(list).Take();
+}
+
+std::vector<double> BreakPoints(const Problem& problem) {
+  std::vector<double> points = BreakPoints(problem.f, problem.horizon);
+  const std::vector<double> of_g = BreakPoints(problem.g, problem.horizon);
+  points.insert(points.end(), of_g.begin(), of_g.end());
+  for (const double time : problem.break_points) {
+    if (time > 0 && time < problem.horizon) points.push_back(time);
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+}  // namespace dlcs

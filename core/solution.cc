@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/solution.h"
+
+namespace dlcs {
+
+const char* TerminationName(Termination termination) {
+  switch (termination) {
+    case Termination::kNotSolved:
+      return "NOT_SOLVED";
+    case Termination::kConverged:
+      return "CONVERGED";
+    case Termination::kInfeasible:
+      return "INFEASIBLE";
+    case Termination::kDiverged:
+      return "DIVERGED";
+    case Termination::kIterationLimit:
+      return "ITERATION_LIMIT";
+    case Termination::kInconsistentState:
+      return "INCONSISTENT_STATE";
+    case Termination::kUnsupported:
+      return "UNSUPPORTED";
+    case Termination::kNonFinite:
+      return "NON_FINITE";
+    case Termination::kCancelled:
+      return "CANCELLED";
+  }
+  return "UNKNOWN";
+}
+
+const char* MethodName(Method method) {
+  switch (method) {
+    case Method::kAuto:
+      return "auto";
+    case Method::kLaplaceIteration:
+      return "laplace-iteration";
+    case Method::kPaperIteration:
+      return "paper-iteration";
+    case Method::kExponentialMarch:
+      return "exponential-march";
+    case Method::kTimeStepping:
+      return "time-stepping";
+  }
+  return "unknown";
+}
+
+}  // namespace dlcs

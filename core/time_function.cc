@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/time_function.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/formula.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A stretch of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
+struct Stretch {
+  double start = 0;
+  const TimePiece* piece = nullptr;
+  std::size_t polynomial = 0;
+};
+
+// The stretches of a sound function in order; the first one starts at -∞. A polynomial that its piece does
+// not live to see has none.
+std::vector<Stretch> Stretches(const TimeFunction& function) {
+  std::vector<Stretch> stretches;
+  for (std::size_t k = 0; k < function.pieces.size(); ++k) {
+    const TimePiece& piece = function.pieces[k].function;
+    const double begin = k == 0 ? -kInfinity : function.pieces[k].start;
+    const double end = k + 1 < function.pieces.size() ? function.pieces[k + 1].start : kInfinity;
+    const auto* polynomials = std::get_if<PiecewisePolynomial>(&piece);
+    const std::size_t count = polynomials ? polynomials->coefficients.size() : 1;
+    for (std::size_t p = 0; p < count; ++p) {
+      const double from = p == 0 ? begin : std::max(begin, polynomials->breaks[p]);
+      const double to = p + 1 == count ? end : std::min(end, polynomials->breaks[p + 1]);
+      if (from < to) stretches.push_back({from, &piece, p});
+    }
+  }
+  return stretches;
+}
+
+// Finds the last of some increasing times that is not after `t`, remembering where it was.
+class Finder {
+ public:
+  explicit Finder(std::vector<double> times) : times_(std::move(times)) {}
+
+  // The last k with times[k] <= t, or times[k] < t from the left; 0 where there is none.
+  std::size_t Find(double t, Side side) {
+    if (!Holds(last_, t, side)) {
+      if (last_ + 1 < times_.size() && Holds(last_ + 1, t, side)) {
+        ++last_;
+      } else {
+        const auto after = std::partition_point(times_.begin() + 1, times_.end(),
+                                                [&](double time) { return Reached(time, t, side); });
+        last_ = static_cast<std::size_t>(after - times_.begin()) - 1;
+      }
+    }
+    return last_;
+  }
+
+  const std::vector<double>& times() const { return times_; }
+
+ private:
+  static bool Reached(double time, double t, Side side) {
+    return side == Side::kRight ? time <= t : time < t;
+  }
+  bool Holds(std::size_t k, double t, Side side) const {
+    return (k == 0 || Reached(times_[k], t, side)) &&
+           (k + 1 == times_.size() || !Reached(times_[k + 1], t, side));
+  }
+
+  std::vector<double> times_;
+  std::size_t last_ = 0;
+};
+
+// The compiled forms of the four kinds of pieces; each writes its value at t to `out`.
+
+class CompiledConstant {
+ public:
+  explicit CompiledConstant(const ConstantFunction& function) : value_(function.value) {}
+  void Evaluate(double /*t*/, Eigen::Ref<Vector> out) { out = value_; }
+
+ private:
+  Vector value_;
+};
+
+class CompiledFormulas {
+ public:
+  static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function) {
+    CompiledFormulas compiled;
+    compiled.constants_ = Vector::Zero(static_cast<Index>(function.formulas.size()));
+    for (Index i = 0; i < compiled.constants_.size(); ++i) {
+      absl::StatusOr<Formula> formula = Formula::Parse(function.formulas[static_cast<std::size_t>(i)]);
+      if (!formula.ok()) return formula.status();
+      if (formula->DependsOnTime()) {
+        compiled.varying_.emplace_back(i, std::move(*formula));
+      } else {
+        compiled.constants_(i) = formula->Evaluate(0);
+      }
+    }
+    return compiled;
+  }
+
+  void Evaluate(double t, Eigen::Ref<Vector> out) {
+    out = constants_;
+    for (auto& [i, formula] : varying_) out(i) = formula.Evaluate(t);
+  }
+
+ private:
+  Vector constants_;  // of the components whose formula is one number; 0 elsewhere
+  std::vector<std::pair<Index, Formula>> varying_;
+};
+
+class CompiledSamples {
+ public:
+  explicit CompiledSamples(const SampledFunction& function)
+      : finder_(function.times), values_(function.values) {}
+
+  void Evaluate(double t, Eigen::Ref<Vector> out) {
+    const std::size_t k = finder_.Find(t, Side::kRight);
+    const std::vector<double>& times = finder_.times();
+    const auto column = static_cast<Index>(k);
+    if (t <= times.front() || k + 1 == times.size()) {
+      out = values_.col(column);
+    } else {
+      // Exact at both ends.
+      const double s = (t - times[k]) / (times[k + 1] - times[k]);
+      out = (1 - s) * values_.col(column) + s * values_.col(column + 1);
+    }
+  }
+
+ private:
+  Finder finder_;
+  Matrix values_;
+};
+
+class CompiledPolynomial {
+ public:
+  CompiledPolynomial(double origin, const Matrix& coefficients)
+      : origin_(origin), coefficients_(coefficients) {}
+
+  void Evaluate(double t, Eigen::Ref<Vector> out) {
+    const double s = t - origin_;
+    Index k = coefficients_.cols() - 1;
+    out = coefficients_.col(k);
+    while (k-- > 0) out = out * s + coefficients_.col(k);
+  }
+
+ private:
+  double origin_;
+  Matrix coefficients_;
+};
+
+using CompiledPiece = std::variant<CompiledConstant, CompiledFormulas, CompiledSamples, CompiledPolynomial>;
+
+absl::StatusOr<CompiledPiece> Compile(const Stretch& stretch) {
+  if (const auto* constant = std::get_if<ConstantFunction>(stretch.piece)) return CompiledConstant(*constant);
+  if (const auto* samples = std::get_if<SampledFunction>(stretch.piece)) return CompiledSamples(*samples);
+  if (const auto* polynomials = std::get_if<PiecewisePolynomial>(stretch.piece)) {
+    const std::size_t p = stretch.polynomial;
+    return CompiledPolynomial(polynomials->breaks[p], polynomials->coefficients[p]);
+  }
+  return CompiledFormulas::Create(std::get<FormulaFunction>(*stretch.piece));
+}
+
+TimeFunction OnePiece(TimePiece piece) {
+  TimeFunction function;
+  function.pieces.push_back({0, std::move(piece)});
+  return function;
+}
+
+}  // namespace
+
+TimeFunction TimeFunction::Constant(Vector value) { return OnePiece(ConstantFunction{std::move(value)}); }
+
+TimeFunction TimeFunction::Zero(Index size) { return Constant(Vector::Zero(size)); }
+
+TimeFunction TimeFunction::Formulas(std::vector<std::string> formulas) {
+  return OnePiece(FormulaFunction{std::move(formulas)});
+}
+
+TimeFunction TimeFunction::Sampled(std::vector<double> times, Matrix values) {
+  return OnePiece(SampledFunction{std::move(times), std::move(values)});
+}
+
+struct TimeFunctionEvaluator::Impl {
+  Index size;
+  Finder starts;
+  std::vector<CompiledPiece> pieces;
+};
+
+absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFunction& function,
+                                                                    Index size) {
+  const std::vector<Violation> violations = Validate(function, size, "function");
+  if (!violations.empty()) {
+    return absl::InvalidArgumentError(violations.front().field + ": " + violations.front().description);
+  }
+  std::vector<double> starts;
+  std::vector<CompiledPiece> pieces;
+  for (const Stretch& stretch : Stretches(function)) {
+    absl::StatusOr<CompiledPiece> piece = Compile(stretch);
+    if (!piece.ok()) return piece.status();
+    starts.push_back(stretch.start);
+    pieces.push_back(std::move(*piece));
+  }
+  return TimeFunctionEvaluator(
+      std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces)}));
+}
+
+TimeFunctionEvaluator::TimeFunctionEvaluator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TimeFunctionEvaluator::TimeFunctionEvaluator(TimeFunctionEvaluator&&) noexcept = default;
+TimeFunctionEvaluator& TimeFunctionEvaluator::operator=(TimeFunctionEvaluator&&) noexcept = default;
+TimeFunctionEvaluator::~TimeFunctionEvaluator() = default;
+
+Index TimeFunctionEvaluator::size() const { return impl_->size; }
+
+void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out) {
+  CompiledPiece& piece = impl_->pieces[impl_->starts.Find(t, side)];
+  std::visit([&](auto& compiled) { compiled.Evaluate(t, out); }, piece);
+}
+
+std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {
+  std::vector<double> points;
+  for (const Stretch& stretch : Stretches(function)) {
+    if (stretch.start > 0 && stretch.start < horizon) points.push_back(stretch.start);
+  }
+  return points;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Collects broken rules of the input, bounded in length whatever the input is.
+
+#ifndef DLCS_CORE_VIOLATION_LIST_H_
+#define DLCS_CORE_VIOLATION_LIST_H_
+
+#include <string>
+#include <vector>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+class ViolationList {
+ public:
+  // Enough to mend a problem by hand; a matrix full of NaN must not become a million strings.
+  static constexpr Index kMaxListed = 200;
+
+  void Add(std::string field, std::string description);
+
+  // Every entry of `matrix` that is not finite, as field[row][column]; of `vector`, as field[row].
+  void AddNonFiniteEntries(const Matrix& matrix, const std::string& field);
+  void AddNonFiniteComponents(const Vector& vector, const std::string& field);
+
+  // Times that are not finite, or not greater than the one before, as field[k].
+  void AddDisorder(const std::vector<double>& times, const std::string& field);
+
+  bool empty() const { return violations_.empty(); }
+  bool full() const { return static_cast<Index>(violations_.size()) >= kMaxListed; }
+
+  // The first kMaxListed in the order of Add(); where there were more, one further entry counts the rest.
+  std::vector<Violation> Take() &&;
+
+ private:
+  std::vector<Violation> violations_;
+  Index unlisted_ = 0;
+  std::string first_unlisted_field_;
+};
+
+// "2x3"
+std::string ShapeText(Index rows, Index columns);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_VIOLATION_LIST_H_
