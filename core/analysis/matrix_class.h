@@ -28,16 +28,19 @@ struct MatrixClass {
   Fact p;                      // all principal minors > 0
   Fact positive_semidefinite;  // yᵀMy >= 0 for all y (M need not be symmetric)
   bool zero = false;           // M = 0
+  bool zero_row = false;       // some row of M is zero: a constraint on the state alone
   // max ‖(M_SS)⁻¹‖_∞ over nonsingular principal submatrices: the Lipschitz constant L (2.3) of [Chen & Xiang
-  // 2013] of the solution (P) or least-element solution (Z). Exact for n <= 12, a bound for M-matrices and
-  // diagonally dominant ones beyond, otherwise absent.
+  // 2013] of the solution (P) or least-element solution (Z); absent for other matrices. Exact for n <= 12 and
+  // for M-matrices; beyond, a bound for H-matrices (diagonally dominant ones among them) and positive
+  // definite ones, otherwise absent. See core/analysis/lipschitz.h.
   std::optional<double> lipschitz;
   // For people, the strongest statement first: "P- and Z-matrix (nonsingular M-matrix)".
   std::string description;
 };
 
-// Classifies `M` (square, finite). Exact P-test (all principal minors, by recursive Schur complements) for
-// n <= 20; beyond, sufficient and necessary polynomial tests, otherwise unknown. O(2ⁿ) up to 20, O(n³) beyond.
+// Classifies `M` (square, finite, n >= 1). Exact P-test (all principal minors, by recursive Schur
+// complements) for n <= 20, and for Z-matrices of any size; beyond, sufficient and necessary polynomial
+// tests, otherwise unknown. What is zero to working precision counts as zero. O(2ⁿ) up to 20, O(n³) beyond.
 MatrixClass Classify(const Matrix& M);
 
 // The rule a solver follows once M is known.
@@ -47,8 +50,9 @@ enum class Selection {
   kAny,           // none of the two: any solution; only coupled steps make sense
 };
 
-// Judges `rule` on M. kAuto: P first (unique), then Z (least element), otherwise kAny.
-// Errors: InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
+// Judges `rule` on M. kAuto: P first (unique), then Z without a zero row (least element), otherwise kAny. A
+// zero row i asks N x + g >= 0 of the state alone; its y_i is a multiplier that the least element would set
+// to zero. Errors: InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
 absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class);
 
 }  // namespace dlcs

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/analysis/m_matrix.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace dlcs {
+
+MMatrixFactor::MMatrixFactor(const Matrix& M) : lu_(M.rows(), M.rows()) {
+  for (Index j = 0; j < M.cols(); ++j) {
+    for (Index i = 0; i < M.rows(); ++i) {
+      if (M(i, j) == 0) continue;
+      band_below_ = std::max(band_below_, i - j);
+      band_above_ = std::max(band_above_, j - i);
+    }
+  }
+}
+
+Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
+  // Pivots above this fraction of the diagonal entry have lost few digits; those below are looked at closely.
+  constexpr double kClearlyPositive = 1e-7;
+  const Index size = static_cast<Index>(indices.size());
+  const bool increasing = std::is_sorted(indices.begin(), indices.end());
+  below_ = increasing ? band_below_ : size;
+  above_ = increasing ? band_above_ : size;
+  for (Index j = 0; j < size; ++j) {
+    const Index last = std::min(size - 1, j + below_);
+    for (Index i = std::max<Index>(0, j - above_); i <= last; ++i) lu_(i, j) = M(indices[i], indices[j]);
+  }
+  for (Index p = 0; p < size; ++p) {
+    const double diagonal = M(indices[p], indices[p]);
+    const double pivot = lu_(p, p);
+    if (!(pivot > kClearlyPositive * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
+    const Index last_row = std::min(size - 1, p + below_);
+    const Index last_column = std::min(size - 1, p + above_);
+    for (Index i = p + 1; i <= last_row; ++i) lu_(i, p) /= pivot;
+    for (Index j = p + 1; j <= last_column; ++j) {
+      const double factor = lu_(p, j);
+      if (factor == 0) continue;
+      for (Index i = p + 1; i <= last_row; ++i) lu_(i, j) -= lu_(i, p) * factor;
+    }
+  }
+  return size;
+}
+
+// The pivot is the Schur complement d = M_rr - M_rS M_SS⁻¹ M_Sr. The factors are exact for a matrix that
+// differs from M by a few units of rounding per entry, E, which moves d by xᵀ E z to first order, with
+// x = (-M_SS⁻ᵀ M_rSᵀ, 1) and z = (-M_SS⁻¹ M_Sr, 1), both nonnegative.
+bool MMatrixFactor::IsPositiveBeyondRounding(const Matrix& M, std::span<const Index> indices, Index p) const {
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  if (!(lu_(p, p) > 0)) return false;
+  Vector x(p), z(p);
+  for (Index i = 0; i < p; ++i) {
+    x[i] = M(indices[p], indices[i]);
+    z[i] = M(indices[i], indices[p]);
+  }
+  SolveTransposed(x);
+  Solve(z);
+  double bound = M(indices[p], indices[p]);
+  for (Index j = 0; j < p; ++j) {
+    for (Index i = 0; i < p; ++i) bound += std::abs(x[i] * M(indices[i], indices[j]) * z[j]);
+    bound += std::abs(M(indices[p], indices[j]) * z[j]) + std::abs(x[j] * M(indices[j], indices[p]));
+  }
+  return lu_(p, p) > kRounding * bound;
+}
+
+void MMatrixFactor::Solve(Eigen::Ref<Vector> x) const {
+  const Index size = x.size();
+  for (Index p = 0; p < size; ++p) {
+    const Index last = std::min(size - 1, p + below_);
+    for (Index i = p + 1; i <= last; ++i) x[i] -= lu_(i, p) * x[p];
+  }
+  for (Index p = size - 1; p >= 0; --p) {
+    x[p] /= lu_(p, p);
+    for (Index i = std::max<Index>(0, p - above_); i < p; ++i) x[i] -= lu_(i, p) * x[p];
+  }
+}
+
+void MMatrixFactor::SolveTransposed(Eigen::Ref<Vector> x) const {
+  const Index size = x.size();
+  for (Index p = 0; p < size; ++p) {
+    for (Index i = std::max<Index>(0, p - above_); i < p; ++i) x[p] -= lu_(i, p) * x[i];
+    x[p] /= lu_(p, p);
+  }
+  for (Index p = size - 1; p >= 0; --p) {
+    const Index last = std::min(size - 1, p + below_);
+    for (Index i = p + 1; i <= last; ++i) x[p] -= lu_(i, p) * x[i];
+  }
+}
+
+bool IsZMatrix(const Matrix& M) {
+  for (Index j = 0; j < M.cols(); ++j) {
+    for (Index i = 0; i < M.rows(); ++i) {
+      if (i != j && M(i, j) > 0) return false;
+    }
+  }
+  return true;
+}
+
+bool IsNonsingularMMatrix(const Matrix& M) {
+  std::vector<Index> all(M.rows());
+  std::iota(all.begin(), all.end(), Index{0});
+  return MMatrixFactor(M).Factor(M, all) == M.rows();
+}
+
+Matrix ComparisonMatrix(const Matrix& M) {
+  Matrix comparison = -M.cwiseAbs();
+  comparison.diagonal() = M.diagonal().cwiseAbs();
+  return comparison;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The quadratic form yᵀMy of a matrix that need not be symmetric.
+
+#ifndef DLCS_CORE_ANALYSIS_POSITIVE_SEMIDEFINITE_H_
+#define DLCS_CORE_ANALYSIS_POSITIVE_SEMIDEFINITE_H_
+
+#include <optional>
+
+#include "core/analysis/matrix_class.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Whether yᵀMy >= 0 for all y, with the reason or a witness. Exact zeros are kept: entries of the symmetric
+// part that cancel to rounding are zero (a skew matrix is positive semidefinite), and a zero on its diagonal
+// needs a zero row. What remains is scaled to unit diagonal and judged by its smallest eigenvalue, down to
+// -n·1e-15 times the largest. Never unknown. O(n³).
+Fact TestPositiveSemidefinite(const Matrix& M);
+
+// The smallest eigenvalue of (M + Mᵀ)/2 if that matrix is positive definite beyond rounding (after scaling to
+// unit diagonal); absent otherwise.
+std::optional<double> SmallestEigenvalueIfDefinite(const Matrix& M);
+
+bool IsSymmetricPartPositiveDefinite(const Matrix& M);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_ANALYSIS_POSITIVE_SEMIDEFINITE_H_
