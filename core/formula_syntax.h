@@ -19,7 +19,6 @@
 #include <array>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -45,8 +44,6 @@ enum class Comparison { kLess, kLessEqual, kGreater, kGreaterEqual, kEqual, kNot
 struct FormulaSyntax {
   std::string muparser_text;
   bool depends_on_t = false;
-  std::vector<std::string_view>
-      functions;  // each name of kFormulaFunctions in the text once, and kChainFunction
 };
 
 // Errors: InvalidArgument "at position P: ...", with P counted in bytes from 1, what was found there, and the

@@ -21,14 +21,14 @@ enum class LcpVerdict {
   kInfeasible,  // proven: no y >= 0 with q + M y >= 0, or no complementary basis solves it
   kRay,         // Lemke's method ended in a secondary ray and infeasibility is not proven
   kPivotLimit,
-  kSingular,    // a basis that had to be factored is singular to working precision
-  kNonFinite,   // q holds an infinity or NaN
+  kSingular,   // a basis that had to be factored is singular to working precision
+  kNonFinite,  // q holds an infinity or NaN
 };
 const char* LcpVerdictName(LcpVerdict verdict);  // "SOLVED", "INFEASIBLE", ...
 
 struct LcpResult {
   LcpVerdict verdict = LcpVerdict::kPivotLimit;
-  Vector y;             // the solution; the last iterate when not solved
+  Vector y;             // the solution; zero when not solved
   Vector w;             // q + M y
   double residual = 0;  // ‖min(y, w)‖_∞, computed from y afresh; NaN when a number is not finite
   Index pivots = 0;
@@ -46,28 +46,45 @@ absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRul
 // Which y_i are basic (may be positive): the warm start of a solve, and what it leaves behind.
 using Basis = std::vector<std::uint8_t>;
 
+// How a solve went, for statistics and messages.
+struct LcpAccount {
+  Index pivots = 0;         // basic variables exchanged
+  const char* method = "";  // the one that gave the verdict: "principal pivoting", ...
+  std::string message;      // why, where the verdict is not kSolved
+};
+
 // Solves LCP(q, M) for one matrix and many q. One object per thread: a solver keeps factorizations and work
 // space and allocates nothing in a solve that finds its basis again.
+//
+// A solve is a pure function of its arguments: the factors kept from earlier calls are those that a fresh
+// solver would compute, so the bits of the answer depend neither on the past nor on which of several clones
+// is asked.
 class LcpSolver {
  public:
   virtual ~LcpSolver() = default;
 
   // `q`          n entries.
-  // `tolerance`  absolute: entries of w above -tolerance count as nonnegative. The caller knows the rounding
-  //              in q; a good value is 1e-13 times the size of the numbers that q was summed from.
-  // `basis`      in: a guess, n entries; out: the basis of the solution. The solution does not depend on the
-  //              guess where it is unique or the least element.
-  // `y`          out: >= 0 exactly. Computed from a fresh factorization or a checked tableau: the residual of
-  //              a kSolved result is at most 10·tolerance + 1e-12·(‖q‖_∞ + ‖M‖_∞‖y‖_∞).
+  // `tolerance`  >= 0, absolute: entries of w above -tolerance count as nonnegative. The caller knows the
+  //              rounding in q; a good value is 1e-13 times the size of the numbers that q was summed from.
+  //              The rounding of the solver's own arithmetic is allowed for in any case.
+  // `basis`      in: a guess, n entries; out: the basis of the solution, the last one tried where there is
+  //              none. The solution does not depend (beyond rounding and `tolerance`) on the guess where it
+  //              is unique or the least element.
+  // `y`          out: >= 0 exactly, from a factorization of the basis: the residual of a kSolved result is at
+  //              most 10·tolerance + 1e-12·(‖q‖_∞ + ‖M‖_∞‖y‖_∞). Zero where the verdict is another one.
   virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
                            Eigen::Ref<Vector> y) = 0;
+
+  // How the last Solve() went. Allocates; not for the inner loop.
+  virtual LcpAccount Account() const = 0;
 
   // A fresh solver for the same matrix, for another thread: its results do not depend on this one's past.
   virtual std::unique_ptr<LcpSolver> Clone() const = 0;
 };
 
-// The solver of LCP(q, M) for the selection: principal pivoting with a kept tableau (kUnique), Chandrasekaran
-// (kLeastElement), Lemke with lexicographic ratio test, behind it enumeration for n <= 12 (kAny).
+// The solver of LCP(q, M) for the selection: principal pivoting with kept factors (kUnique), Chandrasekaran
+// (kLeastElement), Lemke with lexicographic ratio test, behind it enumeration for n <= 12 (kAny). The
+// selection is taken on trust: M must be a P-matrix for kUnique and a Z-matrix for kLeastElement.
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection);
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on

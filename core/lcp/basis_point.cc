@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/basis_point.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dlcs {
+
+BasisPoint::BasisPoint(const ScaledLcp& lcp, Elimination elimination)
+    : factor_(lcp.M, elimination),
+      y_(lcp.size()),
+      correction_(lcp.size()),
+      w_(lcp.size()),
+      allowed_(lcp.size()) {
+  violations_.reserve(lcp.size());
+}
+
+bool BasisPoint::Compute(const ScaledLcp& lcp, const Basis& basis) {
+  violations_.clear();
+  accurate_ = false;
+  if (!factor_.Factor(lcp.M, basis)) return false;
+  const std::vector<Index>& S = indices();
+  const Index size = static_cast<Index>(S.size());
+  for (Index p = 0; p < size; ++p) y_[p] = -lcp.q[S[p]];
+  factor_.Solve(y_.head(size));
+  if (!Evaluate(lcp)) return false;
+  if (!accurate_) {
+    for (Index p = 0; p < size; ++p) correction_[p] = w_[S[p]];
+    factor_.Solve(correction_.head(size));
+    y_.head(size) -= correction_.head(size);
+    if (!Evaluate(lcp)) return false;
+  }
+  Index p = 0;
+  for (Index i = 0; i < lcp.size(); ++i) {
+    if (basis[i]) {
+      const double value = y_[p++];
+      if (value < 0 && !Negligible(lcp, i, value)) violations_.push_back(i);
+    } else if (w_[i] < -allowed_[i]) {
+      violations_.push_back(i);
+    }
+  }
+  return true;
+}
+
+bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
+  constexpr double kRowRounding = 1e-14;
+  constexpr double kNormRounding = 5e-13;
+  const std::vector<Index>& S = indices();
+  const Index n = lcp.size();
+  double scaled_norm = 0;
+  double original_norm = 0;
+  double sum = 0;  // finite only if every entry is, unlike the maxima
+  w_ = lcp.q;
+  for (std::size_t p = 0; p < S.size(); ++p) {
+    const Index j = S[p];
+    const double value = y_[p];
+    sum += std::abs(value);
+    scaled_norm = std::max(scaled_norm, std::abs(value));
+    original_norm = std::max(original_norm, lcp.scale[j] * std::abs(value));
+    const Index last = std::min(n - 1, j + lcp.band_below);
+    for (Index i = std::max<Index>(0, j - lcp.band_above); i <= last; ++i) w_[i] += lcp.M(i, j) * value;
+  }
+  if (!std::isfinite(sum)) return false;
+  const double cap = kNormRounding * (lcp.original_q_norm + lcp.original_norm * original_norm);
+  for (Index i = 0; i < n; ++i) {
+    const double rounding = kRowRounding * (std::abs(lcp.q[i]) + lcp.row_sum[i] * scaled_norm);
+    allowed_[i] = lcp.tolerance[i] + std::min(rounding, lcp.scale[i] * cap);
+  }
+  accurate_ = true;
+  for (const Index i : S) accurate_ = accurate_ && std::abs(w_[i]) <= allowed_[i];
+  return true;
+}
+
+bool BasisPoint::Negligible(const ScaledLcp& lcp, Index j, double value) const {
+  const Index last = std::min(lcp.size() - 1, j + lcp.band_below);
+  for (Index i = std::max<Index>(0, j - lcp.band_above); i <= last; ++i) {
+    if (std::abs(lcp.M(i, j) * value) > allowed_[i]) return false;
+  }
+  return true;
+}
+
+void BasisPoint::Write(const ScaledLcp& lcp, Eigen::Ref<Vector> y) const {
+  y.setZero();
+  const std::vector<Index>& S = indices();
+  for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = lcp.scale[S[p]] * std::max(0.0, y_[p]);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The point that belongs to a basis, and whether it solves the LCP.
+
+#ifndef DLCS_CORE_LCP_BASIS_POINT_H_
+#define DLCS_CORE_LCP_BASIS_POINT_H_
+
+#include <vector>
+
+#include "core/lcp/basis_factor.h"
+#include "core/lcp/scaled_lcp.h"
+
+namespace dlcs {
+
+// For a basis S: y_S = -M_SS⁻¹ q_S, y = 0 elsewhere, w = q + M y. The certificate that every solver of this
+// folder ends with: nothing is returned as a solution that was not computed and judged here, from M and q
+// themselves. The empty list of violations together with accurate() means: solved.
+//
+// What counts as zero. w_i may be negative by the caller's tolerance and the rounding of its own sum,
+//     allowed_i = tolerance_i + min(1e-14 (|q_i| + Σ_j|M_ij| ‖y‖), 5e-13 (‖q‖ + ‖M‖ ‖y‖)),
+// the second term of the minimum in the caller's units, where Solve() promises it. y_j may be negative if
+// setting it to zero moves no w_i by more than allowed_i: so y and w need no tolerances of their own,
+// whatever the sizes of the entries.
+class BasisPoint {
+ public:
+  BasisPoint(const ScaledLcp& lcp, Elimination elimination);
+
+  // False when the basis has no point: M_SS is singular, or (kMMatrix) not a nonsingular M-matrix, or the
+  // numbers overflow. `lcp` must have the matrix of the constructor. Allocates only when the basis changed.
+  bool Compute(const ScaledLcp& lcp, const Basis& basis);
+
+  // Indices, increasing, with a negative y_i (in S) or a negative w_i (not in S).
+  const std::vector<Index>& violations() const { return violations_; }
+
+  // Whether w_S is zero to the same accuracy (after one step of iterative refinement where it was needed).
+  bool accurate() const { return accurate_; }
+
+  bool solved() const { return violations_.empty() && accurate_; }
+
+  const std::vector<Index>& indices() const { return factor_.indices(); }  // S, increasing
+  double y(Index position) const { return y_[position]; }                  // y of indices()[position], scaled
+  double w(Index i) const { return w_[i]; }                                // scaled
+  double allowed(Index i) const { return allowed_[i]; }
+  // Whether setting y_j = value to zero would go unnoticed in every w_i.
+  bool Negligible(const ScaledLcp& lcp, Index j, double value) const;
+
+  // Writes y >= 0 in the caller's units.
+  void Write(const ScaledLcp& lcp, Eigen::Ref<Vector> y) const;
+
+ private:
+  bool Evaluate(const ScaledLcp& lcp);
+
+  BasisFactor factor_;
+  Vector y_;  // the first indices().size() entries
+  Vector correction_;
+  Vector w_;
+  Vector allowed_;
+  std::vector<Index> violations_;
+  bool accurate_ = false;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LCP_BASIS_POINT_H_

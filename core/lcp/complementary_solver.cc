@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/complementary_solver.h"
+
+#include <algorithm>
+
+#include "core/lcp/enumeration.h"
+#include "core/lcp/feasibility.h"
+#include "core/lcp/principal_pivoting.h"
+
+namespace dlcs {
+
+ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
+    : known_(known),
+      lcp_(M),
+      point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
+
+LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+                                      Eigen::Ref<Vector> y) {
+  pivots_ = 0;
+  message_.clear();
+  method_ = "principal pivoting";
+  if (!lcp_.Load(q, tolerance)) return Fail(LcpVerdict::kNonFinite, "q has an entry that is not finite", y);
+  if (point_.Compute(lcp_, basis) && point_.solved()) {
+    point_.Write(lcp_, y);
+    return LcpVerdict::kSolved;
+  }
+  if (known_ != Known::kNothing) {
+    const int max_rounds = 30 + 4 * static_cast<int>(lcp_.size());
+    if (PivotPrincipally(lcp_, max_rounds, point_, basis, pivots_)) {
+      point_.Write(lcp_, y);
+      return LcpVerdict::kSolved;
+    }
+  }
+  return SolveFromScratch(basis, y);
+}
+
+LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y) {
+  method_ = "Lemke";
+  if (!lemke_) lemke_.emplace(lcp_.size());
+  LemkeEnd end = LemkeEnd::kRay;
+  // The tableau may drift; its basis is checked afresh. A second and third opinion of what a zero is.
+  for (const double zero : {1e-11, 1e-8, 1e-14}) {
+    end = lemke_->Run(lcp_, zero, basis);
+    pivots_ += lemke_->pivots();
+    if (end == LemkeEnd::kBasis && Polish(basis)) {
+      point_.Write(lcp_, y);
+      return LcpVerdict::kSolved;
+    }
+    if (end == LemkeEnd::kRay && ProvesInfeasible(lcp_, lemke_->ray())) {
+      return Fail(
+          LcpVerdict::kInfeasible,
+          "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
+    }
+  }
+  if (lcp_.size() <= kMaxEnumerationSize || end == LemkeEnd::kRay) return AfterRay(basis, y);
+  if (end == LemkeEnd::kPivotLimit) {
+    return Fail(LcpVerdict::kPivotLimit, "Lemke's method did not end within its pivots", y);
+  }
+  return Fail(LcpVerdict::kSingular, "the basis found is singular to working precision", y);
+}
+
+// The basis that Lemke's method ends with may be off by a few indices where y or w are nearly zero.
+bool ComplementarySolver::Polish(Basis& basis) {
+  constexpr int kRounds = 5;
+  return PivotPrincipally(lcp_, kRounds, point_, basis, pivots_);
+}
+
+LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
+  if (lcp_.size() <= kMaxEnumerationSize) {
+    method_ = "enumeration";
+    BasisPoint point(lcp_, Elimination::kPivoting);
+    const LcpVerdict verdict = Enumerate(
+        lcp_, [](const Basis&) { return true; }, point, basis, y);
+    if (verdict == LcpVerdict::kSolved) return verdict;
+    if (verdict == LcpVerdict::kInfeasible)
+      return Fail(verdict, "no choice of active constraints solves it", y);
+    return Fail(verdict, "no solution found, but a nearly singular basis does not allow to exclude one", y);
+  }
+  if (FindFeasiblePoint(lcp_.M, lcp_.q, lcp_.tolerance.minCoeff()).answer == Feasibility::kInfeasible) {
+    method_ = "linear programming";
+    return Fail(LcpVerdict::kInfeasible, "no y >= 0 has q + M y >= 0", y);
+  }
+  return Fail(LcpVerdict::kRay,
+              "Lemke's method ended in a ray: no solution found, and not proven that there is none", y);
+}
+
+LcpVerdict ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
+                                                const Eigen::Ref<const Vector>& q, double tolerance,
+                                                Basis& basis, Eigen::Ref<Vector> y) {
+  std::fill(basis.begin(), basis.end(), std::uint8_t{0});
+  const LcpVerdict verdict = Solve(q, tolerance, basis, y);
+  if (verdict != LcpVerdict::kSolved || preferred(basis) || lcp_.size() > kMaxEnumerationSize) return verdict;
+  Basis better = basis;
+  Vector better_y(y.size());
+  if (Enumerate(lcp_, preferred, point_, better, better_y) == LcpVerdict::kSolved && preferred(better)) {
+    basis = better;
+    y = better_y;
+    method_ = "enumeration";
+  }
+  return verdict;
+}
+
+LcpVerdict ComplementarySolver::Fail(LcpVerdict verdict, const char* why, Eigen::Ref<Vector> y) {
+  y.setZero();
+  message_ = why;
+  return verdict;
+}
+
+std::unique_ptr<LcpSolver> ComplementarySolver::Clone() const {
+  return std::make_unique<ComplementarySolver>(*this);
+}
+
+}  // namespace dlcs

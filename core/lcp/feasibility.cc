@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/feasibility.h"
+
+#include <algorithm>
+
+#include "core/lcp/basis_point.h"
+#include "core/lcp/lemke.h"
+
+namespace dlcs {
+namespace {
+
+// Farkas' lemma to working precision for c + C y >= 0.
+bool IsFarkas(const Eigen::Ref<const Matrix>& C, const Eigen::Ref<const Vector>& c,
+              const Eigen::Ref<const Vector>& tolerance, const Eigen::Ref<const Vector>& multiplier) {
+  constexpr double kRounding = 1e-11;
+  const Vector lambda = multiplier.cwiseMax(0);
+  const Vector product = C.transpose() * lambda;
+  const Vector product_size = C.cwiseAbs().transpose() * lambda;
+  if ((product.array() > kRounding * product_size.array()).any()) return false;
+  return lambda.dot(c) < -(lambda.dot(tolerance) + kRounding * lambda.dot(c.cwiseAbs()));
+}
+
+}  // namespace
+
+FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double tolerance) {
+  const Index rows = C.rows();
+  const Index columns = C.cols();
+  // Optimality of min 0ᵀy: 0 <= y ⟂ -Cᵀλ >= 0, 0 <= λ ⟂ c + C y >= 0.
+  Matrix skew = Matrix::Zero(columns + rows, columns + rows);
+  skew.topRightCorner(columns, rows) = -C.transpose();
+  skew.bottomLeftCorner(rows, columns) = C;
+  Vector q = Vector::Zero(columns + rows);
+  q.tail(rows) = c;
+  ScaledLcp lcp(skew);
+  if (!lcp.Load(q, tolerance)) return {};
+  BasisPoint point(lcp, Elimination::kPivoting);
+  Lemke lemke(columns + rows);
+  Basis basis(columns + rows, 0);
+  for (const double zero : {1e-11, 1e-8, 1e-14}) {
+    const LemkeEnd end = lemke.Run(lcp, zero, basis);
+    if (end == LemkeEnd::kRay) {
+      if (IsFarkas(lcp.M.bottomLeftCorner(rows, columns), lcp.q.tail(rows), lcp.tolerance.tail(rows),
+                   lemke.ray().tail(rows))) {
+        return {Feasibility::kInfeasible, {}};
+      }
+    } else if (end == LemkeEnd::kBasis && point.Compute(lcp, basis) && point.solved()) {
+      Vector solution(columns + rows);
+      point.Write(lcp, solution);
+      return {Feasibility::kFeasible, solution.head(columns)};
+    }
+  }
+  return {};
+}
+
+bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& multiplier) {
+  return IsFarkas(lcp.M, lcp.q, lcp.tolerance, multiplier);
+}
+
+}  // namespace dlcs

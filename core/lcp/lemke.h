@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lemke's complementary pivoting.
+
+#ifndef DLCS_CORE_LCP_LEMKE_H_
+#define DLCS_CORE_LCP_LEMKE_H_
+
+#include <vector>
+
+#include "core/lcp/lcp.h"
+#include "core/lcp/scaled_lcp.h"
+
+namespace dlcs {
+
+enum class LemkeEnd { kBasis, kRay, kPivotLimit };
+
+// Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau; ties in the ratio test are broken
+// lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix, positive
+// semidefinite (copositive-plus) or strictly semicopositive, and for many other matrices.
+//
+// Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity
+// problem.
+//         Academic Press. Algorithm 4.4.5, lexicographic rule (4.9).
+//
+// Work space for n is allocated once, 2n² numbers; a pivot costs 2n² and a solve typically takes n to 3n of
+// them. Not safe to share between threads.
+class Lemke {
+ public:
+  explicit Lemke(Index n);
+
+  // Entries of the tableau below `zero` times the largest of their column do not become pivots.
+  // kBasis: `basis` holds a complementary basis that the tableau takes for a solution; to be checked.
+  // kRay: ray() holds the direction.
+  LemkeEnd Run(const ScaledLcp& lcp, double zero, Basis& basis);
+
+  // The y-part of the secondary ray, scaled. For copositive-plus M it proves that there is no solution.
+  const Vector& ray() const { return ray_; }
+
+  Index pivots() const { return pivots_; }  // of the last Run()
+
+ private:
+  static constexpr Index kNoRow = -1;
+
+  void Load(const ScaledLcp& lcp);
+  Index RatioTest(Index entering, double zero);
+  void BreakTie(Index entering);
+  void Pivot(Index row, Index column);
+  void RecordRay(Index entering);
+
+  Index n_;
+  // Columns: w (n), y (n), z₀, right-hand side. The first n hold the inverse of the basis matrix.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
+  std::vector<Index> basic_;  // the column that is basic in a row
+  std::vector<Index> ties_;
+  Vector ray_;
+  Index pivots_ = 0;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LCP_LEMKE_H_

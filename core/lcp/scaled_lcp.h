@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// One LCP in the units in which the solvers of this folder work.
+
+#ifndef DLCS_CORE_LCP_SCALED_LCP_H_
+#define DLCS_CORE_LCP_SCALED_LCP_H_
+
+#include "core/types.h"
+
+namespace dlcs {
+
+// LCP(D q, D M D) for LCP(q, M), with D the powers of two of SymmetricEquilibration(). All solvers of this
+// folder read this struct; only its y = D y' leaves it.
+struct ScaledLcp {
+  // q = 0 and no tolerance until Load().
+  explicit ScaledLcp(const Matrix& M);
+
+  // Takes the right-hand side and the absolute tolerance of w, both in the caller's units. False when an
+  // entry of `q` is not finite. Does not allocate.
+  bool Load(const Eigen::Ref<const Vector>& original_q, double original_tolerance);
+
+  Index size() const { return M.rows(); }
+
+  Vector scale;      // D
+  Matrix M;          // D M D
+  Vector row_sum;    // Σ_j |(D M D)_ij|
+  Index band_below;  // M(i, j) = 0 for i - j > band_below or j - i > band_above
+  Index band_above;
+  double original_norm;  // ‖M‖_∞ in the caller's units
+
+  Vector q;          // D q
+  Vector tolerance;  // D · tolerance
+  double original_q_norm = 0;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LCP_SCALED_LCP_H_

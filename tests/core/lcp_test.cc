@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// SolveLcp(): verdicts, certificates and refusals; random problems of every class, judged by residual, by
+// linear programming and by enumeration.
+#include "core/lcp/lcp.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tests/support/lcp_linear_program.h"
+#include "tests/support/lcp_problems.h"
+
+namespace dlcs {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::LcpGenerator;
+
+double NormOf(const Matrix& M) { return M.cwiseAbs().rowwise().sum().maxCoeff(); }
+
+// The promise of the service: residual <= 1e-10 (1 + ‖q‖ + ‖M‖‖y‖), y >= 0.
+void ExpectSolved(const Matrix& M, const Vector& q, const absl::StatusOr<LcpResult>& result) {
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << result->message << "\nM =\n"
+                                                  << M << "\nq = " << q.transpose();
+  EXPECT_GE(result->y.minCoeff(), 0);
+  const double size = 1 + q.lpNorm<Eigen::Infinity>() + NormOf(M) * result->y.lpNorm<Eigen::Infinity>();
+  EXPECT_LE(LcpResidual(M, q, result->y), 1e-10 * size);
+  EXPECT_EQ(result->residual, LcpResidual(M, q, result->y));
+  EXPECT_LE((result->w - q - M * result->y).lpNorm<Eigen::Infinity>(), 1e-13 * size);
+}
+
+TEST(SolveLcpTest, NamesTheEntryThatBreaksARule) {
+  const Matrix M = Matrix::Identity(2, 2);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(std::string(SolveLcp(Matrix(2, 3), Vector::Ones(2), SolutionRule::kAuto).status().message()),
+              HasSubstr("M: is 2 × 3"));
+  EXPECT_THAT(std::string(SolveLcp(Matrix(0, 0), Vector(0), SolutionRule::kAuto).status().message()),
+              HasSubstr("M: is 0 × 0"));
+  EXPECT_THAT(std::string(SolveLcp(M, Vector::Ones(3), SolutionRule::kAuto).status().message()),
+              HasSubstr("q: has 3 entries"));
+  EXPECT_THAT(std::string(SolveLcp(M, Vector{{1.0, nan}}, SolutionRule::kAuto).status().message()),
+              HasSubstr("q[1]: is nan"));
+  Matrix bad = M;
+  bad(1, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(std::string(SolveLcp(bad, Vector::Ones(2), SolutionRule::kAuto).status().message()),
+              HasSubstr("M[1][0]: is inf"));
+}
+
+TEST(SolveLcpTest, RefusesARuleThatMatrixDoesNotAdmit) {
+  const Matrix M{{1, 2}, {3, 1}};
+  const absl::Status unique = SolveLcp(M, Vector::Ones(2), SolutionRule::kUnique).status();
+  EXPECT_EQ(unique.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(unique.message()), HasSubstr("rows {0, 1}"));
+  EXPECT_THAT(std::string(SolveLcp(M, Vector::Ones(2), SolutionRule::kLeastElement).status().message()),
+              HasSubstr("M[0][1] = 2"));
+}
+
+TEST(SolveLcpTest, FindsTheLeastOfSeveralSolutions) {
+  // Solutions for q = (-1, 2, 2, 3): y = (1, a, b, 0) with (a, b) one of (0,0), (2,2): the least has zeros.
+  const absl::StatusOr<LcpResult> result =
+      SolveLcp(testing::ChenXiangExample41(), Vector{{-1.0, 2, 2, 3}}, SolutionRule::kAuto);
+  ASSERT_TRUE(result.ok());
+  ASSERT_EQ(result->verdict, LcpVerdict::kSolved);
+  EXPECT_EQ(result->y, (Vector{{1.0, 0, 0, 0}}));
+}
+
+TEST(SolveLcpTest, TreatsRoundingBelowZeroAsZero) {
+  for (const Matrix& M :
+       {Matrix(Matrix::Zero(2, 2)), Matrix(Matrix::Identity(2, 2)), Matrix{{0., 1}, {-1, 0}}}) {
+    const Vector q{{1.0, -1e-17}};
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ExpectSolved(M, q, result);
+    EXPECT_LE(result->y.maxCoeff(), 1e-16);
+  }
+}
+
+TEST(SolveLcpTest, SaysThatNothingIsFeasible) {
+  const Matrix zero = Matrix::Zero(1, 1);
+  EXPECT_EQ(SolveLcp(zero, Vector{{-1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
+  // Singular M-matrix: (1, 1)ᵀ M = 0, so the sum of w cannot be raised.
+  const Matrix laplacian{{1, -1}, {-1, 1}};
+  EXPECT_EQ(SolveLcp(laplacian, Vector{{-1.0, 0.5}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
+  EXPECT_EQ(SolveLcp(laplacian, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kSolved);
+  const Matrix skew{{0, -1}, {1, 0}};
+  EXPECT_EQ(SolveLcp(skew, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
+}
+
+TEST(SolveLcpTest, FindsASolutionWhoseActiveBlockIsSingular) {
+  // y = (0, 1) solves, but no complementary basis does: all diagonal entries and the determinant vanish.
+  const Matrix M{{0, 1}, {0, 0}};
+  const Vector q{{-1.0, 0.0}};
+  ExpectSolved(M, q, SolveLcp(M, q, SolutionRule::kAuto));
+}
+
+TEST(SolveLcpTest, SaysThatNothingIsComplementaryAlthoughSomethingIsFeasible) {
+  // w₁ = -1 + y₂ and w₂ = 1 - y₁ + ... : feasible y exist (0, 2), but w₂ > 0 forces y₂ = 0 and then w₁ < 0.
+  const Matrix M{{0, 1}, {0, 0}};
+  const absl::StatusOr<LcpResult> result = SolveLcp(M, Vector{{-1.0, 1.0}}, SolutionRule::kAuto);
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+  EXPECT_EQ(result->method, "enumeration");
+}
+
+class RandomLcpTest : public ::testing::TestWithParam<Index> {};
+
+TEST_P(RandomLcpTest, PMatricesAreSolved) {
+  LcpGenerator generator(100 + GetParam());
+  const int repetitions = GetParam() <= 20 ? 40 : 4;
+  for (int k = 0; k < repetitions; ++k) {
+    for (const Matrix& M : {generator.PositiveDefinite(GetParam()), generator.MMatrix(GetParam()),
+                            generator.BadlyScaled(generator.MMatrix(GetParam()), 4)}) {
+      const Vector q = generator.GaussianVector(GetParam());
+      const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kUnique);
+      ExpectSolved(M, q, result);
+      Vector y;
+      const Vector made = generator.SolvableQ(M, k % 2 == 0, &y);
+      const absl::StatusOr<LcpResult> known = SolveLcp(M, made, SolutionRule::kAuto);
+      ExpectSolved(M, made, known);
+    }
+  }
+}
+
+TEST_P(RandomLcpTest, UniqueSolutionIsTheOneThatTheProblemWasBuiltFrom) {
+  LcpGenerator generator(200 + GetParam());
+  const int repetitions = GetParam() <= 20 ? 40 : 4;
+  for (int k = 0; k < repetitions; ++k) {
+    const Matrix M = generator.PositiveDefinite(GetParam());
+    Vector y;
+    const Vector q = generator.SolvableQ(M, k % 2 == 0, &y);
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ExpectSolved(M, q, result);
+    // λ_min of the symmetric part is at least 0.1: the error is at most ten residuals in the 2-norm.
+    EXPECT_LE((result->y - y).norm(), 1e-10 * (1 + y.norm()));
+  }
+}
+
+TEST_P(RandomLcpTest, ZMatricesGiveTheLeastElementOrNothingIsFeasible) {
+  LcpGenerator generator(300 + GetParam());
+  const int repetitions = GetParam() <= 20 ? 60 : 4;
+  int infeasible = 0;
+  int solved = 0;
+  for (int k = 0; k < repetitions; ++k) {
+    const Matrix M = k % 3 == 0   ? generator.SingularMMatrix(GetParam())
+                     : k % 3 == 1 ? generator.ZMatrix(GetParam())
+                                  : generator.MMatrix(GetParam());
+    Vector q = generator.GaussianVector(GetParam());
+    if (k % 4 < 2) q.array() += k % 4 + 0.5;
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kLeastElement);
+    const std::optional<Vector> least = testing::MinimizeSumOverFeasible(M, q);
+    ASSERT_TRUE(result.ok());
+    if (least.has_value()) {
+      ++solved;
+      ExpectSolved(M, q, result);
+      EXPECT_LE((result->y - *least).lpNorm<Eigen::Infinity>(),
+                1e-6 * (1 + least->lpNorm<Eigen::Infinity>()));
+    } else {
+      ++infeasible;
+      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+    }
+  }
+  EXPECT_GT(solved, 0);
+  if (GetParam() > 1) {
+    EXPECT_GT(infeasible, 0);
+  }
+}
+
+TEST_P(RandomLcpTest, PositiveSemidefiniteMatricesAreSolvedExactlyWhenFeasible) {
+  LcpGenerator generator(400 + GetParam());
+  const int repetitions = GetParam() <= 20 ? 40 : 4;
+  for (int k = 0; k < repetitions; ++k) {
+    const Matrix M = k % 2 == 0 ? generator.Skew(GetParam())
+                                : generator.PositiveSemidefinite(GetParam(), (GetParam() + 1) / 2);
+    const Vector q = k % 4 < 2 ? generator.GaussianVector(GetParam()) : generator.SolvableQ(M, k % 8 < 4);
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok());
+    if (testing::MinimizeSumOverFeasible(M, q).has_value()) {
+      ExpectSolved(M, q, result);
+    } else {
+      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+    }
+  }
+}
+
+TEST_P(RandomLcpTest, MatricesOfNoClassGetASolutionOrATrueVerdict) {
+  LcpGenerator generator(500 + GetParam());
+  const int repetitions = GetParam() <= 20 ? 40 : 4;
+  for (int k = 0; k < repetitions; ++k) {
+    const Matrix M = generator.Gaussian(GetParam(), GetParam());
+    const Vector q = k % 2 == 0 ? generator.GaussianVector(GetParam()) : generator.SolvableQ(M, k % 4 == 1);
+    const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
+    ASSERT_TRUE(result.ok());
+    if (result->verdict == LcpVerdict::kSolved) {
+      ExpectSolved(M, q, result);
+    } else if (GetParam() <= 12) {
+      // Enumeration settles it: problems built from a solution are solved.
+      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+      EXPECT_EQ(k % 2, 0);
+    } else if (testing::MinimizeSumOverFeasible(M, q).has_value()) {
+      EXPECT_NE(result->verdict, LcpVerdict::kInfeasible);
+    } else {
+      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, RandomLcpTest, ::testing::Values(1, 2, 3, 4, 7, 12, 20, 50, 200));
+
+}  // namespace
+}  // namespace dlcs
