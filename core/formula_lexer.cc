@@ -77,6 +77,8 @@ constexpr std::array kForeignNames = {
     Advice{"np", kAdvicePrefix},
     Advice{"numpy", kAdvicePrefix},
     Advice{"math", kAdvicePrefix},
+    Advice{"true", "write 1"},
+    Advice{"false", "write 0"},
     Advice{"inf", kAdviceFinite},
     Advice{"nan", kAdviceFinite},
 };

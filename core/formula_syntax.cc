@@ -53,16 +53,15 @@ class Reader {
     }
     Advance();
     if (token_.kind == Kind::kEnd && error_.empty()) Fail(0, "the formula is empty; write 0 for none");
-    FormulaSyntax syntax{.muparser_text = ReadComparison()};
+    syntax_.muparser_text = ReadComparison();
     if (token_.kind != Kind::kEnd) FailUnexpected(IsOperator(")") ? "')' closes nothing" : "");
-    if (error_.empty() && syntax.muparser_text.size() > kMaxMuparserTextSize) {
-      Fail(0, "the formula is too long: " + std::to_string(syntax.muparser_text.size()) +
+    if (error_.empty() && syntax_.muparser_text.size() > kMaxMuparserTextSize) {
+      Fail(0, "the formula is too long: " + std::to_string(syntax_.muparser_text.size()) +
                   " characters without its blanks; at most " + std::to_string(kMaxMuparserTextSize) +
                   " are allowed");
     }
     if (!error_.empty()) return absl::InvalidArgumentError(error_);
-    syntax.depends_on_t = depends_on_t_;
-    return syntax;
+    return std::move(syntax_);
   }
 
  private:
@@ -81,6 +80,7 @@ class Reader {
     }
     if (links == 0) return left;
     if (links == 1) return left + op + right;  // muParser's own comparisons are faster than a call
+    Use(kChainFunction);
     return std::string(kChainFunction) + "(" + left + chain + ")";
   }
 
@@ -161,7 +161,7 @@ class Reader {
     }
     if (name.text == "pi") return NumberText(std::numbers::pi);
     if (name.text == "e") return NumberText(std::numbers::e);
-    depends_on_t_ = true;
+    syntax_.depends_on_t = true;
     return "t";
   }
 
@@ -174,6 +174,7 @@ class Reader {
     const std::size_t opened = token_.position;
     Advance();
     if (IsOperator(")")) Fail(token_.position, "the function " + Quoted(name.text) + " needs an argument");
+    Use(function.name);
     std::string result(name.text);
     result += "(" + Nested(opened, [this] { return ReadComparison(); });
     while (IsOperator(",")) {
@@ -186,6 +187,11 @@ class Reader {
     }
     Close(opened);
     return result + ")";
+  }
+
+  void Use(std::string_view function) {
+    std::vector<std::string_view>& used = syntax_.functions;
+    if (std::find(used.begin(), used.end(), function) == used.end()) used.push_back(function);
   }
 
   template <typename Rule>
@@ -249,7 +255,7 @@ class Reader {
   const std::string_view text_;
   FormulaToken token_;
   int depth_ = 0;
-  bool depends_on_t_ = false;
+  FormulaSyntax syntax_;
   std::string error_;
 };
 

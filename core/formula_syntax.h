@@ -19,6 +19,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -44,6 +45,8 @@ enum class Comparison { kLess, kLessEqual, kGreater, kGreaterEqual, kEqual, kNot
 struct FormulaSyntax {
   std::string muparser_text;
   bool depends_on_t = false;
+  std::vector<std::string_view>
+      functions;  // each name of kFormulaFunctions in the text once, and kChainFunction
 };
 
 // Errors: InvalidArgument "at position P: ...", with P counted in bytes from 1, what was found there, and the

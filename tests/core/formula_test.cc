@@ -367,6 +367,7 @@ const Refusal kRefusals[] = {
     {"pow(t, 2)", 1, "a**b"},
     {"arctan(t)", 1, "atan"},
     {"heaviside(t)", 1, "(t >= 0)"},
+    {"True*t", 1, "write 1"},
     {"inf", 1, "finite"},
     {"1 + nan", 5, "finite"},
     {"x", 1, "unknown name 'x'; the names are t pi e sin"},

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "client/cli/atomic_file.h"
+#include "client/cli/commands.h"
+#include "client/cli/run_support.h"
+
+namespace dlcs::client {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Zero on the wire means that nothing limits it.
+ordered_json LimitJson(std::int64_t limit) { return limit > 0 ? ordered_json(limit) : ordered_json(nullptr); }
+
+std::string LimitText(std::int64_t limit) { return limit > 0 ? fmt::format("{}", limit) : "no limit"; }
+
+void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
+  ordered_json methods = ordered_json::array();
+  for (const auto& method : response.methods()) {
+    methods.push_back({{"name", method.name()}, {"description", method.description()}});
+  }
+  const ordered_json root = {{"version", response.version()},
+                             {"methods", methods},
+                             {"max_states", LimitJson(response.max_states())},
+                             {"max_constraints", LimitJson(response.max_constraints())},
+                             {"max_steps", LimitJson(response.max_steps())},
+                             {"max_result_bytes", LimitJson(response.max_result_bytes())},
+                             {"max_message_bytes", LimitJson(response.max_message_bytes())},
+                             {"max_concurrent_solves", LimitJson(response.max_concurrent_solves())},
+                             {"threads", response.threads()}};
+  fmt::print(out, "{}\n", root.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+}
+
+void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& server, std::FILE* out) {
+  fmt::print(out, "{}: dlcs {}, {} threads per solve\n\n", server.empty() ? "this process" : server,
+             response.version(), response.threads());
+  fmt::print(out, "Methods\n");
+  for (const auto& method : response.methods()) {
+    fmt::print(out, "  {:<18}{}\n", method.name(), method.description());
+  }
+  fmt::print(out, "\nLimits\n");
+  fmt::print(out, "  states             {}\n", LimitText(response.max_states()));
+  fmt::print(out, "  pairs              {}\n", LimitText(response.max_constraints()));
+  fmt::print(out, "  steps              {}\n", LimitText(response.max_steps()));
+  fmt::print(out, "  bytes of a result  {}\n", LimitText(response.max_result_bytes()));
+  fmt::print(out, "  bytes of a request {}\n", LimitText(response.max_message_bytes()));
+  fmt::print(out, "  solves at once     {}\n", LimitText(response.max_concurrent_solves()));
+}
+
+}  // namespace
+
+ExitCode Run(const CapabilitiesCommand& command) {
+  const auto backend = MakeBackend(command.server);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  const auto response = (*backend)->GetCapabilities(
+      {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  if (!response.ok()) return Complain(response.status(), kServiceFailed);
+  command.format == OutputFormat::kJson ? PrintJson(*response, stdout)
+                                        : PrintTable(*response, command.server, stdout);
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/command_line.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/names.h"
+#include "client/nearest_name.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file, "
+    "option,\n"
+    "problem); 3 the service failed, or the solve was cancelled or ran out of time.";
+
+constexpr const char* kMainExamples =
+    "Examples:\n"
+    "  dlcs solve circuit.json                            solve here, print a table\n"
+    "  dlcs solve circuit.json --server localhost:50051   the same on a server (start one with dlcsd)\n"
+    "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
+    "  dlcs solve --help                                  all options, more examples";
+
+constexpr const char* kSolveExamples =
+    "A problem file is one JSON object with the keys A B N M x0 T and f and g (or pieces), of\n"
+    "    x' = A x + B y + f(t),  0 <= y, N x + g(t) + M y >= 0 complementary,  x(0) = x0,  t in [0, T]\n"
+    "as in {\"A\": [[-1]], \"B\": [[1]], \"N\": [[1]], \"M\": [[1]], \"x0\": [0], \"T\": 5, \"f\": "
+    "[\"sin(t)\"], \"g\": [\"-1\"]}\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs solve circuit.json --steps 100000 --estimate-error\n"
+    "  dlcs solve circuit.json --method time-stepping --step 1e-4 --project-initial-state\n"
+    "  dlcs solve circuit.json --at 0.5,1,2 --format json --quiet\n"
+    "  dlcs solve circuit.json --format csv --output circuit.csv --server localhost:50051\n"
+    "  generate | dlcs solve - --window whole --format json\n"
+    "\n"
+    "Ctrl-C cancels the solve and prints what is known; a second one ends at once.";
+
+constexpr const char* kLcpExamples =
+    "Finds y with 0 <= y, w = q + M y >= 0, y complementary to w. The file holds one JSON object, as in\n"
+    "    {\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}\n"
+    "and may hold a \"rule\" (auto, unique, least-element).\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs lcp lcp.json\n"
+    "  dlcs lcp lcp.json --rule least-element --format json";
+
+constexpr const char* kCapabilitiesExamples =
+    "Examples:\n"
+    "  dlcs capabilities\n"
+    "  dlcs capabilities --server localhost:50051 --format json";
+
+// What a number must be, in words and as a test.
+struct Rule {
+  const char* words;
+  std::function<bool(double)> holds;
+};
+
+Rule Positive() {
+  return {"a number above 0", [](double v) { return v > 0; }};
+}
+Rule Within(const char* words, double least, double most) {
+  return {words, [least, most](double v) { return v >= least && v <= most; }};
+}
+Rule WholeAtLeast(const char* words, double least) {
+  return {words, [least](double v) { return v >= least && v <= 9e15 && v == std::floor(v); }};
+}
+
+// Reads the whole of `text` as a finite number: the same digits as in a file, and nothing else.
+std::optional<double> ParseNumber(const std::string& text) {
+  double value = 0;
+  const char* begin = text.c_str() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const char* end = text.c_str() + text.size();
+  const auto [rest, error] = std::from_chars(begin, end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+double CheckedNumber(const std::string& text, const Rule& rule, const std::string& option) {
+  const auto value = ParseNumber(text);
+  if (!value || !rule.holds(*value)) {
+    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}", text, rule.words));
+  }
+  return *value;
+}
+
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable, const Rule& rule,
+                       const std::function<void(double)>& set, const std::string& help) {
+  return app
+      .add_option_function<std::string>(
+          name, [=](const std::string& text) { set(CheckedNumber(text, rule, name)); }, help)
+      ->type_name(metavariable);
+}
+
+// An option whose values are words; the nearest one is proposed for a word that is none of them.
+template <typename Value>
+CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<std::string>& words,
+                     const std::function<std::optional<Value>(const std::string&)>& parse,
+                     const std::function<void(Value)>& set, const std::string& help) {
+  const auto read = [=](const std::string& text) {
+    const auto value = parse(text);
+    if (value) return set(*value);
+    const auto nearest = NearestName(text, words);
+    throw CLI::ValidationError(name, fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "),
+                                                 nearest ? fmt::format("; did you mean {}?", *nearest) : ""));
+  };
+  return app.add_option_function<std::string>(name, read, help)
+      ->type_name(fmt::format("{}", fmt::join(words, "|")));
+}
+
+void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
+  AddWord<v1::SolutionRule>(
+      app, "--rule", RuleNames(), ParseRule, [&rule](v1::SolutionRule value) { rule = value; },
+      "Which solution of the LCP where there are several; overrides the file");
+}
+
+void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format,
+               const std::string& help) {
+  const auto parse = [words](const std::string& text) -> std::optional<OutputFormat> {
+    if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
+    if (text == "json") return OutputFormat::kJson;
+    return text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
+  };
+  AddWord<OutputFormat>(
+      app, "--format", words, parse, [&format](OutputFormat value) { format = value; }, help);
+}
+
+void AddServer(CLI::App& app, std::string& server) {
+  app.add_option("--server", server, "Run on the dlcsd at this address instead of in this process")
+      ->type_name("HOST:PORT");
+}
+
+void AddDeadline(CLI::App& app, double& deadline_s) {
+  AddNumber(
+      app, "--deadline", "SECONDS", Positive(), [&deadline_s](double v) { deadline_s = v; },
+      fmt::format("Give up after this time ({})", deadline_s));
+}
+
+// "0.1,0.5" in any order; what comes out is increasing and distinct.
+std::vector<double> ParseTimes(const std::string& text) {
+  const Rule rule = Within("a time: a number of at least 0", 0, kInfinity);
+  std::vector<double> times;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    std::string entry = text.substr(begin, end - begin);
+    entry.erase(0, entry.find_first_not_of(' '));
+    times.push_back(CheckedNumber(entry, rule, "--at"));
+    begin = end + 1;
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+// "auto", "whole" or a number of steps, as the wire counts them.
+std::int64_t ParseWindow(const std::string& text) {
+  if (text == "auto") return 0;
+  if (text == "whole") return -1;
+  const Rule rule = WholeAtLeast("auto, whole or a whole number of at least 1", 1);
+  return static_cast<std::int64_t>(CheckedNumber(text, rule, "--window"));
+}
+
+void AddGrid(CLI::App& app, v1::SolveOptions& options) {
+  CLI::Option* step = AddNumber(
+      app, "--step", "H", Positive(), [&](double v) { options.set_step(v); }, "Length of a step, at most");
+  AddNumber(
+      app, "--steps", "J", WholeAtLeast("a whole number of at least 1", 1),
+      [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T] (1000)")
+      ->excludes(step);
+  app.add_option_function<std::string>(
+         "--at",
+         [&](const std::string& text) {
+           const std::vector<double> times = ParseTimes(text);
+           options.mutable_output_times()->Assign(times.begin(), times.end());
+         },
+         "Only these times, in any order; they become nodes of the grid. Otherwise a table shows 11 even "
+         "times, "
+         "JSON and CSV every node")
+      ->type_name("T1,T2,...");
+}
+
+void AddMethod(CLI::App& app, v1::SolveOptions& options) {
+  AddWord<v1::Method>(
+      app, "--method", MethodNames(), ParseMethod, [&](v1::Method method) { options.set_method(method); },
+      "auto chooses from the class of M and says why");
+  AddNumber(
+      app, "--theta", "Θ", Within("between 0 and 1", 0, 1), [&](double v) { options.set_theta(v); },
+      "time-stepping: 0 implicit (default), 0.5 trapezoidal, 1 explicit in x");
+  app.add_option_function<std::string>(
+         "--window", [&](const std::string& text) { options.set_window_steps(ParseWindow(text)); },
+         "laplace-iteration: steps of a window; auto adapts (default), whole takes the horizon at once")
+      ->type_name("auto|whole|STEPS");
+  AddNumber(
+      app, "--iteration-tolerance", "TOL", Within("above 0 and at most 1", 1e-300, 1),
+      [&](double v) { options.set_tolerance(v); },
+      "Iterate until the change that is left is this small, relatively (1e-12)");
+  AddNumber(
+      app, "--max-iterations", "K", WholeAtLeast("a whole number of at least 1", 1),
+      [&](double v) { options.set_max_iterations(static_cast<std::int64_t>(v)); },
+      "Iterations per window, at most (60, or 1000 for windows that cannot shrink)");
+}
+
+void AddContour(CLI::App& app, v1::SolveOptions& options) {
+  AddNumber(
+      app, "--contour-nodes", "P", WholeAtLeast("a whole number of at least 1", 1),
+      [&](double v) { options.mutable_contour()->set_nodes(static_cast<std::int32_t>(std::min(v, 2e9))); },
+      "paper-iteration: 2P + 1 nodes on the contour (25)");
+  AddNumber(
+      app, "--contour-gamma", "γ", Positive(), [&](double v) { options.mutable_contour()->set_gamma(v); },
+      "paper-iteration: the contour's angle (0.794)");
+  AddNumber(
+      app, "--contour-mu", "μ", Positive(), [&](double v) { options.mutable_contour()->set_mu(v); },
+      "paper-iteration: the contour's scale (sqrt(P)/4)");
+  AddNumber(
+      app, "--contour-step", "Δv", Positive(), [&](double v) { options.mutable_contour()->set_step(v); },
+      "paper-iteration: distance of the nodes (2.06/sqrt(P))");
+  app.add_flag_function(
+      "--contour-initial-state",
+      [&](std::int64_t) { options.mutable_contour()->set_for_initial_state(true); },
+      "paper-iteration: e^{At} x0 by a contour too (Remark 2.3)");
+}
+
+void AddSolve(CLI::App& main, SolveCommand& command) {
+  CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
+  v1::SolveOptions& options = command.options;
+  app.add_option("PROBLEM", command.problem_path, "Problem file in JSON; - reads standard input")
+      ->required()
+      ->type_name("FILE");
+  AddServer(app, command.server);
+  AddMethod(app, options);
+  AddGrid(app, options);
+  AddRule(app, command.rule);
+  app.add_flag_function(
+      "--project-initial-state", [&](std::int64_t) { options.set_project_initial_state(true); },
+      "Let an inconsistent state jump instead of refusing it");
+  app.add_flag_function(
+      "--estimate-error", [&](std::int64_t) { options.set_estimate_error(true); },
+      "Solve with half the step too and compare");
+  AddContour(app, options);
+  AddNumber(
+      app, "--threads", "N", WholeAtLeast("a whole number of at least 0", 0),
+      [&](double v) { options.set_threads(static_cast<std::int32_t>(std::min(v, 2e9))); },
+      "At most so many; the result does not depend on it (0: all)");
+  AddDeadline(app, command.deadline_s);
+  AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
+  app.add_option("--output", command.output,
+                 "Write the result there, whole or not at all, instead of printing it")
+      ->type_name("FILE");
+  app.add_flag("--quiet", command.quiet, "Nothing on standard error but errors");
+  app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
+}
+
+void AddLcp(CLI::App& main, LcpCommand& command) {
+  CLI::App& app = *main.add_subcommand("lcp", "Solve one linear complementarity problem");
+  app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")
+      ->required()
+      ->type_name("FILE");
+  AddServer(app, command.server);
+  AddRule(app, command.rule);
+  AddDeadline(app, command.deadline_s);
+  AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
+  app.footer(fmt::format("{}\n\n{}", kLcpExamples, kExitCodes));
+}
+
+void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
+  CLI::App& app =
+      *main.add_subcommand("capabilities", "What this program or a server can do, and its limits");
+  AddServer(app, command.server);
+  AddDeadline(app, command.deadline_s);
+  AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
+  app.footer(kCapabilitiesExamples);
+}
+
+// CLI11 takes "-.5" for an option of that name, unlike "-0.5": tie a value that looks like a number to the
+// option before it.
+std::vector<std::string> WithNegativeNumbersTied(int argc, const char* const* argv) {
+  std::vector<std::string> arguments;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const bool negative = argument.size() > 1 && argument[0] == '-' &&
+                          (std::isdigit(static_cast<unsigned char>(argument[1])) != 0 || argument[1] == '.');
+    const bool after_option = !arguments.empty() && arguments.back().rfind("--", 0) == 0 &&
+                              arguments.back().find('=') == std::string::npos && arguments.back().size() > 2;
+    if (negative && after_option) {
+      arguments.back() += "=" + argument;
+    } else {
+      arguments.push_back(argument);
+    }
+  }
+  return arguments;
+}
+
+// The options that `app` and its command know, for "did you mean".
+std::vector<std::string> KnownNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  const auto subcommands = app.get_subcommands();
+  const CLI::App& current = subcommands.empty() ? app : *subcommands.front();
+  for (const CLI::Option* option : current.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  if (subcommands.empty()) {
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+      names.push_back(command->get_name());
+    }
+  }
+  return names;
+}
+
+// What CLI11 says, with the nearest option for one that does not exist, and where to read on.
+ExitCode Explain(const CLI::App& app, const CLI::ParseError& error) {
+  const auto subcommands = app.get_subcommands();
+  std::string message = error.what();
+  if (error.get_name() == "ExtrasError") {
+    const std::vector<std::string> extras = app.remaining(/*recurse=*/true);
+    const std::string extra = extras.empty() ? "" : extras.front().substr(0, extras.front().find('='));
+    const auto nearest = NearestName(extra, KnownNames(app));
+    message = fmt::format("\"{}\" is not known here{}", extra,
+                          nearest ? fmt::format("; did you mean {}?", *nearest) : "");
+  }
+  fmt::print(stderr, "dlcs: {}\nRun with --help for all options: dlcs {}--help\n", message,
+             subcommands.empty() ? "" : subcommands.front()->get_name() + " ");
+  return kBadInput;
+}
+
+}  // namespace
+
+ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
+  SolveCommand solve;
+  LcpCommand lcp;
+  CapabilitiesCommand capabilities;
+  CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.",
+               "dlcs");
+  app.set_version_flag("--version", std::string("dlcs ") + DLCS_VERSION);
+  app.require_subcommand(1);
+  app.footer(fmt::format("{}\n\n{}", kMainExamples, kExitCodes));
+  AddSolve(app, solve);
+  AddLcp(app, lcp);
+  AddCapabilities(app, capabilities);
+
+  std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+  try {
+    app.parse(arguments);
+  } catch (const CLI::CallForHelp& help) {
+    app.exit(help);
+    return kSolved;
+  } catch (const CLI::CallForVersion& version) {
+    app.exit(version);
+    return kSolved;
+  } catch (const CLI::ParseError& error) {
+    return Explain(app, error);
+  }
+  if (app.got_subcommand("solve")) return solve;
+  if (app.got_subcommand("lcp")) return lcp;
+  return capabilities;
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// The command line of `dlcs` in words, and the only file that includes CLI11 (it is heavy to compile).
+
+#ifndef DLCS_CLIENT_CLI_COMMAND_LINE_H_
+#define DLCS_CLIENT_CLI_COMMAND_LINE_H_
+
+#include <variant>
+
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+
+namespace dlcs::client {
+
+// A command to run, or the exit code when there is nothing more to do: help or the version was printed, or
+// the options break a rule and that was said on standard error.
+using ParsedCommandLine = std::variant<ExitCode, SolveCommand, LcpCommand, CapabilitiesCommand>;
+
+ParsedCommandLine ParseCommandLine(int argc, const char* const* argv);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_COMMAND_LINE_H_

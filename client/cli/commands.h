@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of `dlcs`: what each was asked, and how to run it.
+
+#ifndef DLCS_CLIENT_CLI_COMMANDS_H_
+#define DLCS_CLIENT_CLI_COMMANDS_H_
+
+#include <optional>
+#include <string>
+
+#include "client/cli/exit_code.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+enum class OutputFormat { kTable, kJson, kCsv };
+
+struct SolveCommand {
+  std::string problem_path;              // "-" is standard input
+  std::string server;                    // HOST:PORT; empty solves in this process
+  v1::SolveOptions options;              // as given; what was not given is unset
+  std::optional<v1::SolutionRule> rule;  // overrides the file's
+  OutputFormat format = OutputFormat::kTable;
+  std::string output;  // empty is standard output
+  bool quiet = false;
+  double deadline_s = 600;
+};
+
+struct LcpCommand {
+  std::string path;
+  std::string server;
+  std::optional<v1::SolutionRule> rule;
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  double deadline_s = 60;
+};
+
+struct CapabilitiesCommand {
+  std::string server;
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  double deadline_s = 10;
+};
+
+// Each prints its result on standard output and everything else on standard error.
+ExitCode Run(const SolveCommand& command);
+ExitCode Run(const LcpCommand& command);
+ExitCode Run(const CapabilitiesCommand& command);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_COMMANDS_H_

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// How `dlcs` tells a script what happened.
+
+#ifndef DLCS_CLIENT_CLI_EXIT_CODE_H_
+#define DLCS_CLIENT_CLI_EXIT_CODE_H_
+
+#include "absl/status/status.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+enum ExitCode : int {
+  kSolved = 0,
+  kNoAnswer = 1,       // the mathematics has no answer, or the method did not find it
+  kBadInput = 2,       // a file, an option or the problem breaks a rule
+  kServiceFailed = 3,  // the service failed, or the solve was cancelled or ran out of time
+};
+
+inline ExitCode ExitCodeOf(v1::Termination termination) {
+  if (termination == v1::CONVERGED) return kSolved;
+  const bool stopped = termination == v1::CANCELLED || termination == v1::DEADLINE ||
+                       termination == v1::TERMINATION_UNSPECIFIED;
+  return stopped ? kServiceFailed : kNoAnswer;
+}
+
+// Of a failed call.
+inline ExitCode ExitCodeOf(const absl::Status& status) {
+  return absl::IsInvalidArgument(status) ? kBadInput : kServiceFailed;
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_EXIT_CODE_H_

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cstdio>
+
+#include "client/cli/atomic_file.h"
+#include "client/cli/commands.h"
+#include "client/cli/result_output.h"
+#include "client/cli/run_support.h"
+#include "client/json_text.h"
+#include "client/problem_file.h"
+
+namespace dlcs::client {
+
+ExitCode Run(const LcpCommand& command) {
+  auto request = ReadLcpFile(command.path);
+  if (!request.ok()) return Complain(request.status(), kBadInput);
+  if (command.rule) request->set_rule(*command.rule);
+  const auto backend = MakeBackend(command.server);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  const auto response = (*backend)->SolveLcp(
+      *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
+  command.format == OutputFormat::kJson ? PrintLcpJson(*response, stdout) : PrintLcpTable(*response, stdout);
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  return response->verdict() == v1::LCP_SOLVED ? kSolved : kNoAnswer;
+}
+
+}  // namespace dlcs::client

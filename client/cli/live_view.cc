@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/live_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/names.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr double kBurst = 60;
+constexpr double kLinesPerSecondOnTerminal = 10;
+constexpr double kLinesPerSecondInLog = 1;
+constexpr double kBarsPerSecond = 10;
+constexpr int kBarLetters = 30;
+
+constexpr const char* kHead = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
+
+std::string Bound(const v1::Iterate& iterate) {
+  return iterate.has_log10_bound() ? fmt::format("10^{:.1f}", iterate.log10_bound()) : "-";
+}
+
+}  // namespace
+
+bool LineBudget::Take(Clock::time_point now) {
+  if (last_ != Clock::time_point{}) {
+    left_ = std::min(burst_, left_ + per_second_ * std::chrono::duration<double>(now - last_).count());
+  }
+  last_ = now;
+  if (left_ < 1) return false;
+  left_ -= 1;
+  return true;
+}
+
+LiveView::LiveView(std::FILE* out, const Settings& settings)
+    : out_(out),
+      settings_(settings),
+      lines_(kBurst, settings.terminal ? kLinesPerSecondOnTerminal : kLinesPerSecondInLog),
+      bars_(1, kBarsPerSecond) {}
+
+LiveView::~LiveView() { Finish(); }
+
+void LiveView::OnEvent(const v1::SolveEvent& event) {
+  switch (event.kind_case()) {
+    case v1::SolveEvent::kAnalysis:
+      OnAnalysis(event.analysis());
+      break;
+    case v1::SolveEvent::kWindowStarted:
+      window_ = event.window_started();
+      break;
+    case v1::SolveEvent::kIterate:
+      OnIterate(event.iterate());
+      break;
+    case v1::SolveEvent::kWindowFinished:
+      OnWindowFinished(event.window_finished());
+      break;
+    case v1::SolveEvent::kGap:
+      passed_over_ += event.gap().iterates();
+      break;
+    case v1::SolveEvent::kAccepted:
+    case v1::SolveEvent::kTrajectory:
+    case v1::SolveEvent::kSummary:
+    case v1::SolveEvent::KIND_NOT_SET:
+      break;
+  }
+  if (settings_.terminal && bars_.Take(LineBudget::Clock::now())) DrawBar();
+}
+
+void LiveView::OnAnalysis(const v1::Analysis& analysis) {
+  std::string lipschitz;
+  if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
+  PrintLine(fmt::format("{} states, {} complementarity pairs; M: {}{}", analysis.states(),
+                        analysis.constraints(), analysis.matrix_class(), lipschitz));
+  PrintLine(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
+  PrintLine(fmt::format("{} steps of at most {:.4g}{}", analysis.steps(), analysis.step(),
+                        settings_.default_steps ? " (nobody chose; --steps or --step does)" : ""));
+  for (const std::string& warning : analysis.warnings()) PrintLine("warning: " + warning);
+}
+
+void LiveView::OnIterate(const v1::Iterate& iterate) {
+  last_iterate_ = iterate;
+  if (!lines_.Take(LineBudget::Clock::now())) {
+    ++passed_over_;
+    return;
+  }
+  PrintIterate(iterate);
+}
+
+void LiveView::PrintIterate(const v1::Iterate& iterate) {
+  if (!head_printed_) {
+    PrintLine(fmt::format(kHead, "window", "from t", "iteration", "change", "bound", "LCP resid", "seconds"));
+    head_printed_ = true;
+  }
+  if (passed_over_ > 0) PrintLine(fmt::format("{:>8}  ({} iterates not shown)", "...", passed_over_));
+  passed_over_ = 0;
+  const bool known_window = window_.window() == iterate.window() && window_.steps() > 0;
+  PrintLine(fmt::format(kHead, iterate.window(), known_window ? fmt::format("{:.6g}", window_.begin()) : "",
+                        iterate.iteration(), fmt::format("{:.2e}", iterate.change()), Bound(iterate),
+                        fmt::format("{:.1e}", iterate.lcp_residual()),
+                        fmt::format("{:.3f}", iterate.seconds())));
+  last_iterate_.Clear();
+}
+
+void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
+  if (outcome.accepted()) {
+    reached_ = std::max(reached_, outcome.end());
+    return;
+  }
+  if (lines_.Take(LineBudget::Clock::now())) {
+    PrintLine(fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(),
+                          outcome.why()));
+  }
+}
+
+void LiveView::PrintLine(const std::string& line) {
+  ClearBar();
+  fmt::print(out_, "{}\n", line);
+}
+
+void LiveView::DrawBar() {
+  const double done = std::clamp(settings_.horizon > 0 ? reached_ / settings_.horizon : 0.0, 0.0, 1.0);
+  const int full = static_cast<int>(std::floor(done * kBarLetters));
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start_;
+  std::string line = fmt::format("[{}{}] {:3.0f} %  t = {:.4g} of {:.4g}  {:.1f} s", std::string(full, '#'),
+                                 std::string(kBarLetters - full, '.'), 100 * done, reached_,
+                                 settings_.horizon, seconds.count());
+  // A line that wraps could not be taken back.
+  line.resize(std::min<std::size_t>(line.size(), static_cast<std::size_t>(std::max(settings_.width - 1, 1))));
+  fmt::print(out_, "\r\x1b[K{}", line);
+  std::fflush(out_);
+  bar_drawn_ = true;
+}
+
+void LiveView::ClearBar() {
+  if (bar_drawn_) fmt::print(out_, "\r\x1b[K");
+  bar_drawn_ = false;
+}
+
+void LiveView::Finish() {
+  if (finished_) return;
+  finished_ = true;
+  if (passed_over_ > 0 && last_iterate_.iteration() > 0) {
+    --passed_over_;  // the one that is shown now
+    PrintIterate(last_iterate_);
+  }
+  ClearBar();
+  std::fflush(out_);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+
+#include "client/cli/result_output.h"
+#include "client/names.h"
+
+namespace dlcs::client {
+namespace {
+
+using nlohmann::ordered_json;
+
+// nlohmann prints the shortest digits that read back as the same double, and null for NaN and infinity.
+std::string Dump(const ordered_json& value, int indent = 2) {
+  return value.dump(indent, ' ', /*ensure_ascii=*/false, ordered_json::error_handler_t::replace);
+}
+
+template <typename Values>
+ordered_json List(const Values& values) {
+  return ordered_json(std::vector<typename Values::value_type>(values.begin(), values.end()));
+}
+
+ordered_json OrNull(bool has, double value) { return has ? ordered_json(value) : ordered_json(nullptr); }
+
+ordered_json CertificateJson(const v1::Certificate& c) {
+  return {{"node_residual", c.node_residual()},
+          {"midpoint_residual", c.midpoint_residual()},
+          {"node_complementarity", c.node_complementarity()},
+          {"midpoint_complementarity", c.midpoint_complementarity()},
+          {"ode_defect", c.ode_defect()},
+          {"lcp_scale", c.lcp_scale()},
+          {"ode_scale", c.ode_scale()},
+          {"x_scale", c.x_scale()},
+          {"estimated_error_x", OrNull(c.has_estimated_error_x(), c.estimated_error_x())},
+          {"estimated_error_by", OrNull(c.has_estimated_error_by(), c.estimated_error_by())}};
+}
+
+ordered_json CostJson(const v1::Cost& c) {
+  return {{"steps", c.steps()},
+          {"windows", c.windows()},
+          {"iterations", c.iterations()},
+          {"lcps", c.lcps()},
+          {"marched_steps", c.marched_steps()},
+          {"seconds_setup", c.seconds_setup()},
+          {"seconds_lcp", c.seconds_lcp()},
+          {"seconds_linear", c.seconds_linear()},
+          {"seconds_total", c.seconds_total()}};
+}
+
+ordered_json JumpsJson(const v1::Summary& summary) {
+  ordered_json jumps = ordered_json::array();
+  for (const v1::StateJump& jump : summary.jumps()) {
+    jumps.push_back(
+        {{"time", jump.time()}, {"dx", List(jump.dx())}, {"multiplier", List(jump.multiplier())}});
+  }
+  return jumps;
+}
+
+ordered_json HeadJson(const std::string& name, const SolveResult& result) {
+  const v1::Summary& s = result.summary;
+  return {{"name", name},
+          {"termination", TerminationName(s.termination())},
+          {"message", s.message()},
+          {"failure_time", OrNull(s.has_failure_time(), s.failure_time())},
+          {"method", MethodName(s.method())},
+          {"reason", s.reason()},
+          {"matrix_class", result.analysis.matrix_class()},
+          {"lipschitz", OrNull(result.analysis.has_lipschitz(), result.analysis.lipschitz())},
+          {"warnings", List(s.warnings())},
+          {"step", s.step()},
+          {"iterations", s.cost().iterations()},
+          {"seconds", s.cost().seconds_total()},
+          {"certificate", CertificateJson(s.certificate())},
+          {"cost", CostJson(s.cost())},
+          {"jumps", JumpsJson(s)}};
+}
+
+void AppendNumbers(std::span<const double> numbers, fmt::memory_buffer& line) {
+  auto out = std::back_inserter(line);
+  const char* separator = "[";
+  for (const double number : numbers) {
+    // fmt's digits are the shortest that read back as the same double, too.
+    std::isfinite(number) ? fmt::format_to(out, "{}{}", separator, number)
+                          : fmt::format_to(out, "{}null", separator);
+    separator = ", ";
+  }
+  fmt::format_to(out, "{}", numbers.empty() ? "[]" : "]");
+}
+
+void Write(const fmt::memory_buffer& line, std::FILE* out) { std::fwrite(line.data(), 1, line.size(), out); }
+
+// "key": [[...], [...]] with one time on each line. Written as it goes: a trajectory may be large.
+template <typename ValuesAt>
+void PrintPerTime(const char* key, std::size_t times, const ValuesAt& values_at, std::FILE* out) {
+  fmt::print(out, ",\n  \"{}\": [", key);
+  for (std::size_t k = 0; k < times; ++k) {
+    fmt::memory_buffer line;
+    fmt::format_to(std::back_inserter(line), "{}\n    ", k == 0 ? "" : ",");
+    AppendNumbers(values_at(k), line);
+    Write(line, out);
+  }
+  fmt::print(out, "{}]", times == 0 ? "" : "\n  ");
+}
+
+}  // namespace
+
+void PrintJson(const std::string& name, const SolveResult& result, std::FILE* out) {
+  std::string head = Dump(HeadJson(name, result));
+  head.resize(head.size() - 2);  // "\n}" comes after the trajectory
+  fmt::print(out, "{},\n  \"times\": ", head);
+  fmt::memory_buffer times;
+  AppendNumbers(result.times, times);
+  Write(times, out);
+  PrintPerTime(
+      "x", result.times.size(), [&](std::size_t k) { return result.x_at(k); }, out);
+  PrintPerTime(
+      "y", result.times.size(), [&](std::size_t k) { return result.y_at(k); }, out);
+  fmt::print(out, "\n}}\n");
+}
+
+void PrintLcpJson(const v1::SolveLcpResponse& response, std::FILE* out) {
+  const ordered_json root = {{"verdict", VerdictName(response.verdict())},
+                             {"message", response.message()},
+                             {"y", List(response.y())},
+                             {"w", List(response.w())},
+                             {"residual", response.residual()},
+                             {"pivots", response.pivots()},
+                             {"method", response.method()},
+                             {"matrix_class", response.matrix_class()}};
+  fmt::print(out, "{}\n", Dump(root));
+}
+
+}  // namespace dlcs::client

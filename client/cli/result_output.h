@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The result of a solve on paper: a table for people, JSON and CSV for programs.
+//
+// JSON and CSV print every number so that reading it gives the same bits. What is not finite is null in JSON
+// and an empty field in CSV.
+
+#ifndef DLCS_CLIENT_CLI_RESULT_OUTPUT_H_
+#define DLCS_CLIENT_CLI_RESULT_OUTPUT_H_
+
+#include <cstdio>
+#include <string>
+
+#include "client/solve_result.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// One object, keys in a fixed order: name, termination, message, failure_time, method, reason, matrix_class,
+// warnings, step, iterations, seconds, certificate, cost, jumps, times, x, y (a list per time).
+void PrintJson(const std::string& name, const SolveResult& result, std::FILE* out);
+
+// A header t,x1,...,xm,y1,...,yn and a line per time.
+void PrintCsv(const SolveResult& result, std::FILE* out);
+
+// Verdict, trajectory and certificate in words. Columns that do not fit into `width` letters follow in
+// further blocks.
+void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
+
+// One LCP: as JSON (verdict, message, y, w, residual, pivots, method, matrix_class), or in words.
+void PrintLcpJson(const v1::SolveLcpResponse& response, std::FILE* out);
+void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_RESULT_OUTPUT_H_

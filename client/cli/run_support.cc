@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/run_support.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdio>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "client/client.h"
+#include "client/local_backend.h"
+
+namespace dlcs::client {
+namespace {
+
+// Fields of SolveOptions and the options that set them.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kOptionNames = {{
+    {"method", "--method"},
+    {"steps", "--steps"},
+    {"step", "--step"},
+    {"output_times", "--at"},
+    {"theta", "--theta"},
+    {"window_steps", "--window"},
+    {"tolerance", "--iteration-tolerance"},
+    {"max_iterations", "--max-iterations"},
+    {"contour.nodes", "--contour-nodes"},
+    {"contour.gamma", "--contour-gamma"},
+    {"contour.mu", "--contour-mu"},
+    {"contour.step", "--contour-step"},
+    {"contour.for_initial_state", "--contour-initial-state"},
+    {"project_initial_state", "--project-initial-state"},
+    {"estimate_error", "--estimate-error"},
+    {"threads", "--threads"},
+    {"grid", "--step or --steps"},
+}};
+
+// "steps: 0; must be above 0" -> "--steps: 0; ...", "x0[1]: ..." -> "problem.json: x0[1]: ...".
+std::string WithPlace(const std::string& line, const std::string& source) {
+  const std::size_t end = line.find_first_of(":[");
+  const std::string_view field = std::string_view(line).substr(0, std::min(end, line.size()));
+  for (const auto& [name, option] : kOptionNames) {
+    if (field == name && end != std::string::npos) return fmt::format("{}{}", option, line.substr(end));
+  }
+  return fmt::format("{}: {}", source, line);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server) {
+  if (server.empty()) return std::make_unique<LocalBackend>();
+  auto client = Client::Connect(server);
+  if (!client.ok())
+    return absl::InvalidArgumentError(fmt::format("--server: {}", std::string(client.status().message())));
+  return *std::move(client);
+}
+
+ExitCode Complain(const absl::Status& status, ExitCode code) {
+  std::istringstream lines{std::string(status.message())};
+  for (std::string line; std::getline(lines, line);) fmt::print(stderr, "dlcs: {}\n", line);
+  return code;
+}
+
+ExitCode ComplainAboutCall(const absl::Status& status, const std::string& source) {
+  if (!absl::IsInvalidArgument(status)) return Complain(status, ExitCodeOf(status));
+  std::istringstream lines{std::string(status.message())};
+  for (std::string line; std::getline(lines, line);)
+    fmt::print(stderr, "dlcs: {}\n", WithPlace(line, source));
+  return kBadInput;
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every command does: choose where to run, complain in one way.
+
+#ifndef DLCS_CLIENT_CLI_RUN_SUPPORT_H_
+#define DLCS_CLIENT_CLI_RUN_SUPPORT_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/backend.h"
+#include "client/cli/exit_code.h"
+
+namespace dlcs::client {
+
+// The server at `server`, or this process when that is empty. Errors: InvalidArgument (not HOST:PORT).
+absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server);
+
+// Prints each line of the message behind "dlcs: " on standard error. `code` is handed through.
+ExitCode Complain(const absl::Status& status, ExitCode code);
+
+// The same for an error of a call about `source`, the name of the input file: a line that names a field of
+// the file gets the file's name, one that names an option the option's ("steps" is --steps).
+ExitCode ComplainAboutCall(const absl::Status& status, const std::string& source);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_RUN_SUPPORT_H_

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "client/cli/atomic_file.h"
+#include "client/cli/commands.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/live_view.h"
+#include "client/cli/result_output.h"
+#include "client/cli/run_support.h"
+#include "client/json_text.h"
+#include "client/names.h"
+#include "client/problem_file.h"
+
+namespace dlcs::client {
+namespace {
+
+// Rows of the table when no times were asked for.
+constexpr int kTableIntervals = 10;
+constexpr int kWidthWithoutTerminal = 110;
+
+int WidthOf(std::FILE* stream) {
+  winsize size{};
+  const bool known = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : kWidthWithoutTerminal;
+}
+
+v1::SolveRequest MakeRequest(const SolveCommand& command, const v1::Problem& problem) {
+  v1::SolveRequest request;
+  *request.mutable_problem() = problem;
+  *request.mutable_options() = command.options;
+  if (command.rule) request.mutable_problem()->set_rule(*command.rule);
+  if (command.format == OutputFormat::kTable && command.options.output_times().empty() &&
+      problem.horizon() > 0) {
+    for (int k = 0; k <= kTableIntervals; ++k) {
+      request.mutable_options()->add_output_times(
+          k == kTableIntervals ? problem.horizon() : problem.horizon() * k / kTableIntervals);
+    }
+  }
+  return request;
+}
+
+bool HasStep(const v1::SolveOptions& options) {
+  return options.grid_case() != v1::SolveOptions::GRID_NOT_SET;
+}
+
+void Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
+  switch (command.format) {
+    case OutputFormat::kTable:
+      PrintTable(name, result, WidthOf(out), out);
+      break;
+    case OutputFormat::kJson:
+      PrintJson(name, result, out);
+      break;
+    case OutputFormat::kCsv:
+      PrintCsv(result, out);
+      break;
+  }
+}
+
+// Prints to the file if there is one, to standard output otherwise.
+absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result,
+                     AtomicFile* file) {
+  if (file == nullptr) {
+    Print(command, name, result, stdout);
+    return FlushStream(stdout, "standard output");
+  }
+  Print(command, name, result, file->stream());
+  const absl::Status committed = file->Commit();
+  if (committed.ok() && !command.quiet) fmt::print(stderr, "dlcs: wrote {}\n", file->path());
+  return committed;
+}
+
+absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRequest& request,
+                                  Backend& backend, std::stop_token stop) {
+  LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
+                         .width = WidthOf(stderr),
+                         .horizon = request.problem().horizon(),
+                         .default_steps = !HasStep(command.options)});
+  const EventCallback show = [&view](const v1::SolveEvent& event) { view.OnEvent(event); };
+  return backend.Solve(
+      request, command.quiet ? EventCallback() : show,
+      {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = std::move(stop)});
+}
+
+}  // namespace
+
+ExitCode Run(const SolveCommand& command) {
+  // Before gRPC starts its threads, so that signals come here.
+  const Interrupt interrupt;
+  const auto file = ReadProblemFile(command.problem_path);
+  if (!file.ok()) return Complain(file.status(), kBadInput);
+  std::unique_ptr<AtomicFile> output;
+  if (!command.output.empty()) {
+    auto created = AtomicFile::Create(command.output);
+    if (!created.ok()) return Complain(created.status(), kBadInput);
+    output = *std::move(created);
+  }
+  const auto backend = MakeBackend(command.server);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  const auto result = Watch(command, MakeRequest(command, file->problem), **backend, interrupt.token());
+  const std::string source = SourceName(command.problem_path);
+  if (!result.ok()) return ComplainAboutCall(result.status(), source);
+
+  const absl::Status delivered =
+      Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
+  if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  const v1::Summary& summary = result->summary;
+  const bool verdict_is_elsewhere = command.format != OutputFormat::kTable || output != nullptr;
+  if (summary.termination() != v1::CONVERGED && verdict_is_elsewhere) {
+    fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
+  }
+  return ExitCodeOf(summary.termination());
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The service's client.
+//
+//     auto client = dlcs::client::Client::Connect("localhost:50051");
+//     auto result = (*client)->Solve(request, [](const dlcs::v1::SolveEvent& event) { ... }, {});
+
+#ifndef DLCS_CLIENT_CLIENT_H_
+#define DLCS_CLIENT_CLIENT_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/backend.h"
+#include "dlcs/v1/solver.grpc.pb.h"
+
+namespace dlcs::client {
+
+class Client final : public Backend {
+ public:
+  // A client of the server at `address`, HOST:PORT ([::1]:PORT for IPv6). The connection is made by the first
+  // call, which says so if nobody answers. Errors: InvalidArgument when `address` is not HOST:PORT.
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address);
+
+  absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
+                                    const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
+                                                const CallLimits& limits) override;
+  absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
+
+ private:
+  Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stub);
+
+  std::string address_;
+  std::unique_ptr<v1::SolverService::Stub> stub_;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLIENT_H_

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/json_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+#include "client/names.h"
+#include "client/nearest_name.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr std::size_t kMaxRefusals = 20;
+constexpr std::size_t kMaxShownLetters = 40;
+
+std::string Shortened(std::string text) {
+  if (text.size() > kMaxShownLetters) text = text.substr(0, kMaxShownLetters) + "…";
+  return text;
+}
+
+bool LooksLikeANumber(const nlohmann::json& value) {
+  return value.is_string() &&
+         nlohmann::json::parse(value.get_ref<const std::string&>(), nullptr, /*allow_exceptions=*/false)
+             .is_number();
+}
+
+}  // namespace
+
+std::string DescribeJson(const nlohmann::json& value) {
+  switch (value.type()) {
+    case nlohmann::json::value_t::null:
+      return "null";
+    case nlohmann::json::value_t::boolean:
+      return value.dump();
+    case nlohmann::json::value_t::string:
+      return fmt::format("a string ({})", Shortened(value.dump()));
+    case nlohmann::json::value_t::array:
+      return value.empty() ? "an empty list" : fmt::format("a list (of {})", value.size());
+    case nlohmann::json::value_t::object:
+      return "an object";
+    case nlohmann::json::value_t::number_integer:
+    case nlohmann::json::value_t::number_unsigned:
+    case nlohmann::json::value_t::number_float:
+      return fmt::format("a number ({})", value.dump());
+    case nlohmann::json::value_t::binary:
+    case nlohmann::json::value_t::discarded:
+      break;
+  }
+  return "not JSON";
+}
+
+void JsonReader::Refuse(const std::string& path, const std::string& rule) {
+  if (refusals_.size() == kMaxRefusals) {
+    ++more_;
+  } else {
+    refusals_.push_back(fmt::format("{}: {} {}", source_, path, rule));
+  }
+}
+
+void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
+                                   const std::string& path) {
+  for (const auto& [key, value] : object.items()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    const std::optional<std::string> nearest = NearestName(key, known);
+    const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
+    Refuse(fmt::format("\"{}\"", Shortened(key)),
+           nearest ? fmt::format("is not a known key{}; did you mean \"{}\"?", where, *nearest)
+                   : fmt::format("is not a known key{}; known are {}", where, fmt::join(known, ", ")));
+  }
+}
+
+const nlohmann::json* JsonReader::Require(const nlohmann::json& object, const std::string& key,
+                                          const std::string& rule) {
+  const auto found = object.find(key);
+  if (found != object.end()) return &*found;
+  Refuse(fmt::format("\"{}\"", key), "is missing; " + rule);
+  return nullptr;
+}
+
+std::optional<double> JsonReader::ReadNumber(const nlohmann::json& value, const std::string& path) {
+  if (value.is_number()) return value.get<double>();
+  const char* hint = LooksLikeANumber(value) ? "; write it without quotes" : "";
+  const char* null_hint = value.is_null() ? " (null stands where a number was not finite?)" : "";
+  Refuse(path, fmt::format("is {}; must be a number{}{}", DescribeJson(value), hint, null_hint));
+  return std::nullopt;
+}
+
+std::optional<std::string> JsonReader::ReadString(const nlohmann::json& value, const std::string& path) {
+  if (value.is_string()) return value.get<std::string>();
+  Refuse(path, fmt::format("is {}; must be text in double quotes", DescribeJson(value)));
+  return std::nullopt;
+}
+
+std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json& value,
+                                                           const std::string& path) {
+  if (!value.is_array()) {
+    Refuse(path, fmt::format("is {}; must be a list of numbers", DescribeJson(value)));
+    return std::nullopt;
+  }
+  std::vector<double> numbers;
+  numbers.reserve(value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (const auto number = ReadNumber(value[i], fmt::format("{}[{}]", path, i))) numbers.push_back(*number);
+  }
+  if (numbers.size() != value.size()) return std::nullopt;
+  return numbers;
+}
+
+std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& value, const std::string& path) {
+  if (!value.is_array() || value.empty() || value[0] == nlohmann::json::array()) {
+    const bool empty_row = value.is_array() && !value.empty();
+    Refuse(path, fmt::format("is {}; must be a list of rows, each a list of at least one number",
+                             empty_row ? "a list of empty rows" : DescribeJson(value)));
+    return std::nullopt;
+  }
+  constexpr std::size_t kMaxDimension = std::numeric_limits<std::int32_t>::max();
+  if (value.size() > kMaxDimension) {
+    Refuse(path, fmt::format("has {} rows; at most {} are possible", value.size(), kMaxDimension));
+    return std::nullopt;
+  }
+  v1::DenseMatrix matrix;
+  bool sound = true;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const std::string row_path = fmt::format("{}[{}]", path, i);
+    if (value[i].is_number()) {
+      Refuse(row_path, fmt::format("is {}; every row is a list, and a column is written [[1], [2]]",
+                                   DescribeJson(value[i])));
+      return std::nullopt;
+    }
+    const auto row = ReadNumbers(value[i], row_path);
+    if (!row) {
+      sound = false;
+      continue;
+    }
+    if (value[0].is_array() && row->size() != value[0].size()) {
+      Refuse(row_path, fmt::format("has {} values but {}[0] has {}; all rows must have the same length",
+                                   row->size(), path, value[0].size()));
+      sound = false;
+      continue;
+    }
+    matrix.mutable_values()->Add(row->begin(), row->end());
+  }
+  if (!sound) return std::nullopt;
+  matrix.set_rows(static_cast<std::int32_t>(value.size()));
+  matrix.set_columns(static_cast<std::int32_t>(value[0].size()));
+  return matrix;
+}
+
+std::optional<v1::SolutionRule> JsonReader::ReadRule(const nlohmann::json& value, const std::string& path) {
+  const auto text = ReadString(value, path);
+  if (!text) return std::nullopt;
+  const auto rule = ParseRule(*text);
+  if (!rule)
+    Refuse(path, fmt::format("is \"{}\"; must be one of {}", Shortened(*text), fmt::join(RuleNames(), ", ")));
+  return rule;
+}
+
+absl::Status JsonReader::status() const {
+  if (refusals_.empty()) return absl::OkStatus();
+  std::string message = fmt::format("{}", fmt::join(refusals_, "\n"));
+  if (more_ > 0) message += fmt::format("\n{}: and {} more", source_, more_);
+  return absl::InvalidArgumentError(message);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes a JSON object apart into numbers, vectors and matrices, and collects everything that is wrong with
+// it.
+
+#ifndef DLCS_CLIENT_JSON_READER_H_
+#define DLCS_CLIENT_JSON_READER_H_
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// Every Read function returns nothing when the value is not what it should be, having noted path, value and
+// rule ("x0[1] is a string ("abc"); must be a number"). `path` is how the user would write the value's place.
+// Not thread-safe; one reader per file.
+class JsonReader {
+ public:
+  // `source` is the file's name for messages.
+  explicit JsonReader(std::string source) : source_(std::move(source)) {}
+
+  // Notes that `path` breaks a rule, both in the user's words: "x0[1]", "is a string; must be a number".
+  void Refuse(const std::string& path, const std::string& rule);
+
+  // Notes every key of `object` that is not `known`, with the nearest known one. `path` is empty at the top.
+  void RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
+                         const std::string& path);
+
+  // The value of a key that must be there, or null and a note.
+  const nlohmann::json* Require(const nlohmann::json& object, const std::string& key,
+                                const std::string& rule);
+
+  std::optional<double> ReadNumber(const nlohmann::json& value, const std::string& path);
+  std::optional<std::string> ReadString(const nlohmann::json& value, const std::string& path);
+  std::optional<std::vector<double>> ReadNumbers(const nlohmann::json& value, const std::string& path);
+  // A list of rows, all of one length, at least one entry.
+  std::optional<v1::DenseMatrix> ReadMatrix(const nlohmann::json& value, const std::string& path);
+  // "auto", "unique" or "least-element".
+  std::optional<v1::SolutionRule> ReadRule(const nlohmann::json& value, const std::string& path);
+
+  // OK, or InvalidArgument with one "source: path rule" per line. After 20 the rest is only counted.
+  absl::Status status() const;
+
+ private:
+  std::string source_;
+  std::vector<std::string> refusals_;
+  std::size_t more_ = 0;  // refused beyond the ones that are kept
+};
+
+// "a string ("abc")", "a list (of 3)", "a number (4)": what stands there, shortened.
+std::string DescribeJson(const nlohmann::json& value);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_JSON_READER_H_

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/local_backend.h"
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "client/names.h"
+#include "client/rpc_error.h"
+#include "server/solve_session.h"
+
+namespace dlcs::client {
+namespace {
+
+// Hands events on as they come.
+class CallbackSink final : public SolveSink {
+ public:
+  CallbackSink(ResultCollector& collector, const EventCallback& on_event)
+      : collector_(collector), on_event_(on_event) {}
+
+  void Accept(v1::SolveEvent event) override {
+    collector_.Add(event);
+    if (on_event_) on_event_(event);
+  }
+
+ private:
+  ResultCollector& collector_;
+  const EventCallback& on_event_;
+};
+
+// Stops `control` when the time is up, unless it is destroyed before.
+class DeadlineTimer {
+ public:
+  DeadlineTimer(std::chrono::duration<double> deadline, SolveControl& control)
+      : waiter_([this, deadline, &control](std::stop_token finished) {
+          std::unique_lock lock(mutex_);
+          const bool in_time =
+              changed_.wait_for(lock, finished, deadline, [&] { return finished.stop_requested(); });
+          if (!in_time) control.Stop(StopCause::kDeadline);
+        }) {}
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::jthread waiter_;  // last: it uses the others
+};
+
+// The session's violations travel as details of its error, as they do over the wire.
+absl::Status Describe(const absl::Status& status) {
+  const auto payload = status.GetPayload("type.googleapis.com/google.rpc.BadRequest");
+  google::rpc::BadRequest bad_request;
+  if (!payload || !bad_request.ParseFromString(std::string(*payload))) return status;
+  return absl::Status(status.code(), DescribeViolations(bad_request));
+}
+
+}  // namespace
+
+absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
+                                                const EventCallback& on_event, const CallLimits& limits) {
+  SolveControl control;
+  const DeadlineTimer timer(limits.deadline, control);
+  const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
+  ResultCollector collector(request.problem());
+  CallbackSink sink(collector, on_event);
+  const absl::Status status = RunSolveToEnd(request, SessionLimits{}, "local", control, sink);
+  if (!status.ok()) return Describe(status);
+  return std::move(collector).Finish();
+}
+
+absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRequest& request,
+                                                            const CallLimits& /*limits*/) {
+  const auto response = RunLcp(request, SessionLimits{});
+  if (!response.ok()) return Describe(response.status());
+  return response;
+}
+
+absl::StatusOr<v1::GetCapabilitiesResponse> LocalBackend::GetCapabilities(const CallLimits& /*limits*/) {
+  v1::GetCapabilitiesResponse response;
+  response.set_version(DLCS_VERSION);
+  for (const std::string& name : MethodNames()) {
+    auto& info = *response.add_methods();
+    info.set_method(*ParseMethod(name));
+    info.set_name(name);
+  }
+  response.set_threads(static_cast<int>(std::thread::hardware_concurrency()));
+  return response;
+}
+
+}  // namespace dlcs::client

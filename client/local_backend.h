@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves in this process, with the very session that a server runs.
+
+#ifndef DLCS_CLIENT_LOCAL_BACKEND_H_
+#define DLCS_CLIENT_LOCAL_BACKEND_H_
+
+#include "absl/status/statusor.h"
+#include "client/backend.h"
+
+namespace dlcs::client {
+
+// No limits but the machine's. Events come from the calling thread, so a slow callback slows the solve.
+class LocalBackend final : public Backend {
+ public:
+  absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
+                                    const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
+                                                const CallLimits& limits) override;
+  absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_LOCAL_BACKEND_H_

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/names.h"
+
+#include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
+
+#include <cctype>
+#include <string_view>
+
+namespace dlcs::client {
+namespace {
+
+// The name of an enumerator without `prefix`; what this build does not know (the other end is newer) is
+// called by its number.
+std::string BareName(const google::protobuf::EnumDescriptor& enumeration, int number,
+                     std::string_view prefix) {
+  const auto* value = enumeration.FindValueByNumber(number);
+  if (value == nullptr) return fmt::format("{}{}", prefix, number);
+  const std::string& name = value->name();
+  return name.rfind(prefix, 0) == 0 ? name.substr(prefix.size()) : name;
+}
+
+// "LAPLACE_ITERATION" -> "laplace-iteration". Number 0, the unspecified one, is the automatic choice.
+std::string WordName(const google::protobuf::EnumDescriptor& enumeration, int number,
+                     std::string_view prefix) {
+  if (number == 0) return "auto";
+  std::string name = BareName(enumeration, number, prefix);
+  for (char& c : name) c = c == '_' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
+std::vector<std::string> WordNames(const google::protobuf::EnumDescriptor& enumeration,
+                                   std::string_view prefix) {
+  std::vector<std::string> names;
+  for (int i = 0; i < enumeration.value_count(); ++i) {
+    names.push_back(WordName(enumeration, enumeration.value(i)->number(), prefix));
+  }
+  return names;
+}
+
+std::optional<int> ParseWord(const google::protobuf::EnumDescriptor& enumeration, const std::string& word,
+                             std::string_view prefix) {
+  for (int i = 0; i < enumeration.value_count(); ++i) {
+    const int number = enumeration.value(i)->number();
+    if (WordName(enumeration, number, prefix) == word) return number;
+  }
+  return std::nullopt;
+}
+
+constexpr std::string_view kMethodPrefix = "METHOD_";
+constexpr std::string_view kRulePrefix = "SOLUTION_RULE_";
+
+}  // namespace
+
+std::string MethodName(v1::Method method) {
+  return WordName(*v1::Method_descriptor(), method, kMethodPrefix);
+}
+
+std::optional<v1::Method> ParseMethod(const std::string& name) {
+  const auto number = ParseWord(*v1::Method_descriptor(), name, kMethodPrefix);
+  if (!number) return std::nullopt;
+  return static_cast<v1::Method>(*number);
+}
+
+std::vector<std::string> MethodNames() { return WordNames(*v1::Method_descriptor(), kMethodPrefix); }
+
+std::string RuleName(v1::SolutionRule rule) {
+  return WordName(*v1::SolutionRule_descriptor(), rule, kRulePrefix);
+}
+
+std::optional<v1::SolutionRule> ParseRule(const std::string& name) {
+  const auto number = ParseWord(*v1::SolutionRule_descriptor(), name, kRulePrefix);
+  if (!number) return std::nullopt;
+  return static_cast<v1::SolutionRule>(*number);
+}
+
+std::vector<std::string> RuleNames() { return WordNames(*v1::SolutionRule_descriptor(), kRulePrefix); }
+
+std::string TerminationName(v1::Termination termination) {
+  return BareName(*v1::Termination_descriptor(), termination, "TERMINATION_");
+}
+
+std::string VerdictName(v1::LcpVerdict verdict) {
+  const std::string name = BareName(*v1::LcpVerdict_descriptor(), verdict, "LCP_");
+  return name == "VERDICT_UNSPECIFIED" ? "UNSPECIFIED" : name;
+}
+
+}  // namespace dlcs::client

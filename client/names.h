@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The enumerations of the wire in the words of files and of the command line.
+
+#ifndef DLCS_CLIENT_NAMES_H_
+#define DLCS_CLIENT_NAMES_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// "auto", "laplace-iteration", "paper-iteration", ...; a method of a newer server is "method-<number>".
+std::string MethodName(v1::Method method);
+std::optional<v1::Method> ParseMethod(const std::string& name);
+std::vector<std::string> MethodNames();
+
+// "auto", "unique", "least-element".
+std::string RuleName(v1::SolutionRule rule);
+std::optional<v1::SolutionRule> ParseRule(const std::string& name);
+std::vector<std::string> RuleNames();
+
+// "CONVERGED", "INFEASIBLE", ...
+std::string TerminationName(v1::Termination termination);
+
+// "SOLVED", "INFEASIBLE", ...
+std::string VerdictName(v1::LcpVerdict verdict);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NAMES_H_

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/nearest_name.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
+
+namespace dlcs::client {
+namespace {
+
+// Edits are counted in halves, so that "t" is nearer to "T" than to "f".
+constexpr int kEdit = 2;
+constexpr int kHalfEdit = 1;
+
+bool IsSeparator(char c) { return c == '_' || c == '-' || c == ' '; }
+
+int ReplaceCost(char a, char b) {
+  if (a == b) return 0;
+  const bool same_letter =
+      std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+  return same_letter || (IsSeparator(a) && IsSeparator(b)) ? kHalfEdit : kEdit;
+}
+
+int InsertCost(char c) { return IsSeparator(c) ? kHalfEdit : kEdit; }
+
+int Distance(const std::string& a, const std::string& b) {
+  std::vector<int> row(b.size() + 1, 0);
+  for (std::size_t j = 0; j < b.size(); ++j) row[j + 1] = row[j] + InsertCost(b[j]);
+  for (const char letter : a) {
+    int diagonal = row[0];
+    row[0] += InsertCost(letter);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const int replaced = diagonal + ReplaceCost(letter, b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j + 1] + InsertCost(letter), row[j] + InsertCost(b[j])});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known) {
+  std::optional<std::string> nearest;
+  int fewest = 0;
+  for (const std::string& candidate : known) {
+    const int allowed = std::max<int>(kHalfEdit, kEdit * static_cast<int>(candidate.size()) / 2);
+    const int distance = Distance(name, candidate);
+    if (distance <= allowed && (!nearest || distance < fewest)) {
+      nearest = candidate;
+      fewest = distance;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// "Did you mean": the name closest to a mistyped one.
+
+#ifndef DLCS_CLIENT_NEAREST_NAME_H_
+#define DLCS_CLIENT_NEAREST_NAME_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace dlcs::client {
+
+// The entry of `known` with the fewest edits (insert, delete, replace; a change of case or of a separator
+// counts half) from `name`, or nothing when even that one differs in more than half of its letters.
+// Of equals the first wins. Cost: the lengths' product per entry.
+std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_NEAREST_NAME_H_

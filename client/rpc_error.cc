@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/rpc_error.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "google/rpc/status.pb.h"
+
+namespace dlcs::client {
+namespace {
+
+struct Details {
+  std::optional<google::rpc::BadRequest> bad_request;
+  std::optional<google::rpc::ErrorInfo> error_info;
+  std::optional<google::rpc::RetryInfo> retry_info;
+};
+
+template <typename Message>
+void Unpack(const google::protobuf::Any& any, std::optional<Message>& message) {
+  Message unpacked;
+  if (any.Is<Message>() && any.UnpackTo(&unpacked)) message = unpacked;
+}
+
+Details DetailsOf(const grpc::Status& status) {
+  Details details;
+  google::rpc::Status rich;
+  if (!rich.ParseFromString(status.error_details())) return details;
+  for (const google::protobuf::Any& any : rich.details()) {
+    Unpack(any, details.bad_request);
+    Unpack(any, details.error_info);
+    Unpack(any, details.retry_info);
+  }
+  return details;
+}
+
+std::string WhenToRetry(const Details& details) {
+  if (!details.retry_info) return "";
+  const auto& delay = details.retry_info->retry_delay();
+  const double seconds = static_cast<double>(delay.seconds()) + 1e-9 * delay.nanos();
+  return fmt::format(" Try again in {:.3g} s.", seconds);
+}
+
+std::string Describe(const grpc::Status& status, const Details& details, const std::string& address) {
+  const bool ours = details.error_info && details.error_info->domain() == "dlcs";
+  const std::string& said = status.error_message();
+  switch (status.error_code()) {
+    case grpc::StatusCode::INVALID_ARGUMENT:
+      if (details.bad_request) return DescribeViolations(*details.bad_request);
+      break;
+    case grpc::StatusCode::UNAVAILABLE:
+      if (ours)
+        return fmt::format("the server at {} cannot take the call: {}.{}", address, said,
+                           WhenToRetry(details));
+      return fmt::format(
+          "no server answers at {} ({}). Check host and port, or start one with: dlcsd --listen {}", address,
+          said, address);
+    case grpc::StatusCode::RESOURCE_EXHAUSTED:
+      return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details));
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      return fmt::format(
+          "no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
+          address);
+    case grpc::StatusCode::UNIMPLEMENTED:
+      return fmt::format(
+          "the program at {} does not offer dlcs.v1.SolverService ({}). Is it a dlcsd of this version?",
+          address, said);
+    case grpc::StatusCode::INTERNAL:
+    case grpc::StatusCode::UNKNOWN:
+      return fmt::format("the server at {} failed: {}. Its log has the details", address, said);
+    default:
+      break;
+  }
+  return fmt::format("the call to {} failed: {}", address, said);
+}
+
+}  // namespace
+
+std::string DescribeViolations(const google::rpc::BadRequest& bad_request) {
+  std::string text;
+  for (const auto& violation : bad_request.field_violations()) {
+    if (!text.empty()) text += '\n';
+    text += violation.field().empty() ? violation.description()
+                                      : fmt::format("{}: {}", violation.field(), violation.description());
+  }
+  return text;
+}
+
+absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address) {
+  // The canonical codes have the same numbers in both libraries.
+  return absl::Status(static_cast<absl::StatusCode>(status.error_code()),
+                      Describe(status, DetailsOf(status), address));
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/solve_result.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace dlcs::client {
+
+ResultCollector::ResultCollector(const v1::Problem& problem) {
+  // From the request and not from the analysis: an unsupported problem may end before its analysis.
+  result_.states = static_cast<std::size_t>(problem.x0_size());
+  result_.constraints = static_cast<std::size_t>(problem.m().dense().rows());
+}
+
+void ResultCollector::Add(const v1::SolveEvent& event) {
+  switch (event.kind_case()) {
+    case v1::SolveEvent::kAccepted:
+      accepted_ = true;
+      break;
+    case v1::SolveEvent::kAnalysis:
+      result_.analysis = event.analysis();
+      break;
+    case v1::SolveEvent::kWindowStarted:
+      window_ = event.window_started();
+      break;
+    case v1::SolveEvent::kIterate:
+      iterate_ = event.iterate();
+      break;
+    case v1::SolveEvent::kTrajectory:
+      AddChunk(event.trajectory());
+      break;
+    case v1::SolveEvent::kSummary:
+      result_.summary = event.summary();
+      has_summary_ = true;
+      break;
+    case v1::SolveEvent::kWindowFinished:
+    case v1::SolveEvent::kGap:
+    case v1::SolveEvent::KIND_NOT_SET:  // an event of a newer server
+      break;
+  }
+}
+
+void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
+  const auto count = static_cast<std::size_t>(chunk.times_size());
+  const bool fits = static_cast<std::size_t>(chunk.first()) == result_.times.size() &&
+                    static_cast<std::size_t>(chunk.x_size()) == count * result_.states &&
+                    static_cast<std::size_t>(chunk.y_size()) == count * result_.constraints;
+  if (!fits && fault_.empty()) {
+    fault_ = fmt::format("the chunk of the trajectory at index {} does not continue it at {}", chunk.first(),
+                         result_.times.size());
+  }
+  if (!fault_.empty()) return;
+  result_.times.insert(result_.times.end(), chunk.times().begin(), chunk.times().end());
+  result_.x.insert(result_.x.end(), chunk.x().begin(), chunk.x().end());
+  result_.y.insert(result_.y.end(), chunk.y().begin(), chunk.y().end());
+}
+
+absl::StatusOr<SolveResult> ResultCollector::Finish() && {
+  if (!fault_.empty()) return absl::DataLossError(fault_);
+  if (!has_summary_) return absl::DataLossError("the events of the solve ended without a summary");
+  if (static_cast<std::size_t>(result_.summary.times()) != result_.times.size()) {
+    return absl::DataLossError(fmt::format("the trajectory has {} times; {} were announced",
+                                           result_.times.size(), result_.summary.times()));
+  }
+  return std::move(result_);
+}
+
+std::string ResultCollector::Progress() const {
+  if (window_.steps() == 0) return "before its first window";
+  std::string progress =
+      fmt::format("in window {} (t from {} to {})", window_.window(), window_.begin(), window_.end());
+  if (iterate_.iteration() > 0 && iterate_.window() == window_.window()) {
+    progress +=
+        fmt::format(" at iteration {}, where the change was {:.1e}", iterate_.iteration(), iterate_.change());
+  }
+  return progress;
+}
+
+SolveResult ResultCollector::Abandon(v1::Termination termination, double seconds) && {
+  v1::Summary& summary = result_.summary;
+  summary.set_termination(termination);
+  summary.set_message(
+      termination == v1::CANCELLED
+          ? fmt::format("Cancelled after {:.1f} s, {}. The server has stopped the solve.", seconds,
+                        Progress())
+          : fmt::format("The deadline passed after {:.1f} s, {}. Allow more time or ask for fewer steps.",
+                        seconds, Progress()));
+  summary.set_method(result_.analysis.method());
+  summary.set_reason(result_.analysis.reason());
+  *summary.mutable_warnings() = result_.analysis.warnings();
+  summary.set_step(result_.analysis.step());
+  summary.set_times(static_cast<std::int64_t>(result_.times.size()));
+  summary.mutable_cost()->set_steps(result_.analysis.steps());
+  summary.mutable_cost()->set_seconds_total(seconds);
+  return std::move(result_);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a solve gave, put together from its events.
+
+#ifndef DLCS_CLIENT_SOLVE_RESULT_H_
+#define DLCS_CLIENT_SOLVE_RESULT_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+struct SolveResult {
+  v1::Analysis analysis;  // empty when the solve ended before it
+  v1::Summary summary;
+  std::size_t states = 0;
+  std::size_t constraints = 0;
+  std::vector<double> times;
+  std::vector<double> x;  // `states` values per time
+  std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
+
+  std::span<const double> x_at(std::size_t k) const { return {x.data() + k * states, states}; }
+  std::span<const double> y_at(std::size_t k) const { return {y.data() + k * constraints, constraints}; }
+};
+
+// Puts the events of one solve together, in their order. Not thread-safe.
+class ResultCollector {
+ public:
+  explicit ResultCollector(const v1::Problem& problem);
+
+  void Add(const v1::SolveEvent& event);
+
+  bool accepted() const { return accepted_; }
+  bool has_summary() const { return has_summary_; }
+
+  // The result; to be called once. Errors: DataLoss when there was no summary, or when the chunks of the
+  // trajectory do not join up to what the summary announces.
+  absl::StatusOr<SolveResult> Finish() &&;
+
+  // The result of a solve that ended without a summary because its caller stopped it or ran out of time
+  // (`termination` CANCELLED or DEADLINE) after `seconds`: what is known, and in the message how far it got.
+  SolveResult Abandon(v1::Termination termination, double seconds) &&;
+
+ private:
+  void AddChunk(const v1::TrajectoryChunk& chunk);
+  std::string Progress() const;
+
+  SolveResult result_;
+  bool accepted_ = false;
+  bool has_summary_ = false;
+  std::string fault_;  // the first chunk that did not fit
+  v1::WindowStarted window_;
+  v1::Iterate iterate_;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_SOLVE_RESULT_H_

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/problem_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// A sound file with two states and one pair; `changes` are merged into it, null removes a key.
+std::string Example(const nlohmann::json& changes = nlohmann::json::object()) {
+  nlohmann::json root = nlohmann::json::parse(R"json({
+    "A": [[-1, 0.5], [0, -2]], "B": [[1], [2]], "N": [[3, 4]], "M": [[5]],
+    "x0": [1, 2], "T": 1.5, "f": ["sin(t)", "0"], "g": ["1"]})json");
+  root.merge_patch(changes);
+  return root.dump();
+}
+
+std::string ErrorOf(const std::string& text) {
+  const auto file = ParseProblem(text, "p.json");
+  return file.ok() ? "no error" : std::string(file.status().message());
+}
+
+TEST(ProblemFileTest, KeepsEveryNumberInItsPlace) {
+  const auto file = ParseProblem(
+      Example({{"name", "two tanks"}, {"rule", "unique"}, {"break_points", {0.25, 0.5}}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const v1::Problem& problem = file->problem;
+  EXPECT_THAT(problem.a().dense().values(), ElementsAre(-1, 0.5, 0, -2));
+  EXPECT_EQ(problem.b().dense().rows(), 2);
+  EXPECT_EQ(problem.b().dense().columns(), 1);
+  EXPECT_THAT(problem.n().dense().values(), ElementsAre(3, 4));
+  EXPECT_THAT(problem.m().dense().values(), ElementsAre(5));
+  EXPECT_THAT(problem.x0(), ElementsAre(1, 2));
+  EXPECT_EQ(problem.horizon(), 1.5);
+  EXPECT_THAT(problem.break_points(), ElementsAre(0.25, 0.5));
+  EXPECT_EQ(problem.rule(), v1::SOLUTION_RULE_UNIQUE);
+  ASSERT_EQ(problem.f().pieces_size(), 1);
+  EXPECT_THAT(problem.f().pieces(0).formulas().formulas(), ElementsAre("sin(t)", "0"));
+  EXPECT_EQ(file->name, "two tanks");
+}
+
+TEST(ProblemFileTest, TakesMissingSourcesAsZero) {
+  const auto file = ParseProblem(Example({{"f", nullptr}, {"g", nullptr}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_THAT(file->problem.f().pieces(0).constant().values(), ElementsAre(0, 0));
+  EXPECT_THAT(file->problem.g().pieces(0).constant().values(), ElementsAre(0));
+}
+
+TEST(ProblemFileTest, WritesNumbersNextToFormulasWithAllTheirDigits) {
+  const auto file = ParseProblem(Example({{"f", {"t", -0.1}}, {"g", {0.1}}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_THAT(file->problem.f().pieces(0).formulas().formulas(), ElementsAre("t", "-0.1"));
+  EXPECT_THAT(file->problem.g().pieces(0).constant().values(), ElementsAre(0.1));
+}
+
+TEST(ProblemFileTest, ReadsSamplesTimeByTime) {
+  const auto file =
+      ParseProblem(Example({{"f", {{"times", {0, 1, 2}}, {"values", {{1, 2}, {3, 4}, {5, 6}}}}}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const v1::SampledFunction& samples = file->problem.f().pieces(0).samples();
+  EXPECT_THAT(samples.times(), ElementsAre(0, 1, 2));
+  EXPECT_THAT(samples.values(), ElementsAre(1, 2, 3, 4, 5, 6));
+}
+
+TEST(ProblemFileTest, ReadsPolynomialsLowestDegreeFirst) {
+  const auto file = ParseProblem(
+      Example({{"f", {{"breaks", {0, 1, 2}}, {"coefficients", {{{1, 2}, {3, 4}}, {{5, 6}}}}}}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const v1::PiecewisePolynomial& polynomial = file->problem.f().pieces(0).polynomial();
+  EXPECT_THAT(polynomial.breaks(), ElementsAre(0, 1, 2));
+  ASSERT_EQ(polynomial.coefficients_size(), 2);
+  EXPECT_THAT(polynomial.coefficients(0).values(), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(polynomial.coefficients(1).values(), ElementsAre(5, 6));
+}
+
+TEST(ProblemFileTest, ReplacesSourcesByPieces) {
+  const auto file = ParseProblem(
+      Example({{"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
+      "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const v1::Problem& problem = file->problem;
+  ASSERT_EQ(problem.f().pieces_size(), 2);
+  ASSERT_EQ(problem.g().pieces_size(), 2);
+  EXPECT_THAT(problem.f().pieces(0).formulas().formulas(), ElementsAre("t", "1"));
+  EXPECT_THAT(problem.f().pieces(1).constant().values(), ElementsAre(0, 0));
+  EXPECT_EQ(problem.f().pieces(1).start(), 0.5);
+  EXPECT_EQ(problem.g().pieces(1).start(), 0.5);
+  EXPECT_THAT(problem.g().pieces(1).formulas().formulas(), ElementsAre("t"));
+}
+
+TEST(ProblemFileTest, ReadsEveryCase) {
+  int cases = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(DLCS_CASES_DIR)) {
+    if (entry.path().extension() != ".json") continue;
+    ++cases;
+    const auto file = ReadProblemFile(entry.path());
+    ASSERT_TRUE(file.ok()) << file.status();
+    std::ifstream stream(entry.path());
+    const auto root = nlohmann::json::parse(stream);
+    EXPECT_EQ(file->name, root["name"]) << entry.path();
+    EXPECT_EQ(file->problem.x0_size(), static_cast<int>(root["x0"].size())) << entry.path();
+    EXPECT_EQ(file->problem.f().pieces_size(),
+              root.contains("pieces") ? static_cast<int>(root["pieces"].size()) : 1)
+        << entry.path();
+    EXPECT_EQ(file->annotations.contains("refs"), root.contains("refs")) << entry.path();
+  }
+  EXPECT_GE(cases, 17);
+}
+
+TEST(ProblemFileTest, CarriesAnnotations) {
+  const auto file = ReadProblemFile(std::string(DLCS_CASES_DIR) + "/outside_triple_integrator.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->annotations["siconos_x_at_T"]["0.1"], nlohmann::json({4.5, 9, 10}));
+}
+
+struct Broken {
+  std::string name;               // what the case shows
+  std::string text;               // the file
+  std::vector<std::string> says;  // what the message must hold
+};
+
+std::ostream& operator<<(std::ostream& stream, const Broken& broken) { return stream << broken.name; }
+
+class BrokenProblemTest : public testing::TestWithParam<Broken> {};
+
+TEST_P(BrokenProblemTest, NamesFilePlaceAndRule) {
+  const std::string error = ErrorOf(GetParam().text);
+  EXPECT_THAT(error, HasSubstr("p.json"));
+  for (const std::string& part : GetParam().says) EXPECT_THAT(error, HasSubstr(part));
+}
+
+// merge_patch takes null for "remove", so a null value is written into the text by hand.
+std::string With(const std::string& member) {
+  std::string text = Example();
+  return text.insert(1, member + ",");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Files, BrokenProblemTest,
+    testing::Values(
+        Broken{"Empty", " \n ", {"the file is empty"}},
+        Broken{"NotAnObject", "[1, 2]", {"holds a list (of 2)", "must be one object", "x0"}},
+        Broken{"CutOff", "{\"A\": [[1, 2]", {"line 1, column 14", "ends in the middle"}},
+        Broken{"MissingComma", "{\n  \"T\": 1\n  \"A\": 2}", {"line 3, column 5"}},
+        Broken{"TrailingComma",
+               "{\n  \"T\": [1, 2,]}",
+               {"line 2, column 14", "comma stands before the closing ']'"}},
+        Broken{"NotANumber", "{\"T\": NaN}", {"line 1, column 7", "NaN", "must be finite"}},
+        Broken{"NegativeInfinity", "{\"x0\": [0, -Infinity]}", {"line 1", "Infinity", "must be finite"}},
+        Broken{"Overflow", "{\"T\": 1e999}", {"1e999", "must be finite"}},
+        Broken{"PythonTrue", "{\"y_unique\": True}", {"column 14", "JSON writes true"}},
+        Broken{"SingleQuotes", "{'T': 1}", {"column 2", "double quotes"}},
+        Broken{"Comment", "{\n// horizon\n\"T\": 1}", {"line 2, column 1", "no comments"}},
+        Broken{"BareFormula", "{\"f\": [sin(t)]}", {"line 1", "sin", "double quotes"}},
+        Broken{"TextAfterTheEnd", Example() + " 7", {"line 1, column 109", "expected end of input"}},
+        Broken{"KeyTwice", With("\"T\": 2"), {"key \"T\" is given twice"}},
+        Broken{"KeyTwiceInside",
+               With("\"pieces\": [{\"t0\": 0, \"t0\": 1}]"),
+               {"\"t0\"", "twice", "\"pieces\""}},
+        Broken{
+            "TooDeep", With("\"refs\": " + std::string(50, '[') + std::string(50, ']')), {"deeper than 32"}},
+        Broken{"MissingKey", Example({{"N", nullptr}}), {"\"N\" is missing", "row per complementarity pair"}},
+        Broken{"UnknownKeyNear",
+               Example({{"breakpoints", {0.5}}}),
+               {"\"breakpoints\" is not a known key", "did you mean \"break_points\"?"}},
+        Broken{"UnknownKeyCase", Example({{"t", 3}}), {"\"t\" is not a known key", "did you mean \"T\"?"}},
+        Broken{"UnknownKeyFar",
+               Example({{"zzzzzz", 3}}),
+               {"\"zzzzzz\" is not a known key; known are A, B, N, M, x0"}},
+        Broken{"StringForNumber",
+               Example({{"x0", {1, "abc"}}}),
+               {"x0[1] is a string (\"abc\"); must be a number"}},
+        Broken{"QuotedNumber", Example({{"T", "1.5"}}), {"T is a string (\"1.5\")", "without quotes"}},
+        Broken{
+            "NullInMatrix", With("\"break_points\": [null]"), {"break_points[0] is null; must be a number"}},
+        Broken{"BooleanHorizon", Example({{"T", true}}), {"T is true; must be a number"}},
+        Broken{"ScalarState", Example({{"x0", 1}}), {"x0 is a number (1); must be a list of numbers"}},
+        Broken{"RaggedRows",
+               Example({{"A", {{1, 2}, {3}}}}),
+               {"A[1] has 1 values but A[0] has 2", "same length"}},
+        Broken{"ColumnAsList", Example({{"B", {1, 2}}}), {"B[0] is a number (1)", "[[1], [2]]"}},
+        Broken{
+            "EmptyMatrix", Example({{"M", nlohmann::json::array()}}), {"M is an empty list", "list of rows"}},
+        Broken{"EmptyRow", Example({{"N", {nlohmann::json::array()}}}), {"N is a list of empty rows"}},
+        Broken{"TextInMatrix",
+               Example({{"A", {{1, "x"}, {0, 1}}}}),
+               {"A[0][1] is a string (\"x\"); must be a number"}},
+        Broken{"FormulaWithoutList",
+               Example({{"f", "sin(t)"}}),
+               {"f is a string (\"sin(t)\")", "list with a formula"}},
+        Broken{"FormulaIsAList", Example({{"g", {{1}}}}), {"g[0] is a list (of 1)", "formula in t"}},
+        Broken{"SamplesWithoutTimes",
+               Example({{"f", {{"values", {{1, 2}}}}}}),
+               {"\"times\" is missing", "f needs"}},
+        Broken{"SamplesTooFew",
+               Example({{"f", {{"times", {0, 1}}, {"values", {{1, 2}}}}}}),
+               {"f.values has 1 rows but f.times has 2"}},
+        Broken{"SamplesTooWide",
+               Example({{"g", {{"times", {0}}, {"values", {{1, 2}}}}}}),
+               {"g.values has rows of 2", "1 here"}},
+        Broken{"PolynomialTooNarrow",
+               Example({{"f", {{"breaks", {0, 1}}, {"coefficients", {{{1}, {2}}}}}}}),
+               {"f.coefficients[0] has rows of 1", "2 here"}},
+        Broken{"PolynomialMistyped",
+               Example({{"f", {{"breaks", {0, 1}}, {"coeffs", {{{1, 2}}}}}}}),
+               {"\"coeffs\" is not a known key in f; did you mean", "\"coefficients\" is missing"}},
+        Broken{"PiecesNotAList",
+               Example({{"pieces", 3}}),
+               {"pieces is a number (3); must be a list of objects"}},
+        Broken{"PieceWithoutStart", Example({{"pieces", {{{"g", {1}}}}}}), {"pieces[0] has no \"t0\""}},
+        Broken{"PieceUnknownKey",
+               Example({{"pieces", {{{"t0", 0}, {"t1", 1}}}}}),
+               {"\"t1\" is not a known key in pieces[0]", "\"t0\""}},
+        Broken{"WrongRule",
+               Example({{"rule", "smallest"}}),
+               {"rule is \"smallest\"; must be one of auto, unique, least-element"}},
+        Broken{"NameNotText", Example({{"name", 7}}), {"name is a number (7); must be text"}}),
+    [](const testing::TestParamInfo<Broken>& broken) { return broken.param.name; });
+
+TEST(ProblemFileTest, NamesEveryMistakeAtOnceUpToTwenty) {
+  nlohmann::json x0 = nlohmann::json::array();
+  for (int i = 0; i < 25; ++i) x0.push_back("a");
+  const std::string error = ErrorOf(Example({{"x0", x0}, {"rul", "unique"}}));
+  EXPECT_THAT(error, AllOf(HasSubstr("did you mean \"rule\"?"), HasSubstr("x0[0] "), HasSubstr("x0[18] ")));
+  EXPECT_THAT(error, HasSubstr("p.json: and 6 more"));
+}
+
+TEST(ProblemFileTest, RefusesFilesThatCannotBeRead) {
+  const auto missing = ReadProblemFile("no/such/file.json");
+  EXPECT_EQ(missing.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(missing.status().message()), HasSubstr("no/such/file.json"));
+  const auto folder = ReadProblemFile(DLCS_CASES_DIR);
+  EXPECT_EQ(folder.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(folder.status().message()), HasSubstr("Is a directory"));
+}
+
+TEST(LcpFileTest, ReadsMatrixVectorAndRule) {
+  const auto request =
+      ParseLcp(R"({"M": [[2, 1], [0, 1]], "q": [-1, 3], "rule": "least-element"})", "l.json");
+  ASSERT_TRUE(request.ok()) << request.status();
+  EXPECT_THAT(request->m().dense().values(), ElementsAre(2, 1, 0, 1));
+  EXPECT_THAT(request->q(), ElementsAre(-1, 3));
+  EXPECT_EQ(request->rule(), v1::SOLUTION_RULE_LEAST_ELEMENT);
+}
+
+TEST(LcpFileTest, RefusesTheKeysOfOtherFiles) {
+  const auto request = ParseLcp(R"({"M": [[2]], "x0": [-1]})", "l.json");
+  EXPECT_THAT(std::string(request.status().message()),
+              AllOf(HasSubstr("l.json: \"x0\" is not a known key"), HasSubstr("\"q\" is missing")));
+}
+
+}  // namespace
+}  // namespace dlcs::client
