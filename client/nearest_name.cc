@@ -11,6 +11,7 @@ namespace {
 // Edits are counted in halves, so that "t" is nearer to "T" than to "f".
 constexpr int kEdit = 2;
 constexpr int kHalfEdit = 1;
+constexpr std::size_t kShortestAbbreviation = 3;
 
 bool IsSeparator(char c) { return c == '_' || c == '-' || c == ' '; }
 
@@ -38,6 +39,11 @@ int Distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+// Who writes "laplace" means "laplace-iteration", however many letters are missing.
+bool IsAbbreviation(const std::string& name, const std::string& candidate) {
+  return name.size() >= kShortestAbbreviation && candidate.rfind(name, 0) == 0;
+}
+
 }  // namespace
 
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known) {
@@ -45,7 +51,7 @@ std::optional<std::string> NearestName(const std::string& name, const std::vecto
   int fewest = 0;
   for (const std::string& candidate : known) {
     const int allowed = std::max<int>(kHalfEdit, kEdit * static_cast<int>(candidate.size()) / 2);
-    const int distance = Distance(name, candidate);
+    const int distance = IsAbbreviation(name, candidate) ? kHalfEdit : Distance(name, candidate);
     if (distance <= allowed && (!nearest || distance < fewest)) {
       nearest = candidate;
       fewest = distance;

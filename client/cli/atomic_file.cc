@@ -33,7 +33,8 @@ absl::StatusOr<std::unique_ptr<AtomicFile>> AtomicFile::Create(const std::string
   std::error_code ignored;
   // A link keeps pointing where it did: its target is replaced.
   std::filesystem::path target = path;
-  if (std::filesystem::is_symlink(target, ignored)) target = std::filesystem::weakly_canonical(target, ignored);
+  if (std::filesystem::is_symlink(target, ignored))
+    target = std::filesystem::weakly_canonical(target, ignored);
   if (std::filesystem::is_directory(target, ignored)) return CannotWrite(path, EISDIR);
   std::string temporary = target.string() + ".XXXXXX";
   const int descriptor = mkstemp(temporary.data());

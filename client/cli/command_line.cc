@@ -321,19 +321,37 @@ std::vector<std::string> KnownNames(const CLI::App& app) {
   return names;
 }
 
-// What CLI11 says, with the nearest option for one that does not exist, and where to read on.
-ExitCode Explain(const CLI::App& app, const CLI::ParseError& error) {
-  const auto subcommands = app.get_subcommands();
-  std::string message = error.what();
-  if (error.get_name() == "ExtrasError") {
+// A word that is no option or command here, with the nearest one that is.
+std::string NotKnown(const CLI::App& app, const std::string& word) {
+  const std::string name = word.substr(0, word.find('='));
+  const auto nearest = NearestName(name, KnownNames(app));
+  return fmt::format("\"{}\" is not known here{}", name,
+                     nearest ? fmt::format("; did you mean {}?", *nearest) : "");
+}
+
+// What is wrong with `arguments`: CLI11's words, but for names that do not exist.
+std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
+                        const std::vector<std::string>& arguments) {
+  const auto is_option = [](const std::string& word) { return word.size() > 1 && word[0] == '-'; };
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     const std::vector<std::string> extras = app.remaining(/*recurse=*/true);
-    const std::string extra = extras.empty() ? "" : extras.front().substr(0, extras.front().find('='));
-    const auto nearest = NearestName(extra, KnownNames(app));
-    message = fmt::format("\"{}\" is not known here{}", extra,
-                          nearest ? fmt::format("; did you mean {}?", *nearest) : "");
+    // The values of an unknown option are left over as well.
+    const auto option = std::find_if(extras.begin(), extras.end(), is_option);
+    if (option != extras.end()) return NotKnown(app, *option);
+    if (!extras.empty()) return NotKnown(app, extras.front());
   }
-  fmt::print(stderr, "dlcs: {}\nRun with --help for all options: dlcs {}--help\n", message,
-             subcommands.empty() ? "" : subcommands.front()->get_name() + " ");
+  if (app.get_subcommands().empty()) {
+    const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
+    if (word != arguments.end()) return NotKnown(app, *word);
+  }
+  return error.what();
+}
+
+ExitCode Complain(const CLI::App& app, const CLI::ParseError& error,
+                  const std::vector<std::string>& arguments) {
+  const auto commands = app.get_subcommands();
+  fmt::print(stderr, "dlcs: {}\nFor all options run: dlcs {}--help\n", WhatIsWrong(app, error, arguments),
+             commands.empty() ? "" : commands.front()->get_name() + " ");
   return kBadInput;
 }
 
@@ -352,10 +370,9 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddLcp(app, lcp);
   AddCapabilities(app, capabilities);
 
-  std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
-  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+  const std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
   try {
-    app.parse(arguments);
+    app.parse({arguments.rbegin(), arguments.rend()});  // backwards, as CLI11 wants them
   } catch (const CLI::CallForHelp& help) {
     app.exit(help);
     return kSolved;
@@ -363,7 +380,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
     app.exit(version);
     return kSolved;
   } catch (const CLI::ParseError& error) {
-    return Explain(app, error);
+    return Complain(app, error, arguments);
   }
   if (app.got_subcommand("solve")) return solve;
   if (app.got_subcommand("lcp")) return lcp;

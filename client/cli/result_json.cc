@@ -79,16 +79,19 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"jumps", JumpsJson(s)}};
 }
 
+// The shortest digits that read back as the same double. "-0" would be read as the integer 0.
+std::string Digits(double number) {
+  if (!std::isfinite(number)) return "null";
+  return number == 0 && std::signbit(number) ? "-0.0" : fmt::format("{}", number);
+}
+
 void AppendNumbers(std::span<const double> numbers, fmt::memory_buffer& line) {
-  auto out = std::back_inserter(line);
   const char* separator = "[";
   for (const double number : numbers) {
-    // fmt's digits are the shortest that read back as the same double, too.
-    std::isfinite(number) ? fmt::format_to(out, "{}{}", separator, number)
-                          : fmt::format_to(out, "{}null", separator);
+    fmt::format_to(std::back_inserter(line), "{}{}", separator, Digits(number));
     separator = ", ";
   }
-  fmt::format_to(out, "{}", numbers.empty() ? "[]" : "]");
+  fmt::format_to(std::back_inserter(line), "{}", numbers.empty() ? "[]" : "]");
 }
 
 void Write(const fmt::memory_buffer& line, std::FILE* out) { std::fwrite(line.data(), 1, line.size(), out); }

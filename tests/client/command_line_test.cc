@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/command_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+struct Outcome {
+  ParsedCommandLine parsed;
+  std::string out;
+  std::string err;
+};
+
+Outcome Parse(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "dlcs");
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  Outcome outcome{ParseCommandLine(static_cast<int>(arguments.size()), arguments.data()), "", ""};
+  outcome.out = testing::internal::GetCapturedStdout();
+  outcome.err = testing::internal::GetCapturedStderr();
+  return outcome;
+}
+
+SolveCommand Solve(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), {"solve", "p.json"});
+  const Outcome outcome = Parse(arguments);
+  const auto* command = std::get_if<SolveCommand>(&outcome.parsed);
+  EXPECT_NE(command, nullptr) << outcome.err;
+  return command == nullptr ? SolveCommand{} : *command;
+}
+
+// What a refused command line says; the exit code is checked here.
+std::string Refused(const std::vector<const char*>& arguments) {
+  const Outcome outcome = Parse(arguments);
+  const auto* code = std::get_if<ExitCode>(&outcome.parsed);
+  EXPECT_NE(code, nullptr);
+  if (code != nullptr) {
+    EXPECT_EQ(*code, kBadInput);
+  }
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, HasSubstr("--help"));
+  return outcome.err;
+}
+
+TEST(CommandLineTest, LeavesUnsetWhatWasNotGiven) {
+  const SolveCommand command = Solve({});
+  EXPECT_EQ(command.problem_path, "p.json");
+  EXPECT_EQ(command.options.SerializeAsString(), "");
+  EXPECT_FALSE(command.rule);
+  EXPECT_EQ(command.format, OutputFormat::kTable);
+  EXPECT_GT(command.deadline_s, 0);
+}
+
+TEST(CommandLineTest, PutsEveryOptionInItsField) {
+  const SolveCommand command = Solve({"--server",
+                                      "h:1",
+                                      "--method",
+                                      "paper-iteration",
+                                      "--step",
+                                      "1e-3",
+                                      "--theta",
+                                      "0.5",
+                                      "--rule",
+                                      "least-element",
+                                      "--project-initial-state",
+                                      "--estimate-error",
+                                      "--threads",
+                                      "3",
+                                      "--format",
+                                      "csv",
+                                      "--output",
+                                      "o.csv",
+                                      "--quiet",
+                                      "--window",
+                                      "whole",
+                                      "--iteration-tolerance",
+                                      "1e-9",
+                                      "--max-iterations",
+                                      "70",
+                                      "--contour-nodes",
+                                      "12",
+                                      "--contour-gamma",
+                                      "0.7",
+                                      "--contour-mu",
+                                      "2",
+                                      "--contour-step",
+                                      "0.25",
+                                      "--contour-initial-state",
+                                      "--deadline",
+                                      "2.5"});
+  EXPECT_EQ(command.server, "h:1");
+  const v1::SolveOptions& options = command.options;
+  EXPECT_EQ(options.method(), v1::METHOD_PAPER_ITERATION);
+  EXPECT_EQ(options.grid_case(), v1::SolveOptions::kStep);
+  EXPECT_EQ(options.step(), 1e-3);
+  EXPECT_EQ(options.theta(), 0.5);
+  EXPECT_EQ(command.rule, v1::SOLUTION_RULE_LEAST_ELEMENT);
+  EXPECT_TRUE(options.project_initial_state());
+  EXPECT_TRUE(options.estimate_error());
+  EXPECT_EQ(options.threads(), 3);
+  EXPECT_EQ(command.format, OutputFormat::kCsv);
+  EXPECT_EQ(command.output, "o.csv");
+  EXPECT_TRUE(command.quiet);
+  EXPECT_EQ(options.window_steps(), -1);
+  EXPECT_EQ(options.tolerance(), 1e-9);
+  EXPECT_EQ(options.max_iterations(), 70);
+  EXPECT_EQ(options.contour().nodes(), 12);
+  EXPECT_EQ(options.contour().gamma(), 0.7);
+  EXPECT_EQ(options.contour().mu(), 2);
+  EXPECT_EQ(options.contour().step(), 0.25);
+  EXPECT_TRUE(options.contour().for_initial_state());
+  EXPECT_EQ(command.deadline_s, 2.5);
+}
+
+TEST(CommandLineTest, CountsStepsInAnyNotation) {
+  EXPECT_EQ(Solve({"--steps", "1e6"}).options.steps(), 1000000);
+  EXPECT_EQ(Solve({"--steps=128000"}).options.steps(), 128000);
+  EXPECT_EQ(Solve({"--window", "16"}).options.window_steps(), 16);
+  EXPECT_EQ(Solve({"--window", "auto"}).options.window_steps(), 0);
+}
+
+TEST(CommandLineTest, SortsOutputTimes) {
+  EXPECT_THAT(Solve({"--at", "1, 0.25,0.5,1"}).options.output_times(), ElementsAre(0.25, 0.5, 1));
+}
+
+TEST(CommandLineTest, TakesStandardInput) {
+  const Outcome outcome = Parse({"lcp", "-"});
+  ASSERT_TRUE(std::holds_alternative<LcpCommand>(outcome.parsed)) << outcome.err;
+  EXPECT_EQ(std::get<LcpCommand>(outcome.parsed).path, "-");
+}
+
+TEST(CommandLineTest, ReadsNegativeNumbersAsValues) {
+  EXPECT_THAT(Refused({"solve", "p.json", "--theta", "-0.5"}), HasSubstr("\"-0.5\" is not between 0 and 1"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--theta", "-.5"}), HasSubstr("\"-.5\" is not between 0 and 1"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "-1,2"}), HasSubstr("\"-1\" is not a time"));
+}
+
+TEST(CommandLineTest, NamesOptionValueAndRule) {
+  EXPECT_THAT(Refused({"solve", "p.json", "--step", "0"}), AllOf(HasSubstr("--step"), HasSubstr("above 0")));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step", "nan"}), HasSubstr("\"nan\" is not a number above 0"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step", "1e-3x"}), HasSubstr("\"1e-3x\""));
+  EXPECT_THAT(Refused({"solve", "p.json", "--steps", "2.5"}), HasSubstr("\"2.5\" is not a whole number"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0.5,,1"}), HasSubstr("\"\" is not a time"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--window", "wide"}), HasSubstr("\"wide\" is not auto, whole"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step", "1", "--steps", "3"}), HasSubstr("--step"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--deadline", "0"}), HasSubstr("--deadline"));
+}
+
+TEST(CommandLineTest, ProposesTheNearestWord) {
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "laplace"}),
+              HasSubstr("did you mean laplace-iteration?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}),
+              HasSubstr("did you mean least-element?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--format", "jsn"}), HasSubstr("did you mean json?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));
+  EXPECT_THAT(Refused({"slove", "p.json"}), HasSubstr("did you mean solve?"));
+}
+
+TEST(CommandLineTest, RefusesWhatIsMissing) {
+  EXPECT_THAT(Refused({}), HasSubstr("subcommand"));
+  EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
+  EXPECT_THAT(Refused({"lcp", "l.json", "--format", "csv"}), HasSubstr("table, json"));
+}
+
+TEST(CommandLineTest, ExplainsItself) {
+  for (const std::vector<const char*>& arguments : {std::vector<const char*>{"--help"},
+                                                    {"solve", "--help"},
+                                                    {"lcp", "--help"},
+                                                    {"capabilities", "--help"}}) {
+    const Outcome outcome = Parse(arguments);
+    ASSERT_TRUE(std::holds_alternative<ExitCode>(outcome.parsed));
+    EXPECT_EQ(std::get<ExitCode>(outcome.parsed), kSolved);
+    EXPECT_THAT(outcome.out, AllOf(HasSubstr("Examples:"), HasSubstr("dlcs ")));
+    EXPECT_EQ(outcome.err, "");
+  }
+  EXPECT_THAT(Parse({"solve", "--help"}).out,
+              AllOf(HasSubstr("Exit codes"), HasSubstr("--project-initial-state")));
+  EXPECT_THAT(Parse({"--version"}).out, testing::MatchesRegex("dlcs [0-9.]+\n"));
+}
+
+}  // namespace
+}  // namespace dlcs::client

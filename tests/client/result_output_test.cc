@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/result_output.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string Printed(const std::function<void(std::FILE*)>& print) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* stream = open_memstream(&text, &size);
+  print(stream);
+  std::fclose(stream);
+  const std::string printed(text, size);
+  std::free(text);
+  return printed;
+}
+
+// Two states, one pair, three times; the numbers do not end in binary.
+SolveResult Example() {
+  SolveResult result;
+  result.states = 2;
+  result.constraints = 1;
+  result.times = {0, 0.1, 1.0 / 3};
+  result.x = {1, 0.1 + 0.2, -1e-300, 5e-324, 1.7976931348623157e308, -0.0};
+  result.y = {0, 2.0 / 3, 1e16};
+  result.analysis.set_matrix_class("P-matrix");
+  v1::Summary& summary = result.summary;
+  summary.set_termination(v1::CONVERGED);
+  summary.set_method(v1::METHOD_LAPLACE_ITERATION);
+  summary.set_reason("M is a P-matrix");
+  summary.set_step(0.1);
+  summary.add_warnings("a \"quoted\" warning");
+  v1::StateJump& jump = *summary.add_jumps();
+  jump.set_time(0);
+  jump.add_dx(0.5);
+  jump.add_dx(0);
+  jump.add_multiplier(2);
+  v1::Certificate& certificate = *summary.mutable_certificate();
+  certificate.set_node_residual(3e-16);
+  certificate.set_midpoint_residual(2e-7);
+  certificate.set_lcp_scale(12);
+  certificate.set_ode_scale(std::numeric_limits<double>::quiet_NaN());
+  summary.mutable_cost()->set_iterations(7);
+  summary.mutable_cost()->set_seconds_total(0.25);
+  return result;
+}
+
+TEST(ResultJsonTest, HoldsEveryPromisedKey) {
+  const auto root =
+      nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("two tanks", Example(), out); }));
+  for (const char* key :
+       {"name", "termination", "message", "method", "reason", "warnings", "step", "failure_time", "times",
+        "x", "y", "jumps", "certificate", "iterations", "seconds", "cost"}) {
+    EXPECT_TRUE(root.contains(key)) << key;
+  }
+  EXPECT_EQ(root["termination"], "CONVERGED");
+  EXPECT_EQ(root["method"], "laplace-iteration");
+  EXPECT_EQ(root["iterations"], 7);
+  EXPECT_EQ(root["seconds"], 0.25);
+  EXPECT_EQ(root["jumps"][0]["dx"], nlohmann::json({0.5, 0.0}));
+  EXPECT_EQ(root["jumps"][0]["multiplier"][0], 2);
+  EXPECT_TRUE(root["failure_time"].is_null());
+}
+
+TEST(ResultJsonTest, GivesBackTheSameBits) {
+  const SolveResult result = Example();
+  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));
+  ASSERT_EQ(root["x"].size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(root["times"][k].get<double>(), result.times[k]);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double read = root["x"][k][i].get<double>();
+      EXPECT_EQ(read, result.x_at(k)[i]) << k << " " << i;
+      EXPECT_EQ(std::signbit(read), std::signbit(result.x_at(k)[i])) << k << " " << i;
+    }
+    EXPECT_EQ(root["y"][k][0].get<double>(), result.y_at(k)[0]);
+  }
+}
+
+TEST(ResultJsonTest, WritesNullForWhatIsNotFinite) {
+  SolveResult result = Example();
+  result.x[1] = std::numeric_limits<double>::infinity();
+  result.y[0] = std::numeric_limits<double>::quiet_NaN();
+  result.summary.set_failure_time(std::numeric_limits<double>::quiet_NaN());
+  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));
+  EXPECT_TRUE(root["x"][0][1].is_null());
+  EXPECT_TRUE(root["y"][0][0].is_null());
+  EXPECT_TRUE(root["failure_time"].is_null());
+  EXPECT_TRUE(root["certificate"]["ode_scale"].is_null());
+  EXPECT_TRUE(root["certificate"]["estimated_error_x"].is_null());
+}
+
+TEST(ResultJsonTest, IsSoundWithoutATrajectory) {
+  SolveResult result;
+  result.summary.set_termination(v1::UNSUPPORTED);
+  result.summary.set_failure_time(0.4375);
+  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));
+  EXPECT_EQ(root["times"], nlohmann::json::array());
+  EXPECT_EQ(root["x"], nlohmann::json::array());
+  EXPECT_EQ(root["failure_time"], 0.4375);
+}
+
+TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
+  const SolveResult result = Example();
+  std::istringstream lines(Printed([&](std::FILE* out) { PrintCsv(result, out); }));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "t,x1,x2,y1");
+  for (std::size_t k = 0; k < 3; ++k) {
+    ASSERT_TRUE(std::getline(lines, line));
+    std::istringstream fields(line);
+    std::vector<double> numbers;
+    for (std::string field; std::getline(fields, field, ',');)
+      numbers.push_back(std::strtod(field.c_str(), nullptr));
+    EXPECT_THAT(numbers, testing::ElementsAre(result.times[k], result.x_at(k)[0], result.x_at(k)[1],
+                                              result.y_at(k)[0]));
+  }
+  EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(ResultTableTest, EndsWithACertificateInWords) {
+  const std::string table = Printed([](std::FILE* out) { PrintTable("two tanks", Example(), 100, out); });
+  EXPECT_THAT(table, HasSubstr("two tanks: CONVERGED"));
+  EXPECT_THAT(table, HasSubstr("laplace-iteration"));
+  EXPECT_THAT(table, HasSubstr("Warning: a \"quoted\" warning"));
+  EXPECT_THAT(table, HasSubstr("LCP residual     3.0e-16 at nodes, 2.0e-07 between them (size of y, w: 12)"));
+  EXPECT_THAT(table, HasSubstr("at t = 0: dx = (0.5, 0), multiplier (2)"));
+  EXPECT_THAT(table, Not(HasSubstr("shorter steps")));
+}
+
+TEST(ResultTableTest, SaysWhenTheGridIsTooCoarse) {
+  SolveResult result = Example();
+  result.summary.mutable_certificate()->set_midpoint_residual(1);
+  EXPECT_THAT(Printed([&](std::FILE* out) { PrintTable("", result, 100, out); }), HasSubstr("shorter steps"));
+}
+
+TEST(ResultTableTest, BreaksWideSystemsIntoBlocks) {
+  SolveResult result;
+  result.states = 30;
+  result.constraints = 2;
+  result.times = {0, 1};
+  result.x.assign(60, 0.123456789);
+  result.y.assign(4, 1);
+  std::istringstream lines(Printed([&](std::FILE* out) { PrintTable("", result, 80, out); }));
+  int heads = 0;
+  std::string all;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find(" x") != std::string::npos) {
+      EXPECT_LE(line.size(), 80U);
+      heads += line.rfind("t ", 0) == 0 ? 1 : 0;
+      all += line;
+    }
+  }
+  EXPECT_GT(heads, 2);
+  EXPECT_THAT(all, AllOf(HasSubstr(" x1 "), HasSubstr(" x30"), HasSubstr(" y2")));
+}
+
+TEST(LcpOutputTest, PrintsTheSolutionInBothForms) {
+  v1::SolveLcpResponse response;
+  response.set_verdict(v1::LCP_SOLVED);
+  response.add_y(0.1);
+  response.add_w(0);
+  response.set_residual(1e-17);
+  response.set_matrix_class("P-matrix");
+  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintLcpJson(response, out); }));
+  EXPECT_EQ(root["verdict"], "SOLVED");
+  EXPECT_EQ(root["y"], nlohmann::json({0.1}));
+  EXPECT_EQ(root["w"], nlohmann::json({0.0}));
+  EXPECT_EQ(root["residual"], 1e-17);
+  EXPECT_THAT(Printed([&](std::FILE* out) { PrintLcpTable(response, out); }),
+              AllOf(HasSubstr("SOLVED"), HasSubstr("0.1"), HasSubstr("1.0e-17")));
+}
+
+}  // namespace
+}  // namespace dlcs::client
