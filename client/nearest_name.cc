@@ -24,16 +24,22 @@ int ReplaceCost(char a, char b) {
 
 int InsertCost(char c) { return IsSeparator(c) ? kHalfEdit : kEdit; }
 
+// Edit distance with exchanged neighbours, row by row over the letters of `a`.
 int Distance(const std::string& a, const std::string& b) {
   std::vector<int> row(b.size() + 1, 0);
   for (std::size_t j = 0; j < b.size(); ++j) row[j + 1] = row[j] + InsertCost(b[j]);
-  for (const char letter : a) {
-    int diagonal = row[0];
-    row[0] += InsertCost(letter);
+  std::vector<int> last(row.size());          // the row before
+  std::vector<int> last_but_one(row.size());  // and the one before that
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    last_but_one.swap(last);
+    last.swap(row);
+    row[0] = last[0] + InsertCost(a[i]);
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const int replaced = diagonal + ReplaceCost(letter, b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j + 1] + InsertCost(letter), row[j] + InsertCost(b[j])});
+      row[j + 1] = std::min(
+          {last[j] + ReplaceCost(a[i], b[j]), last[j + 1] + InsertCost(a[i]), row[j] + InsertCost(b[j])});
+      if (i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j]) {
+        row[j + 1] = std::min(row[j + 1], last_but_one[j - 1] + kHalfEdit);
+      }
     }
   }
   return row.back();

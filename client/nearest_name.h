@@ -10,9 +10,10 @@
 
 namespace dlcs::client {
 
-// The entry of `known` with the fewest edits (insert, delete, replace; a change of case or of a separator
-// counts half) from `name`, or nothing when even that one differs in more than half of its letters.
-// A name of three letters or more that begins an entry is half an edit from it. Of equals the first wins. Cost: the lengths' product per entry.
+// The entry of `known` with the fewest edits from `name` (insert, delete, replace; half an edit each: a change
+// of case or of a separator, two neighbours exchanged, and an abbreviation to three letters or more), or nothing
+// when even that one differs in more than half of its letters. Of equals the first wins. Cost: the lengths'
+// product per entry.
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
 
 }  // namespace dlcs::client

@@ -372,7 +372,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
 
   const std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
   try {
-    app.parse({arguments.rbegin(), arguments.rend()});  // backwards, as CLI11 wants them
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // backwards, as CLI11 wants
   } catch (const CLI::CallForHelp& help) {
     app.exit(help);
     return kSolved;
