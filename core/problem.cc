@@ -59,6 +59,12 @@ std::vector<SampleTime> SampleTimes(const Problem& problem) {
   return samples;
 }
 
+// A formula in a message: whole when a person wrote it, its head when a program did.
+std::string Abbreviated(const std::string& formula) {
+  constexpr std::size_t kLongest = 80;
+  return formula.size() <= kLongest ? formula : formula.substr(0, kLongest) + "...";
+}
+
 // How component `i` of the piece that holds at `sample` is called and written.
 Violation NonFiniteValue(const TimeFunction& function, const std::string& field, Index i, SampleTime sample,
                          double value) {
@@ -71,7 +77,8 @@ Violation NonFiniteValue(const TimeFunction& function, const std::string& field,
   if (function.pieces.size() > 1) violation.field += ".pieces[" + std::to_string(piece) + "]";
   violation.field += "[" + std::to_string(i) + "]";
   if (const auto* formulas = std::get_if<FormulaFunction>(&function.pieces[piece].function)) {
-    violation.description = "\"" + formulas->formulas[static_cast<std::size_t>(i)] + "\" has no finite value";
+    violation.description =
+        "\"" + Abbreviated(formulas->formulas[static_cast<std::size_t>(i)]) + "\" has no finite value";
   }
   violation.description += " at t = " + NumberText(sample.time) + " (" + NumberText(value) + ")";
   return violation;

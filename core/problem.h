@@ -37,11 +37,13 @@ struct Problem {
 };
 
 // Every rule that `problem` breaks, in the order of the fields above; empty when it is sound. Shapes (m is
-// the number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside (0,
-// T), formulas that do not parse, and components of f and g without a finite value at one of 257 even times
-// or on one side of a break point (with the first such time). Fields are named A B N M f g x0 T break_points,
-// with [row][column] or [component], those inside f and g as core/time_function.h says. At most 200 are
-// listed; one more entry counts the rest. Cost: about 15 µs per formula, and 257 values of every component.
+// the number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside
+// (0, T), formulas that do not parse, and, where nothing else is wrong, components of f and g without a
+// finite value at one of 257 even times or on one side of a break point (with the first such time).
+//
+// Fields are named A B N M f g x0 T break_points, with [row][column] or [component], those inside f and g as
+// core/time_function.h says. At most 200 are listed; one more entry counts the rest.
+// Cost: about 15 µs per formula, and 257 values of every component.
 std::vector<Violation> Validate(const Problem& problem);
 
 // All break points of f, g and the (sound) problem itself, strictly inside (0, T), increasing and distinct.
