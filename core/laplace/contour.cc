@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/laplace/contour.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace dlcs {
+namespace {
+
+using Complex = std::complex<double>;
+
+// l ∫_0^1 (1-τ)^{l-1} e^{aτ} dτ.
+double PowerExponentialIntegral(int l, double a) {
+  if (a < -(l + 30.0)) {
+    // J_1 = (e^a - 1)/a, J_{k+1} = (k J_k - 1)/a: stable upwards while k < |a|.
+    double J = std::expm1(a) / a;
+    for (int k = 1; k < l; ++k) J = (k * J - 1) / a;
+    return l * J;
+  }
+  // The integral is Kummer's function M(1, l+1, a) = e^a M(l, l+1, -a): of the two series take the positive one.
+  double sum = 1, term = 1;
+  if (a >= 0) {
+    for (int k = 1; term > 1e-17 * sum; ++k) sum += term *= a / (l + k);
+    return sum;
+  }
+  // M(l, l+1, b) = Σ l/(l+k) b^k/k!.
+  double power = 1;
+  for (int k = 1; power > 1e-17 * sum; ++k) {
+    power *= -a / k;
+    sum += power * l / (l + k);
+  }
+  return std::exp(a) * sum;
+}
+
+}  // namespace
+
+Contour SourceContour(Index nodes) {
+  const double root = std::sqrt(static_cast<double>(nodes));
+  return {.nodes = nodes, .mu = root / 4, .gamma = 0.794, .step = 2.06 / root};
+}
+
+Contour InitialStateContour(Index nodes) {
+  const double count = static_cast<double>(nodes);
+  return {.nodes = nodes, .mu = 4.4921 * count, .gamma = 1.1721, .step = 1.0818 / count};
+}
+
+std::vector<ContourNode> Nodes(const Contour& contour) {
+  std::vector<ContourNode> nodes;
+  for (Index p = 0; p <= contour.nodes; ++p) {
+    const Complex angle(-contour.gamma, static_cast<double>(p) * contour.step);
+    const Complex derivative = Complex(0, contour.mu) * std::cos(angle);
+    ContourNode node;
+    node.z = contour.mu * (1.0 + std::sin(angle));
+    node.weight = (p == 0 ? 1.0 : 2.0) * contour.step / Complex(0, 2 * std::numbers::pi) * derivative;
+    node.log_derivative = std::abs(derivative / node.z);
+    nodes.push_back(node);
+  }
+  return nodes;
+}
+
+double Theta(const Contour& contour, int l) {
+  double sum = 0;
+  const std::vector<ContourNode> nodes = Nodes(contour);
+  for (Index p = 0; p <= contour.nodes; ++p) {
+    const double exponent =
+        contour.mu * (1 - std::sin(contour.gamma) * std::cosh(static_cast<double>(p) * contour.step));
+    sum += (p == 0 ? 1 : 2) * nodes[p].log_derivative * PowerExponentialIntegral(l, exponent);
+  }
+  return sum;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/certificate.h"
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+void AddTerm(const Matrix& coefficient, const Eigen::Ref<const Matrix>& values, Matrix& sum) {
+  if (coefficient.size() > 0) sum.noalias() += coefficient * values;
+}
+
+// Raises `residual`, `complementarity` and `scale` to those of the columns of y and w.
+void Measure(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, double& residual,
+             double& complementarity, double& scale) {
+  residual = NanMax(residual, NaturalResidual(y, w));
+  complementarity = NanMax(complementarity, MaxAbs(y.cwiseProduct(w).colwise().sum()));
+  scale = NanMax(scale, NanMax(MaxAbs(y), MaxAbs(w)));
+}
+
+}  // namespace
+
+CertificateBuilder::CertificateBuilder(const Problem& problem) : problem_(problem) {
+  certificate_.node_residual = certificate_.midpoint_residual = 0;
+  certificate_.node_complementarity = certificate_.midpoint_complementarity = 0;
+  certificate_.ode_defect = 0;
+  certificate_.lcp_scale = certificate_.ode_scale = certificate_.x_scale = 0;
+}
+
+void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
+  const Index steps = segment.steps;
+  Certificate& c = certificate_;
+  const Matrix& x = segment.x;
+  const Matrix& y = segment.y;
+
+  Matrix w = segment.g;
+  w.noalias() += problem_.N * x;
+  w.noalias() += problem_.M * y;
+  const Index first = segment.first_y_is_solution ? 0 : 1;
+  const Index nodes = steps + 1 - first;
+  Measure(y.rightCols(nodes), w.rightCols(nodes), c.node_residual, c.node_complementarity, c.lcp_scale);
+  c.x_scale = NanMax(c.x_scale, MaxAbs(x));
+  if (steps == 0) return;
+
+  Matrix slope = segment.f;
+  slope.noalias() += problem_.A * x;
+  slope.noalias() += problem_.B * y;
+  c.ode_scale = NanMax(c.ode_scale, MaxAbs(slope));
+
+  Matrix y_mid = y.rightCols(steps);
+  if (scheme.y_is_linear) y_mid = (y_mid + y.leftCols(steps)) / 2;
+  Matrix x_mid, defect;
+  if (scheme.x_is_linear) {
+    x_mid = (x.leftCols(steps) + x.rightCols(steps)) / 2;
+    defect = (x.rightCols(steps) - x.leftCols(steps)) / segment.step - segment.f_mid;
+    defect.noalias() -= problem_.A * x_mid;
+    defect.noalias() -= problem_.B * y_mid;
+  } else {
+    x_mid.noalias() = scheme.mid_state * x.leftCols(steps);
+    AddTerm(scheme.mid_y_before, y.leftCols(steps), x_mid);
+    AddTerm(scheme.mid_y_after, y.rightCols(steps), x_mid);
+    AddTerm(scheme.mid_f_before, segment.f.leftCols(steps), x_mid);
+    AddTerm(scheme.mid_f_after, segment.f.rightCols(steps), x_mid);
+    // x solves the differential equation with the interpolated f: what is left is the interpolation.
+    defect = (segment.f.leftCols(steps) + segment.f.rightCols(steps)) / 2 - segment.f_mid;
+  }
+  c.ode_defect = NanMax(c.ode_defect, MaxAbs(defect));
+
+  Matrix w_mid = segment.g_mid;
+  w_mid.noalias() += problem_.N * x_mid;
+  w_mid.noalias() += problem_.M * y_mid;
+  double ignored_scale = 0;
+  Measure(y_mid, w_mid, c.midpoint_residual, c.midpoint_complementarity, ignored_scale);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/consistency.h"
+
+#include <string>
+
+#include "core/lcp/lcp.h"
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+// Entries of N x + g below this part of their size are inconsistent: far above rounding, far below any jump
+// that matters.
+constexpr double kConsistencyTolerance = 1e-10;
+
+struct Jump {
+  LcpVerdict verdict;
+  Vector p;
+};
+
+Jump FindJump(const Problem& problem, const Vector& q, double tolerance) {
+  const Index n = problem.num_constraints();
+  Matrix matrix = Matrix::Zero(2 * n, 2 * n);
+  matrix.topLeftCorner(n, n) = problem.N * problem.B;
+  matrix.topRightCorner(n, n) = problem.M;
+  matrix.bottomLeftCorner(n, n) = -problem.M.transpose();
+  Vector rhs = Vector::Zero(2 * n);
+  rhs.head(n) = q;
+  Basis basis(2 * n, 0);
+  Vector solution(2 * n);
+  Jump jump;
+  jump.verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerance, basis, solution);
+  jump.p = solution.head(n);
+  return jump;
+}
+
+std::string FormatVector(const Vector& v) {
+  constexpr Index kShown = 8;
+  std::string text = "(";
+  for (Index i = 0; i < std::min(v.size(), kShown); ++i) text += (i ? ", " : "") + FormatNumber(v[i]);
+  return text + (v.size() > kShown ? ", ...)" : ")");
+}
+
+// The most negative entry, for messages.
+std::string WorstEntry(const Vector& q) {
+  Index worst = 0;
+  const double value = q.minCoeff(&worst);
+  return "(N x + g)[" + std::to_string(worst) + "] = " + FormatNumber(value);
+}
+
+}  // namespace
+
+bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
+                  Eigen::Ref<Vector> y, bool& y_is_solution) {
+  const Problem& problem = context.problem;
+  const Index n = problem.num_constraints();
+  Vector q = problem.N * x + g;
+  const double size = SizeOfSums(problem.N, x, g);
+  Basis basis(n, 0);
+  y.setZero();
+  y_is_solution = false;
+
+  if (context.y_is_lipschitz()) {
+    const LcpVerdict verdict =
+        MakeLcpSolver(problem.M, context.selection)->Solve(q, kLcpTolerance * size, basis, y);
+    ++context.solution.cost.lcps;
+    y_is_solution = verdict == LcpVerdict::kSolved;
+    return y_is_solution || FailLcp(context, verdict, time, "LCP(N x + g, M)");
+  }
+
+  if (!context.matrix_class.positive_semidefinite.yes()) return true;
+  const double tolerance = kConsistencyTolerance * size;
+  const LcpVerdict verdict = MakeLcpSolver(problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
+  ++context.solution.cost.lcps;
+  y.setZero();  // of several solutions only the coupled step knows the one that continues
+  if (verdict == LcpVerdict::kSolved) return true;
+  if (verdict == LcpVerdict::kNonFinite) return FailLcp(context, verdict, time, "LCP(N x + g, M)");
+
+  const Jump jump = FindJump(problem, q, tolerance);
+  ++context.solution.cost.lcps;
+  const std::string at = "at t = " + FormatNumber(time);
+  if (jump.verdict != LcpVerdict::kSolved) {
+    return context.Fail(Termination::kInfeasible, time,
+                        "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q) +
+                            "), and no jump of the state along B can mend it.");
+  }
+  const Vector dx = problem.B * jump.p;
+  if (!context.options.project_initial_state) {
+    return context.Fail(Termination::kInconsistentState, time,
+                        "The state " + at + " is inconsistent: LCP(N x + g, M) has no solution (" +
+                            WorstEntry(q) + "). It must jump by dx = " + FormatVector(dx) +
+                            " first; ask for the projection of the initial state to allow that, or start "
+                            "from a consistent state.");
+  }
+  x += dx;
+  context.solution.jumps.push_back({time, dx, jump.p});
+  return true;
+}
+
+}  // namespace dlcs

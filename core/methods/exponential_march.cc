@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/exponential_march.h"
+
+#include "core/methods/marching.h"
+
+namespace dlcs {
+
+bool ExponentialMarch(SolveContext& context) {
+  const bool linear = context.y_is_lipschitz();
+  return MarchGrid(context, [&](double step) {
+    return linear ? ExponentialPiecewiseLinear(context.problem, step)
+                  : ExponentialPiecewiseConstant(context.problem, step);
+  });
+}
+
+}  // namespace dlcs

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dlcs {
+namespace {
+
+// Two times closer than this part of a step are one node.
+constexpr double kSameNode = 1e-9;
+
+Index StepsFor(double length, double longest_step) {
+  return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
+}
+
+// Appends equal steps over [begin, end] to `grid`.
+void AppendRun(double begin, double end, double longest_step, bool starts_at_break, Grid& grid) {
+  Run run;
+  run.first_node = static_cast<Index>(grid.times.size()) - 1;
+  run.steps = StepsFor(end - begin, longest_step);
+  run.begin = begin;
+  run.end = end;
+  run.step = (end - begin) / static_cast<double>(run.steps);
+  run.starts_at_break = starts_at_break;
+  for (Index k = 1; k < run.steps; ++k) {
+    grid.times.push_back(begin + (end - begin) * (static_cast<double>(k) / static_cast<double>(run.steps)));
+  }
+  grid.times.push_back(end);
+  grid.longest_step = std::max(grid.longest_step, run.step);
+  grid.runs.push_back(run);
+}
+
+// The output times strictly inside (begin, end) at which the stretch must be cut: none if all of them are nodes
+// of equal steps over it, otherwise all, since cutting at one moves the nodes behind it.
+std::vector<double> SplittingTimes(double begin, double end, double longest_step,
+                                   const std::vector<double>& output_times) {
+  const double step = (end - begin) / static_cast<double>(StepsFor(end - begin, longest_step));
+  std::vector<double> inside;
+  bool all_nodes = true;
+  for (const double t : output_times) {
+    if (t <= begin + kSameNode * step || t >= end - kSameNode * step) continue;
+    if (!inside.empty() && t - inside.back() <= kSameNode * step) continue;
+    inside.push_back(t);
+    const double position = (t - begin) / step;
+    all_nodes = all_nodes && std::abs(position - std::round(position)) <= kSameNode;
+  }
+  if (all_nodes) inside.clear();
+  return inside;
+}
+
+Index NearestNode(const std::vector<double>& times, double t) {
+  const auto above = std::lower_bound(times.begin(), times.end(), t);
+  if (above == times.begin()) return 0;
+  if (above == times.end()) return static_cast<Index>(times.size()) - 1;
+  const Index k = above - times.begin();
+  return t - times[k - 1] < times[k] - t ? k - 1 : k;
+}
+
+}  // namespace
+
+Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options) {
+  const Index wanted = options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps;
+  const double longest_step = options.step > 0 ? options.step : horizon / static_cast<double>(wanted);
+
+  Grid grid;
+  grid.times.push_back(0);
+  std::vector<double> ends = break_points;
+  ends.push_back(horizon);
+  double begin = 0;
+  for (const double end : ends) {
+    bool at_break = true;
+    for (const double split : SplittingTimes(begin, end, longest_step, options.output_times)) {
+      AppendRun(begin, split, longest_step, at_break, grid);
+      begin = split;
+      at_break = false;
+    }
+    AppendRun(begin, end, longest_step, at_break, grid);
+    begin = end;
+  }
+
+  if (options.output_times_only) {
+    for (const double t : options.output_times) {
+      const Index node = NearestNode(grid.times, t);
+      grid.times[node] = t;  // the caller's own number, at most 1e-9 steps away
+      if (grid.output_nodes.empty() || grid.output_nodes.back() != node) grid.output_nodes.push_back(node);
+    }
+  } else {
+    for (Index node = 0; node <= grid.num_steps(); ++node) grid.output_nodes.push_back(node);
+  }
+  return grid;
+}
+
+Grid Halve(const Grid& grid) {
+  Grid halved;
+  halved.longest_step = grid.longest_step / 2;
+  halved.times.reserve(2 * grid.times.size() - 1);
+  halved.times.push_back(grid.times.front());
+  for (size_t k = 1; k < grid.times.size(); ++k) {
+    halved.times.push_back((grid.times[k - 1] + grid.times[k]) / 2);
+    halved.times.push_back(grid.times[k]);
+  }
+  for (Run run : grid.runs) {
+    run.first_node *= 2;
+    run.steps *= 2;
+    run.step /= 2;
+    halved.runs.push_back(run);
+  }
+  for (const Index node : grid.output_nodes) halved.output_nodes.push_back(2 * node);
+  return halved;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/marching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/methods/consistency.h"
+#include "core/methods/progress.h"
+#include "core/methods/step_cache.h"
+
+namespace dlcs {
+namespace {
+
+// Steps between two looks at the stop token and two sums of the certificate; its columns stay in the cache.
+constexpr Index kChunk = 256;
+
+}  // namespace
+
+Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
+    : problem_(problem),
+      abs_N_(problem.N.cwiseAbs()),
+      scheme_(std::move(scheme)),
+      solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, selection)),
+      basis_(problem.num_constraints(), 0),
+      q_(problem.num_constraints()),
+      size_(problem.num_constraints()) {}
+
+LcpVerdict Marcher::March(Segment& segment, Index& solved) {
+  const Index steps = segment.steps;
+  Matrix& x = segment.x;
+  Matrix& y = segment.y;
+  auto sources = x.rightCols(steps);
+  sources.noalias() = scheme_.f_after * segment.f.rightCols(steps);
+  if (scheme_.f_before.size() > 0) sources.noalias() += scheme_.f_before * segment.f.leftCols(steps);
+  const double size_of_g = MaxAbs(segment.g);
+
+  for (solved = 0; solved < steps; ++solved) {
+    const Index j = solved + 1;
+    x.col(j).noalias() += scheme_.state * x.col(j - 1);
+    if (scheme_.y_before.size() > 0) x.col(j).noalias() += scheme_.y_before * y.col(j - 1);
+    q_.noalias() = problem_.N * x.col(j);
+    q_ += segment.g.col(j);
+    size_.noalias() = abs_N_ * x.col(j).cwiseAbs();
+    const double size = std::max(size_of_g, MaxAbs(size_));
+    const LcpVerdict verdict = solver_->Solve(q_, kLcpTolerance * size, basis_, y.col(j));
+    if (verdict != LcpVerdict::kSolved) return verdict;
+    x.col(j).noalias() += scheme_.y_after * y.col(j);
+  }
+  return LcpVerdict::kSolved;
+}
+
+bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme) {
+  const Problem& problem = context.problem;
+  StepCache<Marcher> marchers([&](double step) {
+    return std::make_unique<Marcher>(problem, make_scheme(step), context.selection);
+  });
+  Progress progress(context);
+  Vector x = problem.x0;
+  Vector y = Vector::Zero(problem.num_constraints());
+  bool y_is_solution = false;
+
+  for (const Run& run : context.grid.runs) {
+    Marcher& marcher = marchers.At(run.step);
+    for (Index done = 0; done < run.steps;) {
+      Segment segment;
+      const Index steps = std::min(kChunk, run.steps - done);
+      if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
+        return context.FailNonFinite(*bad);
+      }
+      const double begin = context.grid.times[segment.first_node];
+      if (context.stop.stop_requested()) return context.FailCancelled(begin);
+      progress.At(begin);
+      const bool starts_stretch = done == 0 && run.starts_at_break;
+      if (starts_stretch && !StartStretch(context, begin, segment.g.col(0), x, y, y_is_solution)) return false;
+
+      segment.x.resize(problem.num_states(), steps + 1);
+      segment.y.resize(problem.num_constraints(), steps + 1);
+      segment.x.col(0) = x;
+      segment.y.col(0) = y;
+      Index solved = 0;
+      const LcpVerdict verdict = marcher.March(segment, solved);
+      context.solution.cost.lcps += solved;
+      context.solution.cost.steps += solved;
+
+      if (starts_stretch && !y_is_solution) {
+        segment.first_y_is_solution = false;
+        if (solved > 0) segment.y.col(0) = segment.y.col(1);
+      }
+      const double next_time = context.grid.times[segment.first_node + std::min(solved + 1, steps)];
+      if (solved < steps) segment.Truncate(solved);
+      context.Add(segment, marcher.scheme());
+      if (verdict != LcpVerdict::kSolved) {
+        return FailLcp(context, verdict, next_time, "The coupled step LCP(q, M + K_0)");
+      }
+      x = segment.x.col(steps);
+      y = segment.y.col(steps);
+      if (!x.allFinite()) return FailLcp(context, LcpVerdict::kNonFinite, next_time, "");
+      done += steps;
+    }
+  }
+  progress.Finish(problem.horizon);
+  return true;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/method_choice.h"
+
+#include <optional>
+
+#include "core/analysis/relative_degree.h"
+#include "core/solution.h"
+
+namespace dlcs {
+namespace {
+
+std::string WhyLipschitz(Selection selection) {
+  return selection == Selection::kUnique ? "M is a P-matrix, so y is a Lipschitz function of x"
+                                         : "M is a Z-matrix, whose least-element solution is Lipschitz in x";
+}
+
+}  // namespace
+
+MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
+                          Selection selection) {
+  MethodChoice choice;
+  const bool lipschitz = selection != Selection::kAny;
+  const bool iterates = options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration;
+
+  if (options.method != Method::kAuto) {
+    choice.method = options.method;
+    choice.reason = "asked for";
+  } else if (lipschitz) {
+    choice.method = Method::kLaplaceIteration;
+    choice.reason = WhyLipschitz(selection);
+  } else {
+    choice.method = Method::kExponentialMarch;
+    choice.reason = "M is neither a P- nor a Z-matrix with a solution for every state, so y is no function of x and "
+                    "only a coupled step decides it; exp-PC steps take any class";
+  }
+
+  if (iterates && !lipschitz) {
+    choice.refusal = std::string(MethodName(options.method)) +
+                     " needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
+                     "element), and M is: " + matrix_class.description +
+                     ". Use exponential-march or time-stepping.";
+  }
+  if (matrix_class.zero && !lipschitz) {
+    const std::optional<int> degree = RelativeDegree(problem.A, problem.B, problem.N);
+    if (degree && *degree >= 2) {
+      choice.refusal = "The system has relative degree " + std::to_string(*degree) +
+                       " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(*degree) +
+                       " integrations, so solutions need impulses and time stepping diverges like 1/h in silence. "
+                       "Model the impact explicitly, or add compliance or damping so that M or N B is not zero.";
+    }
+  }
+  return choice;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which method solves a problem, and why.
+
+#ifndef DLCS_CORE_METHODS_METHOD_CHOICE_H_
+#define DLCS_CORE_METHODS_METHOD_CHOICE_H_
+
+#include <string>
+
+#include "core/analysis/matrix_class.h"
+#include "core/options.h"
+#include "core/problem.h"
+
+namespace dlcs {
+
+struct MethodChoice {
+  Method method = Method::kAuto;
+  std::string reason;
+  // Why the problem, or the method that was asked for, cannot be served; empty when it can.
+  std::string refusal;
+};
+
+// Takes the method of the options, or chooses: laplace_iteration for P- and Z-matrices, exponential_march with exp-PC
+// for all others. Refuses relative degree two and more (M = 0 and N B = 0), and the iterations where y is no
+// Lipschitz function of x.
+MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
+                          Selection selection);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_METHOD_CHOICE_H_

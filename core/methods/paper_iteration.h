@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The iteration of Wu & Chen exactly as printed.
+
+#ifndef DLCS_CORE_METHODS_PAPER_ITERATION_H_
+#define DLCS_CORE_METHODS_PAPER_ITERATION_H_
+
+#include "core/methods/solve_context.h"
+
+namespace dlcs {
+
+// Solves the problem of `context` by (2.17) (P-matrices) and (3.3) (Z-matrices) of [Wu & Chen], on the whole of
+// [0, T] at once and from x^0 = x0:
+//
+//     y_j^{k+1} = SOL(N x_j^k + g_j, M),
+//     x_j^{k+1} = e^{A t_j} x0 + Δv/(2πi) Σ_{p=-P..P} z'_p (z_p I - A)⁻¹ ∫_0^{t_j} e^{z_p (t_j - τ)} (B ỹ^{k+1} + f̃) dτ
+//
+// with ỹ, f̃ piecewise linear and the nodes z_p = z(v_p) of the contour (2.2), a different contour for each t_j. Parallel
+// over times and contour nodes; same bits for any number of threads.
+//
+// Requires a Lipschitz y and the spectrum of A within the sector |arg(-λ)| < π/2 - γ (kUnsupported otherwise).
+// Cost: O(J² P m) an iteration. It is the faithful form, for checking; LaplaceIteration() is the fast one.
+// Accuracy: that of the contour, O(e^{-2.06√P}/√P), besides the interpolation.
+bool PaperIteration(SolveContext& context);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_PAPER_ITERATION_H_

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Collects the trajectory at the output nodes.
+
+#ifndef DLCS_CORE_METHODS_RECORDER_H_
+#define DLCS_CORE_METHODS_RECORDER_H_
+
+#include "core/methods/grid.h"
+#include "core/methods/segment.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+class Recorder {
+ public:
+  // Allocates the output of `grid` in `solution`; both must outlive the recorder.
+  Recorder(const Grid& grid, Index num_states, Index num_constraints, Solution& solution);
+
+  // Takes over the output nodes of `segment`. Segments come in order; the first node of one overwrites the last
+  // node of the one before, so a break point keeps its right limits.
+  void Add(const Segment& segment);
+
+  // Cuts the solution down to what was recorded.
+  void Finish();
+
+ private:
+  const Grid& grid_;
+  Solution& solution_;
+  Index recorded_ = 0;  // output nodes
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_RECORDER_H_

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/scheme.h"
+
+#include <Eigen/LU>
+#include <limits>
+
+#include "core/linalg/phi_functions.h"
+
+namespace dlcs {
+namespace {
+
+// The weights of s_{j-1} and s_j after a step, and at its middle, for a source linear over the step; the two
+// sets share one evaluation of the φ-functions, at h/2, and a doubling.
+struct ExponentialWeights {
+  Matrix state, before, after;
+  Matrix mid_state, mid_before, mid_after;
+};
+
+ExponentialWeights ComputeWeights(const Matrix& A, double step) {
+  const PhiFunctions half = ComputePhiFunctions(step / 2 * A);
+  const PhiFunctions full = DoublePhiFunctions(half);
+  ExponentialWeights weights;
+  weights.state = full.phi0;
+  weights.before = step * (full.phi1 - full.phi2);
+  weights.after = step * full.phi2;
+  // Over the first half the source runs from s_{j-1} to (s_{j-1} + s_j)/2.
+  weights.mid_state = half.phi0;
+  weights.mid_after = step / 4 * half.phi2;
+  weights.mid_before = step / 2 * half.phi1 - weights.mid_after;
+  return weights;
+}
+
+Scheme WithSources(const ExponentialWeights& weights, double step) {
+  Scheme scheme;
+  scheme.step = step;
+  scheme.state = weights.state;
+  scheme.f_before = weights.before;
+  scheme.f_after = weights.after;
+  scheme.mid_state = weights.mid_state;
+  scheme.mid_f_before = weights.mid_before;
+  scheme.mid_f_after = weights.mid_after;
+  return scheme;
+}
+
+}  // namespace
+
+Scheme ExponentialPiecewiseLinear(const Problem& problem, double step) {
+  const ExponentialWeights weights = ComputeWeights(problem.A, step);
+  Scheme scheme = WithSources(weights, step);
+  scheme.y_before = weights.before * problem.B;
+  scheme.y_after = weights.after * problem.B;
+  scheme.mid_y_before = weights.mid_before * problem.B;
+  scheme.mid_y_after = weights.mid_after * problem.B;
+  scheme.y_is_linear = true;
+  scheme.order = 2;
+  return scheme;
+}
+
+Scheme ExponentialPiecewiseConstant(const Problem& problem, double step) {
+  const ExponentialWeights weights = ComputeWeights(problem.A, step);
+  Scheme scheme = WithSources(weights, step);
+  scheme.y_after = (weights.before + weights.after) * problem.B;
+  scheme.mid_y_after = (weights.mid_before + weights.mid_after) * problem.B;
+  return scheme;
+}
+
+Scheme ThetaScheme(const Problem& problem, double step, double theta) {
+  const Matrix identity = Matrix::Identity(problem.num_states(), problem.num_states());
+  const Eigen::PartialPivLU<Matrix> factor(identity - step * (1 - theta) * problem.A);
+  Scheme scheme;
+  scheme.step = step;
+  scheme.state = factor.solve(identity + step * theta * problem.A);
+  scheme.f_after = factor.solve(step * identity);
+  scheme.y_after = scheme.f_after * problem.B;
+  scheme.x_is_linear = true;
+  if (!(factor.rcond() > std::numeric_limits<double>::epsilon())) {
+    scheme.state.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  return scheme;
+}
+
+}  // namespace dlcs

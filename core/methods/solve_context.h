@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every method works on: the problem with what is known about it, and where results go.
+
+#ifndef DLCS_CORE_METHODS_SOLVE_CONTEXT_H_
+#define DLCS_CORE_METHODS_SOLVE_CONTEXT_H_
+
+#include <chrono>
+#include <stop_token>
+#include <string>
+
+#include "core/analysis/matrix_class.h"
+#include "core/lcp/lcp.h"
+#include "core/methods/certificate.h"
+#include "core/methods/grid.h"
+#include "core/methods/recorder.h"
+#include "core/methods/sources.h"
+#include "core/observer.h"
+#include "core/options.h"
+#include "core/parallel/parallel.h"
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+struct SolveContext {
+  const Problem& problem;
+  const Options& options;
+  const MatrixClass& matrix_class;
+  Selection selection;
+  const Grid& grid;
+  Sources sources;
+  Workers& workers;
+  Observer& observer;
+  std::stop_token stop;
+  Recorder recorder;
+  CertificateBuilder certificate;
+  Solution& solution;
+  std::chrono::steady_clock::time_point started;
+
+  // y = SOL(N x + g, M) is a Lipschitz function of x, so states never jump and y may be interpolated linearly.
+  bool y_is_lipschitz() const { return selection != Selection::kAny; }
+
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  }
+
+  // Ends the solve: sets termination, time and message. Returns false, so that a method can write
+  // `return context.Fail(...)`.
+  bool Fail(Termination termination, double time, std::string message) {
+    solution.termination = termination;
+    solution.failure_time = time;
+    solution.message = std::move(message);
+    return false;
+  }
+  bool FailNonFinite(const Sources::NonFinite& where) {
+    return Fail(Termination::kNonFinite, where.time, where.message + "; every value must be finite");
+  }
+  bool FailCancelled(double time) {
+    return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
+  }
+
+  // Files a finished segment: certificate and output.
+  void Add(const Segment& segment, const Scheme& scheme) {
+    certificate.Add(segment, scheme);
+    recorder.Add(segment);
+  }
+};
+
+// "%.6g", for messages.
+std::string FormatNumber(double value);
+
+// What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.
+bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which);
+
+// The size of the numbers that q = N x + g is summed from, max over the columns: the rounding in q is this times
+// 1e-16, and entries of w smaller than kLcpTolerance times it count as zero.
+double SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g);
+constexpr double kLcpTolerance = 1e-13;
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_SOLVE_CONTEXT_H_

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// f and g at the nodes and midpoints of a segment.
+
+#ifndef DLCS_CORE_METHODS_SOURCES_H_
+#define DLCS_CORE_METHODS_SOURCES_H_
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/methods/grid.h"
+#include "core/methods/segment.h"
+#include "core/problem.h"
+
+namespace dlcs {
+
+class Sources {
+ public:
+  // Where a source has no finite value.
+  struct NonFinite {
+    double time = 0;
+    std::string message;  // "g[1] is -inf at t = 0.25"
+  };
+
+  // Errors: InvalidArgument as TimeFunctionEvaluator::Create().
+  static absl::StatusOr<Sources> Create(const Problem& problem);
+
+  // Fills f, g, f_mid and g_mid of `segment` for `steps` steps of `run` from step `first_step` on, and sets its
+  // first_node, steps and step. The first node takes right limits, all others left limits: at inner nodes of a
+  // run the two agree. Returns where a value was not finite, if anywhere.
+  std::optional<NonFinite> Sample(const Grid& grid, const Run& run, Index first_step, Index steps,
+                                  Segment& segment);
+
+ private:
+  Sources(TimeFunctionEvaluator f, TimeFunctionEvaluator g) : f_(std::move(f)), g_(std::move(g)) {}
+
+  TimeFunctionEvaluator f_;
+  TimeFunctionEvaluator g_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_SOURCES_H_

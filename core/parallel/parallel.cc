@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/parallel/parallel.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/partitioner.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+
+namespace dlcs {
+
+struct Workers::Arena {
+  explicit Arena(int max_threads) : arena(Concurrency(max_threads)) {}
+  // Asking for more than the machine has makes oneTBB print a warning.
+  static int Concurrency(int max_threads) {
+    const int available = oneapi::tbb::info::default_concurrency();
+    return max_threads > 0 ? std::min(max_threads, available) : available;
+  }
+  oneapi::tbb::task_arena arena;
+};
+
+Workers::Workers(int max_threads) : arena_(std::make_unique<Arena>(max_threads)) {}
+Workers::~Workers() = default;
+
+int Workers::max_threads() const { return arena_->arena.max_concurrency(); }
+
+void Workers::ForBlocks(Index count, Index block_size,
+                        const std::function<void(Index, Index, Index)>& body) {
+  const Index blocks = (count + block_size - 1) / block_size;
+  const auto run = [&](Index block) {
+    body(block, block * block_size, std::min(count, (block + 1) * block_size));
+  };
+  if (blocks <= 1 || max_threads() == 1) {
+    for (Index block = 0; block < blocks; ++block) run(block);
+    return;
+  }
+  arena_->arena.execute([&] {
+    oneapi::tbb::parallel_for(
+        oneapi::tbb::blocked_range<Index>(0, blocks, 1),
+        [&](const oneapi::tbb::blocked_range<Index>& range) {
+          for (Index block = range.begin(); block != range.end(); ++block) run(block);
+        },
+        oneapi::tbb::simple_partitioner());
+  });
+}
+
+}  // namespace dlcs

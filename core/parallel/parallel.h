@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// oneTBB behind one small door: nothing else in the project includes it.
+
+#ifndef DLCS_CORE_PARALLEL_PARALLEL_H_
+#define DLCS_CORE_PARALLEL_PARALLEL_H_
+
+#include <functional>
+#include <memory>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+// A share of the machine: at most `max_threads` threads (0: all), the calling one included.
+class Workers {
+ public:
+  explicit Workers(int max_threads);
+  ~Workers();
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+
+  // Calls body(block, begin, end) once for each block of at most `block_size` consecutive indices of
+  // [0, count), in any order and on any thread, and returns when all are done. Blocks depend on the
+  // arguments alone, never on the number of threads: work that keeps state per block, or sums per block and
+  // then over blocks in order, has the same bits on any machine. One block runs on the calling thread.
+  // `body` must not throw.
+  void ForBlocks(Index count, Index block_size,
+                 const std::function<void(Index block, Index begin, Index end)>& body);
+
+  int max_threads() const;
+
+ private:
+  struct Arena;
+  std::unique_ptr<Arena> arena_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PARALLEL_PARALLEL_H_

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/grid.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace dlcs {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(GridTest, TakesAThousandStepsUnlessTold) {
+  const Grid grid = MakeGrid(2, {}, {});
+  EXPECT_EQ(grid.num_steps(), 1000);
+  EXPECT_DOUBLE_EQ(grid.longest_step, 0.002);
+  EXPECT_EQ(grid.times.front(), 0);
+  EXPECT_EQ(grid.times.back(), 2);
+  EXPECT_EQ(grid.output_nodes.size(), 1001u);
+}
+
+TEST(GridTest, MakesBreakPointsNodesWithStepsNoLongerThanAsked) {
+  Options options;
+  options.num_steps = 10;
+  const Grid grid = MakeGrid(1, {0.25, 0.6}, options);
+  ASSERT_EQ(grid.runs.size(), 3u);
+  EXPECT_EQ(grid.runs[0].steps, 3);
+  EXPECT_EQ(grid.runs[1].steps, 4);
+  EXPECT_EQ(grid.runs[2].steps, 4);
+  EXPECT_EQ(grid.times[3], 0.25);
+  EXPECT_EQ(grid.times[7], 0.6);
+  for (const dlcs::Run& run : grid.runs) {
+    EXPECT_TRUE(run.starts_at_break);
+    EXPECT_LE(run.step, 0.1 + 1e-15);
+  }
+}
+
+TEST(GridTest, LeavesTheGridAloneWhenOutputTimesAreNodes) {
+  Options options;
+  options.num_steps = 30;
+  options.output_times = {0, 0.1, 0.5, 3};
+  options.output_times_only = true;
+  const Grid grid = MakeGrid(3, {}, options);
+  EXPECT_EQ(grid.runs.size(), 1u);
+  EXPECT_THAT(grid.output_nodes, ElementsAre(0, 1, 5, 30));
+  EXPECT_EQ(grid.times[1], 0.1);  // the caller's own number, not 3 · (1/30)
+}
+
+TEST(GridTest, SplitsAStretchAtOutputTimesThatAreNoNodes) {
+  Options options;
+  options.num_steps = 4;
+  options.output_times = {0.3, 0.5};
+  const Grid grid = MakeGrid(1, {}, options);
+  EXPECT_THAT(grid.times, ElementsAre(0, 0.15, 0.3, 0.5, 0.75, 1));
+  EXPECT_TRUE(grid.runs[0].starts_at_break);
+  EXPECT_FALSE(grid.runs[1].starts_at_break);  // f and g are smooth at an output time
+}
+
+TEST(GridTest, TakesAStepLongerThanTheHorizonAsOneStep) {
+  Options options;
+  options.step = 5;
+  EXPECT_EQ(MakeGrid(1, {}, options).num_steps(), 1);
+}
+
+TEST(GridTest, HalvesEveryStepAndKeepsOutputTimes) {
+  Options options;
+  options.num_steps = 2;
+  options.output_times = {0.7};
+  options.output_times_only = true;
+  const Grid grid = MakeGrid(1, {}, options);
+  const Grid halved = Halve(grid);
+  EXPECT_EQ(halved.num_steps(), 2 * grid.num_steps());
+  ASSERT_EQ(halved.output_nodes.size(), 1u);
+  EXPECT_EQ(halved.times[halved.output_nodes[0]], 0.7);
+  EXPECT_DOUBLE_EQ(halved.runs[0].step, grid.runs[0].step / 2);
+}
+
+}  // namespace
+}  // namespace dlcs

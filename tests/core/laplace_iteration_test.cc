@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/methods/laplace_iteration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/solve.h"
+#include "tests/support/problems.h"
+
+namespace dlcs {
+namespace {
+
+class Recording : public Observer {
+ public:
+  void OnIterate(const IterateReport& report) override { iterates.push_back(report); }
+  void OnWindowFinished(const WindowOutcome& outcome) override { windows.push_back(outcome); }
+  std::vector<IterateReport> iterates;
+  std::vector<WindowOutcome> windows;
+};
+
+Solution Iterate(const Problem& problem, Index steps, Index window, Observer& observer, int threads = 0) {
+  Options options;
+  options.method = Method::kLaplaceIteration;
+  options.num_steps = steps;
+  options.window_steps = window;
+  options.num_threads = threads;
+  auto solution = Solve(problem, options, observer, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+double ErrorOfExampleFourOne(const Solution& solution) {
+  double error = 0;
+  for (size_t k = 0; k < solution.times.size(); ++k) {
+    error = NanMax(error, MaxAbs(solution.x.col(k) - testing::ExampleFourOneExact(solution.times[k])));
+  }
+  return error;
+}
+
+TEST(LaplaceIterationTest, ReachesTheClosedFormOfExampleFourOneWithOrderTwo) {
+  Observer silent;
+  const Solution coarse = Iterate(testing::ExampleFourOne(), 2000, 0, silent);
+  const Solution fine = Iterate(testing::ExampleFourOne(), 4000, 0, silent);
+  const Solution finest = Iterate(testing::ExampleFourOne(), 128000, 0, silent);
+  ASSERT_EQ(finest.termination, Termination::kConverged) << finest.message;
+  EXPECT_NEAR(std::log2(ErrorOfExampleFourOne(coarse) / ErrorOfExampleFourOne(fine)), 2, 0.1);
+  EXPECT_LT(ErrorOfExampleFourOne(finest), 1e-10);
+  // Least element throughout: the second and third multiplier never rise.
+  EXPECT_EQ(MaxAbs(finest.y.middleRows(1, 2)), 0);
+  EXPECT_LT(finest.certificate.node_residual, 1e-12);
+}
+
+TEST(LaplaceIterationTest, ConvergesOnTheHardFourVariableDataWithWindows) {
+  const Vector reference{{0.091747, -0.200648, 0.497778}};
+  Observer silent;
+  for (const Index steps : {64, 256}) {
+    const Solution solution = Iterate(testing::FourVariableHard(), steps, 0, silent);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << steps << ": " << solution.message;
+    const double error = MaxAbs(solution.x.rightCols(1) - reference);
+    EXPECT_LT(error, steps == 256 ? 1e-3 : 2e-2) << steps;
+    EXPECT_LT(solution.certificate.node_residual, 1e-9);
+  }
+}
+
+TEST(LaplaceIterationTest, ReportsTheDivergenceOfAWindowThatMayNotShrink) {
+  Observer silent;
+  const Solution solution = Iterate(testing::FourVariableHard(), 256, Options::kWholeHorizon, silent);
+  EXPECT_EQ(solution.termination, Termination::kDiverged) << solution.message;
+  EXPECT_NE(solution.message.find("Automatic windows"), std::string::npos) << solution.message;
+}
+
+TEST(LaplaceIterationTest, ConvergesSuperlinearlyBelowItsBoundOnTheEasyData) {
+  for (const Index steps : {32, 128}) {
+    Recording recording;
+    const Solution solution = Iterate(testing::FourVariableEasy(), steps, Options::kWholeHorizon, recording);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    const size_t count = recording.iterates.size();
+    EXPECT_LE(count, 21u);
+    EXPECT_GE(count, 15u);
+    for (const IterateReport& iterate : recording.iterates) {
+      if (iterate.change < 1e-13) continue;  // rounding
+      ASSERT_TRUE(iterate.log10_bound.has_value());
+      EXPECT_LE(std::log10(iterate.change), *iterate.log10_bound + 1e-9) << iterate.iteration;
+    }
+    // Superlinear: behind the hump every contraction is stronger than the one before.
+    const auto contraction = [&](size_t k) {
+      return recording.iterates[k].change / recording.iterates[k - 1].change;
+    };
+    for (size_t k = count / 2 + 1; k + 1 < count; ++k) EXPECT_LT(contraction(k), contraction(k - 1)) << k;
+    EXPECT_EQ(MaxAbs(solution.y.row(0)), 0);
+    EXPECT_EQ(MaxAbs(solution.y.row(2)), 0);
+    EXPECT_GT(MaxAbs(solution.y.row(1)), 0.1);
+    EXPECT_GT(MaxAbs(solution.y.row(3)), 0.1);
+  }
+}
+
+TEST(LaplaceIterationTest, AgreesWithTheMarchOnEveryNode) {
+  for (const Problem& problem : {testing::FourVariableHard(), testing::FourVariableEasy(), testing::ExampleFourOne()}) {
+    Observer silent;
+    const Solution iterated = Iterate(problem, 512, 0, silent);
+    Options options;
+    options.method = Method::kExponentialMarch;
+    options.num_steps = 512;
+    const auto marched = Solve(problem, options, silent, {});
+    ASSERT_TRUE(marched.ok());
+    ASSERT_EQ(marched->termination, Termination::kConverged) << marched->message;
+    EXPECT_LT(MaxAbs(iterated.x - marched->x), 1e-10);
+    EXPECT_LT(MaxAbs(iterated.y - marched->y), 1e-9);
+  }
+}
+
+TEST(LaplaceIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
+  Observer silent;
+  const Solution one = Iterate(testing::FourVariableEasy(), 3000, Options::kWholeHorizon, silent, 1);
+  for (const int threads : {2, 4}) {
+    const Solution many = Iterate(testing::FourVariableEasy(), 3000, Options::kWholeHorizon, silent, threads);
+    EXPECT_TRUE((one.x.array() == many.x.array()).all());
+    EXPECT_TRUE((one.y.array() == many.y.array()).all());
+  }
+}
+
+TEST(LaplaceIterationTest, GivesTheSameAnswerForAnyWindow) {
+  Observer silent;
+  const Solution reference = Iterate(testing::FourVariableEasy(), 300, Options::kWholeHorizon, silent);
+  for (const Index window : {1, 7, 64, 200}) {
+    const Solution solution = Iterate(testing::FourVariableEasy(), 300, window, silent);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    EXPECT_LT(MaxAbs(reference.x - solution.x), 1e-11) << window;
+  }
+}
+
+TEST(LaplaceIterationTest, MarchesAStepThatDoesNotConverge) {
+  // Near the equilibrium x = 20 y, y = 10 (1 - x): with h = 1 an iteration on one step has the factor -200 φ_2(-1).
+  Problem problem = testing::Scalar(-1, -1, 0.99, 4);
+  problem.B(0, 0) = 20;
+  problem.M(0, 0) = 0.1;
+  Recording recording;
+  const Solution solution = Iterate(problem, 4, 0, recording);
+  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_EQ(solution.cost.marched_steps, 4);
+  EXPECT_LT(solution.certificate.node_residual, 1e-13);
+}
+
+TEST(LaplaceIterationTest, StopsOnRequestBetweenIterates) {
+  class StopAtFirst : public Observer {
+   public:
+    void OnIterate(const IterateReport&) override { source.request_stop(); }
+    std::stop_source source;
+  } observer;
+  Options options;
+  options.method = Method::kLaplaceIteration;
+  const auto solution = Solve(testing::FourVariableEasy(), options, observer, observer.source.get_token());
+  ASSERT_TRUE(solution.ok());
+  EXPECT_EQ(solution->termination, Termination::kCancelled);
+}
+
+}  // namespace
+}  // namespace dlcs

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/laplace/toeplitz_convolution.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+Matrix Random(Index rows, Index columns, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::normal_distribution<double> normal;
+  return Matrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
+}
+
+Matrix SumByDefinition(const Matrix& blocks, const Matrix& d) {
+  const Index n = d.rows();
+  Matrix r = Matrix::Zero(n, d.cols());
+  for (Index j = 0; j < d.cols(); ++j) {
+    for (Index l = 0; l <= j; ++l) r.col(j) += blocks.middleCols((j - l) * n, n) * d.col(l);
+  }
+  return r;
+}
+
+TEST(ToeplitzConvolutionTest, MatchesTheDefinitionForShortAndLongWindows) {
+  Workers workers(2);
+  for (const Index n : {1, 2, 5}) {
+    for (const Index window : {1, 2, 31, 128, 129, 400}) {
+      const Matrix blocks = Random(n, n * window, 1);
+      const Matrix d = Random(n, window, 2);
+      ToeplitzConvolution convolution(n);
+      convolution.SetKernel(blocks);
+      const double scale = static_cast<double>(n * window);
+      EXPECT_LT(MaxAbs(convolution.Apply(d, workers) - SumByDefinition(blocks, d)), 1e-14 * scale)
+          << n << " " << window;
+    }
+  }
+}
+
+TEST(ToeplitzConvolutionTest, TakesAWindowShorterThanTheKernel) {
+  Workers workers(1);
+  const Matrix blocks = Random(2, 2 * 500, 3);
+  ToeplitzConvolution convolution(2);
+  convolution.SetKernel(blocks);
+  for (const Index window : {300, 60, 450, 300}) {
+    const Matrix d = Random(2, window, 4);
+    EXPECT_LT(MaxAbs(convolution.Apply(d, workers) - SumByDefinition(blocks, d)), 1e-11) << window;
+  }
+}
+
+TEST(ToeplitzConvolutionTest, HasTheSameBitsForAnyNumberOfThreads) {
+  for (const Index window : {100, 1000}) {
+    const Matrix blocks = Random(3, 3 * window, 5);
+    const Matrix d = Random(3, window, 6);
+    Matrix first;
+    for (const int threads : {1, 2, 4}) {
+      Workers workers(threads);
+      ToeplitzConvolution convolution(3);
+      convolution.SetKernel(blocks);
+      const Matrix r = convolution.Apply(d, workers);
+      if (threads == 1) first = r;
+      EXPECT_TRUE((r.array() == first.array()).all()) << threads;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dlcs
