@@ -363,6 +363,8 @@ const Refusal kRefusals[] = {
     {"T", 1, "'T'; did you mean 't'?"},
     {"sqr(t)", 1, "did you mean 'sqrt'?"},
     {"floot(t)", 1, "did you mean 'floor'?"},
+    {"sni(t)", 1, "did you mean 'sin'?"},
+    {"epx(t)", 1, "did you mean 'exp'?"},
     {"ln(t)", 1, "write log, the natural logarithm"},
     {"pow(t, 2)", 1, "a**b"},
     {"arctan(t)", 1, "atan"},
