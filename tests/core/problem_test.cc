@@ -120,6 +120,15 @@ TEST(ProblemTest, NamesTheFirstTimeWhereAFormulaHasNoFiniteValue) {
                           "g[2]: \"1/0\" has no finite value at t = 0 (inf)"));
 }
 
+TEST(ProblemTest, AbbreviatesLongFormulasInMessages) {
+  std::string sum = "log(t)";
+  for (int i = 0; i < 1000; ++i) sum += " + t";
+  EXPECT_THAT(ComplaintsAfter([&](Problem& p) {
+                p.f = TimeFunction::Formulas({"0", sum});
+              }),
+              ElementsAre("f[1]: \"" + sum.substr(0, 80) + "...\" has no finite value at t = 0 (-inf)"));
+}
+
 // 0.3 is not among the 257 even times, so only the break point finds these.
 TEST(ProblemTest, LooksAtBothSidesOfEveryBreakPoint) {
   const double time = 0.3;
