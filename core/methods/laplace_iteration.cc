@@ -29,6 +29,8 @@ constexpr Index kManyIterations = 20;
 // Growth of the change that is taken for divergence where the window may shrink. The hump of a convergent
 // iteration can be higher; shrinking is then cheaper than climbing it.
 constexpr double kDivergence = 1e3;
+// So is a change that is no smaller than this many iterations ago.
+constexpr size_t kPatience = 5;
 
 // What depends on the step length alone.
 struct StepTools {
@@ -173,7 +175,7 @@ class Iteration {
                         tools.scheme().step;
 
     WindowResult result{WindowEnd::kIterationLimit, 0, {}};
-    double first_change = 0, last_change = 0;
+    std::vector<double> changes;
     if (!q.allFinite()) {
       result.end = WindowEnd::kDiverged;
       result.why = "the state is not finite";
@@ -214,36 +216,41 @@ class Iteration {
       q.swap(next);
       const double residual = NaturalResidual(y, q + problem_.M * y);
       context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
-      if (k == 1) first_change = change;
-      Report(k, change, residual, first_change, rate, steps);
+      changes.push_back(change);
+      Report(k, change, residual, changes.front(), rate, steps);
 
-      if (Converged(k, change, last_change, size)) {
+      if (Converged(changes, size)) {
         result.end = WindowEnd::kConverged;
         Propagate(tools.scheme(), segment);
         return result;
       }
-      const bool huge = width_is_fixed() ? false : change > kDivergence * NanMax(first_change, 1e-3 * size);
-      if (!std::isfinite(change) || huge) {
+      if (!std::isfinite(change) || (!width_is_fixed() && Diverging(changes, size))) {
         result.end = WindowEnd::kDiverged;
         result.why = "the iterates diverge (change " + FormatNumber(change) + ")";
         return result;
       }
-      last_change = change;
     }
-    result.why = "the change is still " + FormatNumber(last_change) + ", relative to " + FormatNumber(size);
+    result.why = "the change is still " + FormatNumber(changes.back()) + ", relative to " + FormatNumber(size);
     return result;
   }
 
   // Stops when the change, which is what y still owes its LCP, and the error that is left, which for a contraction
   // by ρ is change ρ/(1 - ρ), are both small. Changes at the level of rounding cannot contract any more.
-  bool Converged(Index k, double change, double last_change, double size) const {
+  bool Converged(const std::vector<double>& changes, double size) const {
     const double tolerance = context_.options.tolerance * size;
+    const double change = changes.back();
     constexpr double kRounding = 1e-15;
     if (change <= kRounding * size) return true;
-    if (k == 1) return false;
-    const double contraction = change / last_change;
+    if (changes.size() == 1) return false;
+    const double contraction = change / changes[changes.size() - 2];
     if (contraction >= 1) return change <= 1e2 * kRounding * size;
     return change <= tolerance && change * contraction / (1 - contraction) <= tolerance;
+  }
+
+  static bool Diverging(const std::vector<double>& changes, double size) {
+    const double change = changes.back();
+    if (change > kDivergence * std::max(changes.front(), 1e-3 * size)) return true;
+    return changes.size() > kPatience && change >= changes[changes.size() - 1 - kPatience];
   }
 
   // The bound of change k in terms of the first: the discrete kernel is at most κ h per step, so
@@ -282,7 +289,9 @@ class Iteration {
     y_ = segment.y.col(segment.steps);
     started_ = false;
     if (width_is_fixed()) return;
-    if (marched || iterations <= kFewIterations) {
+    if (marched) {
+      width_ = 1;  // no use in trying more before one step iterates again
+    } else if (iterations <= kFewIterations) {
       width_ = std::min(kLongestWindow, std::max(width_, 2 * segment.steps));
     } else if (iterations > kManyIterations) {
       width_ = std::max<Index>(1, segment.steps / 2);
