@@ -32,13 +32,16 @@ Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
     const double diagonal = M(indices[p], indices[p]);
     const double pivot = lu_(p, p);
     if (!(pivot > kClearlyPositive * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
-    const Index last_row = std::min(size - 1, p + below_);
+    const double inverse = 1 / pivot;
+    const Index rows = std::min(size - 1, p + below_) - p;
     const Index last_column = std::min(size - 1, p + above_);
-    for (Index i = p + 1; i <= last_row; ++i) lu_(i, p) /= pivot;
+    double* const multipliers = &lu_(p, p) + 1;
+    for (Index i = 0; i < rows; ++i) multipliers[i] *= inverse;
     for (Index j = p + 1; j <= last_column; ++j) {
       const double factor = lu_(p, j);
       if (factor == 0) continue;
-      for (Index i = p + 1; i <= last_row; ++i) lu_(i, j) -= lu_(i, p) * factor;
+      double* const column = &lu_(p, j) + 1;
+      for (Index i = 0; i < rows; ++i) column[i] -= multipliers[i] * factor;
     }
   }
   return size;

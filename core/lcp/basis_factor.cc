@@ -61,7 +61,8 @@ bool BasisFactor::FactorSmall(Index size) {
     }
     const double pivot = lu_(p, p);
     if (!(std::abs(pivot) > zero)) return false;
-    for (Index i = p + 1; i < size; ++i) lu_(i, p) /= pivot;
+    const double inverse = 1 / pivot;
+    for (Index i = p + 1; i < size; ++i) lu_(i, p) *= inverse;
     for (Index j = p + 1; j < size; ++j) {
       const double factor = lu_(p, j);
       for (Index i = p + 1; i < size; ++i) lu_(i, j) -= lu_(i, p) * factor;

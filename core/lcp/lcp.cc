@@ -17,6 +17,10 @@ namespace {
 
 using Known = ComplementarySolver::Known;
 
+// Where a problem has no solution as it stands, violations of this absolute size are taken for rounding: a
+// right-hand side that should be zero came out of somebody's arithmetic as -1e-17.
+constexpr double kNoise = 1e-15;
+
 absl::Status Validate(const Matrix& M, const Vector& q) {
   if (M.rows() < 1 || M.rows() != M.cols()) {
     return absl::InvalidArgumentError(
@@ -98,9 +102,12 @@ absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRul
   LcpResult result;
   Basis basis(M.rows(), 0);
   result.y = Vector::Zero(M.rows());
-  // The rounding in entries that were typed or computed; the solver allows for its own.
+  // Of entries that were typed or computed the last bit is open; the solver allows for its own rounding.
   const double tolerance = std::numeric_limits<double>::epsilon() * q.cwiseAbs().maxCoeff();
   result.verdict = solver->Solve(q, tolerance, basis, result.y);
+  if (result.verdict != LcpVerdict::kSolved && tolerance < kNoise) {
+    result.verdict = solver->Solve(q, kNoise, basis, result.y);
+  }
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);
   LcpAccount account = solver->Account();

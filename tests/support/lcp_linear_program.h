@@ -14,6 +14,10 @@ namespace dlcs::testing {
 // For a Z-matrix that is the least element.
 std::optional<Vector> MinimizeSumOverFeasible(const Matrix& M, const Vector& q);
 
+// Whether LCP(q, M) has any solution: for every set of active constraints, singular or not, a linear program.
+// 2ⁿ of them: for small n.
+bool HasSolutionByEnumeration(const Matrix& M, const Vector& q);
+
 }  // namespace dlcs::testing
 
 #endif  // DLCS_TESTS_SUPPORT_LCP_LINEAR_PROGRAM_H_
