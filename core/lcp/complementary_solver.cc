@@ -8,6 +8,13 @@
 #include "core/lcp/principal_pivoting.h"
 
 namespace dlcs {
+namespace {
+
+// Rounds of principal pivoting on a matrix that promises nothing: on one that is nearly a P-matrix they are
+// enough.
+constexpr int kAttempts = 12;
+
+}  // namespace
 
 ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
     : known_(known),
@@ -24,8 +31,9 @@ LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, double 
     point_.Write(lcp_, y);
     return LcpVerdict::kSolved;
   }
-  if (known_ != Known::kNothing) {
-    const int max_rounds = 30 + 4 * static_cast<int>(lcp_.size());
+  // Small problems of no class are left to Lemke's method, which is as fast there and finds more.
+  if (known_ != Known::kNothing || lcp_.size() > kMaxEnumerationSize) {
+    const int max_rounds = known_ != Known::kNothing ? 30 + 4 * static_cast<int>(lcp_.size()) : kAttempts;
     if (PivotPrincipally(lcp_, max_rounds, point_, basis, pivots_)) {
       point_.Write(lcp_, y);
       return LcpVerdict::kSolved;

@@ -15,8 +15,8 @@
 namespace dlcs {
 
 // Tries, each only where the one before gave no answer: the guessed basis; block principal pivoting from it
-// (P-matrices); Lemke's method; and where that ends in a ray, to prove by the ray that the LCP is infeasible,
-// enumeration (n <= 12), and a linear program for infeasibility.
+// (P-matrices, and a few rounds for large others); Lemke's method; and where that ends in a ray, to prove by
+// the ray that the LCP is infeasible, enumeration (n <= 12), and a linear program for infeasibility.
 class ComplementarySolver final : public LcpSolver {
  public:
   // What is known of M, and trusted.
