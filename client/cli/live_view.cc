@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/cli/words.h"
 #include "client/names.h"
 
 namespace dlcs::client {
@@ -20,7 +21,8 @@ constexpr int kBarLetters = 30;
 constexpr const char* kHead = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
 
 std::string Bound(const v1::Iterate& iterate) {
-  return iterate.has_log10_bound() ? fmt::format("10^{:.1f}", iterate.log10_bound()) : "-";
+  if (!iterate.has_log10_bound()) return "-";
+  return fmt::format("10^{:.1f}", std::round(10 * iterate.log10_bound()) / 10 + 0.0);  // + 0.0: never "-0.0"
 }
 
 }  // namespace
@@ -75,8 +77,9 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   PrintLine(fmt::format("{} states, {} complementarity pairs; M: {}{}", analysis.states(),
                         analysis.constraints(), analysis.matrix_class(), lipschitz));
   PrintLine(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
-  PrintLine(fmt::format("{} steps of at most {:.4g}{}", analysis.steps(), analysis.step(),
-                        settings_.default_steps ? " (nobody chose; --steps or --step does)" : ""));
+  PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
+                        settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));
+  if (!settings_.warnings) return;
   for (const std::string& warning : analysis.warnings()) PrintLine("warning: " + warning);
 }
 

@@ -37,6 +37,7 @@ class LiveView {
     bool terminal = false;       // redraw a progress bar
     int width = 100;             // letters in a line of the terminal
     double horizon = 1;          // T, the end of the bar
+    bool warnings = true;        // show those of the analysis; a result that is printed has them too
     bool default_steps = false;  // nobody chose the step: say so
   };
 

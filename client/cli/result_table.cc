@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/result_output.h"
+#include "client/cli/words.h"
 #include "client/names.h"
 
 namespace dlcs::client {
@@ -102,7 +103,7 @@ void PrintJumps(const v1::Summary& summary, std::FILE* out) {
 }
 
 void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
-  if (std::isnan(c.node_residual())) return;  // nothing was computed
+  if (std::isnan(c.node_residual())) return;  // nothing was measured
   fmt::print(out, "\nCertificate\n");
   fmt::print(out, "  LCP residual     {:.1e} at nodes, {:.1e} between them (size of y, w: {:.2g})\n",
              c.node_residual(), c.midpoint_residual(), c.lcp_scale());
@@ -122,10 +123,10 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
 }
 
 void PrintCost(const v1::Cost& cost, std::FILE* out) {
-  fmt::print(out, "\n{} steps, {} windows, {} iterations, {} LCPs", cost.steps(), cost.windows(),
-             cost.iterations(), cost.lcps());
-  if (cost.marched_steps() > 0) fmt::print(out, ", {} steps marched", cost.marched_steps());
-  fmt::print(out, "; {:.3g} s ({:.3g} s set-up, {:.3g} s LCPs, {:.3g} s linear algebra)\n",
+  fmt::print(out, "\n{}, {}, {}, {}", Count(cost.steps(), "step"), Count(cost.windows(), "window"),
+             Count(cost.iterations(), "iteration"), Count(cost.lcps(), "LCP"));
+  if (cost.marched_steps() > 0) fmt::print(out, ", {} marched", Count(cost.marched_steps(), "step"));
+  fmt::print(out, "; {:.2g} s ({:.2g} s set-up, {:.2g} s LCPs, {:.2g} s linear algebra)\n",
              cost.seconds_total(), cost.seconds_setup(), cost.seconds_lcp(), cost.seconds_linear());
 }
 
@@ -141,7 +142,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
   PrintJumps(summary, out);
-  PrintCertificate(summary.certificate(), out);
+  if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
   PrintCost(summary.cost(), out);
 }
 

@@ -82,6 +82,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
   LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
                          .width = WidthOf(stderr),
                          .horizon = request.problem().horizon(),
+                         .warnings = command.format != OutputFormat::kTable || !command.output.empty(),
                          .default_steps = !HasStep(command.options)});
   const EventCallback show = [&view](const v1::SolveEvent& event) { view.OnEvent(event); };
   return backend.Solve(

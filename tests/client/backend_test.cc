@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two back ends against each other, and the client against a real server.
+#include "client/backend.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cli/result_output.h"
+#include "client/client.h"
+#include "client/local_backend.h"
+#include "client/problem_file.h"
+#include "server/dlcs_server.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using namespace std::chrono_literals;
+
+v1::SolveRequest CaseRequest(const std::string& name) {
+  const auto file = ReadProblemFile(std::string(DLCS_CASES_DIR) + "/" + name + ".json");
+  EXPECT_TRUE(file.ok()) << file.status();
+  v1::SolveRequest request;
+  if (file.ok()) *request.mutable_problem() = file->problem;
+  return request;
+}
+
+// What people and programs see, without the seconds, which differ from run to run.
+std::string JsonWithoutSeconds(SolveResult result) {
+  v1::Cost& cost = *result.summary.mutable_cost();
+  cost.clear_seconds_setup();
+  cost.clear_seconds_lcp();
+  cost.clear_seconds_linear();
+  cost.clear_seconds_total();
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* stream = open_memstream(&text, &size);
+  PrintJson("", result, stream);
+  std::fclose(stream);
+  const std::string json(text, size);
+  std::free(text);
+  return json;
+}
+
+class BackendTest : public testing::Test {
+ protected:
+  BackendTest() {
+    ServerConfig config;
+    config.listen = "127.0.0.1:0";
+    auto server = DlcsServer::Start(config);
+    EXPECT_TRUE(server.ok()) << server.status();
+    if (server.ok()) server_ = *std::move(server);
+  }
+
+  void SetUp() override {
+    ASSERT_NE(server_, nullptr);
+    auto client = Client::Connect(server_->address());
+    ASSERT_TRUE(client.ok()) << client.status();
+    client_ = *std::move(client);
+  }
+
+  std::unique_ptr<DlcsServer> server_;
+  std::unique_ptr<Client> client_;
+  LocalBackend local_;
+};
+
+struct Twin {
+  std::string name;  // of the case
+  v1::Method method = v1::METHOD_UNSPECIFIED;
+  bool project = false;
+};
+
+std::ostream& operator<<(std::ostream& stream, const Twin& twin) { return stream << twin.name; }
+
+class SameBitsTest : public BackendTest, public testing::WithParamInterface<Twin> {};
+
+TEST_P(SameBitsTest, HereAndOnAServer) {
+  v1::SolveRequest request = CaseRequest(GetParam().name);
+  request.mutable_options()->set_method(GetParam().method);
+  request.mutable_options()->set_project_initial_state(GetParam().project);
+  const auto here = local_.Solve(request, {}, {});
+  const auto there = client_->Solve(request, {}, {});
+  ASSERT_TRUE(here.ok()) << here.status();
+  ASSERT_TRUE(there.ok()) << there.status();
+  EXPECT_EQ(JsonWithoutSeconds(*here), JsonWithoutSeconds(*there));
+  EXPECT_FALSE(here->summary.message().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cases, SameBitsTest,
+    testing::Values(Twin{"rlcd"}, Twin{"z_least"}, Twin{"train_brakes"}, Twin{"wall_permeable"},
+                    Twin{"formula_zoo"}, Twin{"saturated_pd", v1::METHOD_EXPONENTIAL_MARCH},
+                    Twin{"vickrey", v1::METHOD_TIME_STEPPING},
+                    Twin{"diode_bridge_cap", v1::METHOD_TIME_STEPPING, true}, Twin{"diode_bridge_cap"},
+                    Twin{"outside_infeasible"}, Twin{"outside_triple_integrator"}),
+    [](const testing::TestParamInfo<Twin>& twin) { return std::to_string(twin.index) + twin.param.name; });
+
+TEST_F(BackendTest, HandsOverEveryEventInOrder) {
+  std::vector<v1::SolveEvent> events;
+  const auto result =
+      client_->Solve(CaseRequest("rlcd"), [&](const v1::SolveEvent& event) { events.push_back(event); }, {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_GE(events.size(), 4U);
+  EXPECT_TRUE(events.front().has_accepted());
+  EXPECT_TRUE(events[1].has_analysis());
+  EXPECT_TRUE(events.back().has_summary());
+  for (std::size_t i = 1; i < events.size(); ++i) EXPECT_GT(events[i].sequence(), events[i - 1].sequence());
+}
+
+TEST_F(BackendTest, RefusesABrokenProblemInTheSameWords) {
+  v1::SolveRequest request = CaseRequest("rlcd");
+  request.mutable_problem()->add_x0(std::nan(""));
+  request.mutable_options()->set_theta(7);
+  const auto here = local_.Solve(request, {}, {});
+  const auto there = client_->Solve(request, {}, {});
+  EXPECT_EQ(here.status(), there.status());
+  EXPECT_EQ(here.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(here.status().message()), AllOf(HasSubstr("x0"), HasSubstr("theta: ")));
+}
+
+TEST_F(BackendTest, SolvesAnLcpInBothPlaces) {
+  const auto request = ParseLcp(R"({"M": [[2, 1], [1, 2]], "q": [-5, -6]})", "");
+  ASSERT_TRUE(request.ok());
+  const auto here = local_.SolveLcp(*request, {});
+  const auto there = client_->SolveLcp(*request, {});
+  ASSERT_TRUE(here.ok()) << here.status();
+  ASSERT_TRUE(there.ok()) << there.status();
+  EXPECT_EQ(here->SerializeAsString(), there->SerializeAsString());
+  EXPECT_EQ(here->verdict(), v1::LCP_SOLVED);
+  EXPECT_NEAR(here->y(0), 4.0 / 3, 1e-15);
+  EXPECT_NEAR(here->y(1), 7.0 / 3, 1e-15);
+}
+
+TEST_F(BackendTest, ReportsTheLimitsOfTheServer) {
+  const auto there = client_->GetCapabilities({});
+  const auto here = local_.GetCapabilities({});
+  ASSERT_TRUE(there.ok()) << there.status();
+  ASSERT_TRUE(here.ok()) << here.status();
+  EXPECT_GT(there->max_steps(), 0);
+  EXPECT_EQ(here->max_steps(), 0);
+  EXPECT_EQ(here->version(), there->version());
+  EXPECT_EQ(here->methods_size(), there->methods_size());
+}
+
+// Minutes of work in both places: the paper's iteration costs the square of the number of steps.
+v1::SolveRequest LongRequest() {
+  v1::SolveRequest request;
+  request.mutable_problem()->CopyFrom(
+      ParseProblem(
+          R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4, "f": ["sin(t)"],
+                           "g": ["-1"]})json",
+          "")
+          .value()
+          .problem);
+  request.mutable_options()->set_method(v1::METHOD_PAPER_ITERATION);
+  request.mutable_options()->set_steps(200'000);
+  return request;
+}
+
+void ExpectEndsEarly(Backend& backend, const CallLimits& limits, v1::Termination termination) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto result = backend.Solve(LongRequest(), {}, limits);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 5s);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->summary.termination(), termination);
+  EXPECT_FALSE(result->summary.message().empty());
+}
+
+TEST_F(BackendTest, EndsAtTheDeadlineWithWhatIsKnown) {
+  ExpectEndsEarly(local_, {.deadline = 0.5s, .stop = {}}, v1::DEADLINE);
+  ExpectEndsEarly(*client_, {.deadline = 0.5s, .stop = {}}, v1::DEADLINE);
+}
+
+TEST_F(BackendTest, EndsWhenItIsStopped) {
+  for (Backend* backend : {static_cast<Backend*>(&local_), static_cast<Backend*>(client_.get())}) {
+    std::stop_source source;
+    std::jthread stopper([&] {
+      std::this_thread::sleep_for(300ms);
+      source.request_stop();
+    });
+    ExpectEndsEarly(*backend, {.deadline = 60s, .stop = source.get_token()}, v1::CANCELLED);
+  }
+}
+
+TEST_F(BackendTest, EndsAtOnceWhenItWasStoppedBefore) {
+  std::stop_source source;
+  source.request_stop();
+  ExpectEndsEarly(local_, {.deadline = 60s, .stop = source.get_token()}, v1::CANCELLED);
+  ExpectEndsEarly(*client_, {.deadline = 60s, .stop = source.get_token()}, v1::CANCELLED);
+}
+
+TEST_F(BackendTest, SaysWhatToDoWhenNobodyAnswers) {
+  const std::string address = server_->address();
+  server_->Stop(0ms);
+  const auto result = client_->Solve(CaseRequest("rlcd"), {}, {.deadline = 10s, .stop = {}});
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(result.status().message()), AllOf(HasSubstr(address), HasSubstr("dlcsd --listen")));
+}
+
+TEST(ClientTest, RefusesWhatIsNoAddress) {
+  for (const char* address : {"", "localhost", "localhost:", ":50051", "localhost:x", "localhost:0",
+                              "localhost:70000", "::1:50051", "http://localhost"}) {
+    const auto client = Client::Connect(address);
+    EXPECT_EQ(client.status().code(), absl::StatusCode::kInvalidArgument) << address;
+    EXPECT_THAT(std::string(client.status().message()), HasSubstr("HOST:PORT")) << address;
+  }
+  for (const char* address : {"localhost:50051", "[::1]:50051", "10.0.0.7:1"}) {
+    EXPECT_TRUE(Client::Connect(address).ok()) << address;
+  }
+}
+
+}  // namespace
+}  // namespace dlcs::client

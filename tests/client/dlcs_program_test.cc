@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built `dlcs` as people and scripts use it: exit codes, streams, files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "server/dlcs_server.h"
+#include "tests/client/program.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// A scalar problem that is solved in a few milliseconds.
+constexpr const char* kEasy =
+    R"json('{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4, "f": ["sin(t)"], "g": [-1]}')json";
+
+std::string Case(const std::string& name) { return std::string("'" DLCS_CASES_DIR "/") + name + ".json'"; }
+
+ProgramOutcome SolveText(const std::string& json, const std::string& options) {
+  return RunDlcs("solve - " + options, "echo " + json + " | ");
+}
+
+TEST(DlcsProgramTest, PrintsTheResultOnStandardOutputAndTheRestOnStandardError) {
+  const ProgramOutcome outcome = RunDlcs("solve " + Case("rlcd"));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("rlcd: CONVERGED"), HasSubstr("Certificate"), HasSubstr("LCP residual")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("iteration"), HasSubstr("1000 steps"), HasSubstr("--steps")));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("\x1b")));
+}
+
+TEST(DlcsProgramTest, TabulatesElevenEvenTimes) {
+  const ProgramOutcome outcome = SolveText(kEasy, "--quiet --steps 64");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  for (const char* time : {"\n  0  ", "\n0.4  ", "\n2.8  ", "\n  4  "})
+    EXPECT_THAT(outcome.out, HasSubstr(time));
+}
+
+TEST(DlcsProgramTest, GivesEveryNodeToPrograms) {
+  const ProgramOutcome outcome = SolveText(kEasy, "--steps 64 --format json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto root = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(root["times"].size(), 65U);
+  EXPECT_EQ(root["x"].size(), 65U);
+  EXPECT_EQ(root["y"].size(), 65U);
+  EXPECT_EQ(root["termination"], "CONVERGED");
+  EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-10);
+}
+
+TEST(DlcsProgramTest, GivesOnlyTheTimesAskedFor) {
+  const ProgramOutcome outcome = SolveText(kEasy, "--format json --at 3.14,0.1 --steps 64");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["times"], nlohmann::json({0.1, 3.14}));
+}
+
+TEST(DlcsProgramTest, WritesTheFileAndSaysWhere) {
+  const std::string path = testing::TempDir() + "dlcs-program-test.csv";
+  const ProgramOutcome outcome = SolveText(kEasy, "--steps 10 --format csv --output " + path);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(outcome.err, HasSubstr("wrote " + path));
+  std::ifstream stream(path);
+  const std::string content(std::istreambuf_iterator<char>(stream), {});
+  EXPECT_EQ(std::count(content.begin(), content.end(), '\n'), 12);
+  EXPECT_THAT(content, HasSubstr("t,x1,y1\n0,1,"));
+  std::filesystem::remove(path);
+}
+
+TEST(DlcsProgramTest, ExitsWithOneWhenThereIsNoAnswer) {
+  for (const char* format : {"table", "json", "csv"}) {
+    const ProgramOutcome outcome = RunDlcs("solve " + Case("outside_infeasible") + " --format " + format);
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    EXPECT_THAT(outcome.out + outcome.err,
+                testing::AnyOf(HasSubstr("INFEASIBLE"), HasSubstr("INCONSISTENT_STATE")));
+    EXPECT_THAT(outcome.out, AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf,"))));
+  }
+}
+
+TEST(DlcsProgramTest, ExitsWithTwoOnBadInput) {
+  EXPECT_EQ(RunDlcs("solve no-such-file.json").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --step").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --theta 2").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --server localhost").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --output /no/such/folder/x").code, 2);
+  EXPECT_EQ(RunDlcs("").code, 2);
+  EXPECT_EQ(SolveText("'{\"A\": 1'", "").code, 2);
+}
+
+TEST(DlcsProgramTest, NamesFileAndFieldOfAProblemThatBreaksARule) {
+  const ProgramOutcome outcome = SolveText(
+      R"json('{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": -4, "f": ["sin(x)"], "g": [-1]}')json",
+      "");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("dlcs: standard input: B: "), HasSubstr("dlcs: standard input: T: "),
+                    HasSubstr("dlcs: standard input: f[0]: ")));
+}
+
+TEST(DlcsProgramTest, NamesTheOptionThatBreaksARuleOfTheEngine) {
+  const ProgramOutcome outcome = SolveText(kEasy, "--at 1,5");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("dlcs: --at[1]: "));
+}
+
+TEST(DlcsProgramTest, ExitsWithThreeWhenNobodyServes) {
+  const ProgramOutcome outcome = RunDlcs("solve " + Case("rlcd") + " --server 127.0.0.1:1");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("dlcsd --listen 127.0.0.1:1"));
+  EXPECT_EQ(outcome.out, "");
+}
+
+TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
+  const ProgramOutcome outcome =
+      SolveText(kEasy, "--method paper-iteration --steps 200000 --deadline 0.5 --format json --at 4");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["termination"], "DEADLINE");
+  EXPECT_THAT(outcome.err, HasSubstr("DEADLINE"));
+}
+
+TEST(DlcsProgramTest, PrintsWhatIsKnownOnCtrlC) {
+  // `timeout` presses Ctrl-C after a second.
+  const ProgramOutcome outcome =
+      RunDlcs("solve - --method paper-iteration --steps 200000 --format json",
+              std::string("echo ") + kEasy + " | timeout --preserve-status -s INT 1 ");
+  EXPECT_EQ(outcome.code, 3) << outcome.err;
+  const auto root = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(root["termination"], "CANCELLED");
+  EXPECT_EQ(root["method"], "paper-iteration");
+}
+
+TEST(DlcsProgramTest, ExitsWithThreeWhenItsOutputIsLost) {
+  const ProgramOutcome outcome = SolveText(kEasy, "--quiet --steps 10 > /dev/full");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("No space left"));
+}
+
+TEST(DlcsProgramTest, SolvesAnLcp) {
+  const ProgramOutcome outcome =
+      RunDlcs("lcp - --format json", R"(echo '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' | )");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto root = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(root["verdict"], "SOLVED");
+  EXPECT_NEAR(root["y"][0].get<double>(), 4.0 / 3, 1e-14);
+  EXPECT_LT(root["residual"].get<double>(), 1e-14);
+  const ProgramOutcome none = RunDlcs("lcp -", R"(echo '{"M": [[0]], "q": [-1]}' | )");
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.out, HasSubstr("INFEASIBLE"));
+}
+
+TEST(DlcsProgramTest, GivesTheSameAnswerFromAServer) {
+  ServerConfig config;
+  config.listen = "127.0.0.1:0";
+  const auto server = DlcsServer::Start(config);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const std::string where = " --server " + (*server)->address();
+  const std::string solve = "solve " + Case("leontief_stock") + " --format csv --quiet";
+  const ProgramOutcome here = RunDlcs(solve);
+  const ProgramOutcome there = RunDlcs(solve + where);
+  EXPECT_EQ(here.code, 0) << here.err;
+  EXPECT_EQ(there.code, 0) << there.err;
+  EXPECT_EQ(here.out, there.out);
+
+  const ProgramOutcome capabilities = RunDlcs("capabilities --format json" + where);
+  EXPECT_EQ(capabilities.code, 0) << capabilities.err;
+  EXPECT_GT(nlohmann::json::parse(capabilities.out)["max_states"].get<int>(), 0);
+  const ProgramOutcome refused =
+      SolveText(R"('{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4}')", where);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("standard input: B: "));
+}
+
+}  // namespace
+}  // namespace dlcs::client

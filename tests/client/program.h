@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the built programs as people do.
+
+#ifndef DLCS_TESTS_CLIENT_PROGRAM_H_
+#define DLCS_TESTS_CLIENT_PROGRAM_H_
+
+#include <string>
+
+namespace dlcs::client {
+
+struct ProgramOutcome {
+  int code = -1;  // exit code; 128 and more when a signal ended it
+  std::string out;
+  std::string err;
+};
+
+// Runs `dlcs` with `arguments`, as a shell reads them, in front of it `prefix` ("echo '{}' | ").
+ProgramOutcome RunDlcs(const std::string& arguments, const std::string& prefix = "");
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_TESTS_CLIENT_PROGRAM_H_
