@@ -39,6 +39,7 @@ struct Task {
   Workers workers;
   std::stop_token stop;
   std::chrono::steady_clock::time_point started;
+  bool lost_least_element = false;  // by the last pass
 };
 
 bool RunMethod(Method method, SolveContext& context) {
@@ -98,6 +99,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
     solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
                        std::to_string(solution.cost.steps) + " steps.";
   }
+  task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
   solution.certificate = context.certificate.certificate();
   const bool finite = solution.x.allFinite() && solution.y.allFinite();
@@ -178,6 +180,18 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   }
   auto solution = SolveOnGrid(task, grid, observer);
   if (!solution.ok()) return solution;
+  const bool may_couple = problem.rule == SolutionRule::kAuto && options.method != Method::kLaplaceIteration &&
+                          options.method != Method::kPaperIteration;
+  if (task.lost_least_element && may_couple) {
+    report.warnings.push_back(solution->message + " Solved again by coupled steps, any solution of theirs.");
+    task.selection = Selection::kAny;
+    task.choice = ChooseMethod(problem, options, matrix_class, task.selection);
+    report.method = task.choice.method;
+    report.reason = task.choice.reason;
+    observer.OnAnalysis(report);
+    solution = SolveOnGrid(task, grid, observer);
+    if (!solution.ok()) return solution;
+  }
   solution->warnings = report.warnings;
   if (options.estimate_error && solution->termination == Termination::kConverged) {
     if (absl::Status status = EstimateError(task, grid, *solution); !status.ok()) return status;

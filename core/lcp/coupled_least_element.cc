@@ -22,6 +22,7 @@ CoupledLeastElementSolver::CoupledLeastElementSolver(const CoupledLeastElementSo
 
 LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
                                             Eigen::Ref<Vector> y) {
+  kept_selection_ = true;
   account_.pivots = 0;
   account_.method = "Newton on the least element";
   account_.message.clear();
@@ -77,6 +78,7 @@ LcpVerdict CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q
   const LcpVerdict verdict = any_.SolvePreferring(
       [this](const Basis& candidate) { return IsLeast(candidate); }, q, tolerance, basis, y);
   account_ = any_.Account();
+  kept_selection_ = verdict != LcpVerdict::kSolved || IsLeast(basis);
   return verdict;
 }
 

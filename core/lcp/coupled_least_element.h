@@ -31,6 +31,7 @@ class CoupledLeastElementSolver final : public LcpSolver {
 
   LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
+  bool KeptSelection() const override { return kept_selection_; }
   LcpAccount Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;
 
@@ -55,6 +56,7 @@ class CoupledLeastElementSolver final : public LcpSolver {
   Vector newton_y_;
   Basis next_;
   LcpAccount account_;
+  bool kept_selection_ = true;
 };
 
 }  // namespace dlcs

@@ -77,6 +77,10 @@ class LcpSolver {
   virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
                            Eigen::Ref<Vector> y) = 0;
 
+  // Whether the last solution is the one that the selection means. False only where a coupled least-element solver found
+  // a solution of LCP(q, M + K) that is no least element of LCP(q + K y, M), and none that is.
+  virtual bool KeptSelection() const { return true; }
+
   // How the last Solve() went. Allocates; not for the inner loop.
   virtual LcpAccount Account() const = 0;
 

@@ -21,16 +21,17 @@ void Measure(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& 
 
 }  // namespace
 
-CertificateBuilder::CertificateBuilder(const Problem& problem) : problem_(problem) {
-  certificate_.node_residual = certificate_.midpoint_residual = 0;
-  certificate_.node_complementarity = certificate_.midpoint_complementarity = 0;
-  certificate_.ode_defect = 0;
-  certificate_.lcp_scale = certificate_.ode_scale = certificate_.x_scale = 0;
-}
+CertificateBuilder::CertificateBuilder(const Problem& problem) : problem_(problem) {}
 
 void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
   const Index steps = segment.steps;
+  if (steps == 0) return;
   Certificate& c = certificate_;
+  if (empty_) {
+    c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
+    c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
+    empty_ = false;
+  }
   const Matrix& x = segment.x;
   const Matrix& y = segment.y;
 
@@ -41,7 +42,6 @@ void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
   const Index nodes = steps + 1 - first;
   Measure(y.rightCols(nodes), w.rightCols(nodes), c.node_residual, c.node_complementarity, c.lcp_scale);
   c.x_scale = NanMax(c.x_scale, MaxAbs(x));
-  if (steps == 0) return;
 
   Matrix slope = segment.f;
   slope.noalias() += problem_.A * x;

@@ -19,11 +19,13 @@ class CertificateBuilder {
   // w is formed anew from x and y. Cost: a few products of m × m, m × n and n × n matrices with `steps` columns.
   void Add(const Segment& segment, const Scheme& scheme);
 
+  // NaN throughout until a step was added.
   const Certificate& certificate() const { return certificate_; }
 
  private:
   const Problem& problem_;
   Certificate certificate_;
+  bool empty_ = true;
 };
 
 }  // namespace dlcs

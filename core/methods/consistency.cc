@@ -66,7 +66,11 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
         MakeLcpSolver(problem.M, context.selection)->Solve(q, kLcpTolerance * size, basis, y);
     ++context.solution.cost.lcps;
     y_is_solution = verdict == LcpVerdict::kSolved;
-    return y_is_solution || FailLcp(context, verdict, time, "LCP(N x + g, M)");
+    if (y_is_solution) return true;
+    if (verdict == LcpVerdict::kInfeasible && context.matrix_class.positive_semidefinite.yes()) {
+      return context.FailLostLeastElement(time);
+    }
+    return FailLcp(context, verdict, time, "LCP(N x + g, M)");
   }
 
   if (!context.matrix_class.positive_semidefinite.yes()) return true;

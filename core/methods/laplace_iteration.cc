@@ -137,6 +137,10 @@ class Iteration {
         Accept(tools, segment, result.iterations, march);
         return steps;
       }
+      if (!tools.marcher.kept_selection()) {
+        context_.FailLostLeastElement(end);
+        return 0;
+      }
       if (march) {
         FailLcp(context_, marched, end, "The coupled step LCP(q, M + K_0)");
         return 0;

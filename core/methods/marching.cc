@@ -47,6 +47,10 @@ LcpVerdict Marcher::March(Segment& segment, Index& solved) {
     const double size = std::max(size_of_g, MaxAbs(size_));
     const LcpVerdict verdict = solver_->Solve(q_, kLcpTolerance * size, basis_, y.col(j));
     if (verdict != LcpVerdict::kSolved) return verdict;
+    if (!solver_->KeptSelection()) {
+      kept_selection_ = false;
+      if (scheme_.y_is_linear) return LcpVerdict::kInfeasible;
+    }
     x.col(j).noalias() += scheme_.y_after * y.col(j);
   }
   return LcpVerdict::kSolved;
@@ -92,6 +96,9 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme) {
       const double next_time = context.grid.times[segment.first_node + std::min(solved + 1, steps)];
       if (solved < steps) segment.Truncate(solved);
       context.Add(segment, marcher.scheme());
+      if (!marcher.kept_selection() && marcher.scheme().y_is_linear) {
+        return context.FailLostLeastElement(next_time);
+      }
       if (verdict != LcpVerdict::kSolved) {
         return FailLcp(context, verdict, next_time, "The coupled step LCP(q, M + K_0)");
       }

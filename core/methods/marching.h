@@ -28,6 +28,10 @@ class Marcher {
   // done. Cost: 2m² + 3mn and one warm LCP a step.
   LcpVerdict March(Segment& segment, Index& solved);
 
+  // Whether all solutions so far were those that the selection means. March() of a scheme with linear y stops before
+  // the first step where not: its y would ring.
+  bool kept_selection() const { return kept_selection_; }
+
  private:
   const Problem& problem_;
   Matrix abs_N_;
@@ -36,6 +40,7 @@ class Marcher {
   Basis basis_;
   Vector q_;
   Vector size_;
+  bool kept_selection_ = true;
 };
 
 // Marches the whole grid with the schemes of `make_scheme`. Returns whether the end was reached; otherwise

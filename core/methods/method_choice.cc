@@ -31,8 +31,8 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.reason = WhyLipschitz(selection);
   } else {
     choice.method = Method::kExponentialMarch;
-    choice.reason = "M is neither a P- nor a Z-matrix with a solution for every state, so y is no function of x and "
-                    "only a coupled step decides it; exp-PC steps take any class";
+    choice.reason = "M (" + matrix_class.description +
+                    ") does not make y a function of x: each step is solved coupled, and exp-PC steps take any class";
   }
 
   if (iterates && !lipschitz) {

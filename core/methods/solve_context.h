@@ -22,6 +22,9 @@
 
 namespace dlcs {
 
+// "%.6g", for messages.
+std::string FormatNumber(double value);
+
 struct SolveContext {
   const Problem& problem;
   const Options& options;
@@ -36,6 +39,9 @@ struct SolveContext {
   CertificateBuilder certificate;
   Solution& solution;
   std::chrono::steady_clock::time_point started;
+  // Set when the solve ended because there is no least element although the system may go on: M is a Z-matrix, and
+  // LCP(N x + g, M) has no solution where a coupled step has one.
+  bool lost_least_element = false;
 
   // y = SOL(N x + g, M) is a Lipschitz function of x, so states never jump and y may be interpolated linearly.
   bool y_is_lipschitz() const { return selection != Selection::kAny; }
@@ -55,6 +61,13 @@ struct SolveContext {
   bool FailNonFinite(const Sources::NonFinite& where) {
     return Fail(Termination::kNonFinite, where.time, where.message + "; every value must be finite");
   }
+  bool FailLostLeastElement(double time) {
+    lost_least_element = true;
+    return Fail(Termination::kInfeasible, time,
+                "LCP(N x + g, M) at t = " + FormatNumber(time) +
+                    " has no least-element solution: the state has reached the edge of what M can answer. With the "
+                    "rule auto, exponential-march goes on by coupled steps.");
+  }
   bool FailCancelled(double time) {
     return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
   }
@@ -65,9 +78,6 @@ struct SolveContext {
     recorder.Add(segment);
   }
 };
-
-// "%.6g", for messages.
-std::string FormatNumber(double value);
 
 // What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.
 bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which);

@@ -131,6 +131,67 @@ TEST(SolveTest, TakesPiecewiseSourcesFromTheRightSide) {
   }
 }
 
+// A Z-matrix that is singular and positive semidefinite: 0 <= y ⟂ x + L y >= 0 has a solution only for x1 + x2 >= 0, and the
+// state is driven there at t = ln 2 and held by y. x' = -x + y + f.
+Problem SingularZ(double start) {
+  Problem problem;
+  problem.A = -Matrix::Identity(2, 2);
+  problem.B = problem.N = Matrix::Identity(2, 2);
+  problem.M.resize(2, 2);
+  problem.M << 1, -1, -1, 1;
+  problem.f = TimeFunction::Constant(Vector{{-1, -1}});
+  problem.g = TimeFunction::Zero(2);
+  problem.x0 = Vector{{start, start}};
+  problem.horizon = 2;
+  return problem;
+}
+
+TEST(SolveTest, GoesOnByCoupledStepsWhereTheLeastElementEnds) {
+  Options options;
+  for (const Method method : {Method::kAuto, Method::kExponentialMarch}) {
+    options.method = method;
+    Observer silent;
+    const auto solution = Solve(SingularZ(1), options, silent, {});
+    ASSERT_TRUE(solution.ok());
+    ASSERT_EQ(solution->termination, Termination::kConverged) << solution->message;
+    EXPECT_EQ(solution->method, Method::kExponentialMarch);
+    EXPECT_FALSE(solution->warnings.empty());
+    // x = 2 e^{-t} - 1 until it reaches 0, then x = 0 and y = 1: no ringing of y between 0 and 2.
+    for (size_t k = 0; k < solution->times.size(); ++k) {
+      const double t = solution->times[k];
+      EXPECT_NEAR(solution->x(0, k), std::max(0.0, 2 * std::exp(-t) - 1), 2e-3) << t;
+      if (t > std::log(2) + 0.01) {
+        EXPECT_NEAR(solution->y(0, k), 1, 1e-2) << t;
+      }
+    }
+  }
+}
+
+TEST(SolveTest, JumpsFromAStateWithoutALeastElement) {
+  Options options;
+  options.project_initial_state = true;
+  Observer silent;
+  const auto solution = Solve(SingularZ(-1), options, silent, {});
+  ASSERT_TRUE(solution.ok());
+  ASSERT_EQ(solution->termination, Termination::kConverged) << solution->message;
+  ASSERT_EQ(solution->jumps.size(), 1u);
+  EXPECT_NEAR(solution->jumps[0].dx[0] + solution->jumps[0].dx[1], 2, 1e-12);
+}
+
+TEST(SolveTest, EndsWhereTheLeastElementDoesWhenThatIsAskedFor) {
+  Problem problem = SingularZ(1);
+  problem.rule = SolutionRule::kLeastElement;
+  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch}) {
+    Options options;
+    options.method = method;
+    Observer silent;
+    const auto solution = Solve(problem, options, silent, {});
+    ASSERT_TRUE(solution.ok());
+    EXPECT_EQ(solution->termination, Termination::kInfeasible) << solution->message;
+    EXPECT_NEAR(solution->failure_time, std::log(2), 0.01);
+  }
+}
+
 TEST(SolveTest, ReturnsJustTheOutputTimes) {
   Options options;
   options.output_times = {0, 0.123, 0.7};
