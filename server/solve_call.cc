@@ -20,6 +20,11 @@ namespace {
 
 using SystemClock = std::chrono::system_clock;
 
+// How long before the deadline an engine is stopped: time to notice and to compute the certificate, and time
+// to hand over the trajectory at what one busy gigabit link carries.
+constexpr double kMaxWindDown_s = 1;
+constexpr double kDeliveryBytesPerSecond = 100e6;
+
 // Distinct among the calls of this process, and very likely among processes.
 std::string NewSolveId() {
   static const unsigned process = std::random_device{}();
@@ -58,20 +63,21 @@ void SolveCall::Begin() {
     return Finish(ToGrpc(solver.status()));
   }
   solver_ = *std::move(solver);
-  StopBeforeDeadline();
   // The worker starts when the headers are sent: before, gRPC has not taken the reactor over and a first
   // message could be lost.
   StartSendInitialMetadata();
 }
 
-void SolveCall::StopBeforeDeadline() {
+void SolveCall::StopBeforeDeadline(std::int64_t result_bytes) {
   const SystemClock::time_point now = SystemClock::now();
   const SystemClock::time_point deadline = context_.deadline();
   // gRPC's "no deadline" is the end of time; a century is as good and safe to compute with.
   if (deadline > now + std::chrono::hours(24 * 365 * 100)) return;
-  constexpr SystemClock::duration kMaxMargin = std::chrono::seconds(1);
-  const SystemClock::duration margin =
-      std::clamp((deadline - now) / 10, SystemClock::duration::zero(), kMaxMargin);
+  const double left_s = std::max(0.0, std::chrono::duration<double>(deadline - now).count());
+  const double delivery_s = static_cast<double>(result_bytes) / kDeliveryBytesPerSecond;
+  const double margin_s = std::min(std::min(left_s / 10, kMaxWindDown_s) + delivery_s, left_s / 2);
+  const auto margin =
+      std::chrono::duration_cast<SystemClock::duration>(std::chrono::duration<double>(margin_s));
   alarm_.Set(deadline - margin, [control = std::weak_ptr(control_)](bool rang) {
     if (const auto stopped = control.lock(); rang && stopped) stopped->Stop(StopCause::kDeadline);
   });
@@ -99,6 +105,7 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
   absl::StatusOr<Admission::Ticket> result = environment_.admission.HoldResult(prepared->result_bytes);
   if (!result.ok()) return result.status();
   result_ = *std::move(result);
+  StopBeforeDeadline(prepared->result_bytes);
   absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, id_, *control_, *this);
   if (finished.ok()) LogSolve(id_, *prepared, *finished);
   return finished;

@@ -4,6 +4,7 @@
 #ifndef DLCS_SERVER_SOLVE_CALL_H_
 #define DLCS_SERVER_SOLVE_CALL_H_
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -31,8 +32,9 @@ struct CallEnvironment {
 // flight. After the last event, or an error, or when the client is gone and the engine has noticed, it
 // finishes the call.
 //
-// The engine is stopped when the client hangs up, and a little before the deadline (a tenth of the time
-// allowed, at most one second), so that the trajectory so far and a summary that says DEADLINE still arrive.
+// The engine is stopped when the client hangs up, and some time before the deadline, so that the trajectory
+// so far and a summary that says DEADLINE still arrive: a tenth of the time allowed (at most one second), and
+// what the delivery of the trajectory may take, together at most half of the time allowed.
 //
 // Lives until both gRPC (OnDone) and the worker have let go.
 class SolveCall final : public grpc::ServerWriteReactor<v1::SolveEvent>,
@@ -55,7 +57,7 @@ class SolveCall final : public grpc::ServerWriteReactor<v1::SolveEvent>,
 
  private:
   void Begin();
-  void StopBeforeDeadline();
+  void StopBeforeDeadline(std::int64_t result_bytes);
   void Work();
   absl::StatusOr<FinishedSolve> Solve();
   void HangUp(StopCause cause);
