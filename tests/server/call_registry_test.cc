@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/call_registry.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <thread>
+
+namespace dlcs {
+namespace {
+
+using std::chrono::milliseconds;
+
+TEST(CallRegistryTest, StopsWhatIsUnderWayAndRemembersWhy) {
+  CallRegistry calls;
+  const std::shared_ptr<SolveControl> first = calls.Register();
+  const std::shared_ptr<SolveControl> second = calls.Register();
+  second->Stop(StopCause::kDeadline);
+  EXPECT_FALSE(first->token().stop_requested());
+  calls.StopAll(StopCause::kShutdown);
+  EXPECT_TRUE(first->token().stop_requested());
+  EXPECT_EQ(first->cause(), StopCause::kShutdown);
+  EXPECT_EQ(second->cause(), StopCause::kDeadline) << "the first cause stays";
+}
+
+TEST(CallRegistryTest, RefusesNewCallsWhileDraining) {
+  CallRegistry calls;
+  EXPECT_NE(calls.Register(), nullptr);
+  calls.Drain();
+  EXPECT_EQ(calls.Register(), nullptr);
+}
+
+TEST(CallRegistryTest, WaitsUntilTheLastCallIsGone) {
+  CallRegistry calls;
+  EXPECT_TRUE(calls.WaitUntilIdle(milliseconds(0)));
+  std::shared_ptr<SolveControl> call = calls.Register();
+  EXPECT_FALSE(calls.WaitUntilIdle(milliseconds(10)));
+  std::thread ending([&call] {
+    std::this_thread::sleep_for(milliseconds(20));
+    call.reset();
+  });
+  EXPECT_TRUE(calls.WaitUntilIdle(milliseconds(10'000)));
+  ending.join();
+}
+
+}  // namespace
+}  // namespace dlcs

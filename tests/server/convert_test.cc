@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/convert.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "google/protobuf/util/message_differencer.h"
+#include "tests/server/test_requests.h"
+
+namespace dlcs {
+namespace {
+
+using ::google::protobuf::util::MessageDifferencer;
+using ::testing::ElementsAre;
+using ::testing::Field;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// Two states, one pair, every kind of time function.
+Problem EveryKindOfPiece() {
+  Problem problem;
+  problem.A.resize(2, 2);
+  problem.A << 1, 2, 3, 4;
+  problem.B.resize(2, 1);
+  problem.B << 5, 6;
+  problem.N.resize(1, 2);
+  problem.N << 7, 8;
+  problem.M.resize(1, 1);
+  problem.M << 9;
+  Matrix samples(2, 3);
+  samples << 1, 2, 3, 4, 5, 6;
+  Matrix linear(2, 2);
+  linear << 10, 20, 30, 40;
+  problem.f.pieces = {{0, ConstantFunction{Vector::LinSpaced(2, 0.1, 0.2)}},
+                      {1, FormulaFunction{{"sin(t)", "t**2"}}},
+                      {2, SampledFunction{{2, 2.5, 3}, samples}},
+                      {3, PiecewisePolynomial{{3, 3.5, 4}, {linear, Matrix::Constant(2, 1, 7)}}}};
+  problem.g = TimeFunction::Constant(Vector::Constant(1, -1));
+  problem.x0 = Vector::LinSpaced(2, -1, 1);
+  problem.horizon = 4;
+  problem.break_points = {0.5, 1.5};
+  problem.rule = SolutionRule::kLeastElement;
+  return problem;
+}
+
+TEST(ConvertTest, MatricesAreRowMajorOnTheWire) {
+  const v1::Problem wire = ToProto(EveryKindOfPiece());
+  EXPECT_THAT(wire.a().dense().values(), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(wire.n().dense().values(), ElementsAre(7, 8));
+  EXPECT_EQ(wire.n().dense().rows(), 1);
+  EXPECT_EQ(wire.n().dense().columns(), 2);
+}
+
+TEST(ConvertTest, SamplesAndPolynomialsHaveTheComponentFastest) {
+  const v1::TimeFunction wire = ToProto(EveryKindOfPiece().f);
+  EXPECT_THAT(wire.pieces(2).samples().values(), ElementsAre(1, 4, 2, 5, 3, 6));
+  EXPECT_THAT(wire.pieces(3).polynomial().coefficients(0).values(), ElementsAre(10, 30, 20, 40));
+}
+
+TEST(ConvertTest, ProblemSurvivesTheRoundTrip) {
+  const Problem problem = EveryKindOfPiece();
+  const v1::Problem wire = ToProto(problem);
+  std::vector<Violation> violations;
+  const Problem back = ProblemFromProto(wire, violations);
+  EXPECT_THAT(violations, IsEmpty());
+  EXPECT_EQ(back.A, problem.A);
+  EXPECT_EQ(back.N, problem.N);
+  EXPECT_EQ(back.rule, problem.rule);
+  EXPECT_EQ(std::get<SampledFunction>(back.f.pieces[2].function).values,
+            std::get<SampledFunction>(problem.f.pieces[2].function).values);
+  EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), wire)) << wire.DebugString();
+}
+
+TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
+  Options options;
+  options.method = Method::kPaperIteration;
+  options.num_steps = 77;
+  options.output_times = {0.25, 1};
+  options.output_times_only = true;
+  options.theta = 0.5;
+  options.window_steps = Options::kWholeHorizon;
+  options.tolerance = 1e-9;
+  options.max_iterations = 12;
+  options.num_contour_nodes = 31;
+  options.contour_gamma = 0.7;
+  options.contour_mu = 2;
+  options.contour_step = 0.3;
+  options.contour_for_initial_state = true;
+  options.project_initial_state = true;
+  options.estimate_error = true;
+  options.num_threads = 3;
+  std::vector<Violation> violations;
+  const Options back = OptionsFromProto(ToProto(options), violations);
+  EXPECT_THAT(violations, IsEmpty());
+  EXPECT_EQ(back.method, options.method);
+  EXPECT_EQ(back.num_steps, options.num_steps);
+  EXPECT_EQ(back.output_times, options.output_times);
+  EXPECT_TRUE(back.output_times_only);
+  EXPECT_EQ(back.window_steps, options.window_steps);
+  EXPECT_EQ(back.tolerance, options.tolerance);
+  EXPECT_EQ(back.num_threads, options.num_threads);
+  EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), ToProto(options)));
+}
+
+TEST(ConvertTest, UnsetOptionsAreTheDefaultsOfTheEngine) {
+  std::vector<Violation> violations;
+  const Options options = OptionsFromProto(v1::SolveOptions(), violations);
+  EXPECT_THAT(violations, IsEmpty());
+  const Options defaults;
+  EXPECT_EQ(options.num_steps, defaults.num_steps);
+  EXPECT_EQ(options.step, defaults.step);
+  EXPECT_EQ(options.tolerance, defaults.tolerance);
+  EXPECT_EQ(options.num_contour_nodes, defaults.num_contour_nodes);
+  EXPECT_FALSE(options.output_times_only);
+}
+
+TEST(ConvertTest, MissingPartsAreNamedAllAtOnce) {
+  std::vector<Violation> violations;
+  ProblemFromProto(v1::Problem(), violations);
+  std::vector<std::string> fields;
+  for (const Violation& violation : violations) fields.push_back(violation.field);
+  EXPECT_THAT(fields, ElementsAre("A", "B", "N", "M", "f", "g"));
+}
+
+TEST(ConvertTest, CountsThatDoNotMatchAreNamedWithTheNumbers) {
+  v1::SolveRequest request = testing::SwitchingRequest(10);
+  *request.mutable_problem()->mutable_m() = testing::DenseMatrix(2, 3, {1, 2, 3, 4, 5});
+  std::vector<Violation> violations;
+  ProblemFromProto(request.problem(), violations);
+  ASSERT_EQ(violations.size(), 1u);
+  EXPECT_EQ(violations[0].field, "M");
+  EXPECT_THAT(violations[0].description, HasSubstr("5 values; 2 x 3 needs 6"));
+}
+
+TEST(ConvertTest, ProductOfHugeShapesDoesNotOverflow) {
+  v1::Matrix matrix;
+  matrix.mutable_dense()->set_rows(std::numeric_limits<int>::max());
+  matrix.mutable_dense()->set_columns(std::numeric_limits<int>::max());
+  std::vector<Violation> violations;
+  EXPECT_EQ(MatrixFromProto(matrix, "A", violations).size(), 0);
+  EXPECT_THAT(violations, ElementsAre(Field(&Violation::field, "A")));
+}
+
+TEST(ConvertTest, NonFiniteNumbersTravelForTheEngineToJudge) {
+  v1::Matrix matrix = testing::DenseMatrix(1, 2, {std::numeric_limits<double>::quiet_NaN(), 1});
+  std::vector<Violation> violations;
+  const Matrix back = MatrixFromProto(matrix, "A", violations);
+  EXPECT_THAT(violations, IsEmpty());
+  EXPECT_TRUE(std::isnan(back(0, 0)));
+}
+
+TEST(ConvertTest, ChunkHoldsTheTimesAskedFor) {
+  Solution solution;
+  solution.times = {0, 1, 2, 3};
+  solution.x = Matrix::Random(2, 4);
+  solution.y = Matrix::Random(1, 4);
+  const v1::TrajectoryChunk chunk = ChunkToProto(solution, 1, 2);
+  EXPECT_EQ(chunk.first(), 1);
+  EXPECT_THAT(chunk.times(), ElementsAre(1, 2));
+  EXPECT_THAT(chunk.x(), ElementsAre(solution.x(0, 1), solution.x(1, 1), solution.x(0, 2), solution.x(1, 2)));
+  EXPECT_THAT(chunk.y(), ElementsAre(solution.y(0, 1), solution.y(0, 2)));
+}
+
+TEST(ConvertTest, FailureTimeIsAbsentWhereThereIsNone) {
+  Solution solution;
+  EXPECT_FALSE(SummaryToProto(solution).has_failure_time());
+  solution.failure_time = 0.4375;
+  EXPECT_EQ(SummaryToProto(solution).failure_time(), 0.4375);
+}
+
+TEST(ConvertTest, OptionNamesAreThoseOfTheWire) {
+  EXPECT_EQ(WireOptionName("num_steps"), "steps");
+  EXPECT_EQ(WireOptionName("contour_mu"), "contour.mu");
+  EXPECT_EQ(WireOptionName("output_times[3]"), "output_times[3]");
+  EXPECT_EQ(WireOptionName("step"), "step");
+}
+
+}  // namespace
+}  // namespace dlcs

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program dlcsd in a process of its own.
+
+#ifndef DLCS_TESTS_SERVER_DLCSD_PROCESS_H_
+#define DLCS_TESTS_SERVER_DLCSD_PROCESS_H_
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dlcs::testing {
+
+// Starts with `flags`; is killed when it is destroyed, unless it has ended.
+class DlcsdProcess {
+ public:
+  explicit DlcsdProcess(const std::vector<std::string>& flags);
+  ~DlcsdProcess();
+  DlcsdProcess(const DlcsdProcess&) = delete;
+  DlcsdProcess& operator=(const DlcsdProcess&) = delete;
+
+  // The next line of its standard output, without the line break; empty at the end.
+  std::string ReadLine();
+  // HOST:PORT of the line that says it is ready; empty when it says something else.
+  std::string ReadAddress();
+
+  void Signal(int signal);
+  // Waits for the end. The exit status, or minus the number of the signal that killed it.
+  int Wait();
+
+  // All of its standard error; call it after Wait().
+  std::string ReadErrors();
+
+  // Memory in use now (resident set).
+  std::int64_t ResidentBytes() const;
+
+ private:
+  pid_t pid_ = -1;
+  int output_ = -1;
+  int errors_ = -1;
+};
+
+}  // namespace dlcs::testing
+
+#endif  // DLCS_TESTS_SERVER_DLCSD_PROCESS_H_

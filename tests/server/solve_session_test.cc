@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/solve_session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "server/errors.h"
+#include "tests/server/test_requests.h"
+
+namespace dlcs {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+
+class Collector final : public SolveSink {
+ public:
+  void Accept(v1::SolveEvent event) override { events.push_back(std::move(event)); }
+  std::vector<v1::SolveEvent> events;
+};
+
+std::vector<std::string> Fields(const absl::Status& status) {
+  std::vector<std::string> fields;
+  for (const Violation& violation : ViolationsOf(status)) fields.push_back(violation.field);
+  return fields;
+}
+
+TEST(SolveSessionTest, TellsTheWholeStoryInOrder) {
+  Collector sink;
+  const absl::Status status =
+      RunSolveToEnd(testing::SwitchingRequest(500), SessionLimits(), "here", SolveControl(), sink);
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(testing::WhatIsWrongWithOrder(sink.events), "");
+  EXPECT_EQ(sink.events[0].accepted().solve_id(), "here");
+  EXPECT_TRUE(sink.events[1].has_analysis());
+  EXPECT_EQ(sink.events.back().summary().termination(), v1::CONVERGED);
+  EXPECT_GT(testing::Count(sink.events, v1::SolveEvent::kIterate), 0);
+  EXPECT_EQ(sink.events.back().summary().times(), sink.events[1].analysis().steps() + 1);
+}
+
+TEST(SolveSessionTest, TrajectorySolvesTheProblem) {
+  Collector sink;
+  ASSERT_TRUE(
+      RunSolveToEnd(testing::SwitchingRequest(2000), SessionLimits(), "here", SolveControl(), sink).ok());
+  double worst = 0;
+  int nodes = 0;
+  for (const v1::SolveEvent& event : sink.events) {
+    const v1::TrajectoryChunk& chunk = event.trajectory();
+    for (int k = 0; k < chunk.times_size(); ++k, ++nodes) {
+      const double w = chunk.x(k) + chunk.y(k) + std::cos(3 * chunk.times(k)) - 0.5;
+      worst = std::max(worst, std::abs(std::min(w, chunk.y(k))));
+    }
+  }
+  EXPECT_EQ(nodes, 2001);
+  EXPECT_LT(worst, 1e-10);
+}
+
+TEST(SolveSessionTest, NamesEveryViolationOfProblemAndOptions) {
+  v1::SolveRequest request = testing::SwitchingRequest(10);
+  request.mutable_problem()->mutable_a()->mutable_dense()->set_values(0, NAN);
+  request.mutable_problem()->set_horizon(-1);
+  request.mutable_options()->set_theta(2);
+  const auto prepared = PrepareSolve(request, SessionLimits());
+  EXPECT_EQ(prepared.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(Fields(prepared.status()), IsSupersetOf({"A[0][0]", "T", "theta"}));
+}
+
+TEST(SolveSessionTest, NamesTheRuleThatTheMatrixDoesNotAdmit) {
+  v1::SolveRequest request = testing::SwitchingRequest(10);
+  *request.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {-1});
+  request.mutable_problem()->set_rule(v1::SOLUTION_RULE_UNIQUE);
+  Collector sink;
+  const absl::Status status = RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), sink);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(Fields(status), Contains("rule"));
+}
+
+TEST(SolveSessionTest, NamesTheLimit) {
+  const v1::SolveRequest request = testing::SwitchingRequest(1000);
+  SessionLimits steps;
+  steps.max_steps = 999;
+  SessionLimits bytes;
+  bytes.max_result_bytes = 1001 * 3 * 8 - 1;
+  SessionLimits states;
+  states.max_states = 0;
+  for (const auto& [limits, name] :
+       {std::pair(steps, "max_steps = 1000"), std::pair(bytes, "max_result_bytes = 24024"),
+        std::pair(states, "max_states = 1")}) {
+    const absl::Status status = PrepareSolve(request, limits).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+    EXPECT_THAT(std::string(status.message()), HasSubstr(name));
+  }
+  bytes.max_result_bytes += 1;
+  EXPECT_TRUE(PrepareSolve(request, bytes).ok());
+}
+
+TEST(SolveSessionTest, CountsTheStepsOfALength) {
+  v1::SolveRequest request = testing::SwitchingRequest(1);
+  request.mutable_options()->set_step(2e-8);
+  SessionLimits limits;
+  limits.max_steps = 1'000'000;
+  const absl::Status status = PrepareSolve(request, limits).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps = 500000000"));
+  request.mutable_options()->set_step(1e-300);
+  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("step"));
+}
+
+TEST(SolveSessionTest, ThreadsAreCapped) {
+  SessionLimits limits;
+  limits.max_threads = 3;
+  v1::SolveRequest request = testing::SwitchingRequest(10);
+  EXPECT_EQ(PrepareSolve(request, limits)->options.num_threads, 3);
+  request.mutable_options()->set_threads(2);
+  EXPECT_EQ(PrepareSolve(request, limits)->options.num_threads, 2);
+}
+
+// Stops the solve as soon as it reports progress.
+class StoppingCollector final : public SolveSink {
+ public:
+  StoppingCollector(SolveControl& control, StopCause cause) : control_(control), cause_(cause) {}
+  void Accept(v1::SolveEvent event) override {
+    if (event.has_window_finished() && control_.cause() == StopCause::kNone) {
+      stopped_at = std::chrono::steady_clock::now();
+      control_.Stop(cause_);
+    }
+    events.push_back(std::move(event));
+  }
+  std::vector<v1::SolveEvent> events;
+  std::chrono::steady_clock::time_point stopped_at;
+
+ private:
+  SolveControl& control_;
+  StopCause cause_;
+};
+
+TEST(SolveSessionTest, TheCauseOfAStopIsTold) {
+  for (const auto& [cause, termination, words] :
+       {std::tuple(StopCause::kCancelled, v1::CANCELLED, "caller"),
+        std::tuple(StopCause::kDeadline, v1::DEADLINE, "deadline"),
+        std::tuple(StopCause::kShutdown, v1::CANCELLED, "shutting down")}) {
+    SolveControl control;
+    StoppingCollector sink(control, cause);
+    const absl::Status status =
+        RunSolveToEnd(testing::MarchingRequest(10'000'000), SessionLimits(), "here", control, sink);
+    ASSERT_TRUE(status.ok()) << status;
+    EXPECT_LT(std::chrono::steady_clock::now() - sink.stopped_at, std::chrono::milliseconds(500));
+    const v1::Summary& summary = sink.events.back().summary();
+    EXPECT_EQ(summary.termination(), termination);
+    EXPECT_THAT(summary.message(), HasSubstr(words));
+    EXPECT_GT(summary.times(), 1);
+    EXPECT_LT(summary.times(), 10'000'000);
+    EXPECT_EQ(testing::WhatIsWrongWithOrder(sink.events), "");
+  }
+}
+
+TEST(RunLcpTest, SolvesOne) {
+  v1::SolveLcpRequest request;
+  *request.mutable_m() = testing::DenseMatrix(2, 2, {2, 1, 1, 2});
+  request.add_q(-5);
+  request.add_q(-6);
+  const auto response = RunLcp(request, SessionLimits());
+  ASSERT_TRUE(response.ok()) << response.status();
+  EXPECT_EQ(response->verdict(), v1::LCP_SOLVED);
+  EXPECT_NEAR(response->y(0), 4.0 / 3, 1e-14);
+  EXPECT_NEAR(response->y(1), 7.0 / 3, 1e-14);
+  EXPECT_THAT(response->matrix_class(), HasSubstr("P"));
+}
+
+TEST(RunLcpTest, NamesWhatIsWrong) {
+  v1::SolveLcpRequest request;
+  *request.mutable_m() = testing::DenseMatrix(2, 2, {2, NAN, 1, 2});
+  request.add_q(std::numeric_limits<double>::infinity());
+  const absl::Status status = RunLcp(request, SessionLimits()).status();
+  EXPECT_THAT(Fields(status), ::testing::ElementsAre("M[0][1]", "q", "q[0]"));
+
+  *request.mutable_m() = testing::DenseMatrix(1, 1, {-1});
+  request.set_q(0, 1);
+  request.set_rule(v1::SOLUTION_RULE_UNIQUE);
+  EXPECT_THAT(Fields(RunLcp(request, SessionLimits()).status()), ::testing::ElementsAre("rule"));
+
+  SessionLimits limits;
+  limits.max_constraints = 0;
+  EXPECT_EQ(RunLcp(request, limits).status().code(), absl::StatusCode::kResourceExhausted);
+}
+
+}  // namespace
+}  // namespace dlcs

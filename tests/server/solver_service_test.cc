@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/solver_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "google/protobuf/util/message_differencer.h"
+#include "google/rpc/error_details.pb.h"
+#include "server/errors.h"
+#include "server/status.h"
+#include "tests/server/service_fixture.h"
+#include "tests/server/test_requests.h"
+
+namespace dlcs {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using std::chrono::steady_clock;
+using testing::Count;
+using ::testing::HasSubstr;
+using testing::Outcome;
+using testing::ServiceTest;
+using testing::WhatIsWrongWithOrder;
+
+using SolverServiceTest = ServiceTest;
+
+double SecondsSince(steady_clock::time_point begin) {
+  return std::chrono::duration<double>(steady_clock::now() - begin).count();
+}
+
+// What must not depend on where a solve ran: everything but identifiers, clocks and what a slow reader
+// missed.
+v1::SolveEvent WithoutClocks(v1::SolveEvent event) {
+  if (event.has_accepted()) event.mutable_accepted()->clear_solve_id();
+  if (event.has_iterate()) event.mutable_iterate()->clear_seconds();
+  if (event.has_summary()) {
+    v1::Cost& cost = *event.mutable_summary()->mutable_cost();
+    cost.clear_seconds_setup();
+    cost.clear_seconds_lcp();
+    cost.clear_seconds_linear();
+    cost.clear_seconds_total();
+  }
+  return event;
+}
+
+class Collector final : public SolveSink {
+ public:
+  void Accept(v1::SolveEvent event) override { events.push_back(std::move(event)); }
+  std::vector<v1::SolveEvent> events;
+};
+
+TEST_F(SolverServiceTest, SolveDeliversAllEventsInOrder) {
+  const Outcome outcome = testing::Solve(*stub_, testing::SwitchingRequest(1000));
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::CONVERGED);
+  EXPECT_TRUE(outcome.events[1].has_analysis());
+  EXPECT_GT(Count(outcome.events, v1::SolveEvent::kIterate), 0);
+  EXPECT_EQ(Count(outcome.events, v1::SolveEvent::kWindowStarted),
+            Count(outcome.events, v1::SolveEvent::kWindowFinished));
+}
+
+TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
+  for (const v1::Method method :
+       {v1::METHOD_LAPLACE_ITERATION, v1::METHOD_EXPONENTIAL_MARCH, v1::METHOD_TIME_STEPPING}) {
+    v1::SolveRequest request = testing::SwitchingRequest(3000);
+    request.mutable_options()->set_method(method);
+    const Outcome there = testing::Solve(*stub_, request);
+    ASSERT_TRUE(there.status.ok()) << there.status.error_message();
+    Collector here;
+    ASSERT_TRUE(RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), here).ok());
+    ASSERT_EQ(Count(there.events, v1::SolveEvent::kGap), 0);
+    // Progress of marching methods comes by the clock: compare what is told about the result.
+    const auto results = [](const std::vector<v1::SolveEvent>& events) {
+      std::vector<std::string> bytes;
+      for (const v1::SolveEvent& event : events) {
+        v1::SolveEvent plain = WithoutClocks(event);
+        plain.clear_sequence();
+        if (plain.has_trajectory() || plain.has_summary() || plain.has_iterate() || plain.has_analysis()) {
+          bytes.push_back(plain.SerializeAsString());
+        }
+      }
+      return bytes;
+    };
+    EXPECT_EQ(results(there.events), results(here.events)) << v1::Method_Name(method);
+  }
+}
+
+TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {
+  // Both read until both have a hundred iterates: solved one after the other, the first would have ended
+  // before.
+  constexpr int kEnough = 100;
+  std::atomic<int> iterates[2] = {0, 0};
+  const auto watch = [&](int self) {
+    grpc::ClientContext context;
+    testing::SetDeadline(context, seconds(100));
+    const auto reader = stub_->Solve(&context, testing::ChattyRequest(3'000'000));
+    for (v1::SolveEvent event; reader->Read(&event);) {
+      if (event.has_iterate()) ++iterates[self];
+      if (iterates[0] >= kEnough && iterates[1] >= kEnough) context.TryCancel();
+    }
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  };
+  std::thread first(watch, 0);
+  std::thread second(watch, 1);
+  first.join();
+  second.join();
+  EXPECT_GE(iterates[0], kEnough);
+  EXPECT_GE(iterates[1], kEnough);
+}
+
+TEST_F(SolverServiceTest, CancelEndsTheEngine) {
+  for (const v1::SolveRequest& request :
+       {testing::ChattyRequest(5'000'000), testing::MarchingRequest(20'000'000)}) {
+    grpc::ClientContext context;
+    testing::SetDeadline(context, seconds(100));
+    const auto reader = stub_->Solve(&context, request);
+    v1::SolveEvent event;
+    while (reader->Read(&event) && !event.has_window_started()) {
+    }
+    ASSERT_EQ(server_->service().solves(), 1);
+    const auto begin = steady_clock::now();
+    context.TryCancel();
+    ASSERT_TRUE(WaitForSolves(0));
+    EXPECT_LT(SecondsSince(begin), 0.5);
+    while (reader->Read(&event)) {
+    }
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+    EXPECT_TRUE(server_->WaitUntilIdle(seconds(10)));
+  }
+}
+
+TEST_F(SolverServiceTest, NearTheDeadlineTheTrajectorySoFarArrives) {
+  const auto begin = steady_clock::now();
+  const Outcome outcome = testing::Solve(*stub_, testing::MarchingRequest(20'000'000), seconds(4));
+  EXPECT_LT(SecondsSince(begin), 4.2);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::DEADLINE);
+  EXPECT_THAT(outcome.events.back().summary().message(), HasSubstr("deadline"));
+  EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
+}
+
+TEST_F(SolverServiceTest, AClientThatDoesNotReadGetsDeadlineExceededAndHoldsNothing) {
+  grpc::ClientContext context;
+  testing::SetDeadline(context, milliseconds(700));
+  const auto reader = stub_->Solve(&context, testing::ChattyRequest(5'000'000));
+  ASSERT_TRUE(WaitForSolves(1));
+  std::this_thread::sleep_for(milliseconds(1000));
+  EXPECT_TRUE(server_->WaitUntilIdle(seconds(2)));
+  EXPECT_EQ(server_->service().solves(), 0);
+  for (v1::SolveEvent event; reader->Read(&event);) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+}
+
+TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
+  ServerConfig config;
+  config.max_concurrent_solves = 1;
+  StartServer(config);
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(100));
+  const auto running = stub_->Solve(&context, testing::MarchingRequest(20'000'000));
+  ASSERT_TRUE(WaitForSolves(1));
+
+  const Outcome refused = testing::Solve(*stub_, testing::SwitchingRequest(10));
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.status.error_message(), HasSubstr("max_concurrent_solves = 1"));
+  const absl::Status rich = FromGrpc(refused.status);
+  EXPECT_TRUE(rich.GetPayload("type.googleapis.com/google.rpc.RetryInfo").has_value());
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(
+      info.ParseFromString(std::string(*rich.GetPayload("type.googleapis.com/google.rpc.ErrorInfo"))));
+  EXPECT_EQ(info.domain(), "dlcs");
+  EXPECT_EQ(info.metadata().at("limit"), "max_concurrent_solves");
+
+  context.TryCancel();
+  ASSERT_TRUE(WaitForSolves(0));
+  EXPECT_TRUE(testing::Solve(*stub_, testing::SwitchingRequest(10)).status.ok());
+  EXPECT_EQ(running->Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST_F(SolverServiceTest, RefusesResultsThatDoNotFitIntoMemoryTogether) {
+  ServerConfig config;
+  config.max_concurrent_solves = 4;
+  config.max_result_bytes = 100'000'000;
+  config.max_held_result_bytes = 100'000'000;
+  StartServer(config);
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(100));
+  const auto running = stub_->Solve(&context, testing::MarchingRequest(4'000'000));  // 96 MB
+  v1::SolveEvent event;
+  ASSERT_TRUE(running->Read(&event));
+  EXPECT_TRUE(testing::Solve(*stub_, testing::SwitchingRequest(1000)).status.ok());
+  const Outcome refused = testing::Solve(*stub_, testing::SwitchingRequest(1'000'000));
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.status.error_message(), HasSubstr("max_held_result_bytes"));
+  const Outcome too_large = testing::Solve(*stub_, testing::SwitchingRequest(5'000'000));
+  EXPECT_THAT(too_large.status.error_message(), HasSubstr("max_result_bytes = 120000024"));
+  context.TryCancel();
+}
+
+TEST_F(SolverServiceTest, RefusesMessagesAboveTheLimit) {
+  ServerConfig config;
+  config.max_message_bytes = 1'000'000;
+  StartServer(config);
+  v1::SolveRequest request = testing::SwitchingRequest(10);
+  for (int k = 0; k < 200'000; ++k) request.mutable_problem()->add_break_points(k);
+  const Outcome outcome = testing::Solve(*stub_, request);
+  EXPECT_EQ(outcome.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(testing::Solve(*stub_, testing::SwitchingRequest(10)).status.ok());
+}
+
+TEST_F(SolverServiceTest, VerdictsOfTheMathematicsAreData) {
+  // y = 0 is forced, and x = e^t leaves w = 1 - x negative from t = 0 on... from t = ln 1 on: no solution.
+  v1::SolveRequest request = testing::SwitchingRequest(100);
+  v1::Problem& problem = *request.mutable_problem();
+  *problem.mutable_a() = testing::DenseMatrix(1, 1, {1});
+  *problem.mutable_n() = testing::DenseMatrix(1, 1, {-1});
+  *problem.mutable_m() = testing::DenseMatrix(1, 1, {-1});
+  problem.mutable_g()->mutable_pieces(0)->mutable_formulas()->set_formulas(0, "2");
+  problem.mutable_f()->mutable_pieces(0)->mutable_formulas()->set_formulas(0, "0");
+  const Outcome outcome = testing::Solve(*stub_, request);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  const v1::Summary& summary = outcome.events.back().summary();
+  EXPECT_EQ(summary.termination(), v1::INFEASIBLE);
+  EXPECT_NEAR(summary.failure_time(), std::log(2.0), 0.11);
+}
+
+TEST_F(SolverServiceTest, SolvesSingleLcps) {
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(10));
+  v1::SolveLcpRequest request;
+  *request.mutable_m() = testing::DenseMatrix(2, 2, {2, 1, 1, 2});
+  request.add_q(-5);
+  request.add_q(-6);
+  v1::SolveLcpResponse response;
+  const grpc::Status status = stub_->SolveLcp(&context, request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.verdict(), v1::LCP_SOLVED);
+  EXPECT_NEAR(response.y(0), 4.0 / 3, 1e-14);
+}
+
+TEST_F(SolverServiceTest, TellsItsCapabilities) {
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(10));
+  v1::GetCapabilitiesResponse response;
+  ASSERT_TRUE(stub_->GetCapabilities(&context, v1::GetCapabilitiesRequest(), &response).ok());
+  EXPECT_EQ(response.version(), DLCS_VERSION);
+  EXPECT_EQ(response.methods_size(), v1::Method_ARRAYSIZE);
+  EXPECT_EQ(response.methods(1).name(), "laplace-iteration");
+  EXPECT_EQ(response.max_steps(), ServerConfig().max_steps);
+  EXPECT_GE(response.max_concurrent_solves(), 2);
+  EXPECT_GE(response.threads(), 1);
+}
+
+// One malformed request per case, and the field that has to be named.
+struct Malformed {
+  const char* name;
+  const char* field;
+  std::function<void(v1::SolveRequest&)> spoil;
+};
+
+class MalformedRequestTest : public ServiceTest, public ::testing::WithParamInterface<Malformed> {};
+
+TEST_P(MalformedRequestTest, IsInvalidArgumentWithTheFieldsName) {
+  v1::SolveRequest request = testing::SwitchingRequest(100);
+  GetParam().spoil(request);
+  const Outcome outcome = testing::Solve(*stub_, request);
+  EXPECT_EQ(outcome.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT)
+      << outcome.status.error_message();
+  std::vector<std::string> fields;
+  for (const Violation& violation : ViolationsOf(FromGrpc(outcome.status))) {
+    fields.push_back(violation.field);
+    EXPECT_NE(violation.description, "");
+  }
+  EXPECT_THAT(fields, ::testing::Contains(GetParam().field));
+  EXPECT_THAT(outcome.status.error_message(), HasSubstr(GetParam().field));
+}
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void SetFormula(v1::SolveRequest& request, const char* formula) {
+  request.mutable_problem()->mutable_f()->mutable_pieces(0)->mutable_formulas()->set_formulas(0, formula);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, MalformedRequestTest,
+    ::testing::Values(
+        Malformed{"NothingSet", "A", [](v1::SolveRequest& r) { r.Clear(); }},
+        Malformed{"MatrixUnset", "N", [](v1::SolveRequest& r) { r.mutable_problem()->clear_n(); }},
+        Malformed{"MatrixCount", "B",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->mutable_b()->mutable_dense()->add_values(1); }},
+        Malformed{"MatrixNegativeShape", "M",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->mutable_m()->mutable_dense()->set_rows(-1); }},
+        Malformed{"MatrixShape", "A",
+                  [](v1::SolveRequest& r) {
+                    *r.mutable_problem()->mutable_a() = testing::DenseMatrix(1, 2, {1, 2});
+                  }},
+        Malformed{"MatrixNaN", "M[0][0]",
+                  [](v1::SolveRequest& r) { *r.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {kNaN}); }},
+        Malformed{"MatrixInfinite", "A[0][0]",
+                  [](v1::SolveRequest& r) {
+                    *r.mutable_problem()->mutable_a() = testing::DenseMatrix(1, 1, {kInfinity});
+                  }},
+        Malformed{"InitialStateShape", "x0", [](v1::SolveRequest& r) { r.mutable_problem()->add_x0(2); }},
+        Malformed{"InitialStateNaN", "x0[0]", [](v1::SolveRequest& r) { r.mutable_problem()->set_x0(0, kNaN); }},
+        Malformed{"HorizonZero", "T", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(0); }},
+        Malformed{"HorizonInfinite", "T", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(kInfinity); }},
+        Malformed{"BreakPointOutside", "break_points[0]",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->add_break_points(11); }},
+        Malformed{"FunctionUnset", "g", [](v1::SolveRequest& r) { r.mutable_problem()->clear_g(); }},
+        Malformed{"PieceUnset", "f.pieces[1]",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->mutable_f()->add_pieces()->set_start(1); }},
+        Malformed{"FormulaSyntax", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "sin(t"); }},
+        Malformed{"FormulaUnknownName", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "speed*t"); }},
+        Malformed{"FormulaAssignment", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "t = 5"); }},
+        Malformed{"FormulaNotFinite", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "1/(t-5)"); }},
+        Malformed{"FormulaCount", "f",
+                  [](v1::SolveRequest& r) {
+                    r.mutable_problem()->mutable_f()->mutable_pieces(0)->mutable_formulas()->add_formulas("1");
+                  }},
+        Malformed{"SamplesCount", "f.pieces[0].samples",
+                  [](v1::SolveRequest& r) {
+                    auto& problem = *r.mutable_problem();
+                    *problem.mutable_a() = testing::DenseMatrix(2, 2, {1, 0, 0, 1});
+                    *problem.mutable_b() = testing::DenseMatrix(2, 1, {1, 0});
+                    *problem.mutable_n() = testing::DenseMatrix(1, 2, {1, 0});
+                    problem.add_x0(1);
+                    auto& samples = *problem.mutable_f()->mutable_pieces(0)->mutable_samples();
+                    for (const double value : {0.0, 1.0}) samples.add_times(value);
+                    for (const double value : {0.0, 1.0, 2.0}) samples.add_values(value);
+                  }},
+        Malformed{"RuleUnknown", "rule",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->set_rule(static_cast<v1::SolutionRule>(9)); }},
+        Malformed{"RuleNotAdmitted", "rule",
+                  [](v1::SolveRequest& r) {
+                    *r.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {0});
+                    r.mutable_problem()->set_rule(v1::SOLUTION_RULE_UNIQUE);
+                  }},
+        Malformed{"MethodUnknown", "method",
+                  [](v1::SolveRequest& r) { r.mutable_options()->set_method(static_cast<v1::Method>(77)); }},
+        Malformed{"StepsNegative", "steps", [](v1::SolveRequest& r) { r.mutable_options()->set_steps(-5); }},
+        Malformed{"StepZero", "step", [](v1::SolveRequest& r) { r.mutable_options()->set_step(0); }},
+        Malformed{"OutputTimesOrder", "output_times[1]",
+                  [](v1::SolveRequest& r) {
+                    r.mutable_options()->add_output_times(2);
+                    r.mutable_options()->add_output_times(1);
+                  }},
+        Malformed{"Theta", "theta", [](v1::SolveRequest& r) { r.mutable_options()->set_theta(1.5); }},
+        Malformed{"Tolerance", "tolerance", [](v1::SolveRequest& r) { r.mutable_options()->set_tolerance(-1); }},
+        Malformed{"Threads", "threads", [](v1::SolveRequest& r) { r.mutable_options()->set_threads(-1); }},
+        Malformed{"ContourNodes", "contour.nodes",
+                  [](v1::SolveRequest& r) { r.mutable_options()->mutable_contour()->set_nodes(-3); }}),
+    [](const ::testing::TestParamInfo<Malformed>& malformed) { return malformed.param.name; });
+
+}  // namespace
+}  // namespace dlcs
