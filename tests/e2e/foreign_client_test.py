@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""A client in another language: Debian's grpcio with stubs generated from proto/ alone.
+
+Solves example 4.1 of Chen & Xiang on a real dlcsd and compares with the closed form, reads the order of the
+events, and takes a refusal apart. Usage: foreign_client_test.py DLCSD PROTO_FOLDER
+"""
+
+import importlib
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+DLCSD = sys.argv[1]
+PROTO = pathlib.Path(sys.argv[2])
+STUBS = tempfile.TemporaryDirectory()
+
+
+def generate_stubs():
+    files = ["dlcs/v1/solver.proto", "google/rpc/error_details.proto", "google/rpc/status.proto"]
+    plugin = subprocess.run(["which", "grpc_python_plugin"], check=True, capture_output=True, text=True).stdout.strip()
+    subprocess.run(
+        ["protoc", f"--proto_path={PROTO}", f"--python_out={STUBS.name}", f"--grpc_out={STUBS.name}",
+         f"--plugin=protoc-gen-grpc={plugin}", *files],
+        check=True)
+    sys.path.insert(0, STUBS.name)
+    # google is a package of the system's protobuf already; let it find ours too.
+    import google
+    google.__path__.append(str(pathlib.Path(STUBS.name) / "google"))
+
+
+generate_stubs()
+import grpc  # noqa: E402
+pb = importlib.import_module("dlcs.v1.solver_pb2")
+services = importlib.import_module("dlcs.v1.solver_pb2_grpc")
+status_pb = importlib.import_module("google.rpc.status_pb2")
+details_pb = importlib.import_module("google.rpc.error_details_pb2")
+
+
+def dense(rows):
+    return pb.Matrix(dense=pb.DenseMatrix(rows=len(rows), columns=len(rows[0]), values=[v for row in rows for v in row]))
+
+
+def formulas(*texts):
+    return pb.TimeFunction(pieces=[pb.TimePiece(formulas=pb.FormulaFunction(formulas=texts))])
+
+
+def example_four_one():
+    return pb.Problem(
+        a=dense([[-1, 0], [0, -2]]),
+        b=dense([[-3, 0, 0, 3], [0, 1.3, 1.3, 0]]),
+        n=dense([[-1, 0], [0, 1], [0, 1], [1, 0]]),
+        m=dense([[1, 0, 0, 0], [0, 0, -1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),
+        f=formulas("1.2*sin(10*t)", "0"),
+        g=formulas("0", "0", "0", "0"),
+        x0=[0, 1],
+        horizon=1)
+
+
+def exact(t):
+    return ((4.8 * math.sin(10 * t) - 12 * math.cos(10 * t)) / 116 + 3 / 29 * math.exp(-4 * t), math.exp(-2 * t))
+
+
+class ForeignClientTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.server = subprocess.Popen([DLCSD, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
+                                      stderr=subprocess.DEVNULL, text=True)
+        line = cls.server.stdout.readline()
+        assert line.startswith("dlcsd listening on "), line
+        cls.channel = grpc.insecure_channel(line.split()[-1])
+        cls.stub = services.SolverServiceStub(cls.channel)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.channel.close()
+        cls.server.terminate()
+        assert cls.server.wait(timeout=20) == 0
+        cls.server.stdout.close()
+
+    def test_solves_example_four_one(self):
+        request = pb.SolveRequest(problem=example_four_one(), options=pb.SolveOptions(steps=4000))
+        events = list(self.stub.Solve(request, timeout=60))
+        kinds = [event.WhichOneof("kind") for event in events]
+        self.assertEqual(kinds[:2], ["accepted", "analysis"])
+        self.assertEqual(kinds[-1], "summary")
+        self.assertIn("iterate", kinds)
+        sequences = [event.sequence for event in events]
+        self.assertEqual(sequences, sorted(set(sequences)))
+
+        summary = events[-1].summary
+        self.assertEqual(summary.termination, pb.CONVERGED)
+        self.assertEqual(summary.method, pb.METHOD_LAPLACE_ITERATION)
+        self.assertLess(summary.certificate.node_residual, 1e-11)
+        times, states, multipliers = [], [], []
+        for event in events:
+            if event.WhichOneof("kind") == "trajectory":
+                self.assertEqual(event.trajectory.first, len(times))
+                times += event.trajectory.times
+                states += event.trajectory.x
+                multipliers += event.trajectory.y
+        self.assertEqual(len(times), 4001)
+        self.assertEqual(summary.times, 4001)
+        for k, t in enumerate(times):
+            for computed, expected in zip(states[2 * k:2 * k + 2], exact(t)):
+                self.assertAlmostEqual(computed, expected, delta=1e-6)
+            self.assertEqual(multipliers[4 * k + 1:4 * k + 3], [0, 0])  # the least element
+
+    def test_takes_a_refusal_apart(self):
+        problem = example_four_one()
+        problem.x0.append(7)
+        with self.assertRaises(grpc.RpcError) as caught:
+            list(self.stub.Solve(pb.SolveRequest(problem=problem), timeout=60))
+        self.assertEqual(caught.exception.code(), grpc.StatusCode.INVALID_ARGUMENT)
+        metadata = dict(caught.exception.trailing_metadata())
+        status = status_pb.Status.FromString(metadata["grpc-status-details-bin"])
+        fields = []
+        for detail in status.details:
+            bad_request = details_pb.BadRequest()
+            if detail.Unpack(bad_request):
+                fields += [violation.field for violation in bad_request.field_violations]
+        self.assertEqual(fields, ["x0"])
+
+    def test_solves_one_lcp(self):
+        # 0 <= y ⟂ (-1, 2) + [2 1; 1 2] y >= 0: y = (1/2, 0).
+        response = self.stub.SolveLcp(pb.SolveLcpRequest(m=dense([[2, 1], [1, 2]]), q=[-1, 2]), timeout=60)
+        self.assertEqual(response.verdict, pb.LCP_SOLVED)
+        self.assertEqual(list(response.y), [0.5, 0])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
