@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# From a bare Debian 12 to two solved systems: installs what is missing, builds a release, starts dlcsd, solves
+# through it with live iterates, stops it. A second run takes seconds. Works from any folder.
+set -euo pipefail
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+build="$root/build/quickstart"
+work=$(mktemp -d)
+server=
+
+clean_up() {
+  local code=$?
+  trap - EXIT
+  if [ -n "$server" ]; then
+    kill "$server" 2>/dev/null || true
+    wait "$server" 2>/dev/null || true
+  fi
+  if [ "$code" != 0 ]; then
+    for log in "$work"/*.log; do
+      [ ! -s "$log" ] || { echo "--- the end of $(basename "$log") ---"; tail -n 40 "$log"; } >&2
+    done
+    echo "quickstart: failed with exit code $code." >&2
+  fi
+  rm -rf "$work"
+  exit "$code"
+}
+trap clean_up EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+headline() { printf '\n=== %s\n' "$*"; }
+
+build_release() {
+  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DDLCS_BUILD_TESTS=OFF >"$work/cmake.log" 2>&1
+  cmake --build "$build" --target dlcs dlcsd >"$work/build.log" 2>&1
+}
+
+# Sets `server` and `address`. Port 0: the system picks a free one, and dlcsd prints it.
+start_server() {
+  "$build/server/dlcsd" --listen 127.0.0.1:0 --log-level warn >"$work/address" 2>"$work/dlcsd.log" &
+  server=$!
+  for _ in $(seq 100); do
+    address=$(sed -n 's/^dlcsd listening on //p' "$work/address")
+    [ -z "$address" ] || return 0
+    kill -0 "$server" 2>/dev/null || break
+    sleep 0.1
+  done
+  echo "quickstart: dlcsd did not start." >&2
+  return 1
+}
+
+solve() { # PROBLEM OPTION...
+  local problem=$1
+  shift
+  headline "dlcs solve ${problem#"$root"/} --server $address $*"
+  "$build/client/dlcs" solve "$problem" --server "$address" "$@"
+}
+
+start=$SECONDS
+headline "Packages and build (the first time takes minutes)"
+"$root/deploy/install-packages.sh" build
+build_release
+echo "Built $build/client/dlcs and $build/server/dlcsd in $((SECONDS - start)) s."
+
+start_server
+echo "dlcsd serves on $address."
+
+solve "$root/deploy/examples/example-4.1.json" --steps 128000
+solve "$root/tests/cases/rlcd.json" --steps 10000 --estimate-error
+
+headline "Done in $((SECONDS - start)) s; dlcsd is stopped. Try yourself:"
+echo "  $build/server/dlcsd &"
+echo "  $build/client/dlcs solve $root/tests/cases/rlcd.json --server 127.0.0.1:50051"
+echo "  $build/client/dlcs --help"
