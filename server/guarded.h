@@ -13,8 +13,8 @@
 namespace dlcs {
 
 // The result of `work`, an absl::StatusOr or absl::Status. What it throws (memory that ran out, a library's
-// own) goes to the log under `id`; the caller of the service learns only that, since the details are none of
-// his business.
+// own) goes to the log under `id`; the caller of the service learns only that, since the details are not
+// theirs to know.
 template <typename Work>
 auto Guarded(const std::string& id, Work&& work) -> decltype(work()) {
   try {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "CLI/CLI.hpp"
+#include "google/protobuf/stubs/logging.h"
 #include "grpc/support/log.h"
 #include "server/dlcs_server.h"
 #include "server/version.h"
@@ -78,10 +79,16 @@ void LogFromGrpc(gpr_log_func_args* args) {
   }
 }
 
+void LogFromProtobuf(google::protobuf::LogLevel level, const char*, int, const std::string& message) {
+  spdlog::log(level >= google::protobuf::LOGLEVEL_ERROR ? spdlog::level::err : spdlog::level::info,
+              "protobuf: {}", message);
+}
+
 void SetUpLogging(const std::string& level) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("dlcsd"));
   spdlog::set_level(spdlog::level::from_str(level));
   gpr_set_log_function(LogFromGrpc);
+  google::protobuf::SetLogHandler(LogFromProtobuf);
 }
 
 // Runs the shutdown of which the footer of the help tells.

@@ -63,36 +63,29 @@ class EventWriter final : public Observer {
   explicit EventWriter(SolveSink& sink) : sink_(sink) {}
 
   void Accept(const std::string& solve_id) {
-    v1::SolveEvent event;
-    event.mutable_accepted()->set_solve_id(solve_id);
-    Send(std::move(event));
+    Send([&](v1::SolveEvent& event) { event.mutable_accepted()->set_solve_id(solve_id); });
   }
   void OnAnalysis(const AnalysisReport& report) override {
-    v1::SolveEvent event;
-    *event.mutable_analysis() = ToProto(report);
-    Send(std::move(event));
+    Send([&](v1::SolveEvent& event) { *event.mutable_analysis() = ToProto(report); });
   }
   void OnWindowStarted(const WindowReport& report) override {
-    v1::SolveEvent event;
-    *event.mutable_window_started() = ToProto(report);
-    Send(std::move(event));
+    Send([&](v1::SolveEvent& event) { *event.mutable_window_started() = ToProto(report); });
   }
   void OnIterate(const IterateReport& report) override {
-    v1::SolveEvent event;
-    *event.mutable_iterate() = ToProto(report);
-    Send(std::move(event));
+    Send([&](v1::SolveEvent& event) { *event.mutable_iterate() = ToProto(report); });
   }
   void OnWindowFinished(const WindowOutcome& outcome) override {
-    v1::SolveEvent event;
-    *event.mutable_window_finished() = ToProto(outcome);
-    Send(std::move(event));
+    Send([&](v1::SolveEvent& event) { *event.mutable_window_finished() = ToProto(outcome); });
   }
 
   std::int64_t next_sequence() const { return next_sequence_; }
 
  private:
-  void Send(v1::SolveEvent event) {
+  template <typename Fill>
+  void Send(Fill fill) {
+    v1::SolveEvent event;
     event.set_sequence(next_sequence_++);
+    fill(event);
     sink_.Accept(std::move(event));
   }
 

@@ -69,7 +69,7 @@ struct PreparedSolve {
 absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits);
 
 // The end of a solve: its trajectory chunks (each below 1 MB) and the summary, made one at a time when they
-// are asked for, so that a reader who takes his time costs the memory of the solution and not a second copy
+// are asked for, so that a slow reader costs the memory of the solution and not a second copy
 // of it.
 class FinishedSolve {
  public:

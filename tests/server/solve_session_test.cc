@@ -8,11 +8,13 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "google/protobuf/stubs/logging.h"
 #include "server/errors.h"
 #include "tests/server/test_requests.h"
 
@@ -114,6 +116,35 @@ TEST(SolveSessionTest, CountsTheStepsOfALength) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps = 500000000"));
   request.mutable_options()->set_step(1e-300);
   EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("step"));
+}
+
+// Whatever arrives, the answer is a status: requests of one to four random changes to the bytes of a sound
+// one.
+TEST(SolveSessionTest, AnyBytesGetAStatus) {
+  const std::string sound = testing::SwitchingRequest(100).SerializeAsString();
+  SessionLimits limits;
+  limits.max_states = limits.max_constraints = 8;
+  limits.max_steps = 1000;
+  const google::protobuf::LogSilencer quiet;  // about text that is not UTF-8
+  std::mt19937 random(20'261'121);
+  int parsed = 0;
+  int refused = 0;
+  for (int attempt = 0; attempt < 20'000; ++attempt) {
+    std::string bytes = sound;
+    for (unsigned changes = 1 + random() % 4; changes > 0; --changes) {
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    }
+    v1::SolveRequest request;
+    if (!request.ParseFromString(bytes)) continue;
+    ++parsed;
+    const absl::Status status = PrepareSolve(request, limits).status();
+    if (status.ok()) continue;
+    ++refused;
+    EXPECT_TRUE(absl::IsInvalidArgument(status) || absl::IsResourceExhausted(status)) << status;
+    EXPECT_NE(status.message(), "");
+  }
+  EXPECT_GT(parsed, 1000);
+  EXPECT_GT(refused, 1000);
 }
 
 TEST(SolveSessionTest, ThreadsAreCapped) {
