@@ -13,8 +13,12 @@ namespace dlcs::client {
 namespace {
 
 constexpr double kBurst = 60;
-constexpr double kLinesPerSecondOnTerminal = 10;
-constexpr double kLinesPerSecondInLog = 1;
+// Lines beyond the burst: windows of a condensed view.
+constexpr double kLinesPerSecondOnTerminal = 4;
+constexpr double kLinesPerSecondInLog = 0.5;
+// Lines while one window takes long, or a method that has no iterates.
+constexpr double kSignsPerSecondOnTerminal = 1;
+constexpr double kSignsPerSecondInLog = 0.2;
 constexpr double kBarsPerSecond = 10;
 constexpr int kBarLetters = 30;
 
@@ -41,7 +45,10 @@ LiveView::LiveView(std::FILE* out, const Settings& settings)
     : out_(out),
       settings_(settings),
       lines_(kBurst, settings.terminal ? kLinesPerSecondOnTerminal : kLinesPerSecondInLog),
-      bars_(1, kBarsPerSecond) {}
+      signs_of_life_(1, settings.terminal ? kSignsPerSecondOnTerminal : kSignsPerSecondInLog),
+      bars_(1, kBarsPerSecond) {
+  signs_of_life_.Take(start_);  // the first one is due after a while, not at once
+}
 
 LiveView::~LiveView() { Finish(); }
 
@@ -84,12 +91,21 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
 }
 
 void LiveView::OnIterate(const v1::Iterate& iterate) {
-  last_iterate_ = iterate;
-  if (!lines_.Take(LineBudget::Clock::now())) {
-    ++passed_over_;
-    return;
-  }
-  PrintIterate(iterate);
+  const auto now = LineBudget::Clock::now();
+  if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate);
+  if (!condensed_)
+    PrintLine(fmt::format("{:>8}  from here on the last iterate of a window, now and then", "..."));
+  condensed_ = true;
+  hidden_iterate_ = iterate;
+  ++passed_over_;
+  if (signs_of_life_.Take(now)) PrintHiddenIterate();
+}
+
+void LiveView::PrintHiddenIterate() {
+  if (hidden_iterate_.iteration() == 0) return;
+  --passed_over_;
+  PrintIterate(hidden_iterate_);
+  hidden_iterate_.Clear();
 }
 
 void LiveView::PrintIterate(const v1::Iterate& iterate) {
@@ -97,24 +113,25 @@ void LiveView::PrintIterate(const v1::Iterate& iterate) {
     PrintLine(fmt::format(kHead, "window", "from t", "iteration", "change", "bound", "LCP resid", "seconds"));
     head_printed_ = true;
   }
-  if (passed_over_ > 0) PrintLine(fmt::format("{:>8}  ({} iterates not shown)", "...", passed_over_));
-  passed_over_ = 0;
   const bool known_window = window_.window() == iterate.window() && window_.steps() > 0;
   PrintLine(fmt::format(kHead, iterate.window(), known_window ? fmt::format("{:.6g}", window_.begin()) : "",
                         iterate.iteration(), fmt::format("{:.2e}", iterate.change()), Bound(iterate),
                         fmt::format("{:.1e}", iterate.lcp_residual()),
                         fmt::format("{:.3f}", iterate.seconds())));
-  last_iterate_.Clear();
 }
 
 void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
-  if (outcome.accepted()) {
-    reached_ = std::max(reached_, outcome.end());
-    return;
+  const auto now = LineBudget::Clock::now();
+  if (!outcome.accepted()) {
+    if (!lines_.Take(now)) return;
+    return PrintLine(fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(),
+                                 outcome.why()));
   }
-  if (lines_.Take(LineBudget::Clock::now())) {
-    PrintLine(fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(),
-                          outcome.why()));
+  reached_ = std::max(reached_, outcome.end());
+  if (condensed_ && hidden_iterate_.iteration() > 0) {
+    if (lines_.Take(now)) PrintHiddenIterate();
+  } else if (!settings_.terminal && outcome.iterations() == 0 && signs_of_life_.Take(now)) {
+    PrintLine(fmt::format("t = {:.4g} of {:.4g}", reached_, settings_.horizon));
   }
 }
 
@@ -145,10 +162,8 @@ void LiveView::ClearBar() {
 void LiveView::Finish() {
   if (finished_) return;
   finished_ = true;
-  if (passed_over_ > 0 && last_iterate_.iteration() > 0) {
-    --passed_over_;  // the one that is shown now
-    PrintIterate(last_iterate_);
-  }
+  PrintHiddenIterate();
+  if (passed_over_ > 0) PrintLine(fmt::format("{:>8}  {} not shown", "...", Count(passed_over_, "iterate")));
   ClearBar();
   std::fflush(out_);
 }

@@ -29,8 +29,8 @@ class LineBudget {
 };
 
 // Writes what events tell: the analysis, a line per iterate (iteration, change, bound, residual, seconds),
-// rejected windows, and, on a terminal, a progress bar below them. Lines that a fast solve makes faster than
-// people read are counted instead. Not thread-safe.
+// rejected windows, and, on a terminal, a progress bar below them. A solve that iterates faster than people
+// read is condensed to the last iterate of a window, now and then, and the rest is counted. Not thread-safe.
 class LiveView {
  public:
   struct Settings {
@@ -48,7 +48,7 @@ class LiveView {
   LiveView& operator=(const LiveView&) = delete;
 
   void OnEvent(const v1::SolveEvent& event);
-  // Takes the bar away and shows the last iterate if it was passed over. Later calls do nothing.
+  // Takes the bar away, shows the last iterate and how many were passed over. Later calls do nothing.
   void Finish();
 
  private:
@@ -57,18 +57,21 @@ class LiveView {
   void OnWindowFinished(const v1::WindowFinished& outcome);
   void PrintLine(const std::string& line);
   void PrintIterate(const v1::Iterate& iterate);
+  void PrintHiddenIterate();
   void DrawBar();
   void ClearBar();
 
   std::FILE* out_;
   Settings settings_;
   LineBudget lines_;
+  LineBudget signs_of_life_;  // while condensed, or where there is no bar
   LineBudget bars_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   v1::WindowStarted window_;
-  v1::Iterate last_iterate_;
-  double reached_ = 0;  // the time up to which windows were accepted
+  v1::Iterate hidden_iterate_;  // the last one, when it was not shown
+  double reached_ = 0;          // the time up to which windows were accepted
   std::int64_t passed_over_ = 0;
+  bool condensed_ = false;
   bool head_printed_ = false;
   bool bar_drawn_ = false;
   bool finished_ = false;

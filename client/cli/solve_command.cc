@@ -64,6 +64,29 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
   }
 }
 
+// What to try next, where an option may help; the engine's message, which knows no options, comes before.
+const char* Advice(v1::Termination termination) {
+  switch (termination) {
+    case v1::INCONSISTENT_STATE:
+      return "--project-initial-state lets the state jump";
+    case v1::DIVERGED:
+    case v1::ITERATION_LIMIT:
+      return "--window auto shrinks windows until they converge, --method exponential-march does not iterate";
+    case v1::DEADLINE:
+      return "--deadline allows more time, --steps fewer steps";
+    default:
+      return nullptr;
+  }
+}
+
+void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
+  if (summary.termination() == v1::CONVERGED) return;
+  const bool table_says_it = command.format == OutputFormat::kTable && command.output.empty();
+  if (!table_says_it)
+    fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
+  if (const char* advice = Advice(summary.termination())) fmt::print(stderr, "dlcs: {}\n", advice);
+}
+
 // Prints to the file if there is one, to standard output otherwise.
 absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result,
                      AtomicFile* file) {
@@ -113,12 +136,8 @@ ExitCode Run(const SolveCommand& command) {
   const absl::Status delivered =
       Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
-  const v1::Summary& summary = result->summary;
-  const bool verdict_is_elsewhere = command.format != OutputFormat::kTable || output != nullptr;
-  if (summary.termination() != v1::CONVERGED && verdict_is_elsewhere) {
-    fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
-  }
-  return ExitCodeOf(summary.termination());
+  PrintVerdict(command, result->summary);
+  return ExitCodeOf(result->summary.termination());
 }
 
 }  // namespace dlcs::client

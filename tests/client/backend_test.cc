@@ -18,6 +18,7 @@
 #include "client/local_backend.h"
 #include "client/problem_file.h"
 #include "server/dlcs_server.h"
+#include "spdlog/spdlog.h"
 
 namespace dlcs::client {
 namespace {
@@ -54,6 +55,7 @@ std::string JsonWithoutSeconds(SolveResult result) {
 class BackendTest : public testing::Test {
  protected:
   BackendTest() {
+    spdlog::set_level(spdlog::level::off);  // passing tests print nothing
     ServerConfig config;
     config.listen = "127.0.0.1:0";
     auto server = DlcsServer::Start(config);

@@ -82,7 +82,17 @@ TEST(LiveViewTest, CountsWhatItPassesOverAndShowsTheLastIterate) {
     for (int i = 1; i <= 5000; ++i) view.OnEvent(Iterate(i));
   });
   EXPECT_LT(std::count(shown.begin(), shown.end(), '\n'), 200);
-  EXPECT_THAT(shown, AllOf(HasSubstr("iterates not shown"), HasSubstr(" 5000 ")));
+  EXPECT_THAT(shown, AllOf(testing::ContainsRegex("49[0-9][0-9] iterates not shown"), HasSubstr(" 5000 ")));
+}
+
+TEST(LiveViewTest, CondensesToTheLastIterateOfAWindow) {
+  const std::string shown = Shown({}, [](LiveView& view) {
+    for (int i = 1; i <= 100; ++i) view.OnEvent(Iterate(i));
+    view.OnEvent(WindowFinished(0.5, true));
+    for (int i = 1; i <= 7; ++i) view.OnEvent(Iterate(i));
+  });
+  EXPECT_THAT(shown, AllOf(HasSubstr("from here on the last iterate of a window"), HasSubstr("  7  "),
+                           HasSubstr("iterates not shown")));
 }
 
 TEST(LiveViewTest, AnnouncesIteratesThatTheServerLeftOut) {
