@@ -16,7 +16,7 @@ constexpr Index kMostBlocks = 256;
 
 LcpBatch::LcpBatch(const Matrix& M, Selection selection) : prototype_(MakeLcpSolver(M, selection)) {}
 
-LcpBatchOutcome LcpBatch::Solve(const Matrix& q, double tolerance, Workers& workers,
+LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                                 const std::stop_token& stop, Eigen::Ref<Matrix> y) {
   const Index n = q.rows();
   const Index columns = q.cols();

@@ -18,7 +18,7 @@ LeastElementSolver::LeastElementSolver(const Matrix& M)
   added_.reserve(M.rows());
 }
 
-LcpVerdict LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+LcpVerdict LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                      Eigen::Ref<Vector> y) {
   pivots_ = 0;
   refused_ = -1;

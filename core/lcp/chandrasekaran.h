@@ -31,7 +31,7 @@ class LeastElementSolver final : public LcpSolver {
  public:
   explicit LeastElementSolver(const Matrix& M);  // a Z-matrix
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
   LcpAccount Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;

@@ -21,7 +21,7 @@ ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
       lcp_(M),
       point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
 
-LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                       Eigen::Ref<Vector> y) {
   pivots_ = 0;
   message_.clear();
@@ -93,7 +93,7 @@ LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
 }
 
 LcpVerdict ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
-                                                const Eigen::Ref<const Vector>& q, double tolerance,
+                                                const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                                 Basis& basis, Eigen::Ref<Vector> y) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   const LcpVerdict verdict = Solve(q, tolerance, basis, y);

@@ -20,7 +20,7 @@ CoupledLeastElementSolver::CoupledLeastElementSolver(const Matrix& M, const Matr
 CoupledLeastElementSolver::CoupledLeastElementSolver(const CoupledLeastElementSolver& other)
     : CoupledLeastElementSolver(other.M_, other.K_) {}
 
-LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                             Eigen::Ref<Vector> y) {
   kept_selection_ = true;
   account_.pivots = 0;
@@ -41,7 +41,7 @@ bool CoupledLeastElementSolver::TryBasis(const Basis& basis, Eigen::Ref<Vector> 
   return true;
 }
 
-bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                        Eigen::Ref<Vector> y) {
   constexpr int kMaxRounds = 20;
   for (int round = 0; round < kMaxRounds; ++round) {
@@ -65,7 +65,7 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, double
   return false;
 }
 
-LcpVerdict CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q, double tolerance,
+LcpVerdict CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                                Basis& basis, Eigen::Ref<Vector> y) {
   if (coupled_least_ != nullptr) {
     std::fill(basis.begin(), basis.end(), std::uint8_t{0});

@@ -29,7 +29,7 @@ class CoupledLeastElementSolver final : public LcpSolver {
   CoupledLeastElementSolver(const Matrix& M, const Matrix& K);
   CoupledLeastElementSolver(const CoupledLeastElementSolver& other);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
   bool KeptSelection() const override { return kept_selection_; }
   LcpAccount Account() const override;
@@ -40,8 +40,8 @@ class CoupledLeastElementSolver final : public LcpSolver {
   // nonsingular M-matrix.
   bool IsLeast(const Basis& basis) { return m_factor_.Factor(M_, basis); }
   bool TryBasis(const Basis& basis, Eigen::Ref<Vector> y);
-  bool Newton(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis, Eigen::Ref<Vector> y);
-  LcpVerdict Fallback(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
+  bool Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y);
+  LcpVerdict Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                       Eigen::Ref<Vector> y);
 
   Matrix M_;

@@ -32,7 +32,7 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double toleran
   Vector q = Vector::Zero(columns + rows);
   q.tail(rows) = c;
   ScaledLcp lcp(skew);
-  if (!lcp.Load(q, tolerance)) return {};
+  if (!lcp.Load(q, Vector::Constant(q.size(), tolerance))) return {};
   BasisPoint point(lcp, Elimination::kPivoting);
   Lemke lemke(columns + rows);
   Basis basis(columns + rows, 0);

@@ -103,10 +103,10 @@ absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRul
   Basis basis(M.rows(), 0);
   result.y = Vector::Zero(M.rows());
   // Of entries that were typed or computed the last bit is open; the solver allows for its own rounding.
-  const double tolerance = std::numeric_limits<double>::epsilon() * q.cwiseAbs().maxCoeff();
-  result.verdict = solver->Solve(q, tolerance, basis, result.y);
-  if (result.verdict != LcpVerdict::kSolved && tolerance < kNoise) {
-    result.verdict = solver->Solve(q, kNoise, basis, result.y);
+  const double rounding = std::numeric_limits<double>::epsilon() * q.cwiseAbs().maxCoeff();
+  result.verdict = solver->Solve(q, Vector::Constant(q.size(), rounding), basis, result.y);
+  if (result.verdict != LcpVerdict::kSolved && rounding < kNoise) {
+    result.verdict = solver->Solve(q, Vector::Constant(q.size(), kNoise), basis, result.y);
   }
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);

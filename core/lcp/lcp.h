@@ -66,16 +66,16 @@ class LcpSolver {
   virtual ~LcpSolver() = default;
 
   // `q`          n entries.
-  // `tolerance`  >= 0, absolute: entries of w above -tolerance count as nonnegative. The caller knows the
-  //              rounding in q; a good value is 1e-13 times the size of the numbers that q was summed from.
+  // `tolerance`  n entries >= 0, absolute: w_i above -tolerance_i counts as nonnegative. The caller knows the
+  //              rounding in q_i; a good value is 1e-13 times the size of the numbers that it was summed from.
   //              The rounding of the solver's own arithmetic is allowed for in any case.
   // `basis`      in: a guess, n entries; out: the basis of the solution, the last one tried where there is
   //              none. The solution does not depend (beyond rounding and `tolerance`) on the guess where it
   //              is unique or the least element.
   // `y`          out: >= 0 exactly, from a factorization of the basis: the residual of a kSolved result is at
-  //              most 10·tolerance + 1e-12·(‖q‖_∞ + ‖M‖_∞‖y‖_∞). Zero where the verdict is another one.
-  virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, double tolerance, Basis& basis,
-                           Eigen::Ref<Vector> y) = 0;
+  //              most 10·‖tolerance‖_∞ + 1e-12·(‖q‖_∞ + ‖M‖_∞‖y‖_∞). Zero where the verdict is another one.
+  virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                           Basis& basis, Eigen::Ref<Vector> y) = 0;
 
   // Whether the last solution is the one that the selection means. False only where a coupled least-element solver found
   // a solution of LCP(q, M + K) that is no least element of LCP(q + K y, M), and none that is.

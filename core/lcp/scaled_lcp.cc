@@ -26,7 +26,7 @@ ScaledLcp::ScaledLcp(const Matrix& original)
   }
 }
 
-bool ScaledLcp::Load(const Eigen::Ref<const Vector>& original_q, double original_tolerance) {
+bool ScaledLcp::Load(const Eigen::Ref<const Vector>& original_q, const Eigen::Ref<const Vector>& original_tolerance) {
   bool finite = true;
   original_q_norm = 0;
   for (Index i = 0; i < q.size(); ++i) {
@@ -34,7 +34,7 @@ bool ScaledLcp::Load(const Eigen::Ref<const Vector>& original_q, double original
     finite = finite && std::isfinite(entry);
     original_q_norm = std::max(original_q_norm, std::abs(entry));
     q[i] = scale[i] * entry;
-    tolerance[i] = scale[i] * original_tolerance;
+    tolerance[i] = scale[i] * original_tolerance[i];
   }
   return finite;
 }

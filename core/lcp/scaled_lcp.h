@@ -14,9 +14,9 @@ struct ScaledLcp {
   // q = 0 and no tolerance until Load().
   explicit ScaledLcp(const Matrix& M);
 
-  // Takes the right-hand side and the absolute tolerance of w, both in the caller's units. False when an
+  // Takes the right-hand side and the absolute tolerances of w, both in the caller's units. False when an
   // entry of `q` is not finite. Does not allocate.
-  bool Load(const Eigen::Ref<const Vector>& original_q, double original_tolerance);
+  bool Load(const Eigen::Ref<const Vector>& original_q, const Eigen::Ref<const Vector>& original_tolerance);
 
   Index size() const { return M.rows(); }
 

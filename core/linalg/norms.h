@@ -21,6 +21,14 @@ double MaxAbs(const Eigen::DenseBase<Derived>& values) {
   return values.derived().cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
 }
 
+// max |entry| of each row; NaN for a row that holds one.
+template <typename Derived>
+Vector RowMaxAbs(const Eigen::MatrixBase<Derived>& matrix) {
+  Vector result(matrix.rows());
+  for (Index i = 0; i < matrix.rows(); ++i) result[i] = MaxAbs(matrix.row(i));
+  return result;
+}
+
 // ‖A‖_∞, the largest absolute row sum; NaN if any entry is NaN.
 template <typename Derived>
 double InfinityNorm(const Eigen::MatrixBase<Derived>& matrix) {

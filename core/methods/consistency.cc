@@ -19,7 +19,7 @@ struct Jump {
   Vector p;
 };
 
-Jump FindJump(const Problem& problem, const Vector& q, double tolerance) {
+Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) {
   const Index n = problem.num_constraints();
   Matrix matrix = Matrix::Zero(2 * n, 2 * n);
   matrix.topLeftCorner(n, n) = problem.N * problem.B;
@@ -27,10 +27,12 @@ Jump FindJump(const Problem& problem, const Vector& q, double tolerance) {
   matrix.bottomLeftCorner(n, n) = -problem.M.transpose();
   Vector rhs = Vector::Zero(2 * n);
   rhs.head(n) = q;
+  Vector tolerances = Vector::Zero(2 * n);
+  tolerances.head(n) = tolerance;
   Basis basis(2 * n, 0);
   Vector solution(2 * n);
   Jump jump;
-  jump.verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerance, basis, solution);
+  jump.verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerances, basis, solution);
   jump.p = solution.head(n);
   return jump;
 }
@@ -56,7 +58,7 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   const Problem& problem = context.problem;
   const Index n = problem.num_constraints();
   Vector q = problem.N * x + g;
-  const double size = SizeOfSums(problem.N, x, g);
+  const Vector size = SizeOfSums(problem.N, x, g);
   Basis basis(n, 0);
   y.setZero();
   y_is_solution = false;
@@ -74,7 +76,7 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   }
 
   if (!context.matrix_class.positive_semidefinite.yes()) return true;
-  const double tolerance = kConsistencyTolerance * size;
+  const Vector tolerance = kConsistencyTolerance * size;
   const LcpVerdict verdict = MakeLcpSolver(problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
   ++context.solution.cost.lcps;
   y.setZero();  // of several solutions only the coupled step knows the one that continues

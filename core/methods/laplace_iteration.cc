@@ -171,7 +171,7 @@ class Iteration {
     segment.y.rightCols(steps).colwise() = y_;
     Propagate(tools.scheme(), segment);  // x^0: y frozen at y_a
     const Matrix frozen = problem_.N * segment.x.rightCols(steps) + segment.g.rightCols(steps);
-    const double size = SizeOfSums(problem_.N, segment.x, segment.g);
+    Vector size = SizeOfSums(problem_.N, segment.x, segment.g);
     Matrix q = frozen;
     bool from_constant_state = false;
     Matrix deviation(q.rows(), steps);
@@ -179,7 +179,8 @@ class Iteration {
                         tools.scheme().step;
 
     WindowResult result{WindowEnd::kIterationLimit, 0, {}};
-    std::vector<double> changes;
+    std::vector<double> changes;  // relative to the size of each row
+    double first_change = 0;
     if (!q.allFinite()) {
       result.end = WindowEnd::kDiverged;
       result.why = "the state is not finite";
@@ -216,44 +217,56 @@ class Iteration {
 
       deviation = y.colwise() - y_;
       Matrix next = frozen + tools.kernel.convolution().Apply(deviation, context_.workers);
-      const double change = MaxAbs(next - q);
+      const Vector row_change = RowMaxAbs(next - q);
       q.swap(next);
+      size = size.cwiseMax(RowMaxAbs(q));
+      const double change = RelativeTo(size, row_change);
       const double residual = NaturalResidual(y, q + problem_.M * y);
       context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
       changes.push_back(change);
-      Report(k, change, residual, changes.front(), rate, steps);
+      if (k == 1) first_change = MaxAbs(row_change);
+      Report(k, MaxAbs(row_change), residual, first_change, rate, steps);
 
-      if (Converged(changes, size)) {
+      if (Converged(changes)) {
         result.end = WindowEnd::kConverged;
         Propagate(tools.scheme(), segment);
         return result;
       }
-      if (!std::isfinite(change) || (!width_is_fixed() && Diverging(changes, size))) {
+      if (!std::isfinite(change) || (!width_is_fixed() && Diverging(changes))) {
         result.end = WindowEnd::kDiverged;
-        result.why = "the iterates diverge (change " + FormatNumber(change) + ")";
+        result.why = "the iterates diverge (N x + g changed by " + FormatNumber(change) + " of its size)";
         return result;
       }
     }
-    result.why = "the change is still " + FormatNumber(changes.back()) + ", relative to " + FormatNumber(size);
+    result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
     return result;
+  }
+
+  // The largest change of a row in units of its size. Rows that vanish but for rounding are measured against the
+  // largest one.
+  static double RelativeTo(const Vector& size, const Vector& change) {
+    constexpr double kVanishing = 1e-10;
+    const double largest = MaxAbs(size);
+    if (largest == 0) return MaxAbs(change);
+    return MaxAbs(change.cwiseQuotient(size.cwiseMax(kVanishing * largest)));
   }
 
   // Stops when the change, which is what y still owes its LCP, and the error that is left, which for a contraction
   // by ρ is change ρ/(1 - ρ), are both small. Changes at the level of rounding cannot contract any more.
-  bool Converged(const std::vector<double>& changes, double size) const {
-    const double tolerance = context_.options.tolerance * size;
+  bool Converged(const std::vector<double>& changes) const {
+    const double tolerance = context_.options.tolerance;
     const double change = changes.back();
     constexpr double kRounding = 1e-15;
-    if (change <= kRounding * size) return true;
+    if (change <= kRounding) return true;
     if (changes.size() == 1) return false;
     const double contraction = change / changes[changes.size() - 2];
-    if (contraction >= 1) return change <= 1e2 * kRounding * size;
+    if (contraction >= 1) return change <= 1e2 * kRounding;
     return change <= tolerance && change * contraction / (1 - contraction) <= tolerance;
   }
 
-  static bool Diverging(const std::vector<double>& changes, double size) {
+  static bool Diverging(const std::vector<double>& changes) {
     const double change = changes.back();
-    if (change > kDivergence * std::max(changes.front(), 1e-3 * size)) return true;
+    if (change > kDivergence * std::max(changes.front(), 1e-3)) return true;
     return changes.size() > kPatience && change >= changes[changes.size() - 1 - kPatience];
   }
 

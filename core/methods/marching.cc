@@ -26,7 +26,7 @@ Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
       solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, selection)),
       basis_(problem.num_constraints(), 0),
       q_(problem.num_constraints()),
-      size_(problem.num_constraints()) {}
+      tolerance_(problem.num_constraints()) {}
 
 LcpVerdict Marcher::March(Segment& segment, Index& solved) {
   const Index steps = segment.steps;
@@ -35,7 +35,7 @@ LcpVerdict Marcher::March(Segment& segment, Index& solved) {
   auto sources = x.rightCols(steps);
   sources.noalias() = scheme_.f_after * segment.f.rightCols(steps);
   if (scheme_.f_before.size() > 0) sources.noalias() += scheme_.f_before * segment.f.leftCols(steps);
-  const double size_of_g = MaxAbs(segment.g);
+  const Vector size_of_g = RowMaxAbs(segment.g);
 
   for (solved = 0; solved < steps; ++solved) {
     const Index j = solved + 1;
@@ -43,9 +43,10 @@ LcpVerdict Marcher::March(Segment& segment, Index& solved) {
     if (scheme_.y_before.size() > 0) x.col(j).noalias() += scheme_.y_before * y.col(j - 1);
     q_.noalias() = problem_.N * x.col(j);
     q_ += segment.g.col(j);
-    size_.noalias() = abs_N_ * x.col(j).cwiseAbs();
-    const double size = std::max(size_of_g, MaxAbs(size_));
-    const LcpVerdict verdict = solver_->Solve(q_, kLcpTolerance * size, basis_, y.col(j));
+    tolerance_ = size_of_g;
+    tolerance_.noalias() += abs_N_ * x.col(j).cwiseAbs();
+    tolerance_ *= kLcpTolerance;
+    const LcpVerdict verdict = solver_->Solve(q_, tolerance_, basis_, y.col(j));
     if (verdict != LcpVerdict::kSolved) return verdict;
     if (!solver_->KeptSelection()) {
       kept_selection_ = false;

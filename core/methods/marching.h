@@ -39,7 +39,7 @@ class Marcher {
   std::unique_ptr<LcpSolver> solver_;
   Basis basis_;
   Vector q_;
-  Vector size_;
+  Vector tolerance_;
   bool kept_selection_ = true;
 };
 

@@ -166,7 +166,7 @@ class Iteration {
     const double begin = context_.Seconds();
     Matrix q = g_;
     q.noalias() += problem_.N * x_;
-    const double size = SizeOfSums(problem_.N, x_, g_);
+    const Vector size = SizeOfSums(problem_.N, x_, g_);
     const LcpBatchOutcome outcome = batch_.Solve(q, kLcpTolerance * size, context_.workers, context_.stop, y_);
     context_.solution.cost.lcps += q.cols();
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;

@@ -38,10 +38,8 @@ bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::
   return context.Fail(Termination::kNotSolved, time, at + ": solved, but reported as failed.");
 }
 
-double SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g) {
-  const Vector size_of_x = x.cwiseAbs().rowwise().maxCoeff();
-  const Vector size_of_g = g.cwiseAbs().rowwise().maxCoeff();
-  return MaxAbs(N.cwiseAbs() * size_of_x + size_of_g);
+Vector SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g) {
+  return N.cwiseAbs() * RowMaxAbs(x) + RowMaxAbs(g);
 }
 
 }  // namespace dlcs

@@ -82,9 +82,10 @@ struct SolveContext {
 // What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.
 bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which);
 
-// The size of the numbers that q = N x + g is summed from, max over the columns: the rounding in q is this times
-// 1e-16, and entries of w smaller than kLcpTolerance times it count as zero.
-double SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g);
+// For each row, the size of the numbers that q = N x + g is summed from, max over the columns: the rounding in q_i is
+// this times 1e-16, and w_i smaller than kLcpTolerance times it counts as zero. Rows have sizes of their own, since
+// they have units of their own (volts beside amperes).
+Vector SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g);
 constexpr double kLcpTolerance = 1e-13;
 
 }  // namespace dlcs

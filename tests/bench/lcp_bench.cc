@@ -52,10 +52,11 @@ void Report(benchmark::State& state, LcpSolver& solver, const Matrix& sequence, 
   const Index n = sequence.rows();
   Basis basis(n, 0);
   Vector y(n);
+  const Vector tolerance = Vector::Constant(n, 1e-13);
   Index j = 0;
   for (auto _ : state) {
     if (!warm) std::fill(basis.begin(), basis.end(), std::uint8_t{0});
-    if (solver.Solve(sequence.col(j), 1e-13, basis, y) != LcpVerdict::kSolved)
+    if (solver.Solve(sequence.col(j), tolerance, basis, y) != LcpVerdict::kSolved)
       state.SkipWithError("not solved");
     benchmark::DoNotOptimize(y.data());
     j = j + 1 < sequence.cols() ? j + 1 : 0;

@@ -43,9 +43,10 @@ TEST(LcpAllocationTest, AcceptedGuessesAllocateNothing) {
         const Vector q = generator.SolvableQ(M + K, false);
         Basis basis(n, 0);
         Vector y(n);
-        ASSERT_EQ(solver->Solve(q, 1e-13, basis, y), LcpVerdict::kSolved);
+        const Vector tolerance = Vector::Constant(n, 1e-13);
+        ASSERT_EQ(solver->Solve(q, tolerance, basis, y), LcpVerdict::kSolved);
         const long before = allocations;
-        for (int k = 0; k < 10; ++k) ASSERT_EQ(solver->Solve(q, 1e-13, basis, y), LcpVerdict::kSolved);
+        for (int k = 0; k < 10; ++k) ASSERT_EQ(solver->Solve(q, tolerance, basis, y), LcpVerdict::kSolved);
         EXPECT_EQ(allocations, before) << "n = " << n << ", selection " << static_cast<int>(selection);
       }
     }

@@ -115,7 +115,7 @@ TEST(DegenerateLcpTest, CoupledStepsFindASolutionWhereThereIsOne) {
     Basis basis(n);
     for (std::uint8_t& entry : basis) entry = static_cast<std::uint8_t>(generator.Integer(0, 1));
     Vector y(n);
-    const LcpVerdict verdict = solver->Solve(q, 1e-14, basis, y);
+    const LcpVerdict verdict = solver->Solve(q, Vector::Constant(q.size(), 1e-14), basis, y);
     const bool solvable = testing::HasSolutionByEnumeration(M + K, q);
     ASSERT_EQ(verdict, solvable ? LcpVerdict::kSolved : LcpVerdict::kInfeasible)
         << solver->Account().message << "\nM =\n"

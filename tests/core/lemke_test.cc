@@ -16,7 +16,7 @@ constexpr double kZero = 1e-11;
 
 TEST(LemkeTest, TakesNoPivotWhereQIsNonnegative) {
   ScaledLcp lcp(Matrix::Identity(2, 2));
-  ASSERT_TRUE(lcp.Load(Vector{{0.0, 1.0}}, 0));
+  ASSERT_TRUE(lcp.Load(Vector{{0.0, 1.0}}, Vector::Zero(2)));
   Lemke lemke(2);
   Basis basis(2, 1);
   EXPECT_EQ(lemke.Run(lcp, kZero, basis), LemkeEnd::kBasis);
@@ -30,7 +30,7 @@ TEST(LemkeTest, BreaksTiesLexicographically) {
   const Matrix M{{1, 2, 0}, {0, 1, 2}, {2, 0, 1}};
   for (const Vector& q : {Vector{{-1.0, -1, -1}}, Vector{{-1.0, 0, 0}}, Vector{{0.0, -1, -1}}}) {
     ScaledLcp lcp(M);
-    ASSERT_TRUE(lcp.Load(q, 0));
+    ASSERT_TRUE(lcp.Load(q, Vector::Zero(q.size())));
     Lemke lemke(3);
     Basis basis(3, 0);
     ASSERT_EQ(lemke.Run(lcp, kZero, basis), LemkeEnd::kBasis);
@@ -48,7 +48,7 @@ TEST(LemkeTest, EndsInARayThatProvesInfeasibility) {
     const Index n = generator.Integer(2, 30);
     const Matrix M = k % 2 == 0 ? generator.Skew(n) : generator.PositiveSemidefinite(n, (n + 1) / 2);
     ScaledLcp lcp(M);
-    ASSERT_TRUE(lcp.Load(generator.GaussianVector(n), 0));
+    ASSERT_TRUE(lcp.Load(generator.GaussianVector(n), Vector::Zero(n)));
     Lemke lemke(n);
     Basis basis(n, 0);
     const LemkeEnd end = lemke.Run(lcp, kZero, basis);
@@ -68,7 +68,7 @@ TEST(LemkeTest, EndsInARayThatProvesInfeasibility) {
 TEST(LemkeTest, ARayProvesNothingElsewhere) {
   // y = (0, 1) solves LCP((-1, 0), M), and Lemke's path does not find it.
   ScaledLcp lcp(Matrix{{0, 1}, {0, 0}});
-  ASSERT_TRUE(lcp.Load(Vector{{-1.0, 0.0}}, 0));
+  ASSERT_TRUE(lcp.Load(Vector{{-1.0, 0.0}}, Vector::Zero(2)));
   Lemke lemke(2);
   Basis basis(2, 0);
   ASSERT_EQ(lemke.Run(lcp, kZero, basis), LemkeEnd::kRay);
