@@ -8,8 +8,8 @@
 #include <thread>
 #include <utility>
 
-#include "client/names.h"
 #include "client/rpc_error.h"
+#include "server/capabilities.h"
 #include "server/solve_session.h"
 
 namespace dlcs::client {
@@ -78,13 +78,7 @@ absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRe
 }
 
 absl::StatusOr<v1::GetCapabilitiesResponse> LocalBackend::GetCapabilities(const CallLimits& /*limits*/) {
-  v1::GetCapabilitiesResponse response;
-  response.set_version(DLCS_VERSION);
-  for (const std::string& name : MethodNames()) {
-    auto& info = *response.add_methods();
-    info.set_method(*ParseMethod(name));
-    info.set_name(name);
-  }
+  v1::GetCapabilitiesResponse response = CommonCapabilities();
   response.set_threads(static_cast<int>(std::thread::hardware_concurrency()));
   return response;
 }

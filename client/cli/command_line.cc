@@ -199,7 +199,7 @@ void AddMethod(CLI::App& app, v1::SolveOptions& options) {
       app, "--method", MethodNames(), ParseMethod, [&](v1::Method method) { options.set_method(method); },
       "auto chooses from the class of M and says why");
   AddNumber(
-      app, "--theta", "Θ", Within("between 0 and 1", 0, 1), [&](double v) { options.set_theta(v); },
+      app, "--theta", "THETA", Within("between 0 and 1", 0, 1), [&](double v) { options.set_theta(v); },
       "time-stepping: 0 implicit (default), 0.5 trapezoidal, 1 explicit in x");
   app.add_option_function<std::string>(
          "--window", [&](const std::string& text) { options.set_window_steps(ParseWindow(text)); },
@@ -221,13 +221,13 @@ void AddContour(CLI::App& app, v1::SolveOptions& options) {
       [&](double v) { options.mutable_contour()->set_nodes(static_cast<std::int32_t>(std::min(v, 2e9))); },
       "paper-iteration: 2P + 1 nodes on the contour (25)");
   AddNumber(
-      app, "--contour-gamma", "γ", Positive(), [&](double v) { options.mutable_contour()->set_gamma(v); },
+      app, "--contour-gamma", "GAMMA", Positive(), [&](double v) { options.mutable_contour()->set_gamma(v); },
       "paper-iteration: the contour's angle (0.794)");
   AddNumber(
-      app, "--contour-mu", "μ", Positive(), [&](double v) { options.mutable_contour()->set_mu(v); },
+      app, "--contour-mu", "MU", Positive(), [&](double v) { options.mutable_contour()->set_mu(v); },
       "paper-iteration: the contour's scale (sqrt(P)/4)");
   AddNumber(
-      app, "--contour-step", "Δv", Positive(), [&](double v) { options.mutable_contour()->set_step(v); },
+      app, "--contour-step", "DV", Positive(), [&](double v) { options.mutable_contour()->set_step(v); },
       "paper-iteration: distance of the nodes (2.06/sqrt(P))");
   app.add_flag_function(
       "--contour-initial-state",
@@ -343,6 +343,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
+    return "say what to do: solve, lcp or capabilities";
   }
   return error.what();
 }
