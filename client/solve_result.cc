@@ -69,7 +69,7 @@ absl::StatusOr<SolveResult> ResultCollector::Finish() && {
 std::string ResultCollector::Progress() const {
   if (window_.steps() == 0) return "before its first window";
   std::string progress =
-      fmt::format("in window {} (t from {} to {})", window_.window(), window_.begin(), window_.end());
+      fmt::format("in window {} (t from {:.6g} to {:.6g})", window_.window(), window_.begin(), window_.end());
   if (iterate_.iteration() > 0 && iterate_.window() == window_.window()) {
     progress +=
         fmt::format(" at iteration {}, where the change was {:.1e}", iterate_.iteration(), iterate_.change());
@@ -91,7 +91,6 @@ SolveResult ResultCollector::Abandon(v1::Termination termination, double seconds
   *summary.mutable_warnings() = result_.analysis.warnings();
   summary.set_step(result_.analysis.step());
   summary.set_times(static_cast<std::int64_t>(result_.times.size()));
-  summary.mutable_cost()->set_steps(result_.analysis.steps());
   summary.mutable_cost()->set_seconds_total(seconds);
   return std::move(result_);
 }

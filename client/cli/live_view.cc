@@ -92,11 +92,12 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
 
 void LiveView::OnIterate(const v1::Iterate& iterate) {
   const auto now = LineBudget::Clock::now();
-  if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate);
+  if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate, window_);
   if (!condensed_)
     PrintLine(fmt::format("{:>8}  from here on the last iterate of a window, now and then", "..."));
   condensed_ = true;
   hidden_iterate_ = iterate;
+  hidden_window_ = window_;
   ++passed_over_;
   if (signs_of_life_.Take(now)) PrintHiddenIterate();
 }
@@ -104,17 +105,17 @@ void LiveView::OnIterate(const v1::Iterate& iterate) {
 void LiveView::PrintHiddenIterate() {
   if (hidden_iterate_.iteration() == 0) return;
   --passed_over_;
-  PrintIterate(hidden_iterate_);
+  PrintIterate(hidden_iterate_, hidden_window_);
   hidden_iterate_.Clear();
 }
 
-void LiveView::PrintIterate(const v1::Iterate& iterate) {
+void LiveView::PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted& window) {
   if (!head_printed_) {
     PrintLine(fmt::format(kHead, "window", "from t", "iteration", "change", "bound", "LCP resid", "seconds"));
     head_printed_ = true;
   }
-  const bool known_window = window_.window() == iterate.window() && window_.steps() > 0;
-  PrintLine(fmt::format(kHead, iterate.window(), known_window ? fmt::format("{:.6g}", window_.begin()) : "",
+  const bool known_window = window.window() == iterate.window() && window.steps() > 0;
+  PrintLine(fmt::format(kHead, iterate.window(), known_window ? fmt::format("{:.6g}", window.begin()) : "",
                         iterate.iteration(), fmt::format("{:.2e}", iterate.change()), Bound(iterate),
                         fmt::format("{:.1e}", iterate.lcp_residual()),
                         fmt::format("{:.3f}", iterate.seconds())));

@@ -56,7 +56,7 @@ class LiveView {
   void OnIterate(const v1::Iterate& iterate);
   void OnWindowFinished(const v1::WindowFinished& outcome);
   void PrintLine(const std::string& line);
-  void PrintIterate(const v1::Iterate& iterate);
+  void PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted& window);
   void PrintHiddenIterate();
   void DrawBar();
   void ClearBar();
@@ -68,8 +68,9 @@ class LiveView {
   LineBudget bars_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   v1::WindowStarted window_;
-  v1::Iterate hidden_iterate_;  // the last one, when it was not shown
-  double reached_ = 0;          // the time up to which windows were accepted
+  v1::Iterate hidden_iterate_;       // the last one, when it was not shown
+  v1::WindowStarted hidden_window_;  // and its window
+  double reached_ = 0;               // the time up to which windows were accepted
   std::int64_t passed_over_ = 0;
   bool condensed_ = false;
   bool head_printed_ = false;

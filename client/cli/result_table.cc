@@ -123,6 +123,10 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
 }
 
 void PrintCost(const v1::Cost& cost, std::FILE* out) {
+  if (cost.lcps() == 0) {  // ended before its first step, or without telling
+    fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
+    return;
+  }
   fmt::print(out, "\n{}, {}, {}, {}", Count(cost.steps(), "step"), Count(cost.windows(), "window"),
              Count(cost.iterations(), "iteration"), Count(cost.lcps(), "LCP"));
   if (cost.marched_steps() > 0) fmt::print(out, ", {} marched", Count(cost.marched_steps(), "step"));
