@@ -9,7 +9,7 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kMaxDoubles = Index{1} << 25;  // 256 MB of blocks
+constexpr Index kMaxDoubles = Index{1} << 24;  // 128 MB of blocks, and up to four times that of their transforms
 constexpr double kMaxGrowth = 1e4;             // an FFT then errs by 1e-11 of the smallest block at most
 
 }  // namespace

@@ -9,8 +9,12 @@
 namespace dlcs {
 namespace {
 
-// Below, direct sums are faster (measured for n = 1 and n = 8 with Eigen's built-in FFT).
-constexpr Index kLongestDirectWindow = 128;
+// Padded length of the transforms for a window.
+Index PaddedLength(Index window) { return static_cast<Index>(std::bit_ceil(static_cast<size_t>(2 * window))); }
+
+// Measured for n = 1, 2, 4, 8, 30 and 200: direct sums win below 256 steps for scalars, below 64 for all blocks.
+bool DirectIsFaster(Index order, Index window) { return window < (order == 1 ? 256 : 64); }
+
 // Columns of the result that one task sums.
 constexpr Index kColumnBlock = 16;
 
@@ -28,7 +32,7 @@ void ToeplitzConvolution::SetKernel(const Matrix& blocks) {
 }
 
 Matrix ToeplitzConvolution::Apply(const Matrix& d, Workers& workers) {
-  return d.cols() <= kLongestDirectWindow ? ApplyDirectly(d, workers) : ApplyByFft(d, workers);
+  return DirectIsFaster(order_, d.cols()) ? ApplyDirectly(d, workers) : ApplyByFft(d, workers);
 }
 
 Matrix ToeplitzConvolution::ApplyDirectly(const Matrix& d, Workers& workers) const {
@@ -49,14 +53,13 @@ Matrix ToeplitzConvolution::ApplyDirectly(const Matrix& d, Workers& workers) con
   return r;
 }
 
-const ToeplitzConvolution::Spectrum& ToeplitzConvolution::KernelSpectrum(Index length, Index window,
-                                                                         Workers& workers) {
-  const auto found = spectra_.find(window);
+const ToeplitzConvolution::Spectrum& ToeplitzConvolution::KernelSpectrum(Index length, Workers& workers) {
+  const auto found = spectra_.find(length);
   if (found != spectra_.end()) return found->second;
-  spectra_.clear();  // windows shrink and grow, but one length at a time is in use
   const Index n = order_;
   const Index frequencies = length / 2 + 1;
-  Spectrum& spectrum = spectra_[window];
+  const Index blocks = std::min(length / 2, num_blocks());
+  Spectrum& spectrum = spectra_[length];
   spectrum.resize(static_cast<size_t>(n * n * frequencies));
   workers.ForBlocks(n * n, 4, [&](Index, Index begin, Index end) {
     Eigen::FFT<double> fft = MakeFft();
@@ -64,7 +67,7 @@ const ToeplitzConvolution::Spectrum& ToeplitzConvolution::KernelSpectrum(Index l
     std::vector<std::complex<double>> transform;
     for (Index pair = begin; pair < end; ++pair) {
       std::fill(series.begin(), series.end(), 0.0);
-      for (Index k = 0; k < window; ++k) series[k] = blocks_(pair % n, k * n + pair / n);
+      for (Index k = 0; k < blocks; ++k) series[k] = blocks_(pair % n, k * n + pair / n);
       fft.fwd(transform, series);
       std::copy(transform.begin(), transform.begin() + frequencies, spectrum.begin() + pair * frequencies);
     }
@@ -75,9 +78,9 @@ const ToeplitzConvolution::Spectrum& ToeplitzConvolution::KernelSpectrum(Index l
 Matrix ToeplitzConvolution::ApplyByFft(const Matrix& d, Workers& workers) {
   const Index n = order_;
   const Index window = d.cols();
-  const Index length = static_cast<Index>(std::bit_ceil(static_cast<size_t>(2 * window)));
+  const Index length = PaddedLength(window);
   const Index frequencies = length / 2 + 1;
-  const Spectrum& kernel = KernelSpectrum(length, window, workers);
+  const Spectrum& kernel = KernelSpectrum(length, workers);
 
   Spectrum transforms(static_cast<size_t>(n * frequencies));
   workers.ForBlocks(n, 1, [&](Index, Index i, Index) {

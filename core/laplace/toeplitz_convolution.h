@@ -15,8 +15,8 @@ namespace dlcs {
 
 // Computes  r_j = Σ_{l=0..j} K_{j-l} d_l,  j = 0..W-1, for square blocks K_0, K_1, ... of order n.
 //
-// Short windows are summed directly, n²W²/2 multiplications; longer ones by real FFTs of padded length (a power
-// of two >= 2W), O(nW log W + n²W), with the transforms of the kernel kept per length.
+// Windows that are short for their order are summed directly, n²W²/2 multiplications; others by real FFTs of padded
+// length (a power of two >= 2W), O(nW log W + n²W), with the transforms of the kernel kept per length.
 // The bits of the result depend on W and the data alone, not on the number of threads.
 // Accuracy of the FFT: some 1e-15 times max‖K‖ · Σ‖d‖, relative to the largest entries, not to each one.
 class ToeplitzConvolution {
@@ -35,11 +35,12 @@ class ToeplitzConvolution {
   Matrix ApplyByFft(const Matrix& d, Workers& workers);
 
   using Spectrum = std::vector<std::complex<double>>;  // [pair · frequencies + frequency], pair = row + n·column
-  const Spectrum& KernelSpectrum(Index length, Index window, Workers& workers);
+  // The transforms of the first length/2 blocks: enough for any window of that length.
+  const Spectrum& KernelSpectrum(Index length, Workers& workers);
 
   Index order_;
   Matrix blocks_;
-  std::map<Index, Spectrum> spectra_;  // by window length
+  std::map<Index, Spectrum> spectra_;  // by padded length
 };
 
 }  // namespace dlcs
