@@ -7,34 +7,41 @@
 
 namespace dlcs {
 
-MMatrixFactor::MMatrixFactor(const Matrix& M) : lu_(M.rows(), M.rows()) {
+Bandwidth BandwidthOf(const Matrix& M) {
+  Bandwidth band;
   for (Index j = 0; j < M.cols(); ++j) {
     for (Index i = 0; i < M.rows(); ++i) {
       if (M(i, j) == 0) continue;
-      band_below_ = std::max(band_below_, i - j);
-      band_above_ = std::max(band_above_, j - i);
+      band.below = std::max(band.below, i - j);
+      band.above = std::max(band.above, j - i);
     }
   }
+  return band;
 }
+
+MMatrixFactor::MMatrixFactor(const Matrix& M) : band_(BandwidthOf(M)), lu_(M.rows(), M.rows()) {}
+
+MMatrixFactor::MMatrixFactor(const MMatrixFactor& other)
+    : band_(other.band_), lu_(other.lu_.rows(), other.lu_.cols()) {}
 
 Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
   // Pivots above this fraction of the diagonal entry have lost few digits; those below are looked at closely.
   constexpr double kClearlyPositive = 1e-7;
   const Index size = static_cast<Index>(indices.size());
   const bool increasing = std::is_sorted(indices.begin(), indices.end());
-  below_ = increasing ? band_below_ : size;
-  above_ = increasing ? band_above_ : size;
+  factors_band_ = increasing ? band_ : Bandwidth{size, size};
+  const auto [below, above] = factors_band_;
   for (Index j = 0; j < size; ++j) {
-    const Index last = std::min(size - 1, j + below_);
-    for (Index i = std::max<Index>(0, j - above_); i <= last; ++i) lu_(i, j) = M(indices[i], indices[j]);
+    const Index last = std::min(size - 1, j + below);
+    for (Index i = std::max<Index>(0, j - above); i <= last; ++i) lu_(i, j) = M(indices[i], indices[j]);
   }
   for (Index p = 0; p < size; ++p) {
     const double diagonal = M(indices[p], indices[p]);
     const double pivot = lu_(p, p);
     if (!(pivot > kClearlyPositive * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
     const double inverse = 1 / pivot;
-    const Index rows = std::min(size - 1, p + below_) - p;
-    const Index last_column = std::min(size - 1, p + above_);
+    const Index rows = std::min(size - 1, p + below) - p;
+    const Index last_column = std::min(size - 1, p + above);
     double* const multipliers = &lu_(p, p) + 1;
     for (Index i = 0; i < rows; ++i) multipliers[i] *= inverse;
     for (Index j = p + 1; j <= last_column; ++j) {
@@ -71,23 +78,23 @@ bool MMatrixFactor::IsPositiveBeyondRounding(const Matrix& M, std::span<const In
 void MMatrixFactor::Solve(Eigen::Ref<Vector> x) const {
   const Index size = x.size();
   for (Index p = 0; p < size; ++p) {
-    const Index last = std::min(size - 1, p + below_);
+    const Index last = std::min(size - 1, p + factors_band_.below);
     for (Index i = p + 1; i <= last; ++i) x[i] -= lu_(i, p) * x[p];
   }
   for (Index p = size - 1; p >= 0; --p) {
     x[p] /= lu_(p, p);
-    for (Index i = std::max<Index>(0, p - above_); i < p; ++i) x[i] -= lu_(i, p) * x[p];
+    for (Index i = std::max<Index>(0, p - factors_band_.above); i < p; ++i) x[i] -= lu_(i, p) * x[p];
   }
 }
 
 void MMatrixFactor::SolveTransposed(Eigen::Ref<Vector> x) const {
   const Index size = x.size();
   for (Index p = 0; p < size; ++p) {
-    for (Index i = std::max<Index>(0, p - above_); i < p; ++i) x[p] -= lu_(i, p) * x[i];
+    for (Index i = std::max<Index>(0, p - factors_band_.above); i < p; ++i) x[p] -= lu_(i, p) * x[i];
     x[p] /= lu_(p, p);
   }
   for (Index p = size - 1; p >= 0; --p) {
-    const Index last = std::min(size - 1, p + below_);
+    const Index last = std::min(size - 1, p + factors_band_.below);
     for (Index i = p + 1; i <= last; ++i) x[p] -= lu_(i, p) * x[i];
   }
 }

@@ -11,6 +11,13 @@
 
 namespace dlcs {
 
+// M(i, j) = 0 for i - j > below and for j - i > above.
+struct Bandwidth {
+  Index below = 0;
+  Index above = 0;
+};
+Bandwidth BandwidthOf(const Matrix& M);
+
 // LU factors of M_SS for a Z-matrix M, and with them the answer to whether M_SS is a nonsingular M-matrix: a
 // Z-matrix is one exactly when all pivots of an elimination without row exchanges are positive, in any one
 // order [Berman & Plemmons 1994, Theorem 6.2.3]. Row exchanges would not help either: off-diagonal entries
@@ -22,6 +29,7 @@ class MMatrixFactor {
  public:
   // Reads size and bandwidth of `M`; the matrix itself is passed to Factor() again.
   explicit MMatrixFactor(const Matrix& M);
+  MMatrixFactor(const MMatrixFactor& other);  // for the same matrix; the factors are not copied
 
   // Eliminates rows and columns `indices` of `M` (the matrix of the constructor) in that order, up to the
   // first pivot that is not positive beyond rounding. Returns the number of indices eliminated: M_SS is a
@@ -39,10 +47,8 @@ class MMatrixFactor {
  private:
   bool IsPositiveBeyondRounding(const Matrix& M, std::span<const Index> indices, Index p) const;
 
-  Index band_below_ = 0;  // of M: M(i, j) = 0 for i - j > band_below_ or j - i > band_above_
-  Index band_above_ = 0;
-  Index below_ = 0;  // of the factors
-  Index above_ = 0;
+  Bandwidth band_;          // of M
+  Bandwidth factors_band_;  // of the last factors
   Matrix lu_;
 };
 

@@ -26,6 +26,16 @@ BasisFactor::BasisFactor(const Matrix& M, Elimination elimination)
   indices_.reserve(M.rows());
 }
 
+BasisFactor::BasisFactor(const BasisFactor& other)
+    : elimination_(other.elimination_),
+      basis_(other.basis_.size(), 0),
+      m_matrix_(other.m_matrix_),
+      lu_(other.lu_.rows(), other.lu_.cols()),
+      source_(other.source_.size()),
+      permuted_(other.permuted_.size()) {
+  indices_.reserve(basis_.size());
+}
+
 bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   if (factored_ && std::memcmp(basis.data(), basis_.data(), basis.size()) == 0) return usable_;
   factored_ = true;

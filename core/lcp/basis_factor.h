@@ -22,6 +22,7 @@ enum class Elimination {
 class BasisFactor {
  public:
   BasisFactor(const Matrix& M, Elimination elimination);
+  BasisFactor(const BasisFactor& other);  // for the same matrix; the factors are not copied
 
   // Factors M_SS for S = { i : basis[i] }, or recalls that this was done. `M` is the matrix of the
   // constructor. False when M_SS is singular to working precision (kPivoting) or not a nonsingular M-matrix

@@ -7,7 +7,7 @@
 namespace dlcs {
 
 BasisPoint::BasisPoint(const ScaledLcp& lcp, Elimination elimination)
-    : factor_(lcp.M, elimination),
+    : factor_(lcp.M(), elimination),
       y_(lcp.size()),
       correction_(lcp.size()),
       w_(lcp.size()),
@@ -18,7 +18,7 @@ BasisPoint::BasisPoint(const ScaledLcp& lcp, Elimination elimination)
 bool BasisPoint::Compute(const ScaledLcp& lcp, const Basis& basis) {
   violations_.clear();
   accurate_ = false;
-  if (!factor_.Factor(lcp.M, basis)) return false;
+  if (!factor_.Factor(lcp.M(), basis)) return false;
   const std::vector<Index>& S = indices();
   const Index size = static_cast<Index>(S.size());
   for (Index p = 0; p < size; ++p) y_[p] = -lcp.q[S[p]];
@@ -46,6 +46,7 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
   constexpr double kRowRounding = 1e-14;
   constexpr double kNormRounding = 5e-13;
   const std::vector<Index>& S = indices();
+  const auto& [scale, M, row_sum, band, norm] = *lcp.matrix;
   const Index n = lcp.size();
   double scaled_norm = 0;
   double original_norm = 0;
@@ -56,15 +57,15 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
     const double value = y_[p];
     sum += std::abs(value);
     scaled_norm = std::max(scaled_norm, std::abs(value));
-    original_norm = std::max(original_norm, lcp.scale[j] * std::abs(value));
-    const Index last = std::min(n - 1, j + lcp.band_below);
-    for (Index i = std::max<Index>(0, j - lcp.band_above); i <= last; ++i) w_[i] += lcp.M(i, j) * value;
+    original_norm = std::max(original_norm, scale[j] * std::abs(value));
+    const Index last = std::min(n - 1, j + band.below);
+    for (Index i = std::max<Index>(0, j - band.above); i <= last; ++i) w_[i] += M(i, j) * value;
   }
   if (!std::isfinite(sum)) return false;
-  const double cap = kNormRounding * (lcp.original_q_norm + lcp.original_norm * original_norm);
+  const double cap = kNormRounding * (lcp.original_q_norm + norm * original_norm);
   for (Index i = 0; i < n; ++i) {
-    const double rounding = kRowRounding * (std::abs(lcp.q[i]) + lcp.row_sum[i] * scaled_norm);
-    allowed_[i] = lcp.tolerance[i] + std::min(rounding, lcp.scale[i] * cap);
+    const double rounding = kRowRounding * (std::abs(lcp.q[i]) + row_sum[i] * scaled_norm);
+    allowed_[i] = lcp.tolerance[i] + std::min(rounding, scale[i] * cap);
   }
   accurate_ = true;
   for (const Index i : S) accurate_ = accurate_ && std::abs(w_[i]) <= allowed_[i];
@@ -72,9 +73,11 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
 }
 
 bool BasisPoint::Negligible(const ScaledLcp& lcp, Index j, double value) const {
-  const Index last = std::min(lcp.size() - 1, j + lcp.band_below);
-  for (Index i = std::max<Index>(0, j - lcp.band_above); i <= last; ++i) {
-    if (std::abs(lcp.M(i, j) * value) > allowed_[i]) return false;
+  const Matrix& M = lcp.M();
+  const Bandwidth& band = lcp.matrix->band;
+  const Index last = std::min(lcp.size() - 1, j + band.below);
+  for (Index i = std::max<Index>(0, j - band.above); i <= last; ++i) {
+    if (std::abs(M(i, j) * value) > allowed_[i]) return false;
   }
   return true;
 }
@@ -82,7 +85,7 @@ bool BasisPoint::Negligible(const ScaledLcp& lcp, Index j, double value) const {
 void BasisPoint::Write(const ScaledLcp& lcp, Eigen::Ref<Vector> y) const {
   y.setZero();
   const std::vector<Index>& S = indices();
-  for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = lcp.scale[S[p]] * std::max(0.0, y_[p]);
+  for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = lcp.matrix->scale[S[p]] * std::max(0.0, y_[p]);
 }
 
 }  // namespace dlcs

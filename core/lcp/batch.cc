@@ -7,7 +7,8 @@
 namespace dlcs {
 namespace {
 
-// Columns per block: enough to pay for a solver, few enough for parallelism in windows of a few hundred steps.
+// Columns per block: enough to pay for a solver, few enough for parallelism in windows of a few hundred
+// steps.
 constexpr Index kColumnsPerBlock = 32;
 // Solvers hold n² numbers and more; long batches get longer blocks instead of more solvers.
 constexpr Index kMostBlocks = 256;

@@ -25,10 +25,11 @@ class LcpBatch {
  public:
   LcpBatch(const Matrix& M, Selection selection);
 
-  // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries start the bases, and takes the solutions; where
-  // the outcome is not kSolved its columns are not to be used. `stop` is looked at once a block.
-  LcpBatchOutcome Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers, const std::stop_token& stop,
-                        Eigen::Ref<Matrix> y);
+  // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries
+  // start the bases, and takes the solutions; where the outcome is not kSolved its columns are not to be
+  // used. `stop` is looked at once a block.
+  LcpBatchOutcome Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
+                        const std::stop_token& stop, Eigen::Ref<Matrix> y);
 
  private:
   std::unique_ptr<LcpSolver> prototype_;

@@ -11,14 +11,15 @@ namespace dlcs {
 LeastElementSolver::LeastElementSolver(const Matrix& M)
     : lcp_(M),
       point_(lcp_, Elimination::kMMatrix),
-      ordered_(lcp_.M),
+      ordered_(lcp_.M()),
       excluded_(M.rows(), 0),
       multiplier_(M.rows()) {
   order_.reserve(M.rows());
   added_.reserve(M.rows());
 }
 
-LcpVerdict LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+LcpVerdict LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
+                                     const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                      Eigen::Ref<Vector> y) {
   pivots_ = 0;
   refused_ = -1;
@@ -70,11 +71,11 @@ bool LeastElementSolver::KeepProvenIndices(Basis& basis) {
 // in that case it is excluded and the basis is what was eliminated before it.
 LeastElementSolver::Refusal LeastElementSolver::Examine(Basis& basis) {
   constexpr double kRounding = 1e-12;
-  const Index position = ordered_.Factor(lcp_.M, order_);
+  const Index position = ordered_.Factor(lcp_.M(), order_);
   if (position == static_cast<Index>(order_.size())) return Refusal::kUnclear;
   const Index r = order_[position];
   auto v = multiplier_.head(position);
-  for (Index p = 0; p < position; ++p) v[p] = -lcp_.M(r, order_[p]);
+  for (Index p = 0; p < position; ++p) v[p] = -lcp_.M()(r, order_[p]);
   ordered_.SolveTransposed(v);
   double gain = lcp_.q[r];
   double doubt = lcp_.tolerance[r] + kRounding * std::abs(lcp_.q[r]);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/analysis/positive_semidefinite.h"
 #include "core/lcp/enumeration.h"
 #include "core/lcp/feasibility.h"
 #include "core/lcp/principal_pivoting.h"
@@ -21,7 +22,8 @@ ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
       lcp_(M),
       point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
 
-LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q,
+                                      const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                       Eigen::Ref<Vector> y) {
   pivots_ = 0;
   message_.clear();
@@ -46,7 +48,8 @@ LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());
   LemkeEnd end = LemkeEnd::kRay;
-  // The tableau may drift; its basis is checked afresh. A second and third opinion of what a zero is.
+  // The tableau may drift; its basis is checked afresh. A second and third opinion of what a zero is, unless
+  // the path ended for reasons of its own.
   for (const double zero : {1e-11, 1e-8, 1e-14}) {
     end = lemke_->Run(lcp_, zero, basis);
     pivots_ += lemke_->pivots();
@@ -59,6 +62,11 @@ LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector
           LcpVerdict::kInfeasible,
           "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
     }
+    if (end == LemkeEnd::kPivotLimit) break;
+    // For a positive semidefinite matrix a ray must prove infeasibility, for a P-matrix there is none.
+    const bool rounding =
+        end == LemkeEnd::kBasis || known_ != Known::kNothing || TestPositiveSemidefinite(lcp_.M()).yes();
+    if (!rounding) break;
   }
   if (lcp_.size() <= kMaxEnumerationSize || end == LemkeEnd::kRay) return AfterRay(basis, y);
   if (end == LemkeEnd::kPivotLimit) {
@@ -84,7 +92,7 @@ LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
       return Fail(verdict, "no choice of active constraints solves it", y);
     return Fail(verdict, "no solution found, but a nearly singular basis does not allow to exclude one", y);
   }
-  if (FindFeasiblePoint(lcp_.M, lcp_.q, lcp_.tolerance.minCoeff()).answer == Feasibility::kInfeasible) {
+  if (FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance.minCoeff()).answer == Feasibility::kInfeasible) {
     method_ = "linear programming";
     return Fail(LcpVerdict::kInfeasible, "no y >= 0 has q + M y >= 0", y);
   }
@@ -93,8 +101,9 @@ LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
 }
 
 LcpVerdict ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
-                                                const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                                Basis& basis, Eigen::Ref<Vector> y) {
+                                                const Eigen::Ref<const Vector>& q,
+                                                const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                                                Eigen::Ref<Vector> y) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
   const LcpVerdict verdict = Solve(q, tolerance, basis, y);
   if (verdict != LcpVerdict::kSolved || preferred(basis) || lcp_.size() > kMaxEnumerationSize) return verdict;

@@ -34,8 +34,8 @@ class ComplementarySolver final : public LcpSolver {
   // As Solve(), but where several solutions can be found one with a basis that `preferred` accepts is taken:
   // the guess and Lemke's solution count only if accepted, then enumeration looks for one (n <= 12).
   LcpVerdict SolvePreferring(const std::function<bool(const Basis&)>& preferred,
-                             const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                             Eigen::Ref<Vector> y);
+                             const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                             Basis& basis, Eigen::Ref<Vector> y);
 
   LcpAccount Account() const override { return {pivots_, method_, message_}; }
   std::unique_ptr<LcpSolver> Clone() const override;

@@ -20,7 +20,8 @@ CoupledLeastElementSolver::CoupledLeastElementSolver(const Matrix& M, const Matr
 CoupledLeastElementSolver::CoupledLeastElementSolver(const CoupledLeastElementSolver& other)
     : CoupledLeastElementSolver(other.M_, other.K_) {}
 
-LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
+                                            const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                             Eigen::Ref<Vector> y) {
   kept_selection_ = true;
   account_.pivots = 0;
@@ -41,7 +42,8 @@ bool CoupledLeastElementSolver::TryBasis(const Basis& basis, Eigen::Ref<Vector> 
   return true;
 }
 
-bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q,
+                                       const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                        Eigen::Ref<Vector> y) {
   constexpr int kMaxRounds = 20;
   for (int round = 0; round < kMaxRounds; ++round) {
@@ -49,7 +51,7 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, const 
     if (point_.Compute(coupled_, basis)) {
       const std::vector<Index>& S = point_.indices();
       for (std::size_t p = 0; p < S.size(); ++p) {
-        newton_y_[S[p]] = coupled_.scale[S[p]] * point_.y(static_cast<Index>(p));
+        newton_y_[S[p]] = coupled_.matrix->scale[S[p]] * point_.y(static_cast<Index>(p));
       }
     }
     shifted_q_ = q;
@@ -65,8 +67,9 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q, const 
   return false;
 }
 
-LcpVerdict CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                               Basis& basis, Eigen::Ref<Vector> y) {
+LcpVerdict CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q,
+                                               const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                                               Eigen::Ref<Vector> y) {
   if (coupled_least_ != nullptr) {
     std::fill(basis.begin(), basis.end(), std::uint8_t{0});
     const LcpVerdict verdict = coupled_least_->Solve(q, tolerance, basis, y);

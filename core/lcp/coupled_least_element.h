@@ -40,9 +40,10 @@ class CoupledLeastElementSolver final : public LcpSolver {
   // nonsingular M-matrix.
   bool IsLeast(const Basis& basis) { return m_factor_.Factor(M_, basis); }
   bool TryBasis(const Basis& basis, Eigen::Ref<Vector> y);
-  bool Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y);
-  LcpVerdict Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                      Eigen::Ref<Vector> y);
+  bool Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+              Eigen::Ref<Vector> y);
+  LcpVerdict Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                      Basis& basis, Eigen::Ref<Vector> y);
 
   Matrix M_;
   Matrix K_;

@@ -21,8 +21,8 @@ FeasiblePoint SolveOnFace(const ScaledLcp& lcp, const std::vector<Index>& S) {
   const Index size = static_cast<Index>(S.size());
   Matrix C(n + size, size);
   Vector c(n + size);
-  C.topRows(n) = lcp.M(Eigen::all, S);
-  C.bottomRows(size) = -lcp.M(S, S);
+  C.topRows(n) = lcp.M()(Eigen::all, S);
+  C.bottomRows(size) = -lcp.M()(S, S);
   c.head(n) = lcp.q;
   c.tail(size) = -lcp.q(S);
   // One tolerance for all rows of the scaled problem: the smallest is the safe one.
@@ -58,7 +58,8 @@ LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&
     const FeasiblePoint face = SolveOnFace(lcp, S);
     if (face.answer == Feasibility::kFeasible) {
       y.setZero();
-      for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = lcp.scale[S[p]] * face.y[static_cast<Index>(p)];
+      for (std::size_t p = 0; p < S.size(); ++p)
+        y[S[p]] = lcp.matrix->scale[S[p]] * face.y[static_cast<Index>(p)];
       return LcpVerdict::kSolved;
     }
     proven = proven && face.answer == Feasibility::kInfeasible;

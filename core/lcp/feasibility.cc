@@ -39,7 +39,7 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double toleran
   for (const double zero : {1e-11, 1e-8, 1e-14}) {
     const LemkeEnd end = lemke.Run(lcp, zero, basis);
     if (end == LemkeEnd::kRay) {
-      if (IsFarkas(lcp.M.bottomLeftCorner(rows, columns), lcp.q.tail(rows), lcp.tolerance.tail(rows),
+      if (IsFarkas(lcp.M().bottomLeftCorner(rows, columns), lcp.q.tail(rows), lcp.tolerance.tail(rows),
                    lemke.ray().tail(rows))) {
         return {Feasibility::kInfeasible, {}};
       }
@@ -53,7 +53,7 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double toleran
 }
 
 bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& multiplier) {
-  return IsFarkas(lcp.M, lcp.q, lcp.tolerance, multiplier);
+  return IsFarkas(lcp.M(), lcp.q, lcp.tolerance, multiplier);
 }
 
 }  // namespace dlcs

@@ -17,8 +17,9 @@ namespace {
 
 using Known = ComplementarySolver::Known;
 
-// Where a problem has no solution as it stands, violations of this absolute size are taken for rounding: a
-// right-hand side that should be zero came out of somebody's arithmetic as -1e-17.
+// Where a problem has no solution as it stands, violations of this size, relative to the largest entry of q
+// or 1, are taken for rounding: a right-hand side that should be zero came out of somebody's arithmetic as
+// -1e-17.
 constexpr double kNoise = 1e-15;
 
 absl::Status Validate(const Matrix& M, const Vector& q) {
@@ -102,11 +103,12 @@ absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRul
   LcpResult result;
   Basis basis(M.rows(), 0);
   result.y = Vector::Zero(M.rows());
-  // Of entries that were typed or computed the last bit is open; the solver allows for its own rounding.
-  const double rounding = std::numeric_limits<double>::epsilon() * q.cwiseAbs().maxCoeff();
-  result.verdict = solver->Solve(q, Vector::Constant(q.size(), rounding), basis, result.y);
-  if (result.verdict != LcpVerdict::kSolved && rounding < kNoise) {
-    result.verdict = solver->Solve(q, Vector::Constant(q.size(), kNoise), basis, result.y);
+  // The solver allows for its own rounding. The caller's is assumed only where there is no solution without.
+  result.verdict = solver->Solve(q, Vector::Zero(q.size()), basis, result.y);
+  const double noise = kNoise * std::max(1.0, q.lpNorm<Eigen::Infinity>());
+  const bool has_noise = (q.array() != 0 && q.array().abs() <= noise).any();
+  if (result.verdict != LcpVerdict::kSolved && has_noise) {
+    result.verdict = solver->Solve(q, Vector::Constant(q.size(), noise), basis, result.y);
   }
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);

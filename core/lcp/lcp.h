@@ -67,8 +67,8 @@ class LcpSolver {
 
   // `q`          n entries.
   // `tolerance`  n entries >= 0, absolute: w_i above -tolerance_i counts as nonnegative. The caller knows the
-  //              rounding in q_i; a good value is 1e-13 times the size of the numbers that it was summed from.
-  //              The rounding of the solver's own arithmetic is allowed for in any case.
+  //              rounding in q_i; a good value is 1e-13 times the size of the numbers that it was summed
+  //              from. The rounding of the solver's own arithmetic is allowed for in any case.
   // `basis`      in: a guess, n entries; out: the basis of the solution, the last one tried where there is
   //              none. The solution does not depend (beyond rounding and `tolerance`) on the guess where it
   //              is unique or the least element.
@@ -77,8 +77,8 @@ class LcpSolver {
   virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                            Basis& basis, Eigen::Ref<Vector> y) = 0;
 
-  // Whether the last solution is the one that the selection means. False only where a coupled least-element solver found
-  // a solution of LCP(q, M + K) that is no least element of LCP(q + K y, M), and none that is.
+  // Whether the last solution is the one that the selection means. False only where a coupled least-element
+  // solver found a solution of LCP(q, M + K) that is no least element of LCP(q + K y, M), and none that is.
   virtual bool KeptSelection() const { return true; }
 
   // How the last Solve() went. Allocates; not for the inner loop.

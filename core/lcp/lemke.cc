@@ -20,14 +20,14 @@ void Lemke::Load(const ScaledLcp& lcp) {
     basic_[i] = i;
   }
   tableau_.leftCols(n_).setIdentity();
-  tableau_.middleCols(n_, n_) = -lcp.M;
+  tableau_.middleCols(n_, n_) = -lcp.M();
   tableau_.col(2 * n_).setConstant(-1);
   if (largest > 0) tableau_.col(2 * n_ + 1) /= std::exp2(std::ilogb(largest));
 }
 
 LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
   const Index kArtificial = 2 * n_;
-  const Index max_pivots = 200 + 40 * n_;
+  const Index max_pivots = 500 + 20 * n_;  // skew matrices with n = 400 took 7 n
   Load(lcp);
   pivots_ = 0;
   // The lexicographically smallest row of (q, I): of equal entries the last.

@@ -26,6 +26,7 @@ enum class LemkeEnd { kBasis, kRay, kPivotLimit };
 class Lemke {
  public:
   explicit Lemke(Index n);
+  Lemke(const Lemke& other) : Lemke(other.n_) {}  // work space for problems of the same size
 
   // Entries of the tableau below `zero` times the largest of their column do not become pivots.
   // kBasis: `basis` holds a complementary basis that the tableau takes for a solution; to be checked.

@@ -8,33 +8,28 @@
 
 namespace dlcs {
 
-ScaledLcp::ScaledLcp(const Matrix& original)
+ScaledMatrix::ScaledMatrix(const Matrix& original)
     : scale(SymmetricEquilibration(original)),
       M(scale.asDiagonal() * original * scale.asDiagonal()),
       row_sum(M.cwiseAbs().rowwise().sum()),
-      band_below(0),
-      band_above(0),
-      original_norm(original.size() == 0 ? 0 : original.cwiseAbs().rowwise().sum().maxCoeff()),
-      q(Vector::Zero(original.rows())),
-      tolerance(Vector::Zero(original.rows())) {
-  for (Index j = 0; j < M.cols(); ++j) {
-    for (Index i = 0; i < M.rows(); ++i) {
-      if (M(i, j) == 0) continue;
-      band_below = std::max(band_below, i - j);
-      band_above = std::max(band_above, j - i);
-    }
-  }
-}
+      band(BandwidthOf(original)),
+      original_norm(original.size() == 0 ? 0 : original.cwiseAbs().rowwise().sum().maxCoeff()) {}
 
-bool ScaledLcp::Load(const Eigen::Ref<const Vector>& original_q, const Eigen::Ref<const Vector>& original_tolerance) {
+ScaledLcp::ScaledLcp(const Matrix& original)
+    : matrix(std::make_shared<const ScaledMatrix>(original)),
+      q(Vector::Zero(original.rows())),
+      tolerance(Vector::Zero(original.rows())) {}
+
+bool ScaledLcp::Load(const Eigen::Ref<const Vector>& original_q,
+                     const Eigen::Ref<const Vector>& original_tolerance) {
   bool finite = true;
   original_q_norm = 0;
   for (Index i = 0; i < q.size(); ++i) {
     const double entry = original_q[i];
     finite = finite && std::isfinite(entry);
     original_q_norm = std::max(original_q_norm, std::abs(entry));
-    q[i] = scale[i] * entry;
-    tolerance[i] = scale[i] * original_tolerance[i];
+    q[i] = matrix->scale[i] * entry;
+    tolerance[i] = matrix->scale[i] * original_tolerance[i];
   }
   return finite;
 }

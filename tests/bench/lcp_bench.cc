@@ -50,9 +50,9 @@ Matrix MakeSequence(Index n, Index length) {
 
 void Report(benchmark::State& state, LcpSolver& solver, const Matrix& sequence, bool warm) {
   const Index n = sequence.rows();
+  const Vector tolerance = Vector::Constant(n, 1e-13);
   Basis basis(n, 0);
   Vector y(n);
-  const Vector tolerance = Vector::Constant(n, 1e-13);
   Index j = 0;
   for (auto _ : state) {
     if (!warm) std::fill(basis.begin(), basis.end(), std::uint8_t{0});
@@ -113,6 +113,18 @@ void BM_CoupledCold(benchmark::State& state) {
   Report(state, *solver, generator.SolvableQ(M + 1e-3 * Matrix::Identity(n, n), false), false);
 }
 BENCHMARK(BM_CoupledCold)->DenseRange(1, 4);
+
+void BM_Clone(benchmark::State& state) {
+  const Index n = state.range(1);
+  const auto solver = MakeLcpSolver(MakeMatrix(kDenseMMatrix, n), static_cast<Selection>(state.range(0)));
+  const Vector q = -Vector::Ones(n);
+  const Vector tolerance = Vector::Constant(n, 1e-13);
+  Basis basis(n, 0);
+  Vector y(n);
+  solver->Solve(q, tolerance, basis, y);
+  for (auto _ : state) benchmark::DoNotOptimize(solver->Clone());
+}
+BENCHMARK(BM_Clone)->ArgsProduct({{0, 1, 2}, {4, 255}});
 
 }  // namespace
 }  // namespace dlcs
