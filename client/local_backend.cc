@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/local_backend.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -48,8 +52,20 @@ class DeadlineTimer {
   std::jthread waiter_;  // last: it uses the others
 };
 
+// A trajectory beyond this machine's memory is refused at once: asked for, it would take the machine down.
+SessionLimits LimitsOfThisMachine() {
+  SessionLimits limits;
+  limits.max_result_bytes = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  return limits;
+}
+
 // The session's violations travel as details of its error, as they do over the wire.
 absl::Status Describe(const absl::Status& status) {
+  if (absl::IsResourceExhausted(status)) {
+    return absl::ResourceExhaustedError(fmt::format(
+        "a trajectory of so many steps does not fit into the {:.1f} GB of this machine; ask for fewer",
+        1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes)));
+  }
   const auto payload = status.GetPayload("type.googleapis.com/google.rpc.BadRequest");
   google::rpc::BadRequest bad_request;
   if (!payload || !bad_request.ParseFromString(std::string(*payload))) return status;
@@ -65,7 +81,7 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
   ResultCollector collector(request.problem());
   CallbackSink sink(collector, on_event);
-  const absl::Status status = RunSolveToEnd(request, SessionLimits{}, "local", control, sink);
+  const absl::Status status = RunSolveToEnd(request, LimitsOfThisMachine(), "local", control, sink);
   if (!status.ok()) return Describe(status);
   return std::move(collector).Finish();
 }
@@ -79,6 +95,7 @@ absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRe
 
 absl::StatusOr<v1::GetCapabilitiesResponse> LocalBackend::GetCapabilities(const CallLimits& /*limits*/) {
   v1::GetCapabilitiesResponse response = CommonCapabilities();
+  response.set_max_result_bytes(LimitsOfThisMachine().max_result_bytes);
   response.set_threads(static_cast<int>(std::thread::hardware_concurrency()));
   return response;
 }

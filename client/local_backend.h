@@ -9,7 +9,8 @@
 
 namespace dlcs::client {
 
-// No limits but the machine's. Events come from the calling thread, so a slow callback slows the solve.
+// No limits but the machine's: a trajectory larger than its memory is ResourceExhausted. Events come from the
+// calling thread, so a slow callback slows the solve.
 class LocalBackend final : public Backend {
  public:
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,

@@ -2,6 +2,7 @@
 // dlcs: solves differential linear complementarity systems, here or on a server.
 
 #include <exception>
+#include <new>
 #include <type_traits>
 #include <variant>
 
@@ -21,8 +22,9 @@ int main(int argc, char** argv) {
           }
         },
         ParseCommandLine(argc, argv));
+  } catch (const std::bad_alloc&) {
+    return Complain(absl::ResourceExhaustedError("out of memory; ask for fewer steps"), kServiceFailed);
   } catch (const std::exception& error) {
-    // Out of memory, most likely: nothing of ours throws.
     return Complain(absl::InternalError(error.what()), kServiceFailed);
   }
 }

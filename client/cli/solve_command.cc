@@ -116,8 +116,6 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
 }  // namespace
 
 ExitCode Run(const SolveCommand& command) {
-  // Before gRPC starts its threads, so that signals come here.
-  const Interrupt interrupt;
   const auto file = ReadProblemFile(command.problem_path);
   if (!file.ok()) return Complain(file.status(), kBadInput);
   std::unique_ptr<AtomicFile> output;
@@ -126,6 +124,8 @@ ExitCode Run(const SolveCommand& command) {
     if (!created.ok()) return Complain(created.status(), kBadInput);
     output = *std::move(created);
   }
+  // Before gRPC starts its threads, so that signals come here; after reading, which Ctrl-C ends as always.
+  const Interrupt interrupt;
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 

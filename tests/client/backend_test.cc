@@ -142,6 +142,17 @@ TEST_F(BackendTest, SolvesAnLcpInBothPlaces) {
   EXPECT_NEAR(here->y(1), 7.0 / 3, 1e-15);
 }
 
+TEST_F(BackendTest, RefusesATrajectoryThatNoMemoryHolds) {
+  v1::SolveRequest request = CaseRequest("wall_permeable");
+  request.mutable_options()->set_steps(1'000'000'000);  // 344 GB
+  const auto here = local_.Solve(request, {}, {});
+  const auto there = client_->Solve(request, {}, {});
+  EXPECT_EQ(here.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(there.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(here.status().message()), HasSubstr("GB of this machine"));
+  EXPECT_THAT(std::string(there.status().message()), HasSubstr("max_steps"));
+}
+
 TEST_F(BackendTest, ReportsTheLimitsOfTheServer) {
   const auto there = client_->GetCapabilities({});
   const auto here = local_.GetCapabilities({});
