@@ -89,8 +89,9 @@ class LcpSolver {
 };
 
 // The solver of LCP(q, M) for the selection: principal pivoting with kept factors (kUnique), Chandrasekaran
-// (kLeastElement), Lemke with lexicographic ratio test, behind it enumeration for n <= 12 (kAny). The
-// selection is taken on trust: M must be a P-matrix for kUnique and a Z-matrix for kLeastElement.
+// (kLeastElement), Lemke with lexicographic ratio test, behind it enumeration for n <= 12 and before it a few
+// rounds of principal pivoting for larger n (kAny). The selection is taken on trust: M must be a P-matrix for
+// kUnique and a Z-matrix for kLeastElement.
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection);
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/lcp/lcp.h"
+#include "core/lcp/lemke.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs {
@@ -85,12 +86,22 @@ void BM_LeastElement(benchmark::State& state) {
 }
 BENCHMARK(BM_LeastElement)->ArgsProduct({{kTridiagonal, kDenseMMatrix}, {4, 16, 64, 255}, {0, 1}});
 
-void BM_LemkeCold(benchmark::State& state) {
-  const Matrix M = MakeMatrix(kDensePositiveDefinite, state.range(0));
-  const auto solver = MakeLcpSolver(M, Selection::kAny);
-  Report(state, *solver, MakeSequence(state.range(0), 400), false);
+// From w = q to a basis, without the check of the basis.
+void BM_Lemke(benchmark::State& state) {
+  const Index n = state.range(0);
+  ScaledLcp lcp(MakeMatrix(kDensePositiveDefinite, n));
+  const Matrix sequence = MakeSequence(n, 400);
+  const Vector tolerance = Vector::Constant(n, 1e-13);
+  Lemke lemke(n);
+  Basis basis(n, 0);
+  Index j = 0;
+  for (auto _ : state) {
+    lcp.Load(sequence.col(j), tolerance);
+    if (lemke.Run(lcp, 1e-11, basis) != LemkeEnd::kBasis) state.SkipWithError("no basis");
+    j = j + 1 < sequence.cols() ? j + 1 : 0;
+  }
 }
-BENCHMARK(BM_LemkeCold)->Arg(4)->Arg(16)->Arg(64)->Arg(255);
+BENCHMARK(BM_Lemke)->Arg(4)->Arg(16)->Arg(64)->Arg(255);
 
 // A marched step of a small system, guess right: the inner loop of a million steps.
 void BM_CoupledSameBasis(benchmark::State& state) {
@@ -104,13 +115,14 @@ void BM_CoupledSameBasis(benchmark::State& state) {
 }
 BENCHMARK(BM_CoupledSameBasis)->ArgsProduct({{1, 2, 3, 4}, {0, 1}});
 
-// The same with a guess that is always wrong.
+// The same with a guess that is always wrong: every pair sticks.
 void BM_CoupledCold(benchmark::State& state) {
   const Index n = state.range(0);
   testing::LcpGenerator generator(3);
   const Matrix M = generator.Skew(n);
-  const auto solver = MakeCoupledLcpSolver(M, 1e-3 * Matrix::Identity(n, n), Selection::kAny);
-  Report(state, *solver, generator.SolvableQ(M + 1e-3 * Matrix::Identity(n, n), false), false);
+  const Matrix K = 1e-3 * Matrix::Identity(n, n);
+  const auto solver = MakeCoupledLcpSolver(M, K, Selection::kAny);
+  Report(state, *solver, -(M + K) * Vector::Ones(n), false);
 }
 BENCHMARK(BM_CoupledCold)->DenseRange(1, 4);
 
