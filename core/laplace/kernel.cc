@@ -22,12 +22,12 @@ Kernel::Kernel(const Problem& problem, const Scheme& scheme)
       longest_window_(std::max<Index>(1, kMaxDoubles / (problem.num_constraints() * problem.num_constraints()))),
       convolution_(problem.num_constraints()) {}
 
-void Kernel::Reserve(Index window) {
+void Kernel::Reserve(Index window, const std::stop_token& stop) {
   const Index n = problem_.num_constraints();
   window = std::min(window, longest_window_);
   if (window <= count_) return;
   blocks_.conservativeResize(n, window * n);
-  for (; count_ < window; ++count_) {
+  for (; count_ < window && !stop.stop_requested(); ++count_) {
     auto block = blocks_.middleCols(count_ * n, n);
     if (count_ == 0) {
       block.noalias() = problem_.N * scheme_.y_after;
@@ -40,11 +40,11 @@ void Kernel::Reserve(Index window) {
     // The first two blocks are the response within a step or two; growth beyond is that of e^{At}.
     if (count_ >= 2 && !(bounds_[count_] <= kMaxGrowth * bounds_[1])) {
       longest_window_ = count_;
-      blocks_.conservativeResize(n, count_ * n);
       bounds_.pop_back();
       break;
     }
   }
+  blocks_.conservativeResize(n, count_ * n);
   convolution_.SetKernel(blocks_);
 }
 

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_LAPLACE_KERNEL_H_
 #define DLCS_CORE_LAPLACE_KERNEL_H_
 
+#include <stop_token>
 #include <vector>
 
 #include "core/laplace/toeplitz_convolution.h"
@@ -21,8 +22,9 @@ class Kernel {
   // `problem` and `scheme` (ExponentialPiecewiseLinear) must outlive the kernel.
   Kernel(const Problem& problem, const Scheme& scheme);
 
-  // Makes blocks up to `window` - 1 available. Cost: m²n per new block.
-  void Reserve(Index window);
+  // Makes blocks up to `window` - 1 available, fewer where `stop` is requested (looked at every block).
+  // Cost: m²n per new block.
+  void Reserve(Index window, const std::stop_token& stop);
 
   // Longest window worth taking: where the blocks would fill the memory (kMaxDoubles in all), or where they have
   // grown by kMaxGrowth (unstable A), so that rounding in an FFT stays far below the tolerance. Looks ahead no

@@ -27,13 +27,13 @@ LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>&
 
   workers.ForBlocks(columns, block_size, [&](Index block, Index begin, Index end) {
     LcpBatchOutcome& outcome = outcomes[block];
-    if (stop.stop_requested()) {
-      outcome.cancelled = true;
-      return;
-    }
     const std::unique_ptr<LcpSolver> solver = prototype_->Clone();
     Basis basis(n);
     for (Index j = begin; j < end; ++j) {
+      if (stop.stop_requested()) {
+        outcome.cancelled = true;
+        return;
+      }
       for (Index i = 0; i < n; ++i) basis[i] = y(i, j) > 0;
       const LcpVerdict verdict = solver->Solve(q.col(j), tolerance, basis, y.col(j));
       if (verdict != LcpVerdict::kSolved) {

@@ -27,7 +27,7 @@ class LcpBatch {
 
   // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries
   // start the bases, and takes the solutions; where the outcome is not kSolved its columns are not to be
-  // used. `stop` is looked at once a block.
+  // used. `stop` is looked at once a column.
   LcpBatchOutcome Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                         const std::stop_token& stop, Eigen::Ref<Matrix> y);
 

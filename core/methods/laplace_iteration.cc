@@ -90,7 +90,7 @@ class Iteration {
     if (wanted > 0) return wanted;
     if (width_ > 0) return width_;
     if (!context_.matrix_class.lipschitz) return kFirstWindow;
-    tools.kernel.Reserve(2);
+    tools.kernel.Reserve(2, context_.stop);
     const double rate = *context_.matrix_class.lipschitz * tools.kernel.Bound(2) * run.step;
     if (!(rate > 0)) return kLongestWindow;
     return static_cast<Index>(std::clamp(1 / rate, 1.0, static_cast<double>(kLongestWindow)));
@@ -100,7 +100,11 @@ class Iteration {
   // when the solve has ended.
   Index Advance(StepTools& tools, const Run& run, Index done) {
     for (;;) {
-      tools.kernel.Reserve(std::min(width_, run.steps - done));
+      tools.kernel.Reserve(std::min(width_, run.steps - done), context_.stop);
+      if (context_.stop.stop_requested()) {  // perhaps with fewer blocks than the window needs
+        context_.FailCancelled(context_.grid.times[run.first_node + done]);
+        return 0;
+      }
       const Index steps = std::min({width_, run.steps - done, tools.kernel.longest_window()});
       Segment segment;
       if (const auto bad = context_.sources.Sample(context_.grid, run, done, steps, segment)) {
@@ -125,8 +129,8 @@ class Iteration {
       LcpVerdict marched = LcpVerdict::kSolved;
       if (march) {
         Index solved = 0;
-        marched = tools.marcher.March(segment, solved);
-        accepted = marched == LcpVerdict::kSolved;
+        marched = tools.marcher.March(segment, context_.stop, solved);
+        accepted = marched == LcpVerdict::kSolved && solved == 1;
         context_.solution.cost.lcps += 1;
         context_.solution.cost.marched_steps += accepted;
       }
@@ -136,6 +140,10 @@ class Iteration {
       if (accepted) {
         Accept(tools, segment, result.iterations, march);
         return steps;
+      }
+      if (context_.stop.stop_requested()) {
+        context_.FailCancelled(begin);
+        return 0;
       }
       if (!tools.marcher.kept_selection()) {
         context_.FailLostLeastElement(end);

@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-// Steps between two looks at the stop token and two sums of the certificate; its columns stay in the cache.
+// Steps between two sums of the certificate; its columns stay in the cache.
 constexpr Index kChunk = 256;
 
 }  // namespace
@@ -28,7 +28,7 @@ Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
       q_(problem.num_constraints()),
       tolerance_(problem.num_constraints()) {}
 
-LcpVerdict Marcher::March(Segment& segment, Index& solved) {
+LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Index& solved) {
   const Index steps = segment.steps;
   Matrix& x = segment.x;
   Matrix& y = segment.y;
@@ -37,7 +37,7 @@ LcpVerdict Marcher::March(Segment& segment, Index& solved) {
   if (scheme_.f_before.size() > 0) sources.noalias() += scheme_.f_before * segment.f.leftCols(steps);
   const Vector size_of_g = RowMaxAbs(segment.g);
 
-  for (solved = 0; solved < steps; ++solved) {
+  for (solved = 0; solved < steps && !stop.stop_requested(); ++solved) {
     const Index j = solved + 1;
     x.col(j).noalias() += scheme_.state * x.col(j - 1);
     if (scheme_.y_before.size() > 0) x.col(j).noalias() += scheme_.y_before * y.col(j - 1);
@@ -86,7 +86,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme) {
       segment.x.col(0) = x;
       segment.y.col(0) = y;
       Index solved = 0;
-      const LcpVerdict verdict = marcher.March(segment, solved);
+      const LcpVerdict verdict = marcher.March(segment, context.stop, solved);
       context.solution.cost.lcps += solved;
       context.solution.cost.steps += solved;
 
@@ -97,6 +97,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme) {
       const double next_time = context.grid.times[segment.first_node + std::min(solved + 1, steps)];
       if (solved < steps) segment.Truncate(solved);
       context.Add(segment, marcher.scheme());
+      if (verdict == LcpVerdict::kSolved && solved < steps) return context.FailCancelled(next_time);
       if (!marcher.kept_selection() && marcher.scheme().y_is_linear) {
         return context.FailLostLeastElement(next_time);
       }

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <stop_token>
 
 #include "core/lcp/lcp.h"
 #include "core/methods/scheme.h"
@@ -25,8 +26,9 @@ class Marcher {
 
   // Marches all steps of `segment`, whose sources are given and whose x and y hold the start in column 0, filling
   // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
-  // done. Cost: 2m² + 3mn and one warm LCP a step.
-  LcpVerdict March(Segment& segment, Index& solved);
+  // done, fewer than all also where `stop` was requested (looked at every step).
+  // Cost: 2m² + 3mn and one warm LCP a step.
+  LcpVerdict March(Segment& segment, const std::stop_token& stop, Index& solved);
 
   // Whether all solutions so far were those that the selection means. March() of a scheme with linear y stops before
   // the first step where not: its y would ring.

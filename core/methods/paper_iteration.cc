@@ -202,6 +202,7 @@ class Iteration {
       if (context_.stop.stop_requested()) break;
       const Index times = std::min(kTimesPerBatch, count - first + 1);
       context_.workers.ForBlocks(times * terms, 1, [&](Index, Index item, Index) {
+        if (context_.stop.stop_requested()) return;
         contributions.col(item) = Contribution(first + item / terms, nodes_[item % terms]);
       });
       context_.workers.ForBlocks(times, 1, [&](Index, Index k, Index) {
