@@ -77,8 +77,8 @@ TEST_F(DlcsServerTest, StopLetsRunningSolvesTellTheirSummary) {
 TEST_F(DlcsServerTest, StopDoesNotWaitForAClientThatDoesNotRead) {
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(100));
-  // 48 MB of trajectory, far more than what gRPC holds in transit.
-  const auto reader = stub_->Solve(&context, testing::MarchingRequest(2'000'000));
+  // 12 MB of trajectory, far more than what gRPC holds in transit.
+  const auto reader = stub_->Solve(&context, testing::MarchingRequest(500'000));
   v1::SolveEvent accepted;
   ASSERT_TRUE(reader->Read(&accepted));
   ASSERT_TRUE(WaitForSolves(0));

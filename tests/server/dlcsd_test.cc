@@ -112,7 +112,7 @@ TEST(DlcsdTest, AClientThatStopsReadingNeitherStallsTheEngineNorGrowsTheServer) 
   const auto stub = NewStub(dlcsd.ReadAddress());
   ASSERT_TRUE(testing::Solve(*stub, testing::ChattyRequest(1000)).status.ok());  // warms allocators and pools
 
-  constexpr std::int64_t kSteps = 300'000;
+  constexpr std::int64_t kSteps = 300'000 / testing::kSlowness;
   constexpr std::int64_t kTrajectoryBytes = kSteps * 3 * 8;
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(200));
@@ -132,6 +132,7 @@ TEST(DlcsdTest, AClientThatStopsReadingNeitherStallsTheEngineNorGrowsTheServer) 
   const v1::Summary& summary = events.back().summary();
   EXPECT_EQ(summary.termination(), v1::CONVERGED);
   EXPECT_EQ(summary.times(), kSteps + 1);
+  if (testing::kSlowness > 1) return;  // too few events to fill anything, and sanitizers keep freed memory
   EXPECT_GT(summary.conflated_iterates(), 0);
   EXPECT_GT(Count(events, v1::SolveEvent::kGap), 0);
   // What may grow: the mailbox (3 MB), what gRPC has in transit, and the trajectory itself, of which the

@@ -66,9 +66,9 @@ class ServiceTest : public ::testing::Test {
     stub_ = v1::SolverService::NewStub(Connect(server_->address()));
   }
 
-  // Waits until the number of running engines is `solves`; false after ten seconds.
+  // Waits until the number of running engines is `solves`; false after a minute.
   bool WaitForSolves(int solves) const {
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 6000; ++i) {
       if (server_->service().solves() == solves) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

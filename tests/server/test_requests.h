@@ -22,6 +22,14 @@ v1::SolveRequest SwitchingRequest(std::int64_t steps);
 // The same with one window per step and several iterates in each: as many events as an engine can make.
 v1::SolveRequest ChattyRequest(std::int64_t steps);
 
+// How many times slower the engine is than in a release build, roughly: tests that race with time or make
+// very many events ask for that many times less.
+#ifdef NDEBUG
+inline constexpr std::int64_t kSlowness = 1;
+#else
+inline constexpr std::int64_t kSlowness = 20;
+#endif
+
 // The same marched, for long: `steps` of a few hundred thousand take about a second.
 v1::SolveRequest MarchingRequest(std::int64_t steps);
 
