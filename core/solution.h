@@ -54,7 +54,7 @@ struct StateJump {
 
 struct Cost {
   Index steps = 0;
-  Index windows = 0;
+  Index windows = 0;       // of the iterations, rejected ones included; 0 for marches
   Index iterations = 0;    // of all windows, rejected ones included
   Index lcps = 0;
   Index marched_steps = 0; // steps of laplace_iteration that had to be marched with LCP(M + K_0)

@@ -27,7 +27,6 @@ class Progress {
 
   void Finish(double time) {
     if (open_) Close(time);
-    context_.solution.cost.windows = window_ + 1;
   }
 
  private:

@@ -57,8 +57,6 @@ Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
       cost.clear_seconds_lcp();
       cost.clear_seconds_linear();
       cost.clear_seconds_total();
-      if (event.summary().method() != v1::METHOD_LAPLACE_ITERATION)
-        cost.clear_windows();  // progress, by the clock
     }
     if (event.has_analysis() || event.has_iterate() || event.has_summary()) {
       told.words.push_back(event.ShortDebugString());
