@@ -111,13 +111,16 @@ TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
 
 TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {
   // Both read until both have a hundred iterates: solved one after the other, the first would have ended
-  // before.
+  // before. Windows of 300 steps make fewer events than a reader takes: of those of single steps, windows alone
+  // fill the mailbox and hardly an iterate is left.
   constexpr int kEnough = 100;
+  v1::SolveRequest request = testing::ChattyRequest(3'000'000 / testing::kSlowness);
+  request.mutable_options()->set_window_steps(300);
   std::atomic<int> iterates[2] = {0, 0};
   const auto watch = [&](int self) {
     grpc::ClientContext context;
     testing::SetDeadline(context, seconds(100));
-    const auto reader = stub_->Solve(&context, testing::ChattyRequest(3'000'000));
+    const auto reader = stub_->Solve(&context, request);
     for (v1::SolveEvent event; reader->Read(&event);) {
       if (event.has_iterate()) ++iterates[self];
       if (iterates[0] >= kEnough && iterates[1] >= kEnough) context.TryCancel();
