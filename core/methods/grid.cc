@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace dlcs {
 namespace {
@@ -65,6 +66,7 @@ Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Opt
   const double longest_step = options.step > 0 ? options.step : horizon / static_cast<double>(wanted);
 
   Grid grid;
+  grid.times.reserve(static_cast<size_t>(StepsFor(horizon, longest_step)) + 1);  // and a few for break points
   grid.times.push_back(0);
   std::vector<double> ends = break_points;
   ends.push_back(horizon);
@@ -87,7 +89,8 @@ Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Opt
       if (grid.output_nodes.empty() || grid.output_nodes.back() != node) grid.output_nodes.push_back(node);
     }
   } else {
-    for (Index node = 0; node <= grid.num_steps(); ++node) grid.output_nodes.push_back(node);
+    grid.output_nodes.resize(grid.times.size());
+    std::iota(grid.output_nodes.begin(), grid.output_nodes.end(), Index{0});
   }
   return grid;
 }
