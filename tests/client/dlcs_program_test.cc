@@ -129,10 +129,10 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
 }
 
 TEST(DlcsProgramTest, PrintsWhatIsKnownOnCtrlC) {
-  // `timeout` presses Ctrl-C after a second.
+  // `timeout` presses Ctrl-C after a second; once, with --foreground: otherwise it signals the process and its group.
   const ProgramOutcome outcome =
       RunDlcs("solve - --method paper-iteration --steps 200000 --format json",
-              std::string("echo ") + kEasy + " | timeout --preserve-status -s INT 1 ");
+              std::string("echo ") + kEasy + " | timeout --foreground --preserve-status -s INT 1 ");
   EXPECT_EQ(outcome.code, 3) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(root["termination"], "CANCELLED");
