@@ -15,19 +15,10 @@
 #include "core/methods/solve_context.h"
 #include "core/methods/time_stepping.h"
 #include "core/parallel/parallel.h"
+#include "core/soundness.h"
 
 namespace dlcs {
 namespace {
-
-absl::Status AsStatus(const std::vector<Violation>& violations) {
-  if (violations.empty()) return absl::OkStatus();
-  std::string text;
-  for (const Violation& violation : violations) {
-    if (!text.empty()) text += '\n';
-    text += violation.field + ": " + violation.description;
-  }
-  return absl::InvalidArgumentError(text);
-}
 
 // What stays the same when the step is halved.
 struct Task {
@@ -134,9 +125,7 @@ absl::Status EstimateError(Task& task, const Grid& grid, Solution& solution) {
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
                                std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
-  std::vector<Violation> violations = Validate(problem);
-  for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
-  if (absl::Status status = AsStatus(violations); !status.ok()) return status;
+  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
 
   const MatrixClass matrix_class = Classify(problem.M);
   const auto selection = SelectRule(problem.rule, matrix_class);

@@ -8,20 +8,11 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "core/analysis/fact.h"
 #include "core/problem.h"
 #include "core/types.h"
 
 namespace dlcs {
-
-enum class Answer { kNo, kYes, kUnknown };
-
-// One fact with its witness: "M[2][2] = -1 is a negative principal minor", "strictly diagonally dominant
-// with positive diagonal", "n = 40 is beyond the exact test and no sufficient test applies".
-struct Fact {
-  Answer answer = Answer::kUnknown;
-  std::string why;
-  bool yes() const { return answer == Answer::kYes; }
-};
 
 struct MatrixClass {
   Fact z;                      // off-diagonal entries <= 0

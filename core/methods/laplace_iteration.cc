@@ -3,7 +3,6 @@
 #include "core/methods/laplace_iteration.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 #include <string>

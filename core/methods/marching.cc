@@ -3,7 +3,6 @@
 #include "core/methods/marching.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/linalg/norms.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/lcp_linear_program.h"
 
-#include <ClpSimplex.hpp>
-#include <CoinPackedMatrix.hpp>
+#include "core/linalg/linear_program.h"
 
 namespace dlcs::testing {
 
@@ -11,30 +10,21 @@ namespace {
 // argmin { Σ y_i : 0 <= y <= y_upper, lower <= M y <= upper }.
 std::optional<Vector> MinimizeSum(const Matrix& M, const Vector& y_upper, const Vector& lower,
                                   const Vector& upper) {
-  const int n = static_cast<int>(M.rows());
-  CoinPackedMatrix matrix(/*colordered=*/true, 0, 0);
-  matrix.setDimensions(n, n);
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < n; ++i) {
-      if (M(i, j) != 0) matrix.modifyCoefficient(i, j, M(i, j));
-    }
-  }
-  const Vector zeros = Vector::Zero(n);
-  const Vector ones = Vector::Ones(n);
-  ClpSimplex simplex;
-  simplex.setLogLevel(0);
-  simplex.setPrimalTolerance(1e-9);
-  simplex.setDualTolerance(1e-9);
-  simplex.loadProblem(matrix, zeros.data(), y_upper.data(), ones.data(), lower.data(), upper.data());
-  simplex.dual();
-  if (simplex.isProvenPrimalInfeasible()) return std::nullopt;
-  return Eigen::Map<const Vector>(simplex.getColSolution(), n);
+  LinearProgram program = MakeLinearProgram(M.rows(), M.cols());
+  program.cost.setOnes();
+  program.rows = M;
+  program.row_lower = lower;
+  program.row_upper = upper;
+  program.upper = y_upper;
+  const LinearProgramSolution solution = SolveLinearProgram(program);
+  if (solution.verdict == LinearProgramVerdict::kInfeasible) return std::nullopt;
+  return solution.z;
 }
 
 }  // namespace
 
 std::optional<Vector> MinimizeSumOverFeasible(const Matrix& M, const Vector& q) {
-  const Vector infinity = Vector::Constant(q.size(), COIN_DBL_MAX);
+  const Vector infinity = Vector::Constant(q.size(), kUnbounded);
   return MinimizeSum(M, infinity, -q, infinity);
 }
 
@@ -42,10 +32,10 @@ bool HasSolutionByEnumeration(const Matrix& M, const Vector& q) {
   const Index n = q.size();
   for (unsigned subset = 0; subset < (1u << n); ++subset) {
     Vector y_upper = Vector::Zero(n);
-    Vector w_upper = Vector::Constant(n, COIN_DBL_MAX);
+    Vector w_upper = Vector::Constant(n, kUnbounded);
     for (Index i = 0; i < n; ++i) {
       if ((subset >> i & 1u) == 0) continue;
-      y_upper[i] = COIN_DBL_MAX;
+      y_upper[i] = kUnbounded;
       w_upper[i] = -q[i];
     }
     if (MinimizeSum(M, y_upper, -q, w_upper).has_value()) return true;

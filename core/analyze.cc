@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/analyze.h"
+
+#include <chrono>
+#include <utility>
+
+#include "core/analysis/matrix_class.h"
+#include "core/methods/method_choice.h"
+#include "core/soundness.h"
+
+namespace dlcs {
+namespace {
+
+std::string DescribeRule(Selection selection) {
+  switch (selection) {
+    case Selection::kUnique:
+      return "the one solution (M is a P-matrix)";
+    case Selection::kLeastElement:
+      return "the least element (M is a Z-matrix)";
+    case Selection::kAny:
+      break;
+  }
+  return "any solution of the coupled step";
+}
+
+}  // namespace
+
+absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token /*stop*/) {
+  const auto started = std::chrono::steady_clock::now();
+  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
+  const MatrixClass matrix_class = Classify(problem.M);
+  const auto selection = SelectRule(problem.rule, matrix_class);
+  if (!selection.ok()) return selection.status();
+
+  Analysis analysis;
+  analysis.num_states = problem.num_states();
+  analysis.num_constraints = problem.num_constraints();
+  analysis.horizon = problem.horizon;
+  analysis.matrix_class = matrix_class.description;
+  analysis.rule = DescribeRule(*selection);
+  const MethodChoice choice = ChooseMethod(problem, options, matrix_class, *selection);
+  analysis.recommendation.options = options;
+  analysis.recommendation.options.method = choice.method;
+  analysis.recommendation.reasons.push_back(choice.reason);
+  analysis.recommendation.refusal = choice.refusal;
+  analysis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return analysis;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/linalg/linear_program.h"
+
+#include <ClpSimplex.hpp>
+#include <CoinPackedMatrix.hpp>
+#include <vector>
+
+namespace dlcs {
+namespace {
+
+// CLP knows no infinities.
+Vector ForClp(const Vector& bounds) { return bounds.cwiseMax(-COIN_DBL_MAX).cwiseMin(COIN_DBL_MAX); }
+
+CoinPackedMatrix Packed(const Matrix& rows) {
+  std::vector<int> row_of, column_of;
+  std::vector<double> values;
+  for (Index j = 0; j < rows.cols(); ++j) {
+    for (Index i = 0; i < rows.rows(); ++i) {
+      if (rows(i, j) == 0) continue;
+      row_of.push_back(static_cast<int>(i));
+      column_of.push_back(static_cast<int>(j));
+      values.push_back(rows(i, j));
+    }
+  }
+  CoinPackedMatrix packed(/*colordered=*/true, row_of.data(), column_of.data(), values.data(),
+                          static_cast<CoinBigIndex>(values.size()));
+  packed.setDimensions(static_cast<int>(rows.rows()), static_cast<int>(rows.cols()));
+  return packed;
+}
+
+}  // namespace
+
+LinearProgram MakeLinearProgram(Index rows, Index variables) {
+  return {.cost = Vector::Zero(variables),
+          .rows = Matrix::Zero(rows, variables),
+          .row_lower = Vector::Constant(rows, -kUnbounded),
+          .row_upper = Vector::Constant(rows, kUnbounded),
+          .lower = Vector::Zero(variables),
+          .upper = Vector::Constant(variables, kUnbounded)};
+}
+
+LinearProgramSolution SolveLinearProgram(const LinearProgram& program) {
+  const Vector lower = ForClp(program.lower), upper = ForClp(program.upper);
+  const Vector row_lower = ForClp(program.row_lower), row_upper = ForClp(program.row_upper);
+  ClpSimplex simplex;
+  simplex.setLogLevel(0);
+  simplex.setPrimalTolerance(1e-9);
+  simplex.setDualTolerance(1e-9);
+  simplex.loadProblem(Packed(program.rows), lower.data(), upper.data(), program.cost.data(), row_lower.data(),
+                      row_upper.data());
+  simplex.dual();
+  LinearProgramSolution solution;
+  if (simplex.isProvenPrimalInfeasible()) {
+    solution.verdict = LinearProgramVerdict::kInfeasible;
+  } else if (simplex.isProvenDualInfeasible()) {
+    solution.verdict = LinearProgramVerdict::kUnboundedBelow;
+  } else if (simplex.isProvenOptimal()) {
+    solution.verdict = LinearProgramVerdict::kOptimal;
+    solution.z = Eigen::Map<const Vector>(simplex.getColSolution(), program.cost.size());
+    solution.row_duals = Eigen::Map<const Vector>(simplex.getRowPrice(), program.rows.rows());
+    solution.objective = program.cost.dot(solution.z);
+  }
+  return solution;
+}
+
+}  // namespace dlcs

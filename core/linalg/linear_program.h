@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small dense linear programs, by COIN-OR CLP.
+
+#ifndef DLCS_CORE_LINALG_LINEAR_PROGRAM_H_
+#define DLCS_CORE_LINALG_LINEAR_PROGRAM_H_
+
+#include <limits>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
+// minimise costᵀz  subject to  row_lower <= rows z <= row_upper,  lower <= z <= upper;  ±kUnbounded where there is no bound.
+struct LinearProgram {
+  Vector cost;
+  Matrix rows;
+  Vector row_lower, row_upper;
+  Vector lower, upper;
+};
+
+// `variables` variables z >= 0 without cost, and `rows` rows without bounds: to be filled in.
+LinearProgram MakeLinearProgram(Index rows, Index variables);
+
+enum class LinearProgramVerdict { kOptimal, kInfeasible, kUnboundedBelow, kFailed };
+
+struct LinearProgramSolution {
+  LinearProgramVerdict verdict = LinearProgramVerdict::kFailed;
+  Vector z;              // kOptimal only
+  Vector row_duals;      // kOptimal only: multipliers of the rows
+  double objective = 0;  // kOptimal only
+};
+
+// Solves by CLP's dual simplex, with tolerances of 1e-9 on rows and bounds: an answer that must hold exactly is to be
+// checked by the caller. Safe to call from several threads. Dense: for up to some hundred rows and variables.
+LinearProgramSolution SolveLinearProgram(const LinearProgram& program);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LINALG_LINEAR_PROGRAM_H_

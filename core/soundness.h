@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one check at the door of the engine.
+
+#ifndef DLCS_CORE_SOUNDNESS_H_
+#define DLCS_CORE_SOUNDNESS_H_
+
+#include "absl/status/status.h"
+#include "core/options.h"
+#include "core/problem.h"
+
+namespace dlcs {
+
+// OK, or InvalidArgument with every violation of problem and options in the message ("field: description", one per
+// line; Validate() gives them singly).
+absl::Status CheckSound(const Problem& problem, const Options& options);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_SOUNDNESS_H_
