@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/analysis/semicopositive.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/lcp_problems.h"
+
+namespace dlcs {
+namespace {
+
+using testing::LcpGenerator;
+
+void ExpectRefuted(const Matrix& M, const Fact& fact) {
+  ASSERT_TRUE(fact.no()) << fact.why;
+  const auto& [indices, value, z, X, Y, r, s] = fact.witness;
+  ASSERT_EQ(z.size(), static_cast<Index>(indices.size()));
+  EXPECT_GE(z.minCoeff(), 0);
+  EXPECT_GT(z.maxCoeff(), 0);
+  EXPECT_LE((M(indices, indices) * z).maxCoeff(), 0);
+}
+
+TEST(SemicopositiveTest, KnowsExample10AsTypeI) {
+  const Matrix R{{1, 3, 0}, {0, 1, 3}, {3, 0, 1}};
+  EXPECT_TRUE(TestStrictlySemicopositive(R).yes());
+  EXPECT_TRUE(TestSemicopositiveTypeI(R).yes());
+}
+
+// Proposition 4: [1 a; b 1] is strictly semicopositive unless a < 0, b < 0 and ab >= 1.
+TEST(SemicopositiveTest, DecidesTheTwoFormsOfProposition4) {
+  for (const double a : {-3.0, -1.5, -0.5, 0.0, 0.5, 3.0}) {
+    for (const double b : {-3.0, -1.5, -0.5, 0.0, 0.5, 3.0}) {
+      const Matrix M{{1, a}, {b, 1}};
+      if (a < 0 && b < 0 && a * b >= 1) {
+        ExpectRefuted(M, TestStrictlySemicopositive(M));
+        ExpectRefuted(M, TestSemicopositiveTypeI(M));
+      } else {
+        EXPECT_TRUE(TestStrictlySemicopositive(M).yes()) << M;
+        EXPECT_TRUE(TestSemicopositiveTypeI(M).yes()) << M;
+      }
+    }
+  }
+}
+
+TEST(SemicopositiveTest, LeavesTheBoundaryOpen) {
+  const Matrix M{{1, -1}, {-1, 1 + 1e-15}};
+  EXPECT_NE(TestStrictlySemicopositive(M).answer, Answer::kYes);
+}
+
+// A Z-matrix is strictly semicopositive exactly when it is a nonsingular M-matrix.
+TEST(SemicopositiveTest, AgreesWithMMatricesAndRefutesOtherZMatrices) {
+  LcpGenerator generator(1);
+  for (int k = 0; k < 60; ++k) {
+    const Index n = generator.Integer(2, 6);
+    EXPECT_TRUE(TestStrictlySemicopositive(generator.MMatrix(n)).yes());
+    const Matrix M = Matrix::Constant(n, n, -1) + (n - generator.Uniform(0.1, 0.9)) * Matrix::Identity(n, n);
+    ExpectRefuted(M, TestStrictlySemicopositive(M));  // (M 1)_i < 0
+  }
+}
+
+}  // namespace
+}  // namespace dlcs
