@@ -55,12 +55,6 @@ struct Options {
   // An inconsistent state, at 0 or at a break point, is projected (the state jumps) instead of refused.
   bool project_initial_state = false;
 
-  // A system of relative degree two (M = 0, N B = 0, N A B not 0) is solved as inelastic impact instead of refused:
-  // where a constraint w_i = 0 is reached at speed w_i' < 0, the state jumps along B so that w_i' = 0
-  // (core/methods/impact.h). Whatever the method asked for, time_stepping runs, and the solution says so.
-  // No effect on other systems; degree three and more stays refused.
-  bool inelastic_impact = false;
-
   // Also solve with half the step and report the difference.
   bool estimate_error = false;
 
