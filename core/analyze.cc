@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/analysis/matrix_class.h"
-#include "core/methods/method_choice.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -25,7 +24,7 @@ std::string DescribeRule(Selection selection) {
 
 }  // namespace
 
-absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token /*stop*/) {
+absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
   const MatrixClass matrix_class = Classify(problem.M);
@@ -38,11 +37,15 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.horizon = problem.horizon;
   analysis.matrix_class = matrix_class.description;
   analysis.rule = DescribeRule(*selection);
-  const MethodChoice choice = ChooseMethod(problem, options, matrix_class, *selection);
-  analysis.recommendation.options = options;
-  analysis.recommendation.options.method = choice.method;
-  analysis.recommendation.reasons.push_back(choice.reason);
-  analysis.recommendation.refusal = choice.refusal;
+  auto recommendation = Recommend(problem, options, stop);
+  if (!recommendation.ok()) return recommendation.status();
+  analysis.recommendation = *std::move(recommendation);
+  for (const AnalysisSection& section : analysis.sections) {
+    analysis.warnings.insert(analysis.warnings.end(), section.warnings.begin(), section.warnings.end());
+  }
+  const std::vector<std::string>& met = analysis.recommendation.warnings;
+  analysis.warnings.insert(analysis.warnings.end(), met.begin(), met.end());
+  if (stop.stop_requested()) analysis.warnings.push_back("The analysis was stopped before it was complete.");
   analysis.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return analysis;
 }

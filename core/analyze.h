@@ -12,15 +12,9 @@
 #include "core/analysis/findings.h"
 #include "core/options.h"
 #include "core/problem.h"
+#include "core/recommendation.h"
 
 namespace dlcs {
-
-// How Solve() should be asked, so that it works: following it is Solve(problem, options).
-struct Recommendation {
-  Options options;
-  std::vector<std::string> reasons;  // one sentence for the method, one for the step, one for the windows
-  std::string refusal;               // why no method can serve the problem; empty when one can
-};
 
 struct Analysis {
   Index num_states = 0;
@@ -30,12 +24,12 @@ struct Analysis {
   std::string rule;            // the solution that is meant, for people: "least element (M is a Z-matrix)"
   std::vector<AnalysisSection> sections;
   Recommendation recommendation;
-  std::vector<std::string> warnings;  // those of the sections and more: inconsistent start, relative degree, ...
+  std::vector<std::string> warnings;  // those of the sections and of the recommendation
   double seconds = 0;
 };
 
 // Analyses `problem`; `options` give what the caller has chosen already (a step, a tolerance, a method), for which the
-// bounds are stated. Nothing is solved but LCPs at single times and small linear programs.
+// bounds are stated. Solves LCPs at single times, small linear programs, and the trials of Recommend().
 // Errors: InvalidArgument as Solve(). `stop` is looked at between the parts; a stopped analysis holds the
 // sections that were finished, and a warning.
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop);

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/recommendation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/linalg/norms.h"
+#include "core/methods/solve_context.h"
+#include "core/solution.h"
+#include "core/solve.h"
+
+namespace dlcs {
+namespace {
+
+constexpr Index kFirstTrial = 64;
+constexpr Index kLargestRecommendation = 10'000'000;
+constexpr double kTrialSeconds = 0.5;
+
+// The options of a trial: x at the kFirstTrial + 1 times that are nodes of every trial.
+Options TrialOptions(const Options& options, const Problem& problem, Index steps) {
+  Options trial = options;
+  trial.num_steps = steps;
+  trial.step = 0;
+  trial.estimate_error = false;
+  trial.output_times_only = true;
+  trial.output_times.clear();
+  for (Index k = 0; k <= kFirstTrial; ++k) {
+    trial.output_times.push_back(problem.horizon * static_cast<double>(k) / static_cast<double>(kFirstTrial));
+  }
+  return trial;
+}
+
+// The largest difference of a component, relative to its largest value. NaN where a number is not finite.
+double RelativeDifference(const Matrix& coarse, const Matrix& fine) {
+  const Vector difference = RowMaxAbs(coarse - fine);
+  const Vector size = RowMaxAbs(fine);
+  // A component that is rounding beside the others has no accuracy of its own.
+  const double floor = 1e-9 * MaxAbs(fine);
+  double largest = 0;
+  for (Index i = 0; i < difference.size(); ++i) {
+    if (!std::isfinite(difference[i])) return difference[i];
+    if (difference[i] > 0) largest = std::max(largest, difference[i] / std::max(size[i], floor));
+  }
+  return largest;
+}
+
+// 1, 2 or 5 times a power of ten, at least `steps`.
+Index RoundNumberOfSteps(double steps) {
+  const double power = std::pow(10, std::floor(std::log10(steps)));
+  for (const double digit : {1.0, 2.0, 5.0}) {
+    if (digit * power >= steps * (1 - 1e-9)) return static_cast<Index>(std::llround(digit * power));
+  }
+  return static_cast<Index>(std::llround(10 * power));
+}
+
+// What trials with 64, 128, 256, ... steps have shown.
+struct Trials {
+  Index finest = 0;                 // steps of the finest that reached the end
+  std::vector<double> differences;  // of neighbours, the finest last
+
+  // Two ratios of differences are seen: trajectories with kinks converge unevenly, and one ratio alone is luck.
+  bool show_order() const { return differences.size() >= 3; }
+
+  // The lower of the last two orders, within what the methods have.
+  double order() const {
+    if (!show_order()) return 1;
+    const double* d = &differences.back();
+    if (d[0] <= 0 || d[-1] <= 0 || d[-2] <= 0) return 1;
+    return std::clamp(std::min(std::log2(d[-1] / d[0]), std::log2(d[-2] / d[-1])), 0.5, 2.0);
+  }
+
+  // Of the finest: the last difference, or what the one before lets expect, if that is more.
+  double error() const {
+    const double* d = &differences.back();
+    const double rate = std::exp2(order());
+    const double expected = differences.size() >= 2 ? std::max(d[0], d[-1] / rate) : d[0];
+    return expected / (rate - 1);
+  }
+};
+
+void RecommendStep(const Trials& trials, Recommendation& recommendation) {
+  Options& options = recommendation.options;
+  if (trials.differences.empty()) {
+    options.num_steps = trials.finest > 0 ? Options::kDefaultSteps : 0;
+    return;
+  }
+  const double error = trials.error();
+  const double wanted = static_cast<double>(trials.finest) *
+                        std::pow(error / kRecommendedAccuracy, 1 / trials.order());
+  const double steps =
+      std::clamp(wanted, static_cast<double>(trials.finest) / 2, static_cast<double>(kLargestRecommendation));
+  options.num_steps = RoundNumberOfSteps(steps);
+  recommendation.predicted_error =
+      error * std::pow(static_cast<double>(trials.finest) / static_cast<double>(options.num_steps), trials.order());
+  std::string reason = std::to_string(options.num_steps) + " steps: trials with " + std::to_string(trials.finest / 2) +
+                       " and " + std::to_string(trials.finest) + " differ by " + FormatNumber(trials.differences.back()) +
+                       " of the size of x, the order seen is " + FormatNumber(std::round(10 * trials.order()) / 10) +
+                       ", so the error in x should be about " + FormatNumber(*recommendation.predicted_error) +
+                       " of its size";
+  if (static_cast<double>(options.num_steps) > 10.0 * static_cast<double>(trials.finest)) {
+    reason += " (extrapolated: check it with the error estimate)";
+  }
+  recommendation.reasons.push_back(std::move(reason) + ".");
+  if (wanted > static_cast<double>(kLargestRecommendation)) {
+    recommendation.warnings.push_back("An accuracy of " + FormatNumber(kRecommendedAccuracy) + " would take about " +
+                                      FormatNumber(wanted) + " steps.");
+  }
+}
+
+void KeepNew(const std::vector<std::string>& found, std::vector<std::string>& kept) {
+  for (const std::string& text : found) {
+    if (std::find(kept.begin(), kept.end(), text) == kept.end()) kept.push_back(text);
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop) {
+  Recommendation recommendation;
+  recommendation.options = options;
+  const bool has_step = options.num_steps > 0 || options.step > 0;
+  Observer silent;
+  Trials trials;
+  Solution last;
+  Matrix previous_x;
+  double spent = 0;
+  for (Index steps = kFirstTrial; !stop.stop_requested(); steps *= 2) {
+    Options trial = has_step ? options : TrialOptions(recommendation.options, problem, steps);
+    trial.project_initial_state = recommendation.options.project_initial_state;
+    auto solution = Solve(problem, trial, silent, stop);
+    if (!solution.ok()) return solution.status();
+    if (solution->termination == Termination::kInconsistentState && !recommendation.options.project_initial_state) {
+      recommendation.options.project_initial_state = true;
+      recommendation.warnings.push_back(solution->message);
+      recommendation.reasons.push_back("The state must jump first: the jump is asked for.");
+      steps /= 2;
+      continue;
+    }
+    last = *std::move(solution);
+    spent += last.cost.seconds_total;
+    const bool solved = last.termination == Termination::kConverged;
+    if (solved) {
+      if (trials.finest > 0 && previous_x.cols() == last.x.cols()) {
+        trials.differences.push_back(RelativeDifference(previous_x, last.x));
+      }
+      trials.finest = steps;
+      previous_x = last.x;
+    }
+    if (has_step || last.termination == Termination::kUnsupported || last.termination == Termination::kCancelled) break;
+    const bool accurate = trials.show_order() && trials.error() <= kRecommendedAccuracy;
+    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kLargestRecommendation) break;
+  }
+
+  recommendation.options.method = last.method;
+  if (!last.reason.empty()) recommendation.reasons.insert(recommendation.reasons.begin(), last.reason + ".");
+  KeepNew(last.warnings, recommendation.warnings);
+  if (last.termination != Termination::kConverged && last.termination != Termination::kCancelled) {
+    recommendation.refusal = last.message;
+  }
+  if (!has_step) RecommendStep(trials, recommendation);
+  return recommendation;
+}
+
+}  // namespace dlcs
