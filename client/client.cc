@@ -109,6 +109,15 @@ absl::StatusOr<v1::SolveLcpResponse> Client::SolveLcp(const v1::SolveLcpRequest&
   return response;
 }
 
+absl::StatusOr<v1::AnalyzeProblemResponse> Client::AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
+                                                                  const CallLimits& limits) {
+  Call call(limits);
+  v1::AnalyzeProblemResponse response;
+  const grpc::Status status = stub_->AnalyzeProblem(call.context(), request, &response);
+  if (!status.ok()) return DescribeRpcError(status, address_);
+  return response;
+}
+
 absl::StatusOr<v1::GetCapabilitiesResponse> Client::GetCapabilities(const CallLimits& limits) {
   Call call(limits);
   v1::GetCapabilitiesResponse response;

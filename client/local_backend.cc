@@ -93,6 +93,20 @@ absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRe
   return response;
 }
 
+absl::StatusOr<v1::AnalyzeProblemResponse> LocalBackend::AnalyzeProblem(
+    const v1::AnalyzeProblemRequest& request, const CallLimits& limits) {
+  SolveControl control;
+  const DeadlineTimer timer(limits.deadline, control);
+  const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
+  auto response = RunAnalysis(request, SessionLimits{}, control.token());
+  if (!response.ok()) return Describe(response.status());
+  // As over the wire, where nobody reads the answer of a call that was given up.
+  if (control.cause() == StopCause::kCancelled) return absl::CancelledError("the analysis was cancelled");
+  if (control.cause() == StopCause::kDeadline)
+    return absl::DeadlineExceededError("the analysis took longer than it was allowed");
+  return response;
+}
+
 absl::StatusOr<v1::GetCapabilitiesResponse> LocalBackend::GetCapabilities(const CallLimits& /*limits*/) {
   v1::GetCapabilitiesResponse response = CommonCapabilities();
   response.set_max_result_bytes(LimitsOfThisMachine().max_result_bytes);

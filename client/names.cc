@@ -80,6 +80,12 @@ std::string TerminationName(v1::Termination termination) {
   return BareName(*v1::Termination_descriptor(), termination, "TERMINATION_");
 }
 
+std::string AnswerName(v1::Answer answer) { return WordName(*v1::Answer_descriptor(), answer, "ANSWER_"); }
+
+std::string ConstantKindName(v1::ConstantKind kind) {
+  return WordName(*v1::ConstantKind_descriptor(), kind, "CONSTANT_KIND_");
+}
+
 std::string VerdictName(v1::LcpVerdict verdict) {
   const std::string name = BareName(*v1::LcpVerdict_descriptor(), verdict, "LCP_");
   return name == "VERDICT_UNSPECIFIED" ? "UNSPECIFIED" : name;

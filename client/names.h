@@ -25,6 +25,12 @@ std::vector<std::string> RuleNames();
 // "CONVERGED", "INFEASIBLE", ...
 std::string TerminationName(v1::Termination termination);
 
+// "yes", "no", "unknown".
+std::string AnswerName(v1::Answer answer);
+
+// "exact", "upper-bound", "lower-bound", "estimate".
+std::string ConstantKindName(v1::ConstantKind kind);
+
 // "SOLVED", "INFEASIBLE", ...
 std::string VerdictName(v1::LcpVerdict verdict);
 

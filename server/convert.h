@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "core/analyze.h"
 #include "core/lcp/lcp.h"
 #include "core/observer.h"
 #include "core/options.h"
@@ -44,6 +45,8 @@ v1::WindowStarted ToProto(const WindowReport& report);
 v1::Iterate ToProto(const IterateReport& report);
 v1::WindowFinished ToProto(const WindowOutcome& outcome);
 v1::SolveLcpResponse ToProto(const LcpResult& result);
+
+v1::AnalyzeProblemResponse ToProto(const Analysis& analysis);
 
 // Times `first` to `first + count - 1` of the trajectory.
 v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count);

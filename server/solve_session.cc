@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/analysis/matrix_class.h"
+#include "core/analyze.h"
 #include "core/lcp/lcp.h"
 #include "core/observer.h"
 #include "core/solve.h"
@@ -42,6 +43,26 @@ std::vector<Violation> AllViolations(const Problem& problem, const Options& opti
     violations.push_back({WireOptionName(violation.field), std::move(violation.description)});
   }
   return violations;
+}
+
+// Converts and checks what every call about a problem brings.
+absl::StatusOr<PreparedSolve> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
+                                        const SessionLimits& limits) {
+  PreparedSolve read;
+  std::vector<Violation> violations;
+  read.problem = ProblemFromProto(problem, violations);
+  read.options = OptionsFromProto(options, violations);
+  if (!violations.empty()) return InvalidRequest(violations);
+
+  absl::Status limit =
+      CheckLimit("max_states", static_cast<double>(read.problem.num_states()), limits.max_states);
+  limit.Update(CheckLimit("max_constraints", static_cast<double>(read.problem.num_constraints()),
+                          limits.max_constraints));
+  if (!limit.ok()) return limit;
+
+  violations = AllViolations(read.problem, read.options);
+  if (!violations.empty()) return InvalidRequest(violations);
+  return read;
 }
 
 // The engine's own InvalidArgument ("field: description", one per line) with its violations singly.
@@ -117,25 +138,15 @@ void SolveControl::Stop(StopCause cause) {
 }
 
 absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits) {
-  PreparedSolve prepared;
-  std::vector<Violation> violations;
-  prepared.problem = ProblemFromProto(request.problem(), violations);
-  prepared.options = OptionsFromProto(request.options(), violations);
-  if (!violations.empty()) return InvalidRequest(violations);
-
+  absl::StatusOr<PreparedSolve> sound = ReadSound(request.problem(), request.options(), limits);
+  if (!sound.ok()) return sound.status();
+  PreparedSolve& prepared = *sound;
   const Problem& problem = prepared.problem;
   Options& options = prepared.options;
-  absl::Status limit = CheckLimit("max_states", static_cast<double>(problem.num_states()), limits.max_states);
-  limit.Update(
-      CheckLimit("max_constraints", static_cast<double>(problem.num_constraints()), limits.max_constraints));
-  if (!limit.ok()) return limit;
-
-  violations = AllViolations(problem, options);
-  if (!violations.empty()) return InvalidRequest(violations);
 
   const double steps = CountSteps(problem, options);
   const double bytes = (steps + 1) * static_cast<double>(DoublesPerTime(problem)) * sizeof(double);
-  limit = CheckLimit("max_steps", steps, limits.max_steps);
+  absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
   limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
   if (!limit.ok()) return limit;
 
@@ -143,7 +154,7 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   if (limits.max_threads > 0 && (options.num_threads == 0 || options.num_threads > limits.max_threads)) {
     options.num_threads = limits.max_threads;
   }
-  return prepared;
+  return sound;
 }
 
 FinishedSolve::FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence)
@@ -193,6 +204,15 @@ absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits&
   if (!finished.ok()) return finished.status();
   while (std::optional<v1::SolveEvent> event = finished->NextEvent()) sink.Accept(*std::move(event));
   return absl::OkStatus();
+}
+
+absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
+                                                       const SessionLimits& limits, std::stop_token stop) {
+  const absl::StatusOr<PreparedSolve> read = ReadSound(request.problem(), request.options(), limits);
+  if (!read.ok()) return read.status();
+  const absl::StatusOr<Analysis> analysis = Analyze(read->problem, read->options, std::move(stop));
+  if (!analysis.ok()) return FromEngine(analysis.status());
+  return ToProto(*analysis);
 }
 
 absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits) {

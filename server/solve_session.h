@@ -104,6 +104,11 @@ absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits&
 // One linear complementarity problem. Errors: as PrepareSolve, fields "M", "q", "rule".
 absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits);
 
+// What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then holds the
+// sections that were finished, and a warning. Errors: as PrepareSolve, without the limits of a trajectory.
+absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
+                                                       const SessionLimits& limits, std::stop_token stop);
+
 }  // namespace dlcs
 
 #endif  // DLCS_SERVER_SOLVE_SESSION_H_

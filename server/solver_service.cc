@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "server/analyze_call.h"
 #include "server/capabilities.h"
 #include "server/errors.h"
 #include "server/guarded.h"
@@ -45,6 +46,12 @@ grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext* c
     reactor->Finish(ToGrpc(result.status()));
   });
   return reactor;
+}
+
+grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext*,
+                                                        const v1::AnalyzeProblemRequest* request,
+                                                        v1::AnalyzeProblemResponse* response) {
+  return AnalyzeCall::Start(environment_, *request, *response);
 }
 
 grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerContext* context,

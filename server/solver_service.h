@@ -25,6 +25,9 @@ class SolverService final : public v1::SolverService::CallbackService {
                                                   const v1::SolveRequest* request) override;
   grpc::ServerUnaryReactor* SolveLcp(grpc::CallbackServerContext* context, const v1::SolveLcpRequest* request,
                                      v1::SolveLcpResponse* response) override;
+  grpc::ServerUnaryReactor* AnalyzeProblem(grpc::CallbackServerContext* context,
+                                           const v1::AnalyzeProblemRequest* request,
+                                           v1::AnalyzeProblemResponse* response) override;
   grpc::ServerUnaryReactor* GetCapabilities(grpc::CallbackServerContext* context,
                                             const v1::GetCapabilitiesRequest* request,
                                             v1::GetCapabilitiesResponse* response) override;

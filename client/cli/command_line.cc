@@ -33,6 +33,7 @@ constexpr const char* kMainExamples =
     "Examples:\n"
     "  dlcs solve circuit.json                            solve here, print a table\n"
     "  dlcs solve circuit.json --server localhost:50051   the same on a server (start one with dlcsd)\n"
+    "  dlcs analyze circuit.json                          what is known before solving, and how to solve\n"
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
     "  dlcs solve --help                                  all options, more examples";
 
@@ -50,6 +51,14 @@ constexpr const char* kSolveExamples =
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
     "Ctrl-C cancels the solve and prints what is known; a second one ends at once.";
+
+constexpr const char* kAnalyzeExamples =
+    "Says what is known about the system before it is solved: the class of M with witnesses, constants,\n"
+    "warnings, and the command that solves it. The options are those that you have settled already.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs analyze circuit.json\n"
+    "  dlcs analyze circuit.json --method time-stepping --step 1e-3 --format json";
 
 constexpr const char* kLcpExamples =
     "Finds y with 0 <= y, w = q + M y >= 0, y complementary to w. The file holds one JSON object, as in\n"
@@ -265,6 +274,23 @@ void AddSolve(CLI::App& main, SolveCommand& command) {
   app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
 }
 
+void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
+  CLI::App& app = *main.add_subcommand("analyze", "Say what is known about a system, and how to solve it");
+  app.add_option("PROBLEM", command.problem_path, "Problem file in JSON; - reads standard input")
+      ->required()
+      ->type_name("FILE");
+  AddServer(app, command.server);
+  AddMethod(app, command.options);
+  AddGrid(app, command.options);
+  AddRule(app, command.rule);
+  AddDeadline(app, command.deadline_s);
+  AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
+  app.add_option("--output", command.output,
+                 "Write the analysis there, whole or not at all, instead of printing it")
+      ->type_name("FILE");
+  app.footer(fmt::format("{}\n\n{}", kAnalyzeExamples, kExitCodes));
+}
+
 void AddLcp(CLI::App& main, LcpCommand& command) {
   CLI::App& app = *main.add_subcommand("lcp", "Solve one linear complementarity problem");
   app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")
@@ -343,7 +369,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, lcp or capabilities";
+    return "say what to do: solve, analyze, lcp or capabilities";
   }
   return error.what();
 }
@@ -360,6 +386,7 @@ ExitCode Complain(const CLI::App& app, const CLI::ParseError& error,
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   SolveCommand solve;
+  AnalyzeCommand analyze;
   LcpCommand lcp;
   CapabilitiesCommand capabilities;
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.",
@@ -368,6 +395,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   app.require_subcommand(1);
   app.footer(fmt::format("{}\n\n{}", kMainExamples, kExitCodes));
   AddSolve(app, solve);
+  AddAnalyze(app, analyze);
   AddLcp(app, lcp);
   AddCapabilities(app, capabilities);
 
@@ -384,6 +412,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
     return Complain(app, error, arguments);
   }
   if (app.got_subcommand("solve")) return solve;
+  if (app.got_subcommand("analyze")) return analyze;
   if (app.got_subcommand("lcp")) return lcp;
   return capabilities;
 }

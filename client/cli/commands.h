@@ -25,6 +25,16 @@ struct SolveCommand {
   double deadline_s = 600;
 };
 
+struct AnalyzeCommand {
+  std::string problem_path;  // "-" is standard input
+  std::string server;
+  v1::SolveOptions options;  // what is settled already
+  std::optional<v1::SolutionRule> rule;
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  std::string output;                          // empty is standard output
+  double deadline_s = 600;
+};
+
 struct LcpCommand {
   std::string path;
   std::string server;
@@ -41,6 +51,7 @@ struct CapabilitiesCommand {
 
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
+ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 

@@ -2,6 +2,7 @@
 #include "client/cli/run_support.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 
 #include <array>
 #include <cstdio>
@@ -54,6 +55,13 @@ absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server) 
   if (!client.ok())
     return absl::InvalidArgumentError(fmt::format("--server: {}", std::string(client.status().message())));
   return *std::move(client);
+}
+
+int WidthOf(std::FILE* stream) {
+  constexpr int kWidthWithoutTerminal = 110;
+  winsize size{};
+  const bool known = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : kWidthWithoutTerminal;
 }
 
 ExitCode Complain(const absl::Status& status, ExitCode code) {

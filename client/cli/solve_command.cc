@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -23,13 +22,6 @@ namespace {
 
 // Rows of the table when no times were asked for.
 constexpr int kTableIntervals = 10;
-constexpr int kWidthWithoutTerminal = 110;
-
-int WidthOf(std::FILE* stream) {
-  winsize size{};
-  const bool known = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  return known ? size.ws_col : kWidthWithoutTerminal;
-}
 
 v1::SolveRequest MakeRequest(const SolveCommand& command, const v1::Problem& problem) {
   v1::SolveRequest request;

@@ -142,6 +142,39 @@ TEST_F(BackendTest, SolvesAnLcpInBothPlaces) {
   EXPECT_NEAR(here->y(1), 7.0 / 3, 1e-15);
 }
 
+TEST_F(BackendTest, AnalysesInBothPlacesWithTheSameWords) {
+  v1::AnalyzeProblemRequest request;
+  *request.mutable_problem() = CaseRequest("rlcd").problem();
+  auto here = local_.AnalyzeProblem(request, {});
+  auto there = client_->AnalyzeProblem(request, {});
+  ASSERT_TRUE(here.ok()) << here.status();
+  ASSERT_TRUE(there.ok()) << there.status();
+  here->clear_seconds();
+  there->clear_seconds();
+  EXPECT_EQ(here->SerializeAsString(), there->SerializeAsString());
+  EXPECT_EQ(here->states(), request.problem().a().dense().rows());
+  EXPECT_EQ(here->constraints(), request.problem().m().dense().rows());
+  EXPECT_NE(here->recommendation().options().method(), v1::METHOD_UNSPECIFIED);
+
+  request.mutable_problem()->add_x0(std::nan(""));
+  request.mutable_options()->set_theta(7);
+  const auto refused = local_.AnalyzeProblem(request, {});
+  EXPECT_EQ(refused.status(), client_->AnalyzeProblem(request, {}).status());
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(refused.status().message()), AllOf(HasSubstr("x0"), HasSubstr("theta: ")));
+}
+
+TEST_F(BackendTest, SaysThatAnAnalysisWasStopped) {
+  v1::AnalyzeProblemRequest request;
+  *request.mutable_problem() = CaseRequest("rlcd").problem();
+  std::stop_source source;
+  source.request_stop();
+  for (Backend* backend : {static_cast<Backend*>(&local_), static_cast<Backend*>(client_.get())}) {
+    const auto stopped = backend->AnalyzeProblem(request, {.deadline = 60s, .stop = source.get_token()});
+    EXPECT_EQ(stopped.status().code(), absl::StatusCode::kCancelled);
+  }
+}
+
 TEST_F(BackendTest, RefusesATrajectoryThatNoMemoryHolds) {
   v1::SolveRequest request = CaseRequest("wall_permeable");
   request.mutable_options()->set_steps(1'000'000'000);  // 344 GB

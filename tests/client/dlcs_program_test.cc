@@ -145,6 +145,34 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenItsOutputIsLost) {
   EXPECT_THAT(outcome.err, HasSubstr("No space left"));
 }
 
+TEST(DlcsProgramTest, AnalysesAndRecommendsACommandThatWorks) {
+  const ProgramOutcome outcome = RunDlcs("analyze " + Case("rlcd") + " --step 1e-5");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("Rule "), HasSubstr("Recommended")));
+  const std::size_t begin = outcome.out.find("dlcs solve ");
+  ASSERT_NE(begin, std::string::npos) << outcome.out;
+  const std::size_t end = outcome.out.find('\n', begin);
+  const std::string command = outcome.out.substr(begin + 5, end - begin - 5);
+  EXPECT_THAT(command, HasSubstr("--step 1e-05"));
+  EXPECT_EQ(RunDlcs(command + " --quiet").code, 0) << command;
+}
+
+TEST(DlcsProgramTest, RefusesAnAnalysisOfABrokenProblemWithPlaceAndRule) {
+  const ProgramOutcome outcome = RunDlcs(
+      "analyze -", R"(echo '{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4}' | )");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("standard input: B: "));
+  const ProgramOutcome option = RunDlcs("analyze " + Case("rlcd") + " --theta 3");
+  EXPECT_EQ(option.code, 2);
+  EXPECT_THAT(option.err, HasSubstr("--theta"));
+}
+
+TEST(DlcsProgramTest, ExitsWithOneWhereNoMethodServes) {
+  const ProgramOutcome outcome = RunDlcs("analyze " + Case("outside_triple_integrator") + " --format json");
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_NE(nlohmann::json::parse(outcome.out)["recommendation"]["refusal"], "");
+}
+
 TEST(DlcsProgramTest, SolvesAnLcp) {
   const ProgramOutcome outcome =
       RunDlcs("lcp - --format json", R"(echo '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' | )");

@@ -124,6 +124,16 @@ class ForeignClientTest(unittest.TestCase):
                 fields += [violation.field for violation in bad_request.field_violations]
         self.assertEqual(fields, ["x0"])
 
+    def test_analyses_example_four_one(self):
+        response = self.stub.AnalyzeProblem(pb.AnalyzeProblemRequest(problem=example_four_one()), timeout=60)
+        self.assertEqual((response.states, response.constraints), (2, 4))
+        self.assertIn("Z-matrix", response.matrix_class)
+        self.assertIn("least element", response.rule)
+        self.assertEqual(response.recommendation.options.method, pb.METHOD_LAPLACE_ITERATION)
+        for section in response.sections:
+            for finding in section.findings:
+                self.assertNotEqual(finding.answer, pb.ANSWER_UNSPECIFIED)
+
     def test_solves_one_lcp(self):
         # 0 <= y ⟂ (-1, 2) + [2 1; 1 2] y >= 0: y = (1/2, 0).
         response = self.stub.SolveLcp(pb.SolveLcpRequest(m=dense([[2, 1], [1, 2]]), q=[-1, 2]), timeout=60)

@@ -39,6 +39,21 @@ double SecondsSince(steady_clock::time_point begin) {
   return std::chrono::duration<double>(steady_clock::now() - begin).count();
 }
 
+struct Analyzed {
+  grpc::Status status;
+  v1::AnalyzeProblemResponse response;
+};
+
+Analyzed Analyze(v1::SolverService::Stub& stub, const v1::Problem& problem) {
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(60));
+  v1::AnalyzeProblemRequest request;
+  *request.mutable_problem() = problem;
+  Analyzed analyzed;
+  analyzed.status = stub.AnalyzeProblem(&context, request, &analyzed.response);
+  return analyzed;
+}
+
 // What must not depend on where a solve ran: everything but identifiers, clocks, and the progress of marching
 // methods, which is told by the clock.
 struct Told {
@@ -200,9 +215,14 @@ TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
   EXPECT_EQ(info.domain(), "dlcs");
   EXPECT_EQ(info.metadata().at("limit"), "max_concurrent_solves");
 
+  const grpc::Status no_analysis = Analyze(*stub_, testing::SwitchingRequest(10).problem()).status;
+  EXPECT_EQ(no_analysis.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(no_analysis.error_message(), HasSubstr("max_concurrent_solves = 1"));
+
   context.TryCancel();
   ASSERT_TRUE(WaitForSolves(0));
   EXPECT_TRUE(testing::Solve(*stub_, testing::SwitchingRequest(10)).status.ok());
+  EXPECT_TRUE(Analyze(*stub_, testing::SwitchingRequest(10).problem()).status.ok());
   EXPECT_EQ(running->Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
@@ -265,6 +285,33 @@ TEST_F(SolverServiceTest, SolvesSingleLcps) {
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.verdict(), v1::LCP_SOLVED);
   EXPECT_NEAR(response.y(0), 4.0 / 3, 1e-14);
+}
+
+TEST_F(SolverServiceTest, AnalysesAndRecommendsWhatThenSolves) {
+  v1::SolveRequest solve = testing::SwitchingRequest(100);
+  const Analyzed analyzed = Analyze(*stub_, solve.problem());
+  ASSERT_TRUE(analyzed.status.ok()) << analyzed.status.error_message();
+  EXPECT_EQ(analyzed.response.states(), 1);
+  EXPECT_EQ(analyzed.response.constraints(), 1);
+  EXPECT_EQ(analyzed.response.horizon(), 10);
+  EXPECT_THAT(analyzed.response.matrix_class(), HasSubstr("P-"));
+  EXPECT_EQ(server_->service().solves(), 0);
+
+  *solve.mutable_options() = analyzed.response.recommendation().options();
+  const Outcome outcome = testing::Solve(*stub_, solve);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::CONVERGED);
+}
+
+TEST_F(SolverServiceTest, RefusesToAnalyseWhatIsAboveItsLimits) {
+  ServerConfig config;
+  config.max_states = 1;
+  StartServer(config);
+  v1::Problem problem = testing::SwitchingRequest(10).problem();
+  *problem.mutable_a() = testing::DenseMatrix(2, 2, {1, 0, 0, 1});
+  const Analyzed analyzed = Analyze(*stub_, problem);
+  EXPECT_EQ(analyzed.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(analyzed.status.error_message(), HasSubstr("max_states"));
 }
 
 TEST_F(SolverServiceTest, TellsItsCapabilities) {
