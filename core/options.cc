@@ -17,6 +17,17 @@ constexpr Index kMaxSteps = 1'000'000'000;
 // The contour is exact to rounding with a few hundred nodes.
 constexpr Index kMaxContourNodes = 10'000;
 
+void CheckTimes(const std::vector<double>& times, const std::string& field, double horizon, ViolationList& list) {
+  list.AddDisorder(times, field);
+  const bool has_horizon = std::isfinite(horizon) && horizon > 0;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    if (times[k] < 0 || (has_horizon && times[k] > horizon)) {
+      list.Add(field + "[" + std::to_string(k) + "]",
+               NumberText(times[k]) + "; must lie in [0, T] = [0, " + NumberText(horizon) + "]");
+    }
+  }
+}
+
 void CheckGrid(const Options& options, double horizon, ViolationList& list) {
   const bool has_horizon = std::isfinite(horizon) && horizon > 0;
   if (options.num_steps < 0 || options.num_steps > kMaxSteps) {
@@ -34,14 +45,12 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
                          "; only one of step and num_steps may be set, and num_steps is " +
                          std::to_string(options.num_steps));
   }
-  list.AddDisorder(options.output_times, "output_times");
-  for (std::size_t k = 0; k < options.output_times.size(); ++k) {
-    const double time = options.output_times[k];
-    if (time < 0 || (has_horizon && time > horizon)) {
-      list.Add("output_times[" + std::to_string(k) + "]",
-               NumberText(time) + "; must lie in [0, T] = [0, " + NumberText(horizon) + "]");
-    }
+  if (!options.grid_times.empty() && (options.num_steps != 0 || options.step != 0)) {
+    list.Add("grid_times", std::to_string(options.grid_times.size()) +
+                               " times; only one of grid_times, step and num_steps may be set");
   }
+  CheckTimes(options.grid_times, "grid_times", horizon, list);
+  CheckTimes(options.output_times, "output_times", horizon, list);
 }
 
 void CheckIteration(const Options& options, ViolationList& list) {

@@ -22,6 +22,11 @@ struct Options {
   static constexpr Index kDefaultSteps = 1000;
   // A step length instead of a number of steps: T / step is rounded up. At most one of the two is set.
   double step = 0;
+  // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length: a grid that is fine where the
+  // solution needs it. 0, T, break points and output times are added. Steps of equal length that follow one
+  // another are recognised: one matrix function serves all steps of a length, so a grid of J different lengths
+  // costs J of them.
+  std::vector<double> grid_times;
 
   // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the
   // solution holds just these; otherwise every node.

@@ -119,7 +119,7 @@ void KeepNew(const std::vector<std::string>& found, std::vector<std::string>& ke
 absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop) {
   Recommendation recommendation;
   recommendation.options = options;
-  const bool has_step = options.num_steps > 0 || options.step > 0;
+  const bool has_step = options.num_steps > 0 || options.step > 0 || !options.grid_times.empty();
   Observer silent;
   Trials trials;
   Solution last;

@@ -149,7 +149,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   report.num_steps = grid.num_steps();
   report.step = grid.longest_step;
   report.lipschitz = matrix_class.lipschitz;
-  if (options.num_steps == 0 && options.step == 0) {
+  if (options.num_steps == 0 && options.step == 0 && options.grid_times.empty()) {
     report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
   }
   WarnOfCoupledClass(task, grid.longest_step, report.warnings);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace dlcs {
@@ -11,6 +12,8 @@ namespace {
 
 // Two times closer than this part of a step are one node.
 constexpr double kSameNode = 1e-9;
+// Given nodes may be as close as they like; two times closer than this part of T are one that was rounded twice.
+constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
 
 Index StepsFor(double length, double longest_step) {
   return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
@@ -51,6 +54,52 @@ std::vector<double> SplittingTimes(double begin, double end, double longest_step
   return inside;
 }
 
+// A time that must be a node, and how much it must: of two that are one node the higher rank stays.
+struct Mark {
+  double time;
+  enum Rank { kGridTime, kOutputTime, kBreakPoint, kEnd } rank;
+};
+
+// The nodes that `options` ask for by grid_times, increasing.
+std::vector<Mark> MarkedNodes(double horizon, const std::vector<double>& break_points, const Options& options) {
+  std::vector<Mark> marks = {{0, Mark::kEnd}, {horizon, Mark::kEnd}};
+  for (const double t : break_points) marks.push_back({t, Mark::kBreakPoint});
+  for (const double t : options.output_times) marks.push_back({t, Mark::kOutputTime});
+  for (const double t : options.grid_times) marks.push_back({t, Mark::kGridTime});
+  std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.time < b.time; });
+  const double close = kRounding * horizon;
+  std::vector<Mark> nodes;
+  for (const Mark& mark : marks) {
+    if (nodes.empty() || mark.time - nodes.back().time > close) {
+      nodes.push_back(mark);
+    } else if (mark.rank > nodes.back().rank) {
+      nodes.back() = mark;
+    }
+  }
+  return nodes;
+}
+
+// A grid of given nodes: runs of steps that are equal to the rounding of their times.
+Grid GridOfNodes(const std::vector<Mark>& nodes) {
+  Grid grid;
+  grid.times.push_back(nodes.front().time);
+  const double rounding = kRounding * nodes.back().time;
+  for (size_t k = 1; k < nodes.size(); ++k) {
+    const double begin = nodes[k - 1].time, end = nodes[k].time;
+    const bool at_break = nodes[k - 1].rank >= Mark::kBreakPoint;
+    if (at_break || std::abs(end - begin - grid.runs.back().step) > rounding) {
+      grid.runs.push_back({.first_node = static_cast<Index>(k) - 1, .begin = begin, .starts_at_break = at_break});
+    }
+    Run& run = grid.runs.back();
+    ++run.steps;
+    run.end = end;
+    run.step = (run.end - run.begin) / static_cast<double>(run.steps);
+    grid.times.push_back(end);
+    grid.longest_step = std::max(grid.longest_step, run.step);
+  }
+  return grid;
+}
+
 Index NearestNode(const std::vector<double>& times, double t) {
   const auto above = std::lower_bound(times.begin(), times.end(), t);
   if (above == times.begin()) return 0;
@@ -59,9 +108,8 @@ Index NearestNode(const std::vector<double>& times, double t) {
   return t - times[k - 1] < times[k] - t ? k - 1 : k;
 }
 
-}  // namespace
-
-Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options) {
+// Equal steps between break points, cut at output times.
+Grid UniformGrid(double horizon, const std::vector<double>& break_points, const Options& options) {
   const Index wanted = options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps;
   const double longest_step = options.step > 0 ? options.step : horizon / static_cast<double>(wanted);
 
@@ -81,7 +129,14 @@ Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Opt
     AppendRun(begin, end, longest_step, at_break, grid);
     begin = end;
   }
+  return grid;
+}
 
+}  // namespace
+
+Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options) {
+  Grid grid = options.grid_times.empty() ? UniformGrid(horizon, break_points, options)
+                                         : GridOfNodes(MarkedNodes(horizon, break_points, options));
   if (options.output_times_only) {
     for (const double t : options.output_times) {
       const Index node = NearestNode(grid.times, t);

@@ -33,6 +33,9 @@ struct Grid {
 // The grid for [0, horizon]: each stretch between `break_points` (inside (0, horizon), increasing) is cut into
 // equal steps no longer than the options' step; an output time that is no node then splits its stretch, and
 // both parts are cut anew. An output time within 1e-9 steps of a node is that node.
+//
+// With options.grid_times these are the nodes, and 0, `horizon`, the break points and the output times besides; of
+// times that agree to rounding one is a node, a break point before an output time before a grid time. Consecutive steps that agree to the rounding of their times make one run.
 // `options` must have passed Validate().
 Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options);
 

@@ -75,5 +75,45 @@ TEST(GridTest, HalvesEveryStepAndKeepsOutputTimes) {
   EXPECT_DOUBLE_EQ(halved.runs[0].step, grid.runs[0].step / 2);
 }
 
+TEST(GridTest, TakesTheNodesThatAreGiven) {
+  Options options;
+  options.grid_times = {0.1, 0.2, 0.3, 0.35, 0.4, 0.9};
+  options.output_times = {0.3, 0.5};
+  const Grid grid = MakeGrid(1, {0.35}, options);
+  EXPECT_THAT(grid.times, ElementsAre(0, 0.1, 0.2, 0.3, 0.35, 0.4, 0.5, 0.9, 1));
+  // 3 × 0.1, 0.05, and behind the break point 0.05, 0.1, 0.4, 0.1.
+  ASSERT_EQ(grid.runs.size(), 6u);
+  EXPECT_EQ(grid.runs[0].steps, 3);
+  EXPECT_DOUBLE_EQ(grid.runs[0].step, 0.1);
+  EXPECT_TRUE(grid.runs[0].starts_at_break);
+  EXPECT_FALSE(grid.runs[1].starts_at_break);
+  EXPECT_TRUE(grid.runs[2].starts_at_break);
+  EXPECT_EQ(grid.runs[2].begin, 0.35);
+  EXPECT_EQ(grid.runs[4].step, 0.4);
+  EXPECT_DOUBLE_EQ(grid.longest_step, 0.4);
+  EXPECT_EQ(grid.output_nodes.size(), 9u);
+}
+
+TEST(GridTest, KeepsGivenNodesThatAreVeryClose) {
+  Options options;
+  options.grid_times = {1e-13, 1e-12, 0.5};
+  EXPECT_THAT(MakeGrid(1, {}, options).times, ElementsAre(0, 1e-13, 1e-12, 0.5, 1));
+  // 0.1 + 0.2 and 0.3 are one time, rounded twice; the caller's output time stays.
+  options.grid_times = {0.1 + 0.2};
+  options.output_times = {0.3};
+  EXPECT_THAT(MakeGrid(1, {}, options).times, ElementsAre(0, 0.3, 1));
+}
+
+TEST(GridTest, FindsTheRunsOfAUniformGridInItsTimes) {
+  const Grid uniform = MakeGrid(0.7, {}, {});
+  Options options;
+  options.grid_times = uniform.times;
+  const Grid given = MakeGrid(0.7, {}, options);
+  EXPECT_EQ(given.times, uniform.times);
+  ASSERT_EQ(given.runs.size(), 1u);
+  EXPECT_EQ(given.runs[0].steps, 1000);
+  EXPECT_DOUBLE_EQ(given.runs[0].step, uniform.runs[0].step);
+}
+
 }  // namespace
 }  // namespace dlcs

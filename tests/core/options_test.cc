@@ -155,5 +155,18 @@ TEST(OptionsTest, NamesMethodsAndTerminations) {
   EXPECT_STREQ(TerminationName(Termination::kCancelled), "CANCELLED");
 }
 
+TEST(OptionsTest, ChecksTheNodesThatAreGiven) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.grid_times = {0, 0.5, 2}; }), IsEmpty());
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.grid_times = {0.5, 3}; }),
+              ElementsAre("grid_times[1]: 3; must lie in [0, T] = [0, 2]"));
+  EXPECT_EQ(ComplaintsAfter([](Options& o) { o.grid_times = {0.5, 0.5}; }).size(), 1u);
+  EXPECT_EQ(ComplaintsAfter([](Options& o) { o.grid_times = {kNaN}; }).size(), 1u);
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.grid_times = {0.5};
+                o.num_steps = 3;
+              }),
+              ElementsAre("grid_times: 1 times; only one of grid_times, step and num_steps may be set"));
+}
+
 }  // namespace
 }  // namespace dlcs
