@@ -109,11 +109,12 @@ int ReadNumber(const char* text, int* position, double* value) {
   return 1;
 }
 
-// muParser with our language instead of its own: the variable t and the functions that `syntax` needs. (To
+// muParser with our language instead of its own: the variables and the functions that `syntax` needs. (To
 // define all of them costs more than the rest of the translation.)
 class Parser final : public mu::ParserBase {
  public:
-  Parser(const FormulaSyntax& syntax, double* t) {
+  // `variables` holds t, then the states and the constraints that occur in `syntax`.
+  Parser(const FormulaSyntax& syntax, double* variables) {
     DefineNameChars("0123456789abcdefghijklmnopqrstuvwxyz");
     DefineOprtChars("+-*^/<>=!");
     DefineInfixOprtChars("-");
@@ -128,7 +129,9 @@ class Parser final : public mu::ParserBase {
         DefineFun(std::string(function), FunctionOfOne(function));
       }
     }
-    DefineVar("t", t);
+    DefineVar("t", variables++);
+    for (const Index i : syntax.states) DefineVar("x" + std::to_string(i + 1), variables++);
+    for (const Index i : syntax.constraints) DefineVar("y" + std::to_string(i + 1), variables++);
     SetExpr(syntax.muparser_text);
   }
 
@@ -142,22 +145,29 @@ class Parser final : public mu::ParserBase {
 }  // namespace
 
 struct Formula::Impl {
-  double t = 0;
+  std::vector<double> variables;  // t, then the states and the constraints that occur
+  bool depends_on_t = false;
+  std::vector<Index> states;
+  std::vector<Index> constraints;
   double constant = kNaN;        // the value where there is no parser
-  std::optional<Parser> parser;  // holds the address of `t`; only where the formula depends on it
+  std::optional<Parser> parser;  // holds addresses in `variables`; only where the formula depends on one
 };
 
-absl::StatusOr<Formula> Formula::Parse(const std::string& text) {
-  const absl::StatusOr<FormulaSyntax> syntax = ReadFormula(text);
+absl::StatusOr<Formula> Formula::Parse(const std::string& text, FormulaVariables variables) {
+  const absl::StatusOr<FormulaSyntax> syntax = ReadFormula(text, variables);
   if (!syntax.ok()) return syntax.status();
   auto impl = std::make_unique<Impl>();
   try {
-    impl->parser.emplace(*syntax, &impl->t);
+    impl->depends_on_t = syntax->depends_on_t;
+    impl->states = syntax->states;
+    impl->constraints = syntax->constraints;
+    impl->variables.assign(1 + impl->states.size() + impl->constraints.size(), 0);
+    impl->parser.emplace(*syntax, impl->variables.data());
     impl->constant = impl->parser->Eval();  // muParser translates at the first evaluation
   } catch (const mu::ParserError& error) {
     return absl::InternalError("muParser refused '" + syntax->muparser_text + "': " + error.GetMsg());
   }
-  if (!syntax->depends_on_t) impl->parser.reset();
+  if (!impl->depends_on_t && impl->variables.size() == 1) impl->parser.reset();
   return Formula(std::move(impl));
 }
 
@@ -166,11 +176,22 @@ Formula::Formula(Formula&&) noexcept = default;
 Formula& Formula::operator=(Formula&&) noexcept = default;
 Formula::~Formula() = default;
 
-bool Formula::DependsOnTime() const { return impl_->parser.has_value(); }
+bool Formula::DependsOnTime() const { return impl_->depends_on_t; }
+const std::vector<Index>& Formula::states() const { return impl_->states; }
+const std::vector<Index>& Formula::constraints() const { return impl_->constraints; }
 
 double Formula::Evaluate(double t) {
   if (!impl_->parser) return impl_->constant;
-  impl_->t = t;
+  impl_->variables[0] = t;
+  return impl_->parser->Eval();
+}
+
+double Formula::Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
+  if (!impl_->parser) return impl_->constant;
+  double* variable = impl_->variables.data();
+  *variable++ = t;
+  for (const Index i : impl_->states) *variable++ = x[i];
+  for (const Index i : impl_->constraints) *variable++ = y[i];
   return impl_->parser->Eval();
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas in the variable `t`, read as Python reads them.
+// Formulas in the variable `t`, and in states x1 ... xm and constraints y1 ... yn where there are any, read as
+// Python reads them.
 //
-// Numbers, `t`, `pi`, `e`; + - * / and powers written ** or ^ (right-associative, binding closer than a
+// Numbers, the variables, `pi`, `e`; + - * / and powers written ** or ^ (right-associative, binding closer than a
 // sign: -t**2 is -(t**2)); comparisons < <= > >= == != with value 0 or 1, chained as in Python
 // (0 < t < 1 means (0 < t)*(t < 1)); parentheses; the functions
 //     sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt abs sign floor ceil min max
@@ -18,27 +19,36 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/formula_syntax.h"
+#include "core/types.h"
 
 namespace dlcs {
 
 class Formula {
  public:
+  // A formula in `t` and `variables`, by default none.
   // Errors: InvalidArgument with the position in `text` and the reason; an unknown name is named.
   // Cost: about 15 µs.
-  static absl::StatusOr<Formula> Parse(const std::string& text);
+  static absl::StatusOr<Formula> Parse(const std::string& text, FormulaVariables variables = {});
 
   Formula(Formula&&) noexcept;
   Formula& operator=(Formula&&) noexcept;
   ~Formula();
 
-  // Whether `t` occurs in it. A formula without it costs nothing to evaluate.
+  // Whether `t` occurs in it. A formula without any variable costs nothing to evaluate.
   bool DependsOnTime() const;
+  // Which x and y occur in it, as indices from 0.
+  const std::vector<Index>& states() const;
+  const std::vector<Index>& constraints() const;
 
   // The value at `t`; not finite where the formula has none (division by zero, log of a negative number).
   // Not safe to call from several threads at once. Cost: about 35 ns.
   double Evaluate(double t);
+  // The same where the formula has states and constraints; `x` and `y` hold at least those that occur.
+  double Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
 
  private:
   struct Impl;

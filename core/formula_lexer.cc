@@ -254,7 +254,7 @@ FormulaToken NextFormulaToken(std::string_view text, std::size_t begin) {
   return ReadStrangeCharacter(text, begin);
 }
 
-std::string AdviceForUnknownName(std::string_view name) {
+std::string AdviceForUnknownName(std::string_view name, FormulaVariables variables) {
   std::string lower(name);
   std::transform(lower.begin(), lower.end(), lower.begin(), Lower);
   for (const Advice& foreign : kForeignNames) {
@@ -270,7 +270,10 @@ std::string AdviceForUnknownName(std::string_view name) {
       nearest = candidate;
     }
   };
-  std::string all = "the names are t pi e";
+  std::string all = "the names are t";
+  if (variables.states > 0) all += " x1 ... x" + std::to_string(variables.states);
+  if (variables.constraints > 0) all += " y1 ... y" + std::to_string(variables.constraints);
+  all += " pi e";
   for (std::string_view constant : {"t", "pi", "e"}) consider(constant);
   for (const FormulaName& function : kFormulaFunctions) {
     consider(function.name);

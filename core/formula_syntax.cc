@@ -2,6 +2,7 @@
 #include "core/formula_syntax.h"
 
 #include <algorithm>
+#include <charconv>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -44,7 +45,7 @@ std::string Quoted(std::string_view text) {
 // error wins: it turns the current token into the end, so that every loop stops by itself.
 class Reader {
  public:
-  explicit Reader(std::string_view text) : text_(text) {}
+  Reader(std::string_view text, FormulaVariables variables) : text_(text), variables_(variables) {}
 
   absl::StatusOr<FormulaSyntax> Read() {
     if (text_.size() > kMaxTextSize) {
@@ -149,20 +150,56 @@ class Reader {
     const auto function = std::find_if(kFormulaFunctions.begin(), kFormulaFunctions.end(),
                                        [&](const FormulaName& f) { return f.name == name.text; });
     const bool is_function = function != kFormulaFunctions.end();
+    if (const std::optional<char> kind = IndexedVariable(name.text)) return ReadVariable(*kind, name);
     if (!is_function && name.text != "t" && name.text != "pi" && name.text != "e") {
-      Fail(name.position, "unknown name " + Quoted(name.text) + "; " + AdviceForUnknownName(name.text));
+      Fail(name.position, "unknown name " + Quoted(name.text) + "; " + AdviceForUnknownName(name.text, variables_));
       return {};
     }
     Advance();
     if (is_function) return ReadCall(*function, name);
-    if (IsOperator("(")) {
-      Fail(token_.position, Quoted(name.text) + " is not a function; a product is written with *");
-      return {};
-    }
+    if (RefuseCall(name)) return {};
     if (name.text == "pi") return NumberText(std::numbers::pi);
     if (name.text == "e") return NumberText(std::numbers::e);
     syntax_.depends_on_t = true;
     return "t";
+  }
+
+  // 'x' or 'y' where `name` is that letter and a number, and there are variables besides t.
+  std::optional<char> IndexedVariable(std::string_view name) const {
+    if (variables_.states == 0 && variables_.constraints == 0) return std::nullopt;
+    if (name.size() < 2 || (name[0] != 'x' && name[0] != 'y')) return std::nullopt;
+    const bool digits = name.find_first_not_of("0123456789", 1) == std::string_view::npos;
+    return digits ? std::optional(name[0]) : std::nullopt;
+  }
+
+  std::string ReadVariable(char kind, const FormulaToken& name) {
+    const bool is_state = kind == 'x';
+    const Index count = is_state ? variables_.states : variables_.constraints;
+    const std::string what = is_state ? "states" : "constraints";
+    Index number = 0;
+    const char* end = name.text.data() + name.text.size();
+    const bool in_range = std::from_chars(name.text.data() + 1, end, number).ec == std::errc();
+    if (name.text[1] == '0') {
+      Fail(name.position, std::string(name.text) + ": " + what + " are counted from 1, without leading zeros");
+      return {};
+    }
+    if (!in_range || number > count) {
+      Fail(name.position, std::string(name.text) + ": there " + (count == 1 ? "is" : "are") + " only " +
+                              std::to_string(count) + " " + (count == 1 ? what.substr(0, what.size() - 1) : what));
+      return {};
+    }
+    std::vector<Index>& used = is_state ? syntax_.states : syntax_.constraints;
+    if (std::find(used.begin(), used.end(), number - 1) == used.end()) used.push_back(number - 1);
+    Advance();
+    if (RefuseCall(name)) return {};
+    return std::string(name.text);
+  }
+
+  // Whether `name`, which was just read and is no function, is called like one.
+  bool RefuseCall(const FormulaToken& name) {
+    if (!IsOperator("(")) return false;
+    Fail(token_.position, Quoted(name.text) + " is not a function; a product is written with *");
+    return true;
   }
 
   std::string ReadCall(const FormulaName& function, const FormulaToken& name) {
@@ -236,7 +273,7 @@ class Reader {
     } else if (IsOperator(",")) {
       message += "a comma separates the arguments of min and max only, and a decimal point is a point";
     } else if (token_.kind == Kind::kName && IsWordOperator(token_.text)) {
-      message += AdviceForUnknownName(token_.text);
+      message += AdviceForUnknownName(token_.text, variables_);
     } else {
       message += "an operator is expected here, and a product is written with *, as in 2*t";
     }
@@ -253,6 +290,7 @@ class Reader {
   }
 
   const std::string_view text_;
+  const FormulaVariables variables_;
   FormulaToken token_;
   int depth_ = 0;
   FormulaSyntax syntax_;
@@ -261,6 +299,8 @@ class Reader {
 
 }  // namespace
 
-absl::StatusOr<FormulaSyntax> ReadFormula(std::string_view text) { return Reader(text).Read(); }
+absl::StatusOr<FormulaSyntax> ReadFormula(std::string_view text, FormulaVariables variables) {
+  return Reader(text, variables).Read();
+}
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of formulas in `t`: reads a text as Python reads it and writes it again in the part of
+// The grammar of formulas in `t`, and in states x1 ... xm and constraints y1 ... yn where there are any: reads a text as Python reads it and writes it again in the part of
 // muParser's language on which both agree.
 //
 //     comparison := sum (("<" | "<=" | ">" | ">=" | "==" | "!=") sum)*
@@ -7,7 +7,7 @@
 //     product    := signed (("*" | "/") signed)*
 //     signed     := ("+" | "-")* power
 //     power      := primary (("**" | "^") signed)?
-//     primary    := number | "t" | "pi" | "e" | function "(" comparison ("," comparison)* ")" | "("
+//     primary    := number | "t" | "pi" | "e" | "x" index | "y" index | function "(" comparison ("," comparison)* ")" | "("
 //     comparison ")"
 //
 // muParser's own reading differs in places (`**`, --t, a < b < c) and is wider in others (assignments, `?:`,
@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/types.h"
 
 namespace dlcs {
 
@@ -42,9 +43,18 @@ inline constexpr std::array<FormulaName, 19> kFormulaFunctions = {{
 inline constexpr std::string_view kChainFunction = "chain";
 enum class Comparison { kLess, kLessEqual, kGreater, kGreaterEqual, kEqual, kNotEqual };
 
+// The variables besides t: x1 ... x`states` and y1 ... y`constraints`.
+struct FormulaVariables {
+  Index states = 0;
+  Index constraints = 0;
+};
+
 struct FormulaSyntax {
   std::string muparser_text;
   bool depends_on_t = false;
+  // Indices from 0 of the x and y in the text, each once, in the order of their first occurrence.
+  std::vector<Index> states;
+  std::vector<Index> constraints;
   std::vector<std::string_view>
       functions;  // each name of kFormulaFunctions in the text once, and kChainFunction
 };
@@ -52,7 +62,7 @@ struct FormulaSyntax {
 // Errors: InvalidArgument "at position P: ...", with P counted in bytes from 1, what was found there, and the
 // rule. Longer than 65,536 bytes, or nested deeper than 100 levels of parentheses, calls and powers, is
 // refused. Cost: linear in the length of `text` times its depth. Safe from any thread; no locale matters.
-absl::StatusOr<FormulaSyntax> ReadFormula(std::string_view text);
+absl::StatusOr<FormulaSyntax> ReadFormula(std::string_view text, FormulaVariables variables = {});
 
 }  // namespace dlcs
 

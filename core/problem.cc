@@ -29,16 +29,6 @@ void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std:
   }
 }
 
-void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list) {
-  list.AddDisorder(times, "break_points");
-  for (std::size_t k = 0; k < times.size(); ++k) {
-    if (times[k] <= 0 || times[k] >= horizon) {
-      list.Add("break_points[" + std::to_string(k) + "]",
-               NumberText(times[k]) + "; must lie inside (0, T) = (0, " + NumberText(horizon) + ")");
-    }
-  }
-}
-
 struct SampleTime {
   double time;
   Side side;

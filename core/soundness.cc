@@ -7,9 +7,7 @@
 
 namespace dlcs {
 
-absl::Status CheckSound(const Problem& problem, const Options& options) {
-  std::vector<Violation> violations = Validate(problem);
-  for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
+absl::Status StatusOf(const std::vector<Violation>& violations) {
   if (violations.empty()) return absl::OkStatus();
   std::string text;
   for (const Violation& violation : violations) {
@@ -17,6 +15,12 @@ absl::Status CheckSound(const Problem& problem, const Options& options) {
     text += violation.field + ": " + violation.description;
   }
   return absl::InvalidArgumentError(text);
+}
+
+absl::Status CheckSound(const Problem& problem, const Options& options) {
+  std::vector<Violation> violations = Validate(problem);
+  for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
+  return StatusOf(violations);
 }
 
 }  // namespace dlcs

@@ -4,6 +4,8 @@
 #ifndef DLCS_CORE_SOUNDNESS_H_
 #define DLCS_CORE_SOUNDNESS_H_
 
+#include <vector>
+
 #include "absl/status/status.h"
 #include "core/options.h"
 #include "core/problem.h"
@@ -13,6 +15,9 @@ namespace dlcs {
 // OK, or InvalidArgument with every violation of problem and options in the message ("field: description", one per
 // line; Validate() gives them singly).
 absl::Status CheckSound(const Problem& problem, const Options& options);
+
+// OK where there are no `violations`; otherwise InvalidArgument with all of them.
+absl::Status StatusOf(const std::vector<Violation>& violations);
 
 }  // namespace dlcs
 

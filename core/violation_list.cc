@@ -58,6 +58,16 @@ std::vector<Violation> ViolationList::Take() && {
   return std::move(violations_);
 }
 
+void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list) {
+  list.AddDisorder(times, "break_points");
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    if (times[k] <= 0 || times[k] >= horizon) {
+      list.Add("break_points[" + std::to_string(k) + "]",
+               NumberText(times[k]) + "; must lie inside (0, T) = (0, " + NumberText(horizon) + ")");
+    }
+  }
+}
+
 std::string ShapeText(Index rows, Index columns) {
   return std::to_string(rows) + "x" + std::to_string(columns);
 }

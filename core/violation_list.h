@@ -37,6 +37,10 @@ class ViolationList {
   std::string first_unlisted_field_;
 };
 
+// Adds what is wrong with `times` as break points of a problem on [0, horizon], as break_points[k]: disorder, and times
+// outside (0, horizon).
+void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list);
+
 // "2x3"
 std::string ShapeText(Index rows, Index columns);
 

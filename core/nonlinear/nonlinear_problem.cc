@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/nonlinear/nonlinear_problem.h"
+
+#include <cmath>
+#include <utility>
+
+#include "core/formula.h"
+#include "core/number_text.h"
+#include "core/soundness.h"
+#include "core/violation_list.h"
+
+namespace dlcs {
+namespace {
+
+void CheckFormulas(const std::vector<std::string>& formulas, FormulaVariables variables,
+                   const std::string& field, ViolationList& list) {
+  for (std::size_t i = 0; i < formulas.size() && !list.full(); ++i) {
+    const absl::StatusOr<Formula> formula = Formula::Parse(formulas[i], variables);
+    if (!formula.ok())
+      list.Add(field + "[" + std::to_string(i) + "]", std::string(formula.status().message()));
+  }
+}
+
+}  // namespace
+
+std::vector<Violation> Validate(const NonlinearProblem& problem) {
+  const Index m = problem.num_states();
+  const Index n = problem.num_constraints();
+  ViolationList list;
+  if (static_cast<Index>(problem.f.size()) != m) {
+    list.Add("f",
+             std::to_string(problem.f.size()) + " formulas; must be m = " + std::to_string(m) + " (from x0)");
+  }
+  CheckFormulas(problem.f, {m, n}, "f", list);
+  if (n == 0) list.Add("g", "no formulas; must hold at least one");
+  CheckFormulas(problem.g, {m, n}, "g", list);
+  if (m == 0) list.Add("x0", "no components; must hold at least one");
+  list.AddNonFiniteComponents(problem.x0, "x0");
+  const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
+  if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
+  CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
+  if (problem.W) {
+    if (problem.W->rows() != m || problem.W->cols() != m) {
+      list.Add("W", ShapeText(problem.W->rows(), problem.W->cols()) + "; must be m x m = " + ShapeText(m, m) +
+                        " (from x0)");
+    }
+    list.AddNonFiniteEntries(*problem.W, "W");
+  }
+  return std::move(list).Take();
+}
+
+absl::Status CheckSound(const NonlinearProblem& problem, const Options& options) {
+  std::vector<Violation> violations = Validate(problem);
+  for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
+  if (options.method != Method::kAuto && options.method != Method::kLaplaceIteration) {
+    violations.push_back(
+        {"method", "nonlinear problems are solved by the laplace iteration only; must be that or auto"});
+  }
+  return StatusOf(violations);
+}
+
+}  // namespace dlcs

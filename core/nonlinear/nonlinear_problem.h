@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The nonlinear dynamic complementarity problem (5.1) of [Wu & Chen],
+//
+//     x'(t) = f(t, x, y),   0 <= y ⟂ g(t, x, y) >= 0,   x(0) = x0,   t in [0, T].
+
+#ifndef DLCS_CORE_NONLINEAR_NONLINEAR_PROBLEM_H_
+#define DLCS_CORE_NONLINEAR_NONLINEAR_PROBLEM_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/options.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// The components of f and g are formulas in t, x1 ... xm, y1 ... yn (core/formula.h).
+struct NonlinearProblem {
+  std::vector<std::string> f;        // m formulas
+  std::vector<std::string> g;        // n formulas
+  Vector x0;                         // m
+  double horizon = 0;                // T > 0
+  std::vector<double> break_points;  // times in (0, T) where f or g jumps or has a kink in t
+  // The matrix of the splitting (5.2), m × m; zero gives the iteration of Picard. Absent: chosen from the
+  // Jacobians of f and g at the start of each window (core/nonlinear/splitting.h).
+  std::optional<Matrix> W;
+
+  Index num_states() const { return x0.size(); }
+  Index num_constraints() const { return static_cast<Index>(g.size()); }
+};
+
+// Every rule that `problem` breaks, in the order of the fields; empty when it is sound. m is the number of
+// entries of x0, n the number of formulas in g, neither 0. Fields are named f[i] g[i] x0 T break_points
+// W[i][j]. Values of formulas are not looked at: where one has none is for the solve to say.
+std::vector<Violation> Validate(const NonlinearProblem& problem);
+
+// OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of
+// the methods only kAuto and kLaplaceIteration solve nonlinear problems.
+absl::Status CheckSound(const NonlinearProblem& problem, const Options& options);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_NONLINEAR_NONLINEAR_PROBLEM_H_
