@@ -2,6 +2,7 @@
 
 #include "core/laplace/contour.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -12,25 +13,23 @@ using Complex = std::complex<double>;
 
 // l ∫_0^1 (1-τ)^{l-1} e^{aτ} dτ.
 double PowerExponentialIntegral(int l, double a) {
-  if (a < -(l + 30.0)) {
+  if (a < -l) {
     // J_1 = (e^a - 1)/a, J_{k+1} = (k J_k - 1)/a: stable upwards while k < |a|.
     double J = std::expm1(a) / a;
     for (int k = 1; k < l; ++k) J = (k * J - 1) / a;
     return l * J;
   }
-  // The integral is Kummer's function M(1, l+1, a) = e^a M(l, l+1, -a): of the two series take the positive one.
-  double sum = 1, term = 1;
   if (a >= 0) {
+    // The integral is Kummer's function M(1, l+1, a) = Σ a^k/((l+1)⋯(l+k)).
+    double sum = 1, term = 1;
     for (int k = 1; term > 1e-17 * sum; ++k) sum += term *= a / (l + k);
     return sum;
   }
-  // M(l, l+1, b) = Σ l/(l+k) b^k/k!.
-  double power = 1;
-  for (int k = 1; power > 1e-17 * sum; ++k) {
-    power *= -a / k;
-    sum += power * l / (l + k);
-  }
-  return std::exp(a) * sum;
+  // Downwards J_k = (1 + a J_{k+1})/k: stable while k > |a|. Above l the start is forgotten by a product of |a|/k.
+  const int first = 2 * static_cast<int>(std::max<double>(l, -a)) + 60;
+  double J = 1 / (first - a);
+  for (int k = first - 1; k >= l; --k) J = (1 + a * J) / k;
+  return l * J;
 }
 
 }  // namespace
@@ -68,6 +67,12 @@ double Theta(const Contour& contour, int l) {
     sum += (p == 0 ? 1 : 2) * nodes[p].log_derivative * PowerExponentialIntegral(l, exponent);
   }
   return sum;
+}
+
+double ThetaMax(const Contour& contour) {
+  const double sine = std::sin(contour.gamma);
+  return static_cast<double>(2 * contour.nodes + 1) * std::exp(contour.mu * (1 - sine)) *
+         std::sqrt((1 + sine) / (1 - sine));
 }
 
 }  // namespace dlcs

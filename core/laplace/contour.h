@@ -44,6 +44,9 @@ std::vector<ContourNode> Nodes(const Contour& contour);
 // Σ_{p=-P..P} |z'_p/z_p| · l ∫_0^1 (1-τ)^{l-1} e^{μτ(1 - sinγ cosh v_p)} dτ: Θ_l of (2.7b), l >= 1.
 double Theta(const Contour& contour, int l);
 
+// Θ_max = (2P + 1) e^{μ(1 - sin γ)} √((1 + sin γ)/(1 - sin γ)) >= Θ_l for all l, (2.15).
+double ThetaMax(const Contour& contour);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_LAPLACE_CONTOUR_H_

@@ -23,7 +23,7 @@ void Resolvent::Solve(std::complex<double> z, ComplexVector& b) const {
   }
 }
 
-double Resolvent::Norm(std::complex<double> z) const {
+Resolvent::ComplexMatrix Resolvent::Inverse(std::complex<double> z) const {
   const Index m = T_.rows();
   ComplexMatrix inverse(m, m);
   for (Index k = 0; k < m; ++k) {
@@ -31,8 +31,10 @@ double Resolvent::Norm(std::complex<double> z) const {
     Solve(z, column);
     inverse.col(k) = U_ * column;
   }
-  return InfinityNorm(inverse);
+  return inverse;
 }
+
+double Resolvent::Norm(std::complex<double> z) const { return InfinityNorm(Inverse(z)); }
 
 double SectorAngle(const Eigen::VectorXcd& eigenvalues) {
   if (eigenvalues.size() == 0) return 0;

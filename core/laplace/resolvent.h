@@ -29,7 +29,8 @@ class Resolvent {
   // Replaces b by (zI - T)⁻¹ b. A z that is an eigenvalue gives non-finite entries.
   void Solve(std::complex<double> z, ComplexVector& b) const;
 
-  // ‖(zI - A)⁻¹‖_∞. O(m³).
+  // (zI - A)⁻¹ and its ∞-norm. O(m³).
+  ComplexMatrix Inverse(std::complex<double> z) const;
   double Norm(std::complex<double> z) const;
 
  private:

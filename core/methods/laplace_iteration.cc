@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "core/analysis/laplace_bounds.h"
 #include "core/laplace/kernel.h"
 #include "core/lcp/batch.h"
 #include "core/linalg/norms.h"
 #include "core/methods/consistency.h"
 #include "core/methods/marching.h"
+#include "core/methods/propagation.h"
 #include "core/methods/step_cache.h"
 
 namespace dlcs {
@@ -91,8 +93,7 @@ class Iteration {
     if (!context_.matrix_class.lipschitz) return kFirstWindow;
     tools.kernel.Reserve(2, context_.stop);
     const double rate = *context_.matrix_class.lipschitz * tools.kernel.Bound(2) * run.step;
-    if (!(rate > 0)) return kLongestWindow;
-    return static_cast<Index>(std::clamp(1 / rate, 1.0, static_cast<double>(kLongestWindow)));
+    return static_cast<Index>(RecommendedWindow(rate, static_cast<double>(kLongestWindow)));
   }
 
   // Takes one window of `run` from step `done` on, shrinking it until it converges. Returns the steps taken; 0
@@ -287,23 +288,11 @@ class Iteration {
     report.lcp_residual = residual;
     report.seconds = context_.Seconds();
     if (context_.matrix_class.lipschitz && first_change > 0) {
-      const double order = static_cast<double>(k - 1), width = static_cast<double>(steps);
-      const double log_bound = (k > 1 ? order * std::log(rate) : 0) + std::lgamma(width + order) -
-                               std::lgamma(order + 1) - std::lgamma(width) + std::log(first_change);
+      const double log_bound =
+          LogReducedFactor(rate, static_cast<double>(steps), static_cast<int>(k - 1)) + std::log(first_change);
       if (std::isfinite(log_bound)) report.log10_bound = log_bound / std::log(10.0);
     }
     context_.observer.OnIterate(report);
-  }
-
-  // Fills x of `segment` from its first column and y: the exp-PL recursion.
-  void Propagate(const Scheme& scheme, Segment& segment) const {
-    const Index steps = segment.steps;
-    auto x = segment.x.rightCols(steps);
-    x.noalias() = scheme.f_before * segment.f.leftCols(steps);
-    x.noalias() += scheme.f_after * segment.f.rightCols(steps);
-    x.noalias() += scheme.y_before * segment.y.leftCols(steps);
-    x.noalias() += scheme.y_after * segment.y.rightCols(steps);
-    for (Index j = 1; j <= steps; ++j) segment.x.col(j).noalias() += scheme.state * segment.x.col(j - 1);
   }
 
   void Accept(StepTools& tools, const Segment& segment, Index iterations, bool marched) {

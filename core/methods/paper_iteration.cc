@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "core/analysis/laplace_bounds.h"
 #include "core/laplace/contour.h"
+#include "core/laplace/contour_choice.h"
 #include "core/laplace/resolvent.h"
 #include "core/lcp/batch.h"
 #include "core/linalg/norms.h"
@@ -64,12 +66,12 @@ class Iteration {
   bool ReachEnd() {
     const double horizon = problem_.horizon;
     if (!Prepare()) return false;
-    const double log_rate = LogRate();
+    IterationBound bound = Bound();
     context_.observer.OnWindowStarted({0, 0, horizon, context_.grid.num_steps()});
     context_.solution.cost.windows = 1;
 
     const Index limit = context_.options.max_iterations > 0 ? context_.options.max_iterations : 1000;
-    double first_change = 0, last_change = 0, log_bound = 0;
+    double first_change = 0, last_change = 0;
     for (Index k = 1; k <= limit; ++k) {
       ++context_.solution.cost.iterations;
       if (!SolveLcps(k)) return false;
@@ -80,9 +82,7 @@ class Iteration {
       x_ = next;
 
       if (k == 1) first_change = change;
-      // (2.7a): |x^k - x^{k-1}| <= (L̃T)^{k-1} Θ_1⋯Θ_{k-1}/(k-1)! |x^1 - x^0|.
-      if (k > 1) log_bound += log_rate + std::log(Theta(contour_, static_cast<int>(k - 1)) / (k - 1.0));
-      Report(k, change, log_bound + std::log(first_change));
+      Report(k, change, bound.LogFactor(static_cast<int>(k - 1)) + std::log(first_change));
       if (!std::isfinite(change)) {
         return context_.Fail(Termination::kDiverged, horizon,
                              "The iterates grew beyond the range of numbers. The whole horizon is one window "
@@ -250,22 +250,17 @@ class Iteration {
     return context_.grid.times[context_.grid.runs[r].first_node + column - Column(r, 0)];
   }
 
-  // log(L̃ T), L̃ = Δv φ L ‖B‖‖N‖/(2π) of (2.13) in the ∞-norm, φ = sup |z| ‖(zI - A)⁻¹‖ over the nodes of up to 32 of
-  // the times (it varies slowly with t); NaN where L is not known.
-  double LogRate() const {
-    if (!context_.matrix_class.lipschitz) return std::numeric_limits<double>::quiet_NaN();
+  // (2.7a), with φ of up to 32 of the times; its factors are NaN where L is not known.
+  IterationBound Bound() const {
     constexpr Index kSampledTimes = 32;
     const Index count = context_.grid.num_steps();
-    const Index stride = std::max<Index>(1, count / kSampledTimes);
-    double phi = 0;
-    for (Index k = 1; k <= count; k += stride) {
-      const double t = context_.grid.times[k];
-      for (const ContourNode& node : nodes_) {
-        phi = NanMax(phi, std::abs(node.z / t) * resolvent_.Norm(node.z / t));
-      }
+    std::vector<double> times;
+    for (Index k = 1; k <= count; k += std::max<Index>(1, count / kSampledTimes)) times.push_back(context_.grid.times[k]);
+    double rate = std::numeric_limits<double>::quiet_NaN();
+    if (const auto lipschitz = context_.matrix_class.lipschitz) {
+      rate = IterationRate(contour_, ResolventFactor(contour_, resolvent_, times), *lipschitz, problem_);
     }
-    return std::log(contour_.step * phi * *context_.matrix_class.lipschitz * InfinityNorm(problem_.B) *
-                    InfinityNorm(problem_.N) / (2 * std::numbers::pi) * problem_.horizon);
+    return IterationBound(contour_, rate, problem_.horizon);
   }
 
   void Report(Index k, double change, double log_bound) {
@@ -307,12 +302,7 @@ class Iteration {
 }  // namespace
 
 bool PaperIteration(SolveContext& context) {
-  const Options& options = context.options;
-  Contour contour = SourceContour(options.num_contour_nodes);
-  if (options.contour_gamma > 0) contour.gamma = options.contour_gamma;
-  if (options.contour_mu > 0) contour.mu = options.contour_mu;
-  if (options.contour_step > 0) contour.step = options.contour_step;
-
+  const Contour contour = ContourOf(context.options);
   const Resolvent resolvent(context.problem.A);
   const double angle = SectorAngle(resolvent.Eigenvalues());
   const double allowed = std::numbers::pi / 2 - contour.gamma;
