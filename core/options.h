@@ -60,6 +60,11 @@ struct Options {
   // An inconsistent state, at 0 or at a break point, is projected (the state jumps) instead of refused.
   bool project_initial_state = false;
 
+  // Systems of relative degree two (M = 0, N B = 0: y acts on N x + g through two integrations, as a contact force acts on
+  // a gap) are refused, because their solutions need impulses. With this, they are solved as inelastic impacts
+  // (core/methods/inelastic_impact.h), which is a law of its own and not part of the system.
+  bool inelastic_impact = false;
+
   // Also solve with half the step and report the difference.
   bool estimate_error = false;
 

@@ -9,6 +9,7 @@
 #include "core/linalg/norms.h"
 #include "core/methods/exponential_march.h"
 #include "core/methods/grid.h"
+#include "core/methods/inelastic_impact.h"
 #include "core/methods/laplace_iteration.h"
 #include "core/methods/method_choice.h"
 #include "core/methods/paper_iteration.h"
@@ -33,8 +34,9 @@ struct Task {
   bool lost_least_element = false;  // by the last pass
 };
 
-bool RunMethod(Method method, SolveContext& context) {
-  switch (method) {
+bool RunMethod(const MethodChoice& choice, SolveContext& context) {
+  if (choice.inelastic_impact) return InelasticImpact(context);
+  switch (choice.method) {
     case Method::kLaplaceIteration:
       return LaplaceIteration(context);
     case Method::kPaperIteration:
@@ -85,7 +87,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .solution = solution,
                        .started = task.started};
   solution.cost.seconds_setup = context.Seconds();
-  if (RunMethod(task.choice.method, context)) {
+  if (RunMethod(task.choice, context)) {
     solution.termination = Termination::kConverged;
     solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
                        std::to_string(solution.cost.steps) + " steps.";
@@ -153,6 +155,11 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
   }
   WarnOfCoupledClass(task, grid.longest_step, report.warnings);
+  if (task.choice.inelastic_impact) {
+    report.warnings.push_back(
+        "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "
+        "(N x + g)' = 0. This law was asked for; the system itself does not hold it.");
+  }
   observer.OnAnalysis(report);
 
   if (!task.choice.refusal.empty()) {

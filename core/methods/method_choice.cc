@@ -43,11 +43,17 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
   }
   if (matrix_class.zero && !lipschitz) {
     const std::optional<int> degree = RelativeDegree(problem.A, problem.B, problem.N);
-    if (degree && *degree >= 2) {
+    if (degree == 2 && options.inelastic_impact) {
+      choice.inelastic_impact = true;
+      choice.refusal.clear();
+      choice.method = Method::kTimeStepping;
+      choice.reason = "relative degree two, solved as inelastic impact, as asked for";
+    } else if (degree && *degree >= 2) {
       choice.refusal = "The system has relative degree " + std::to_string(*degree) +
                        " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(*degree) +
                        " integrations, so solutions need impulses and time stepping diverges like 1/h in silence. "
-                       "Model the impact explicitly, or add compliance or damping so that M or N B is not zero.";
+                       "Model the impact explicitly, or add compliance or damping so that M or N B is not zero";
+      choice.refusal += degree == 2 ? "; or ask for inelastic impacts, a law that the system itself does not hold." : ".";
     }
   }
   return choice;

@@ -17,10 +17,13 @@ struct MethodChoice {
   std::string reason;
   // Why the problem, or the method that was asked for, cannot be served; empty when it can.
   std::string refusal;
+  // Relative degree two, with inelastic impacts asked for.
+  bool inelastic_impact = false;
 };
 
 // Takes the method of the options, or chooses: laplace_iteration for P- and Z-matrices, exponential_march with exp-PC
-// for all others. Refuses relative degree two and more (M = 0 and N B = 0), and the iterations where y is no
+// for all others. Refuses relative degree two and more (M = 0 and N B = 0; degree two only where
+// inelastic impacts are not asked for), and the iterations where y is no
 // Lipschitz function of x.
 MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                           Selection selection);

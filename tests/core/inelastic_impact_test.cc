@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Masses that fall on floors: closed forms of relative degree two.
+
+#include "core/methods/inelastic_impact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/linalg/norms.h"
+#include "core/solve.h"
+#include "tests/support/cases.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+// A unit mass at height x1 above a floor that moves as -g: x1'' = y - gravity, gap x1 + g.
+Problem FallingMass(double height, double velocity, const std::string& floor, double horizon) {
+  Problem problem;
+  problem.A = Matrix::Zero(2, 2);
+  problem.A(0, 1) = 1;
+  problem.B = Vector::Unit(2, 1);
+  problem.N = Vector::Unit(2, 0).transpose();
+  problem.M = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Constant(Vector{{0, -kGravity}});
+  problem.g = TimeFunction::Formulas({floor});
+  problem.x0 = Vector{{height, velocity}};
+  problem.horizon = horizon;
+  return problem;
+}
+
+Solution Solved(const Problem& problem, Index steps) {
+  Options options;
+  options.num_steps = steps;
+  options.inelastic_impact = true;
+  Observer silent;
+  auto solution = Solve(problem, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+TEST(InelasticImpactTest, AMassFallsAndStays) {
+  const Problem problem = FallingMass(1, 0, "0", 1);
+  const double impact = std::sqrt(2 / kGravity);
+  double previous_error = 0;
+  for (const Index steps : {500, 2000, 8000}) {
+    const Solution solution = Solved(problem, steps);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.jumps.size(), 1u);
+    const double h = 1.0 / static_cast<double>(steps);
+    EXPECT_NEAR(solution.jumps[0].time, impact, 1.001 * h);
+    EXPECT_NEAR(solution.jumps[0].multiplier[0], kGravity * impact, kGravity * 1.001 * h);
+    double error = 0;
+    for (size_t k = 0; k < solution.times.size(); ++k) {
+      const double t = solution.times[k];
+      const double exact = t < impact ? 1 - kGravity * t * t / 2 : 0;
+      error = std::max(error, std::abs(solution.x(0, static_cast<Index>(k)) - exact));
+    }
+    EXPECT_LT(error, kGravity * impact * 1.001 * h) << "no farther than it falls in a step";
+    EXPECT_NEAR(solution.x(1, solution.x.cols() - 1), 0, 1e-12);
+    EXPECT_NEAR(solution.y(0, solution.y.cols() - 1), kGravity, 1e-9) << "the floor carries the weight";
+    if (previous_error > 0) {
+      EXPECT_LT(error, previous_error);
+    }
+    previous_error = error;
+  }
+}
+
+TEST(InelasticImpactTest, AMassOnAShakenTableLeavesItWhenTheTableFallsFaster) {
+  // Table at a sin ωt with a ω² > gravity: contact is lost when -a ω² sin ωt = -gravity, then free flight.
+  const double a = 0.05, omega = 20, leaves = std::asin(kGravity / (a * omega * omega)) / omega;
+  const Problem problem = FallingMass(0, a * omega, "-0.05*sin(20*t)", 0.1);
+  const Solution solution = Solved(problem, 20000);
+  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  for (size_t k = 0; k < solution.times.size(); k += 100) {
+    const double t = solution.times[k], s = t - leaves;
+    const double exact = t < leaves ? a * std::sin(omega * t)
+                                    : a * std::sin(omega * leaves) + a * omega * std::cos(omega * leaves) * s -
+                                          kGravity * s * s / 2;
+    EXPECT_NEAR(solution.x(0, static_cast<Index>(k)), exact, 1e-5) << t;
+    const double force = t < leaves ? kGravity - a * omega * omega * std::sin(omega * t) : 0;
+    if (k > 0 && std::abs(t - leaves) > 1e-4) {
+      EXPECT_NEAR(solution.y(0, static_cast<Index>(k)), force, 2e-3) << t;
+    }
+  }
+}
+
+TEST(InelasticImpactTest, TwoMassesShareTheirMomentum) {
+  // Mass 1 runs into mass 2 at rest, of three times its mass: both go on with a quarter of the speed.
+  Problem problem;
+  problem.A = Matrix::Zero(4, 4);
+  problem.A(0, 2) = problem.A(1, 3) = 1;
+  problem.B = Vector{{0, 0, -1, 1.0 / 3}};
+  problem.N = Matrix{{-1, 1, 0, 0}};
+  problem.M = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Constant(Vector::Zero(4));
+  problem.g = TimeFunction::Constant(Vector::Zero(1));
+  problem.x0 = Vector{{0, 0.5, 1, 0}};
+  problem.horizon = 1;
+  const Solution solution = Solved(problem, 1000);
+  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  const Vector end = solution.x.col(solution.x.cols() - 1);
+  EXPECT_NEAR(end[2], 0.25, 1e-12);
+  EXPECT_NEAR(end[3], 0.25, 1e-12);
+  EXPECT_NEAR(end[0], end[1], 1.1e-3);
+  EXPECT_NEAR(end[0], 0.5 + 0.25 * 0.5, 1.1e-3);
+}
+
+TEST(InelasticImpactTest, IsRefusedUnlessAskedFor) {
+  const Problem problem = FallingMass(1, 0, "0", 1);
+  Observer silent;
+  const auto refused = Solve(problem, Options{}, silent, {});
+  ASSERT_TRUE(refused.ok());
+  EXPECT_EQ(refused->termination, Termination::kUnsupported);
+  EXPECT_NE(refused->message.find("inelastic impact"), std::string::npos) << refused->message;
+  const Solution labelled = Solved(problem, 100);
+  ASSERT_EQ(labelled.warnings.size(), 1u);
+  EXPECT_NE(labelled.warnings[0].find("inelastic impact"), std::string::npos);
+}
+
+TEST(InelasticImpactTest, DegreeThreeStaysRefused) {
+  const testing::Case the_case = testing::LoadCase("outside_triple_integrator");
+  const Solution solution = Solved(the_case.problem, 100);
+  EXPECT_EQ(solution.termination, Termination::kUnsupported);
+}
+
+TEST(InelasticImpactTest, DoesNotOpenAGapThatIsClosedTooFar) {
+  EXPECT_EQ(Solved(FallingMass(-0.1, 0, "0", 1), 100).termination, Termination::kInconsistentState);
+  Problem rising = FallingMass(0, 0, "0", 1);
+  rising.g.pieces = {{0, ConstantFunction{Vector::Zero(1)}}, {0.5, ConstantFunction{Vector::Constant(1, -1)}}};
+  const Solution solution = Solved(rising, 100);
+  EXPECT_EQ(solution.termination, Termination::kInfeasible);
+  EXPECT_EQ(solution.failure_time, 0.5);
+}
+
+}  // namespace
+}  // namespace dlcs
