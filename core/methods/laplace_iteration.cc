@@ -16,22 +16,10 @@
 #include "core/methods/marching.h"
 #include "core/methods/propagation.h"
 #include "core/methods/step_cache.h"
+#include "core/methods/window_control.h"
 
 namespace dlcs {
 namespace {
-
-// Windows: the longest that is chosen without being asked for, and the first when no Lipschitz constant is known.
-constexpr Index kLongestWindow = 2048;
-constexpr Index kFirstWindow = 16;
-// A window that took fewer iterations is doubled next time, one that took more is halved. An iteration costs
-// the same per step for any width, so few iterations per window are worth more than few windows.
-constexpr Index kFewIterations = 10;
-constexpr Index kManyIterations = 20;
-// Growth of the change that is taken for divergence where the window may shrink. The hump of a convergent
-// iteration can be higher; shrinking is then cheaper than climbing it.
-constexpr double kDivergence = 1e3;
-// So is a change that is no smaller than this many iterations ago.
-constexpr size_t kPatience = 5;
 
 // What depends on the step length alone.
 struct StepTools {
@@ -228,14 +216,14 @@ class Iteration {
       const Vector row_change = RowMaxAbs(next - q);
       q.swap(next);
       size = size.cwiseMax(RowMaxAbs(q));
-      const double change = RelativeTo(size, row_change);
+      const double change = RelativeChange(size, row_change);
       const double residual = NaturalResidual(y, q + problem_.M * y);
       context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
       changes.push_back(change);
       if (k == 1) first_change = MaxAbs(row_change);
       Report(k, MaxAbs(row_change), residual, first_change, rate, steps);
 
-      if (Converged(changes)) {
+      if (Converged(changes, context_.options.tolerance)) {
         result.end = WindowEnd::kConverged;
         Propagate(tools.scheme(), segment);
         return result;
@@ -248,34 +236,6 @@ class Iteration {
     }
     result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
     return result;
-  }
-
-  // The largest change of a row in units of its size. Rows that vanish but for rounding are measured against the
-  // largest one.
-  static double RelativeTo(const Vector& size, const Vector& change) {
-    constexpr double kVanishing = 1e-10;
-    const double largest = MaxAbs(size);
-    if (largest == 0) return MaxAbs(change);
-    return MaxAbs(change.cwiseQuotient(size.cwiseMax(kVanishing * largest)));
-  }
-
-  // Stops when the change, which is what y still owes its LCP, and the error that is left, which for a contraction
-  // by ρ is change ρ/(1 - ρ), are both small. Changes at the level of rounding cannot contract any more.
-  bool Converged(const std::vector<double>& changes) const {
-    const double tolerance = context_.options.tolerance;
-    const double change = changes.back();
-    constexpr double kRounding = 1e-15;
-    if (change <= kRounding) return true;
-    if (changes.size() == 1) return false;
-    const double contraction = change / changes[changes.size() - 2];
-    if (contraction >= 1) return change <= 1e2 * kRounding;
-    return change <= tolerance && change * contraction / (1 - contraction) <= tolerance;
-  }
-
-  static bool Diverging(const std::vector<double>& changes) {
-    const double change = changes.back();
-    if (change > kDivergence * std::max(changes.front(), 1e-3)) return true;
-    return changes.size() > kPatience && change >= changes[changes.size() - 1 - kPatience];
   }
 
   // The bound of change k in terms of the first: the discrete kernel is at most κ h per step, so
@@ -304,10 +264,8 @@ class Iteration {
     if (width_is_fixed()) return;
     if (marched) {
       width_ = 1;  // no use in trying more before one step iterates again
-    } else if (iterations <= kFewIterations) {
-      width_ = std::min(kLongestWindow, std::max(width_, 2 * segment.steps));
-    } else if (iterations > kManyIterations) {
-      width_ = std::max<Index>(1, segment.steps / 2);
+    } else {
+      width_ = NextWidth(width_, segment.steps, iterations);
     }
   }
 
