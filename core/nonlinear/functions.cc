@@ -72,6 +72,17 @@ Matrix NonlinearFunctions::Jacobian(std::vector<Formula>& formulas, bool by_x, d
   return jacobian;
 }
 
+std::vector<Index> NonlinearFunctions::ConstraintsAbsentFromG() const {
+  std::vector<Index> absent;
+  for (Index i = 0; i < static_cast<Index>(g_.size()); ++i) {
+    const bool occurs = std::any_of(g_.begin(), g_.end(), [i](const Formula& formula) {
+      return std::count(formula.constraints().begin(), formula.constraints().end(), i) > 0;
+    });
+    if (!occurs) absent.push_back(i);
+  }
+  return absent;
+}
+
 std::string DescribeNonFinite(const std::string& name, const std::vector<std::string>& formulas,
                               const Vector& values, double t) {
   constexpr std::size_t kLongest = 80;  // a formula longer than that was written by a program

@@ -33,6 +33,9 @@ class NonlinearFunctions {
   Matrix GByX(double t, const Vector& x, const Vector& y) { return Jacobian(g_, true, t, x, y); }
   Matrix GByY(double t, const Vector& x, const Vector& y) { return Jacobian(g_, false, t, x, y); }
 
+  // The y_i, counted from 0, that occur in no formula of g.
+  std::vector<Index> ConstraintsAbsentFromG() const;
+
  private:
   static Vector Values(std::vector<Formula>& formulas, double t, const Vector& x, const Vector& y);
   static Matrix Jacobian(std::vector<Formula>& formulas, bool by_x, double t, Vector x, Vector y);

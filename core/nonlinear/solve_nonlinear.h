@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The entry point for nonlinear problems.
+
+#ifndef DLCS_CORE_NONLINEAR_SOLVE_NONLINEAR_H_
+#define DLCS_CORE_NONLINEAR_SOLVE_NONLINEAR_H_
+
+#include <stop_token>
+
+#include "absl/status/statusor.h"
+#include "core/nonlinear/nonlinear_problem.h"
+#include "core/observer.h"
+#include "core/options.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+// Solves (5.1) of [Wu & Chen] by the splitting (5.2), window by window: with start x_a, y_a,
+//
+//     0 <= y^{k+1}(t_j) ⟂ g(t_j, x^k(t_j), y^{k+1}(t_j)) >= 0       all j at once, in parallel (JosephyNewton),
+//     (x^{k+1})' = W x^{k+1} + s^k,   s^k = f(t, x^k, y^{k+1}) - W x^k   linear between nodes, solved exactly,
+//
+// the linear system by the matrices that invert its Laplace transform (core/methods/scheme.h, exp-PL). The first x is
+// the solution with s frozen at the start. Windows shrink where the iteration does not converge and grow where
+// it does; a single step that fails is solved with x and y together, and cost.marched_steps counts it. Second order,
+// whatever W is: W decides how fast the iteration converges, and how the error of the step looks.
+//
+// y must be determined by g(t, x, ·): its Jacobian g_y at the start selects the solution as M does for linear
+// systems (the one of a P-matrix, the least one of a Z-matrix, any for other matrices); Solution::reason tells. Where g
+// does not depend on some y_i there is nothing to determine it: kUnsupported.
+//
+// Verdicts and errors as Solve(); a formula without a finite value ends the solve as kNonFinite with the formula and the
+// time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y), and
+// estimated_error_By absent. Threads: the result has the same bits for any number.
+absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
+                                        std::stop_token stop);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_NONLINEAR_SOLVE_NONLINEAR_H_

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/nonlinear/splitting_iteration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/methods/scheme.h"
+#include "core/methods/solve_context.h"
+#include "core/methods/window_control.h"
+#include "core/nonlinear/coupled_step.h"
+#include "core/nonlinear/josephy_newton.h"
+#include "core/nonlinear/nonlinear_certificate.h"
+#include "core/nonlinear/splitting.h"
+
+namespace dlcs {
+namespace {
+
+using Verdict = ComplementarityResult::Verdict;
+
+// What a block of times needs for itself: formulas and LCP solvers are not shared between threads.
+struct BlockTools {
+  NonlinearFunctions functions;
+  JosephyNewton newton;
+};
+
+ComplementarityResult SolveForY(NonlinearFunctions& functions, JosephyNewton& newton, double t, const Vector& x,
+                                Vector& y) {
+  return newton.Solve({[&](const Vector& at) { return functions.G(t, x, at); },
+                       [&](const Vector& at) { return functions.GByY(t, x, at); }},
+                      y);
+}
+
+// How a window, or a step of it, ended: `termination` is what the solve ends with where nothing else can be tried.
+struct WindowResult {
+  bool converged = false;
+  Termination termination = Termination::kIterationLimit;
+  double time = 0;
+  Index iterations = 0;
+  std::string why;
+};
+
+class Iteration {
+ public:
+  explicit Iteration(NonlinearContext& context)
+      : context_(context), problem_(context.problem), x_(problem_.x0), y_(context.y_guess) {}
+
+  bool ReachEnd() {
+    for (size_t r = 0; r < context_.grid.runs.size(); ++r) {
+      const Run& run = context_.grid.runs[r];
+      end_is_break_ = r + 1 < context_.grid.runs.size() && context_.grid.runs[r + 1].starts_at_break;
+      if (run.starts_at_break && !StartStretch(run)) return false;
+      for (Index done = 0; done < run.steps;) {
+        const Index taken = Advance(run, done);
+        if (taken == 0) return false;
+        done += taken;
+      }
+    }
+    return true;
+  }
+
+  std::string SplittingChoice() const {
+    if (problem_.W) {
+      return problem_.W->isZero(0) ? "splitting with W = 0 (Picard)" : "splitting with the W that was given";
+    }
+    return "splitting with W from the Jacobians at the start of windows, formed " + std::to_string(splittings_) +
+           (splittings_ == 1 ? " time" : " times");
+  }
+
+ private:
+  bool width_is_fixed() const { return context_.options.window_steps != 0; }
+  Index max_iterations() const {
+    if (context_.options.max_iterations > 0) return context_.options.max_iterations;
+    return width_is_fixed() ? 1000 : 60;
+  }
+  Index Width(const Run& run) const {
+    const Index wanted = context_.options.window_steps;
+    return wanted == Options::kWholeHorizon ? run.steps : wanted > 0 ? wanted : width_;
+  }
+
+  // The times of the nodes of a window, as formulas are to see them: at break points the limit from inside.
+  std::vector<double> Times(const Run& run, Index done, Index steps) const {
+    const auto first = context_.grid.times.begin() + run.first_node + done;
+    std::vector<double> times(first, first + steps + 1);
+    if (done == 0 && run.starts_at_break && run.begin > 0) times.front() = std::nextafter(times.front(), HUGE_VAL);
+    if (done + steps == run.steps && end_is_break_) times.back() = std::nextafter(times.back(), 0);
+    return times;
+  }
+
+  // y at the start of a stretch, where g may have jumped.
+  bool StartStretch(const Run& run) {
+    const double t = Times(run, 0, 1).front();
+    JosephyNewton newton(context_.selection);
+    const ComplementarityResult solved = SolveForY(context_.functions, newton, t, x_, y_);
+    context_.solution.cost.lcps += solved.lcps;
+    if (solved.verdict == Verdict::kSolved) return true;
+    const WindowResult failed = FailureOf(solved, run.begin, x_, y_);
+    return context_.Fail(failed.termination, run.begin, "No y at the start of a stretch: " + failed.why + ".");
+  }
+
+  WindowResult FailureOf(const ComplementarityResult& result, double t, const Vector& x, const Vector& y) {
+    WindowResult failure;
+    failure.time = t;
+    failure.why = "0 <= y ⟂ g(t, x, y) >= 0 at t = " + FormatNumber(t) + " was not solved: " + result.why;
+    if (result.verdict == Verdict::kInfeasible) failure.termination = Termination::kInfeasible;
+    if (result.verdict == Verdict::kNonFinite) {
+      failure.termination = Termination::kNonFinite;
+      std::string where = DescribeNonFinite("g", problem_.g, context_.functions.G(t, x, y), t);
+      if (where.empty()) where = DescribeNonFinite("f", problem_.f, context_.functions.F(t, x, y), t);
+      if (!where.empty()) failure.why = where;
+    }
+    return failure;
+  }
+
+  // W and the scheme for steps from (t, x_, y_) on. A W that is right to a tenth is kept with its matrix functions.
+  void PrepareScheme(double t, double step) {
+    Matrix W = W_;
+    if (problem_.W) {
+      W = *problem_.W;
+    } else {
+      const Matrix wanted = ReducedJacobian(context_.functions, t, x_, y_);
+      const bool keep = W_.size() > 0 && InfinityNorm(wanted - W_) <= 0.1 * InfinityNorm(W_);
+      if (!wanted.allFinite()) {
+        W = Matrix::Zero(x_.size(), x_.size());
+      } else if (!keep) {
+        W = wanted;
+      }
+    }
+    if (W_.size() > 0 && scheme_.step == step && W == W_) return;
+    splittings_ += W_.size() == 0 || W != W_;
+    W_ = W;
+    Problem linear;
+    linear.A = W_;
+    linear.B = Matrix::Zero(x_.size(), 0);
+    scheme_ = ExponentialPiecewiseLinear(linear, step);
+  }
+
+  // Takes one window from step `done` of `run` on, shrinking it until it converges. Returns the steps taken; 0 when
+  // the solve has ended.
+  Index Advance(const Run& run, Index done) {
+    PrepareScheme(Times(run, done, 1).front(), run.step);
+    for (;;) {
+      const Index steps = std::min(Width(run), run.steps - done);
+      const std::vector<double> times = Times(run, done, steps);
+      Segment segment;
+      segment.first_node = run.first_node + done;
+      segment.steps = steps;
+      segment.step = run.step;
+      const double begin = context_.grid.times[segment.first_node];
+      const double end = context_.grid.times[segment.first_node + steps];
+      context_.observer.OnWindowStarted({window_, begin, end, steps});
+      WindowResult result = Iterate(times, segment);
+      const Index iterations = result.iterations;
+      const bool couple = !result.converged && steps == 1 && !width_is_fixed() && !context_.stop.stop_requested();
+      const std::string why = result.why;
+      if (couple) result = Couple(times, segment);
+      context_.observer.OnWindowFinished({window_, end, iterations, result.converged, couple, why});
+      ++window_;
+      ++context_.solution.cost.windows;
+      if (context_.stop.stop_requested()) {
+        context_.Fail(Termination::kCancelled, begin, "Stopped on request before the end was reached.");
+        return 0;
+      }
+      if (result.converged) {
+        Accept(times, segment);
+        width_ = couple ? 1 : NextWidth(width_, steps, iterations);
+        return steps;
+      }
+      if (couple || width_is_fixed()) {
+        context_.Fail(result.termination, result.time,
+                      couple ? "The step to t = " + FormatNumber(end) + " failed: " + result.why + "."
+                             : "The window [" + FormatNumber(begin) + ", " + FormatNumber(end) + "] failed after " +
+                                   std::to_string(iterations) + " iterations: " + result.why +
+                                   ". Automatic windows would shrink it.");
+        return 0;
+      }
+      width_ = std::max<Index>(1, steps / 2);
+    }
+  }
+
+  // The iteration on one window; leaves x, y and the sources of the last iterate in `segment`.
+  WindowResult Iterate(const std::vector<double>& times, Segment& segment) {
+    const Index steps = segment.steps;
+    segment.y = y_.replicate(1, steps + 1);
+    segment.x = x_.replicate(1, steps + 1);
+    const Vector start = context_.functions.F(times[0], x_, y_) - W_ * x_;
+    segment.f = start.replicate(1, steps + 1);  // x^0: s frozen
+    Propagate(segment);
+    Vector size = RowMaxAbs(segment.x);
+    std::vector<double> changes;
+    WindowResult result;
+    result.time = context_.grid.times[segment.first_node];
+    if (!start.allFinite()) {
+      result.termination = Termination::kNonFinite;
+      result.why = DescribeNonFinite("f", problem_.f, start, times[0]);
+      return result;
+    }
+    while (result.iterations < max_iterations() && !context_.stop.stop_requested()) {
+      const Index k = ++result.iterations;
+      ++context_.solution.cost.iterations;
+      const double lcp_begin = context_.Seconds();
+      double residual = 0;
+      const WindowResult sources = SolveAndEvaluate(times, segment, residual);
+      context_.solution.cost.seconds_lcp += context_.Seconds() - lcp_begin;
+      if (!sources.converged) {
+        result.termination = sources.termination;
+        result.time = sources.time;
+        result.why = "iterate " + std::to_string(k) + ": " + sources.why;
+        return result;
+      }
+      const Matrix last = segment.x;
+      Propagate(segment);
+      const Vector row_change = RowMaxAbs(segment.x - last);
+      size = size.cwiseMax(RowMaxAbs(segment.x));
+      changes.push_back(RelativeChange(size, row_change));
+      IterateReport report;
+      report.window = window_, report.iteration = k;
+      report.change = MaxAbs(row_change), report.lcp_residual = residual;
+      report.seconds = context_.Seconds();
+      context_.observer.OnIterate(report);
+      result.converged = Converged(changes, context_.options.tolerance);
+      if (result.converged) return result;
+      if (!std::isfinite(changes.back()) || (!width_is_fixed() && Diverging(changes))) {
+        result.termination = Termination::kDiverged;
+        result.why = "the iterates diverge (x changed by " + FormatNumber(changes.back()) + " of its size)";
+        return result;
+      }
+    }
+    result.why = "the change of x is still " + FormatNumber(changes.empty() ? 0 : changes.back()) + " of its size";
+    return result;
+  }
+
+  // y^{k+1} and the source s^k at all nodes but the first, in parallel.
+  WindowResult SolveAndEvaluate(const std::vector<double>& times, Segment& segment, double& residual) {
+    constexpr Index kTimesPerBlock = 32;
+    constexpr Index kMostBlocks = 64;
+    const Index steps = segment.steps;
+    const Index block_size = std::max(kTimesPerBlock, (steps + kMostBlocks - 1) / kMostBlocks);
+    const auto blocks = static_cast<size_t>((steps + block_size - 1) / block_size);
+    while (tools_.size() < blocks) {
+      // The formulas were read before: they parse.
+      tools_.push_back(std::make_unique<BlockTools>(
+          BlockTools{*NonlinearFunctions::Create(problem_), JosephyNewton(context_.selection)}));
+    }
+    struct Outcome {
+      ComplementarityResult last;
+      Index node = 0, lcps = 0;
+      double residual = 0;
+      Vector source;  // where it is not finite
+    };
+    std::vector<Outcome> outcomes(blocks);
+    context_.workers.ForBlocks(steps, block_size, [&](Index block, Index begin, Index end) {
+      BlockTools& tools = *tools_[block];
+      Outcome& outcome = outcomes[block];
+      outcome.last.verdict = Verdict::kSolved;
+      for (Index j = begin + 1; j <= end && !context_.stop.stop_requested(); ++j) {
+        const Vector x = segment.x.col(j);
+        Vector y = segment.y.col(j);
+        outcome.node = j;
+        outcome.last = SolveForY(tools.functions, tools.newton, times[j], x, y);
+        outcome.lcps += outcome.last.lcps;
+        outcome.residual = NanMax(outcome.residual, outcome.last.residual);
+        segment.y.col(j) = y;
+        if (outcome.last.verdict != Verdict::kSolved) return;
+        const Vector source = tools.functions.F(times[j], x, y) - W_ * x;
+        segment.f.col(j) = source;
+        if (!source.allFinite()) {
+          outcome.source = source;
+          return;
+        }
+      }
+    });
+    WindowResult result{.converged = true, .why = {}};
+    for (const Outcome& outcome : outcomes) {
+      context_.solution.cost.lcps += outcome.lcps;
+      residual = NanMax(residual, outcome.residual);
+      if (!result.converged) continue;
+      const double t = times[outcome.node];
+      if (outcome.last.verdict != Verdict::kSolved) {
+        result = FailureOf(outcome.last, t, segment.x.col(outcome.node), segment.y.col(outcome.node));
+      } else if (outcome.source.size() > 0) {
+        result = {.termination = Termination::kNonFinite,
+                  .time = t,
+                  .why = DescribeNonFinite("f", problem_.f, outcome.source, t)};
+      }
+    }
+    return result;
+  }
+
+  // The one step of `segment`, x and y together.
+  WindowResult Couple(const std::vector<double>& times, Segment& segment) {
+    const Vector start = context_.functions.F(times[0], x_, y_) - W_ * x_;
+    const Vector known = scheme_.state * x_ + scheme_.f_before * start;
+    Vector x = x_, y = y_;
+    const ComplementarityResult solved =
+        SolveCoupledStep(context_.functions, times[1], known, scheme_.f_after, W_, x, y);
+    context_.solution.cost.lcps += solved.lcps;
+    if (solved.verdict != Verdict::kSolved) return FailureOf(solved, times[1], x_, y_);
+    if (context_.selection == Selection::kLeastElement) {
+      Vector least = y;
+      JosephyNewton newton(context_.selection);
+      const bool found = SolveForY(context_.functions, newton, times[1], x, least).verdict == Verdict::kSolved;
+      if (!found || MaxAbs(least - y) > 1e-8 * (1 + MaxAbs(y))) {
+        return {.termination = Termination::kInfeasible,
+                .time = times[1],
+                .why = "x and y together have a solution, but its y is not the least element"};
+      }
+    }
+    segment.x.col(1) = x;
+    segment.y.col(1) = y;
+    segment.f.col(1) = context_.functions.F(times[1], x, y) - W_ * x;
+    ++context_.solution.cost.marched_steps;
+    return {.converged = true, .why = {}};
+  }
+
+  // Fills x of `segment` from its first column and the sources: the exp-PL recursion.
+  void Propagate(Segment& segment) const {
+    const Index steps = segment.steps;
+    auto x = segment.x.rightCols(steps);
+    x.noalias() = scheme_.f_before * segment.f.leftCols(steps);
+    x.noalias() += scheme_.f_after * segment.f.rightCols(steps);
+    for (Index j = 1; j <= steps; ++j) segment.x.col(j).noalias() += scheme_.state * segment.x.col(j - 1);
+  }
+
+  void Accept(const std::vector<double>& times, const Segment& segment) {
+    AddToCertificate(context_.functions, scheme_, W_, segment, times, context_.solution.certificate);
+    context_.recorder.Add(segment);
+    context_.solution.cost.steps += segment.steps;
+    x_ = segment.x.col(segment.steps);
+    y_ = segment.y.col(segment.steps);
+  }
+
+  NonlinearContext& context_;
+  const NonlinearProblem& problem_;
+  std::vector<std::unique_ptr<BlockTools>> tools_;
+  Matrix W_;
+  Scheme scheme_;
+  Index splittings_ = 0;  // how often W was formed
+  Vector x_;              // at the start of the next window
+  Vector y_;
+  Index width_ = kFirstWindow;
+  Index window_ = 0;
+  bool end_is_break_ = false;  // of the current run
+};
+
+}  // namespace
+
+bool SplittingIteration(NonlinearContext& context) {
+  Iteration iteration(context);
+  const bool reached = iteration.ReachEnd();
+  context.solution.reason += iteration.SplittingChoice();
+  return reached;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The iteration (5.2) of [Wu & Chen] for nonlinear problems, window by window.
+
+#ifndef DLCS_CORE_NONLINEAR_SPLITTING_ITERATION_H_
+#define DLCS_CORE_NONLINEAR_SPLITTING_ITERATION_H_
+
+#include <chrono>
+#include <stop_token>
+#include <string>
+
+#include "core/analysis/matrix_class.h"
+#include "core/methods/grid.h"
+#include "core/methods/recorder.h"
+#include "core/nonlinear/functions.h"
+#include "core/nonlinear/nonlinear_problem.h"
+#include "core/observer.h"
+#include "core/parallel/parallel.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+// What the iteration works on, and where results go.
+struct NonlinearContext {
+  const NonlinearProblem& problem;
+  const Options& options;
+  Selection selection;  // judged on g_y at the start
+  const Vector& y_guess;
+  const Grid& grid;
+  NonlinearFunctions functions;  // of the calling thread
+  Workers& workers;
+  Observer& observer;
+  std::stop_token stop;
+  Recorder recorder;
+  Solution& solution;
+  std::chrono::steady_clock::time_point started;
+
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  }
+  // Ends the solve: sets termination, time and message, and returns false.
+  bool Fail(Termination termination, double time, std::string message) {
+    solution.termination = termination;
+    solution.failure_time = time;
+    solution.message = std::move(message);
+    return false;
+  }
+};
+
+// Solves the problem of `context` as core/nonlinear/solve_nonlinear.h describes, and files segments, certificate and
+// costs. Returns whether T was reached; otherwise context.Fail() has been called. Sets solution.reason to the
+// choice of W.
+bool SplittingIteration(NonlinearContext& context);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_NONLINEAR_SPLITTING_ITERATION_H_
