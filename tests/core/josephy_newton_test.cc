@@ -14,7 +14,7 @@ namespace {
 
 using Verdict = ComplementarityResult::Verdict;
 
-// G(y) = M y + d∘y³ + q with M strictly diagonally dominant and d >= 0: one solution, and q is chosen so that it is known.
+// G(y) = M y + d∘y³ + q with M strictly diagonally dominant, d >= 0: one solution, and q is such that it is known.
 TEST(JosephyNewton, FindsTheSolutionThatTheProblemWasBuiltFrom) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);

@@ -14,6 +14,7 @@
 #include "core/linalg/norms.h"
 #include "core/number_text.h"
 #include "core/solve.h"
+#include "tests/support/cases.h"
 #include "tests/support/problems.h"
 
 namespace dlcs {
@@ -79,6 +80,11 @@ TEST(SolveNonlinear, AgreesWithSolveOnLinearSystems) {
   ExpectAgreement(testing::ExampleFourOne(), 200);    // least element
   ExpectAgreement(testing::FourVariableEasy(), 128);  // least element, coupled states
   ExpectAgreement(testing::Scalar(-2, -1, 0.25, 2), 100);
+  ExpectAgreement(testing::LoadCase("z_least").problem, 200);
+  for (const char* name : {"formula_zoo", "leontief_stock", "wall_permeable"}) {  // P-matrices
+    SCOPED_TRACE(name);
+    ExpectAgreement(testing::LoadCase(name).problem, 400);
+  }
 }
 
 // Logistic growth, harvested by what exceeds 1/2: y = (x - 1/2)⁺, written as the root of an increasing cubic.
