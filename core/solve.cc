@@ -188,7 +188,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     solution = SolveOnGrid(task, grid, observer);
     if (!solution.ok()) return solution;
   }
-  solution->warnings = report.warnings;
+  solution->warnings.insert(solution->warnings.begin(), report.warnings.begin(), report.warnings.end());
   if (options.estimate_error && solution->termination == Termination::kConverged) {
     if (absl::Status status = EstimateError(task, grid, *solution); !status.ok()) return status;
   }

@@ -31,8 +31,7 @@ class Writer {
       : problem_(problem),
         options_(options),
         matrix_class_(matrix_class),
-        selection_(selection),
-        contour_(ContourOf(options)) {
+        selection_(selection) {
     section_.id = "laplace-inversion";
     section_.title = "Iteration by Laplace inversion";
   }
@@ -67,6 +66,7 @@ class Writer {
 
   void WriteSector(const Resolvent& resolvent) {
     const double alpha = SectorAngle(resolvent.Eigenvalues());
+    contour_ = ContourFor(options_, alpha);
     const double allowed = std::numbers::pi / 2 - contour_.gamma;
     sectorial_ = alpha < allowed;
     AddConstant("alpha", "α", "half angle of the sector around the spectrum of A", alpha, ConstantKind::kExact,

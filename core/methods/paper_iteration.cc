@@ -130,7 +130,13 @@ class Iteration {
   void PrepareInitialResponse(Index columns) {
     initial_.resize(problem_.num_states(), columns);
     const Grid& grid = context_.grid;
-    if (!context_.options.contour_for_initial_state) {
+    const Contour contour = InitialStateContour(std::min(contour_.nodes, kMostInitialNodes));
+    const bool fits = SectorAngle(resolvent_.Eigenvalues()) < std::numbers::pi / 2 - contour.gamma;
+    if (context_.options.contour_for_initial_state && !fits) {
+      context_.solution.warnings.push_back(
+          "The sector of the spectrum is too wide for the contour of Remark 2.3: e^{At} x0 comes from matrix exponentials.");
+    }
+    if (!context_.options.contour_for_initial_state || !fits) {
       Vector x = problem_.x0;
       for (size_t r = 0; r < grid.runs.size(); ++r) {
         const Matrix step = ComputePhiFunctions(grid.runs[r].step * problem_.A).phi0;
@@ -139,7 +145,6 @@ class Iteration {
       }
       return;
     }
-    const Contour contour = InitialStateContour(std::min(contour_.nodes, kMostInitialNodes));
     const std::vector<ContourNode> nodes = Nodes(contour);
     const ComplexVector x0 = resolvent_.ToSchur(problem_.x0.cast<Complex>());
     for (size_t r = 0; r < grid.runs.size(); ++r) {
@@ -302,15 +307,22 @@ class Iteration {
 }  // namespace
 
 bool PaperIteration(SolveContext& context) {
-  const Contour contour = ContourOf(context.options);
   const Resolvent resolvent(context.problem.A);
   const double angle = SectorAngle(resolvent.Eigenvalues());
+  const Contour contour = ContourFor(context.options, angle);
   const double allowed = std::numbers::pi / 2 - contour.gamma;
   if (!(angle < allowed)) {
     return context.Fail(Termination::kUnsupported, std::numeric_limits<double>::quiet_NaN(),
                         "The spectrum of A leaves the sector of the contour: max |arg(-λ)| = " + FormatNumber(angle) +
                             ", and π/2 - γ = " + FormatNumber(allowed) +
                             " must be larger. laplace-iteration takes any A.");
+  }
+  if (!(angle < std::numbers::pi / 2 - SourceContour(contour.nodes).gamma)) {
+    context.solution.warnings.push_back(
+        "The sector of the spectrum is too wide for the contour of Theorem 2.2 (max |arg(-λ)| = " + FormatNumber(angle) +
+        "). Remark 2.4 gives another one (γ = " + FormatNumber(contour.gamma) + ", μ = " + FormatNumber(contour.mu) +
+        ", Δv = " + FormatNumber(contour.step) + ") with a quadrature error of some " +
+        FormatNumber(std::exp(LogSourceError(contour, angle))) + " at P = " + std::to_string(contour.nodes) + ".");
   }
   return Iteration(context, contour, resolvent).ReachEnd();
 }

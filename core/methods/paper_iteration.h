@@ -17,9 +17,11 @@ namespace dlcs {
 // with ỹ, f̃ piecewise linear and the nodes z_p = z(v_p) of the contour (2.2), a different contour for each t_j. Parallel
 // over times and contour nodes; same bits for any number of threads.
 //
-// Requires a Lipschitz y and the spectrum of A within the sector |arg(-λ)| < π/2 - γ (kUnsupported otherwise).
+// Requires a Lipschitz y and the spectrum of A within the sector |arg(-λ)| < π/2 - γ (kUnsupported otherwise). Where γ is not
+// given and Theorem 2.2's is too large, Remark 2.4's contour is taken, for sectors up to kWidestSector, and a warning says so.
 // Cost: O(J² P m) an iteration. It is the faithful form, for checking; LaplaceIteration() is the fast one.
-// Accuracy: that of the contour, O(e^{-2.06√P}/√P), besides the interpolation.
+// Accuracy: that of the contour, O(e^{-2.06√P}/√P) for narrow sectors (core/laplace/contour_choice.h), besides
+// the interpolation.
 bool PaperIteration(SolveContext& context);
 
 }  // namespace dlcs

@@ -82,6 +82,22 @@ TEST(PaperIterationTest, RefusesASpectrumOutsideTheSector) {
   }
 }
 
+// Eigenvalues -1 ± 2.5i, α = 1.19: Theorem 2.2's contour leaves them out, Remark 2.4's does not.
+TEST(PaperIterationTest, TakesAnotherContourForAWideSector) {
+  Problem problem = testing::FourVariableEasy();
+  problem.A << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
+  problem.horizon = 0.5;
+  Options options = On(Method::kPaperIteration, 32, 100);
+  options.contour_for_initial_state = true;
+  const Solution exact = SolveWith(problem, On(Method::kLaplaceIteration, 32));
+  const Solution solution = SolveWith(problem, options);
+  EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-4 * MaxAbs(exact.x));
+  EXPECT_GT(MaxAbs(solution.x - exact.x), 0);
+  ASSERT_EQ(solution.warnings.size(), 2u);
+  EXPECT_NE(solution.warnings[0].find("Remark 2.4"), std::string::npos) << solution.warnings[0];
+  EXPECT_NE(solution.warnings[1].find("Remark 2.3"), std::string::npos) << solution.warnings[1];
+}
+
 TEST(PaperIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
   Options options = On(Method::kPaperIteration, 60, 16);
   options.num_threads = 1;
