@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/analysis/class_profile.h"
 #include "core/analysis/laplace_section.h"
 #include "core/analysis/matrix_class.h"
 #include "core/soundness.h"
@@ -38,6 +39,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.horizon = problem.horizon;
   analysis.matrix_class = matrix_class.description;
   analysis.rule = DescribeRule(*selection);
+  analysis.sections.push_back(ClassSection(problem.M));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();

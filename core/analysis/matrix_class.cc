@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analysis/matrix_class.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "core/analysis/lipschitz.h"
 #include "core/analysis/p_matrix.h"
@@ -8,18 +10,6 @@
 
 namespace dlcs {
 namespace {
-
-Fact TestZMatrix(const Matrix& M) {
-  for (Index i = 0; i < M.rows(); ++i) {
-    for (Index j = 0; j < M.cols(); ++j) {
-      if (i != j && M(i, j) > 0) {
-        return {Answer::kNo,
-                absl::StrCat("M[", i, "][", j, "] = ", M(i, j), " is positive, off the diagonal")};
-      }
-    }
-  }
-  return {Answer::kYes, "no off-diagonal entry is positive"};
-}
 
 std::string Describe(const MatrixClass& known, bool skew) {
   if (known.zero) return "M = 0 (index one where NB allows)";
@@ -34,6 +24,21 @@ std::string Describe(const MatrixClass& known, bool skew) {
 }
 
 }  // namespace
+
+Fact TestZMatrix(const Matrix& M) {
+  for (Index i = 0; i < M.rows(); ++i) {
+    for (Index j = 0; j < M.cols(); ++j) {
+      if (i != j && M(i, j) > 0) {
+        Fact fact{Answer::kNo,
+                  absl::StrCat("M[", i, "][", j, "] = ", M(i, j), " is positive, off the diagonal")};
+        fact.witness.indices = {std::min(i, j), std::max(i, j)};
+        fact.witness.value = M(i, j);
+        return fact;
+      }
+    }
+  }
+  return {Answer::kYes, "no off-diagonal entry is positive"};
+}
 
 MatrixClass Classify(const Matrix& M) {
   MatrixClass known;

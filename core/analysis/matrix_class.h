@@ -34,6 +34,10 @@ struct MatrixClass {
 // tests, otherwise unknown. What is zero to working precision counts as zero. O(2ⁿ) up to 20, O(n³) beyond.
 MatrixClass Classify(const Matrix& M);
 
+// Whether no off-diagonal entry of `M` is positive. No comes with `witness.indices` = {i, j}, increasing, and
+// `witness.value` = M_ij or M_ji, which is positive.
+Fact TestZMatrix(const Matrix& M);
+
 // The rule a solver follows once M is known.
 enum class Selection {
   kUnique,        // M is a P-matrix

@@ -2,68 +2,34 @@
 #include "core/analysis/p_matrix.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
+#include "core/analysis/tracked_matrix.h"
 
 namespace dlcs {
 namespace {
 
-std::string Indices(std::vector<Index> indices) {
-  std::sort(indices.begin(), indices.end());
+std::string Indices(const std::vector<Index>& indices) {
   std::string text = "{";
   for (std::size_t i = 0; i < indices.size(); ++i) absl::StrAppend(&text, i ? ", " : "", indices[i]);
   return text + "}";
 }
 
-Fact NotPositive(const std::vector<Index>& indices, double minor, bool beyond_rounding) {
-  return {Answer::kNo, absl::StrCat("the principal minor of rows ", Indices(indices), " is ",
-                                    beyond_rounding ? "" : "zero to working precision: ", minor)};
+Fact NotPositive(std::vector<Index> indices, double minor, bool beyond_rounding) {
+  std::sort(indices.begin(), indices.end());
+  Fact fact{Answer::kNo, absl::StrCat("the principal minor of rows ", Indices(indices), " is ",
+                                      beyond_rounding ? "" : "zero to working precision: ", minor)};
+  fact.witness.indices = std::move(indices);
+  if (beyond_rounding) fact.witness.value = minor;
+  return fact;
 }
-
-// A matrix in elimination with a bound of the absolute error of each entry.
-struct Tracked {
-  Matrix value;
-  Matrix error;
-
-  // Rounding that may already sit in the entries of the caller.
-  static constexpr double kRounding = std::numeric_limits<double>::epsilon();
-
-  static Tracked Of(const Matrix& M) { return {M, kRounding * M.cwiseAbs()}; }
-
-  bool PivotIsPositive() const { return value(0, 0) > error(0, 0); }
-
-  // The Schur complement of the first diagonal entry, with the bound carried to first order.
-  void EliminateInto(Tracked& schur) const {
-    const Index size = value.rows() - 1;
-    const double pivot = value(0, 0);
-    const double pivot_error = error(0, 0) / pivot + 2 * kRounding;
-    for (Index j = 0; j < size; ++j) {
-      const double up = value(0, j + 1) / pivot;
-      const double up_error = error(0, j + 1) / pivot;
-      for (Index i = 0; i < size; ++i) {
-        const double left = value(i + 1, 0);
-        const double product = left * up;
-        const double entry = value(i + 1, j + 1) - product;
-        schur.value(i, j) = entry;
-        schur.error(i, j) = error(i + 1, j + 1) + std::abs(left) * up_error + error(i + 1, 0) * std::abs(up) +
-                            std::abs(product) * pivot_error + kRounding * std::abs(entry);
-      }
-    }
-  }
-
-  void DropInto(Tracked& rest) const {
-    const Index size = value.rows() - 1;
-    rest.value = value.bottomRightCorner(size, size);
-    rest.error = error.bottomRightCorner(size, size);
-  }
-};
 
 // M is a P-matrix exactly when its first diagonal entry is positive and both the matrix without the first
 // row and column and the Schur complement of that entry are P-matrices [Tsatsomeros & Li 2000].
@@ -71,7 +37,7 @@ class AllMinors {
  public:
   explicit AllMinors(const Matrix& M) : size_(M.rows()), level_(M.rows() + 1) {
     for (Index s = 0; s < size_; ++s) level_[s] = {Matrix(s, s), Matrix(s, s)};
-    level_[size_] = Tracked::Of(M);
+    level_[size_] = TrackedMatrix::Rounded(M);
   }
 
   bool Positive() { return Positive(size_, 1.0); }
@@ -81,8 +47,8 @@ class AllMinors {
  private:
   bool Positive(Index remaining, double minor) {
     if (remaining == 0) return true;
-    const Tracked& here = level_[remaining];
-    Tracked& below = level_[remaining - 1];
+    const TrackedMatrix& here = level_[remaining];
+    TrackedMatrix& below = level_[remaining - 1];
     const Index first = size_ - remaining;
     eliminated_.push_back(first);
     if (!here.PivotIsPositive()) {
@@ -98,7 +64,7 @@ class AllMinors {
   }
 
   const Index size_;
-  std::vector<Tracked> level_;  // level_[s] is s × s
+  std::vector<TrackedMatrix> level_;  // level_[s] is s × s
   std::vector<Index> eliminated_;
   double minor_ = 0;
   bool beyond_rounding_ = false;
@@ -108,14 +74,17 @@ class AllMinors {
 Fact SmallMinors(const Matrix& M) {
   for (Index i = 0; i < M.rows(); ++i) {
     if (!(M(i, i) > 0)) {
-      return {Answer::kNo, absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is not positive")};
+      Fact fact{Answer::kNo, absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is not positive")};
+      fact.witness.indices = {i};
+      fact.witness.value = M(i, i);
+      return fact;
     }
   }
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = i + 1; j < M.rows(); ++j) {
       const double plus = M(i, i) * M(j, j);
       const double minus = M(i, j) * M(j, i);
-      const double rounding = 4 * Tracked::kRounding * (plus + std::abs(minus));
+      const double rounding = 4 * TrackedMatrix::kRounding * (plus + std::abs(minus));
       if (plus - minus <= rounding) return NotPositive({i, j}, plus - minus, plus - minus < -rounding);
     }
   }
@@ -130,7 +99,7 @@ Fact LeadingMinors(const Matrix& M) {
   std::iota(order.begin(), order.end(), Index{0});
   std::mt19937_64 generator(20130521);  // fixed: the answer must not change from call to call
   for (int attempt = 0; attempt < kOrders; ++attempt) {
-    Tracked tracked = Tracked::Of(M(order, order));
+    TrackedMatrix tracked = TrackedMatrix::Rounded(M(order, order));
     double minor = 1;
     for (Index p = 0; p < size; ++p) {
       if (!tracked.PivotIsPositive()) {
@@ -139,7 +108,7 @@ Fact LeadingMinors(const Matrix& M) {
                            pivot < -tracked.error(0, 0));
       }
       minor *= tracked.value(0, 0);
-      Tracked schur{Matrix(size - p - 1, size - p - 1), Matrix(size - p - 1, size - p - 1)};
+      TrackedMatrix schur{Matrix(size - p - 1, size - p - 1), Matrix(size - p - 1, size - p - 1)};
       tracked.EliminateInto(schur);
       tracked = std::move(schur);
     }

@@ -17,7 +17,9 @@ namespace dlcs {
 // leading minors of M and of a few fixed reorderings (no), otherwise unknown.
 //
 // A minor that is zero to working precision counts as not positive: a running error bound decides, so the
-// answer does not depend on the scaling of M.
+// answer does not depend on the scaling of M. No comes with `witness.indices` = S; `witness.value` = det M_SS
+// is set only where that minor is not positive beyond rounding. (ProfileOf() in core/analysis/class_profile.h
+// answers unknown where this test, which has to choose a rule for a solver, says "not positive" by rounding.)
 Fact TestPMatrix(const Matrix& M);
 
 inline constexpr Index kMaxExactSize = 20;

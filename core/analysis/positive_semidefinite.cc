@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -25,15 +27,34 @@ Matrix SymmetricPart(const Matrix& M) {
   return symmetric;
 }
 
+// Scales the rows and columns of a symmetric matrix with positive diagonal to unit diagonal.
+Vector UnitDiagonalScale(const Matrix& symmetric) { return symmetric.diagonal().cwiseSqrt().cwiseInverse(); }
+
+Matrix Scaled(const Matrix& symmetric, const Vector& scale) {
+  return scale.asDiagonal() * symmetric * scale.asDiagonal();
+}
+
 // Eigenvalues, increasing, of a symmetric matrix with positive diagonal after scaling to unit diagonal.
 Vector UnitDiagonalEigenvalues(const Matrix& symmetric) {
-  const Vector scale = symmetric.diagonal().cwiseSqrt().cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * symmetric * scale.asDiagonal();
+  const Matrix scaled = Scaled(symmetric, UnitDiagonalScale(symmetric));
   return Eigen::SelfAdjointEigenSolver<Matrix>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
 double EigenvalueRounding(const Vector& eigenvalues) {
   return 4 * kEpsilon * static_cast<double>(eigenvalues.size()) * eigenvalues.tail<1>()[0];
+}
+
+Fact Refuted(std::string why, Vector z) {
+  Fact fact{Answer::kNo, std::move(why)};
+  fact.witness.z = std::move(z);
+  return fact;
+}
+
+// z with a negative form where symmetric(i, i) = 0 and symmetric(i, j) is not zero.
+Vector ZeroDiagonalWitness(const Matrix& symmetric, Index i, Index j) {
+  Vector z = Vector::Unit(symmetric.rows(), j);
+  z[i] = -(std::abs(symmetric(j, j)) + std::abs(symmetric(i, j))) / symmetric(i, j);
+  return z;
 }
 
 }  // namespace
@@ -44,7 +65,8 @@ Fact TestPositiveSemidefinite(const Matrix& M) {
   std::vector<Index> positive;
   for (Index i = 0; i < M.rows(); ++i) {
     if (symmetric(i, i) < 0) {
-      return {Answer::kNo, absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is negative")};
+      return Refuted(absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is negative"),
+                     Vector::Unit(M.rows(), i));
     }
     if (symmetric(i, i) > 0) {
       positive.push_back(i);
@@ -52,14 +74,21 @@ Fact TestPositiveSemidefinite(const Matrix& M) {
     }
     Index j = 0;
     if (symmetric.row(i).cwiseAbs().maxCoeff(&j) > 0) {
-      return {Answer::kNo, absl::StrCat("M[", i, "][", i, "] = 0, but M[", i, "][", j, "] + M[", j, "][", i,
-                                        "] = ", 2 * symmetric(i, j))};
+      return Refuted(absl::StrCat("M[", i, "][", i, "] = 0, but M[", i, "][", j, "] + M[", j, "][", i,
+                                  "] = ", 2 * symmetric(i, j)),
+                     ZeroDiagonalWitness(symmetric, i, j));
     }
   }
-  const Vector eigenvalues = UnitDiagonalEigenvalues(symmetric(positive, positive));
+  const Matrix core = symmetric(positive, positive);
+  const Vector scale = UnitDiagonalScale(core);
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(Scaled(core, scale));
+  const Vector& eigenvalues = solver.eigenvalues();
   if (eigenvalues[0] < -EigenvalueRounding(eigenvalues)) {
-    return {Answer::kNo,
-            absl::StrCat("its symmetric part, scaled to unit diagonal, has the eigenvalue ", eigenvalues[0])};
+    Vector z = Vector::Zero(M.rows());
+    z(positive) = scale.cwiseProduct(solver.eigenvectors().col(0));
+    return Refuted(
+        absl::StrCat("its symmetric part, scaled to unit diagonal, has the eigenvalue ", eigenvalues[0]),
+        std::move(z));
   }
   return {Answer::kYes,
           absl::StrCat("the smallest eigenvalue of its symmetric part, scaled to unit diagonal, is ",

@@ -2,11 +2,13 @@
 #include "core/analysis/semicopositive.h"
 
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/analysis/equilibration.h"
 #include "core/analysis/p_matrix.h"
+#include "core/analysis/principal_minors.h"
 #include "core/linalg/linear_program.h"
 
 namespace dlcs {
@@ -33,20 +35,12 @@ LinearProgramSolution LeastLargestImage(const Matrix& M) {
   return SolveLinearProgram(program);
 }
 
-std::vector<Index> IndicesOf(unsigned subset, Index n) {
-  std::vector<Index> indices;
-  for (Index i = 0; i < n; ++i) {
-    if (subset >> i & 1u) indices.push_back(i);
-  }
-  return indices;
-}
-
 Fact DecideByGames(const Matrix& M) {
   const Vector scale = SymmetricEquilibration(M);
   const Matrix scaled = scale.asDiagonal() * M * scale.asDiagonal();
   bool clear = true;
-  for (unsigned subset = 1; subset < (1u << M.rows()); ++subset) {
-    const std::vector<Index> indices = IndicesOf(subset, M.rows());
+  for (std::uint32_t subset = 1; subset < (1u << M.rows()); ++subset) {
+    const std::vector<Index> indices = IndicesOf(subset);
     const Index size = static_cast<Index>(indices.size());
     const LinearProgramSolution game = LeastLargestImage(scaled(indices, indices));
     if (game.verdict != LinearProgramVerdict::kOptimal || std::abs(game.objective) <= kClear) {

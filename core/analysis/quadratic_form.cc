@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// ClassifyQuadraticForm(): positive (semi)definiteness without the benefit of rounding.
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/analysis/minor_classes.h"
+#include "core/analysis/p_matrix.h"
+#include "core/analysis/positive_semidefinite.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// M + Mᵀ, where no sum is rounded.
+std::optional<Matrix> ExactSymmetricSum(const Matrix& M) {
+  const Matrix sum = M + M.transpose();
+  const Matrix from_transpose = sum - M;
+  const Matrix lost = (M - (sum - from_transpose)) + (M.transpose() - from_transpose);
+  if ((lost.array() != 0).any()) return std::nullopt;
+  return sum;
+}
+
+Fact RefutedByForm(const Matrix& M, std::string why, Vector z) {
+  Fact fact{Answer::kNo, std::move(why)};
+  fact.witness.value = z.dot(M * z);
+  fact.witness.z = std::move(z);
+  return fact;
+}
+
+// Whether zᵀMz < 0 beyond the rounding of its own sum.
+bool FormIsClearlyNegative(const Matrix& M, const Vector& z) {
+  const double rounding =
+      4 * static_cast<double>(M.rows()) * kEpsilon * z.cwiseAbs().dot(M.cwiseAbs() * z.cwiseAbs());
+  return z.dot(M * z) < -rounding;
+}
+
+std::vector<Index> NonzeroRows(const Matrix& M) {
+  std::vector<Index> rows;
+  for (Index i = 0; i < M.rows(); ++i) {
+    if ((M.row(i).array() != 0).any()) rows.push_back(i);
+  }
+  return rows;
+}
+
+// Yes where the rows of `sum` that are not zero make a positive definite matrix.
+std::optional<Fact> SemidefiniteByRows(const Matrix& sum) {
+  const std::vector<Index> rows = NonzeroRows(sum);
+  if (rows.empty()) return Fact{Answer::kYes, "its symmetric part is zero"};
+  if (!IsSymmetricPartPositiveDefinite(sum(rows, rows))) return std::nullopt;
+  return Fact{Answer::kYes,
+              "the rows of its symmetric part that are not zero make a positive definite matrix"};
+}
+
+Fact AtTheBoundary() {
+  return {Answer::kUnknown, "the smallest eigenvalue of its symmetric part is zero to working precision"};
+}
+
+// The minors of M + Mᵀ are those of the symmetric part times 2^k.
+Fact OfSymmetricPart(Fact fact) {
+  if (fact.witness.value) *fact.witness.value /= std::exp2(static_cast<double>(fact.witness.indices.size()));
+  fact.why = absl::StrCat("of its symmetric part (doubled): ", fact.why);
+  return fact;
+}
+
+Fact Definite(const Matrix& M, const std::optional<Matrix>& sum, const Fact& semidefinite) {
+  if (const auto smallest = SmallestEigenvalueIfDefinite(M)) {
+    Fact fact{Answer::kYes, absl::StrCat("the smallest eigenvalue of its symmetric part is ", *smallest)};
+    fact.witness.value = *smallest;
+    return fact;
+  }
+  if (semidefinite.no()) return semidefinite;
+  for (Index i = 0; i < M.rows(); ++i) {
+    if (!(M(i, i) > 0)) {
+      return RefutedByForm(M, absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is not positive"),
+                           Vector::Unit(M.rows(), i));
+    }
+  }
+  if (sum && M.rows() <= kMaxExactSize) return OfSymmetricPart(ClassifyByMinors(*sum).p);
+  return AtTheBoundary();
+}
+
+Fact Semidefinite(const Matrix& M, const std::optional<Matrix>& sum) {
+  if (IsSymmetricPartPositiveDefinite(M)) return {Answer::kYes, "positive definite"};
+  if (Fact tolerant = TestPositiveSemidefinite(M);
+      tolerant.no() && FormIsClearlyNegative(M, tolerant.witness.z)) {
+    return RefutedByForm(M, tolerant.why, tolerant.witness.z);
+  }
+  if (!sum) return AtTheBoundary();
+  if (auto by_rows = SemidefiniteByRows(*sum)) return *std::move(by_rows);
+  if (M.rows() <= kMaxExactSize) return OfSymmetricPart(ClassifyByMinors(*sum).p0);
+  return AtTheBoundary();
+}
+
+}  // namespace
+
+QuadraticFormClasses ClassifyQuadraticForm(const Matrix& M) {
+  const std::optional<Matrix> sum = ExactSymmetricSum(M);
+  QuadraticFormClasses classes;
+  classes.positive_semidefinite = Semidefinite(M, sum);
+  classes.positive_definite = Definite(M, sum, classes.positive_semidefinite);
+  return classes;
+}
+
+}  // namespace dlcs
