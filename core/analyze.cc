@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/analysis/class_profile.h"
+#include "core/analysis/index_one_section.h"
 #include "core/analysis/laplace_section.h"
 #include "core/analysis/matrix_class.h"
 #include "core/soundness.h"
@@ -41,6 +42,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.rule = DescribeRule(*selection);
   analysis.sections.push_back(ClassSection(problem.M));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
+  if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem));
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();
   analysis.recommendation = *std::move(recommendation);

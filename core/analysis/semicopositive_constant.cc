@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/analysis/semicopositive_constant.h"
+
+#include <algorithm>
+#include <limits>
+#include <queue>
+#include <vector>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+constexpr Index kMaxBranchingSize = 6;
+constexpr int kMaxBoxes = 20'000;
+
+struct Box {
+  double bound;
+  Vector low, high;
+  bool operator<(const Box& other) const { return bound > other.bound; }  // the worst comes first
+};
+
+// min f over z in [0, 1]ⁿ with some z_i = 1, from below. `bound(low, high)` is at most f on the box, and f at
+// a point.
+template <typename Bound>
+double BranchAndBound(Index n, const Bound& bound) {
+  std::priority_queue<Box> boxes;
+  double least_value = std::numeric_limits<double>::infinity();
+  const auto add = [&](const Vector& low, const Vector& high) {
+    const Vector middle = 0.5 * (low + high);
+    least_value = std::min(least_value, bound(middle, middle));
+    boxes.push({bound(low, high), low, high});
+  };
+  for (Index i = 0; i < n; ++i) add(Vector::Unit(n, i), Vector::Ones(n));
+  for (int count = 0; count < kMaxBoxes && boxes.top().bound < 0.9 * least_value; ++count) {
+    const Box box = boxes.top();
+    boxes.pop();
+    Index widest = 0;
+    (box.high - box.low).maxCoeff(&widest);
+    const double middle = 0.5 * (box.low[widest] + box.high[widest]);
+    Vector cut = box.high;
+    cut[widest] = middle;
+    add(box.low, cut);
+    cut = box.low;
+    cut[widest] = middle;
+    add(cut, box.high);
+  }
+  return boxes.top().bound;
+}
+
+LowerBound Branched(const Matrix& M, double bound) {
+  bound -= 1e-13 * InfinityNorm(M);  // rounding
+  if (bound > 0) return {bound, "branch and bound, to 10 %"};
+  return {0, "branch and bound found no positive bound"};
+}
+
+double LeastQuadraticForm(const Matrix& M) {
+  const Matrix positive = M.cwiseMax(0), negative = M.cwiseMin(0);
+  return BranchAndBound(M.rows(), [&](const Vector& low, const Vector& high) {
+    return low.dot(positive * low) + high.dot(negative * high);
+  });
+}
+
+}  // namespace
+
+LowerBound SemicopositiveConstant(const Matrix& M) {
+  const Matrix positive = M.cwiseMax(0), negative = M.cwiseMin(0);
+  const double dominance = (M.diagonal() + negative.rowwise().sum()).minCoeff();
+  if (M.diagonal().minCoeff() > 0 && dominance > 0) return {dominance, "by the row of the largest entry"};
+  if (M.rows() > kMaxBranchingSize)
+    return {0, "no simple bound is positive, and branch and bound needs n <= 6"};
+  return Branched(M, BranchAndBound(M.rows(), [&](const Vector& low, const Vector& high) {
+                    const Vector image = positive * low + negative * high;
+                    return low.cwiseProduct(image).cwiseMin(high.cwiseProduct(image)).maxCoeff();
+                  }));
+}
+
+LowerBound TypeOneConstant(const Matrix& M) {
+  Matrix worst = M.cwiseMin(0);
+  worst.diagonal() = 0.5 * M.diagonal();
+  const LowerBound by_rows = SemicopositiveConstant(worst);
+  if (M != M.transpose() || M.rows() > kMaxBranchingSize) return by_rows;
+  const double size = static_cast<double>(M.rows());
+  LowerBound by_form = Branched(M, LeastQuadraticForm(M));
+  by_form.value /= 2 * size;
+  if (by_form.value <= by_rows.value) return by_rows;
+  by_form.why = "Proposition 3(b): the least zᵀMz over z >= 0, by branch and bound, divided by 2n";
+  return by_form;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Does the free motion start into the region C x >= 0? Decided by the first derivatives of C e^{At} x0 that
+// do not vanish.
+
+#ifndef DLCS_CORE_ANALYSIS_SEMIOBSERVABILITY_H_
+#define DLCS_CORE_ANALYSIS_SEMIOBSERVABILITY_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/analysis/fact.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Row i of (Cx0, CAx0, ..., CA^{m-1}x0), up to the entry that decides its lexicographic sign.
+struct LexicographicRow {
+  enum class Sign { kNegative, kZero, kPositive, kUndecided };
+  Sign sign = Sign::kZero;
+  int power = 0;     // k of the deciding entry (C A^k x0)_i; of kZero rows m
+  double value = 0;  // that entry, divided by 2^{ek}, 2^e the power of two next above ‖A‖_∞
+  double error = 0;  // what the rounding of the computed entry is at most, in the same unit
+};
+
+struct Semiobservability {
+  std::vector<LexicographicRow> rows;  // n of them: the lexicographic test, shown
+  Fact in_cone;                        // x0 in Y = { x : (Cx, CAx, ..., CA^{m-1}x) lexicographically >= 0 }
+  Fact in_unobservable_space;  // x0 in Ō(C, A) = { x : CA^k x = 0, k = 0, ..., m-1 }; a no names its row in
+                               // `witness`
+};
+
+// Decides both memberships for the numbers as they are given. `C` n × m, `A` m × m, `x0` m, finite.
+//
+// Every product and sum is done with its rounding error (error-free transformations), and the errors are
+// carried along: an entry counts as positive or negative when it is beyond its error, as zero only when value
+// and error are both exactly zero (so always for small integers), and otherwise the row, and what depends on
+// it, is unknown. A no of `in_cone` has the row in `witness.indices` and its entry in `witness.value`. Cost:
+// O(m²) for each of the at most m powers. Source: section 5.2 of [Shen & Pang 2007].
+Semiobservability TestSemiobservability(const Matrix& C, const Matrix& A, const Vector& x0);
+
+// One line for each row: "row 2: (C A x0)_2 = -1 (rounding at most 0)".
+std::string DescribeRow(const LexicographicRow& row, Index index);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_ANALYSIS_SEMIOBSERVABILITY_H_
