@@ -94,6 +94,9 @@ std::vector<Violation> Validate(const Options& options, double horizon) {
   if (!(options.theta >= 0 && options.theta <= 1)) {
     list.Add("theta", NumberText(options.theta) + "; must lie in [0, 1]");
   }
+  if (options.average_y && options.theta != 0 && options.theta != 0.5) {
+    list.Add("average_y", "averages x and y, which means theta = 0.5, but theta is " + NumberText(options.theta));
+  }
   CheckIteration(options, list);
   CheckContour(options, list);
   if (options.num_threads < 0) {

@@ -13,6 +13,10 @@ namespace dlcs {
 
 enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch, kTimeStepping };
 
+// How time_stepping solves a step: one LCP(q, M^h) with x⁺ substituted, or the generalized Newton method (3.3) of
+// Chen & Xiang with one LCP(N u + g, M) an iteration.
+enum class StepSolver { kSubstitution, kNewton };
+
 struct Options {
   Method method = Method::kAuto;
 
@@ -35,6 +39,12 @@ struct Options {
 
   // time_stepping: θ of (1.3) in Chen & Xiang; 0 implicit, 1/2 trapezoidal in x, 1 explicit in x.
   double theta = 0;
+  // time_stepping: how a step is solved. Newton's method needs y to be a function of x, and is sure to converge for
+  // 3hκ < 1 (Theorem 3.2); a step where it does not is solved by substitution, and the solution says so.
+  StepSolver step_solver = StepSolver::kSubstitution;
+  // time_stepping: the trapezoidal rule in x, y and f, of second order, in place of (1.3); θ must be 0 or 1/2. Only
+  // where y is a Lipschitz function of x: elsewhere y would ring, y⁺ = -y + ....
+  bool average_y = false;
 
   // laplace_iteration: steps per window. 0 chooses and adapts windows; kWholeHorizon takes the longest
   // possible (from break point to break point) and reports divergence instead of shrinking it; any other

@@ -58,10 +58,22 @@ struct Cost {
   Index iterations = 0;    // of all windows, rejected ones included
   Index lcps = 0;
   Index marched_steps = 0; // steps of laplace_iteration that had to be marched with LCP(M + K_0)
+  Index newton_iterations = 0;       // of all steps
+  Index most_newton_iterations = 0;  // of one step
+  Index substituted_steps = 0;       // that Newton's method could not solve
   double seconds_setup = 0;
   double seconds_lcp = 0;     // LCPs and propagation overlap in marching methods: then all of it is here
   double seconds_linear = 0;
   double seconds_total = 0;
+};
+
+// The step that took Newton's method most iterations: its rate. ‖F(u^k)‖_∞ falls superlinearly for 3hκ < 1; F is
+// piecewise linear, so that the last iteration lands on the solution (rounding remains).
+struct NewtonRecord {
+  double time = 0;                // the end of the step
+  std::vector<double> residuals;  // ‖F(u^k)‖_∞, k = 0, 1, ..., F as in core/methods/newton_step.h
+  // hκ for the longest step: H of (3.1) contracts with this rate (Lemma 3.1). Absent where no κ is known.
+  std::optional<double> contraction;
 };
 
 struct Solution {
@@ -85,6 +97,7 @@ struct Solution {
   double step = 0;  // the longest step of the grid
   Certificate certificate;
   Cost cost;
+  std::optional<NewtonRecord> newton;  // with StepSolver::kNewton
 };
 
 // "CONVERGED", "INFEASIBLE", ...

@@ -53,15 +53,18 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
 // y beyond the class that M promises: the coupled step has another matrix than M.
 void WarnOfCoupledClass(const Task& task, double step, std::vector<std::string>& warnings) {
   if (task.choice.method != Method::kTimeStepping || task.selection == Selection::kAny) return;
+  if (task.options.step_solver == StepSolver::kNewton) return;  // its LCPs are those of M
   if (task.problem.num_constraints() > 20) return;
-  const Scheme scheme = ThetaScheme(task.problem, step, task.options.theta);
+  const Scheme scheme = TimeSteppingScheme(task.problem, task.options, step);
   const Matrix coupled = task.problem.M + task.problem.N * scheme.y_after;
   if (!coupled.allFinite()) return;
   const MatrixClass of_coupled = Classify(coupled);
   const Fact& fact = task.selection == Selection::kUnique ? of_coupled.p : of_coupled.z;
   if (fact.answer != Answer::kNo) return;
   warnings.push_back(std::string("M is a ") + (task.selection == Selection::kUnique ? "P" : "Z") +
-                     "-matrix, but M^h = h N (I - h(1-θ)A)⁻¹ B + M of the step h = " + FormatNumber(step) +
+                     "-matrix, but M^h = " +
+                     (task.options.average_y ? "h/2 N (I - hA/2)⁻¹ B" : "h N (I - h(1-θ)A)⁻¹ B") +
+                     " + M of the step h = " + FormatNumber(step) +
                      " is not (" + fact.why + "): a step may have no solution or another one; take a smaller step.");
 }
 
@@ -115,7 +118,8 @@ absl::Status EstimateError(Task& task, const Grid& grid, Solution& solution) {
                                 std::string(TerminationName(finer->termination)) + ". " + finer->message);
     return absl::OkStatus();
   }
-  const bool second_order = task.choice.method != Method::kTimeStepping && task.selection != Selection::kAny;
+  const bool first_order_steps = task.choice.method == Method::kTimeStepping && !task.options.average_y;
+  const bool second_order = !first_order_steps && task.selection != Selection::kAny;
   const double factor = second_order ? 4.0 / 3 : 2.0;
   solution.certificate.estimated_error_x = factor * MaxAbs(solution.x - finer->x);
   solution.certificate.estimated_error_By = factor * MaxAbs(task.problem.B * (solution.y - finer->y));
@@ -176,8 +180,10 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   }
   auto solution = SolveOnGrid(task, grid, observer);
   if (!solution.ok()) return solution;
-  const bool may_couple = problem.rule == SolutionRule::kAuto && options.method != Method::kLaplaceIteration &&
-                          options.method != Method::kPaperIteration;
+  const bool needs_function = options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
+                              (options.method == Method::kTimeStepping &&
+                               (options.average_y || options.step_solver == StepSolver::kNewton));
+  const bool may_couple = problem.rule == SolutionRule::kAuto && !needs_function;
   if (task.lost_least_element && may_couple) {
     report.warnings.push_back(solution->message + " Solved again by coupled steps, any solution of theirs.");
     task.selection = Selection::kAny;

@@ -22,6 +22,7 @@ Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
     : problem_(problem),
       abs_N_(problem.N.cwiseAbs()),
       scheme_(std::move(scheme)),
+      selection_(selection),
       solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, selection)),
       basis_(problem.num_constraints(), 0),
       q_(problem.num_constraints()),
@@ -40,26 +41,61 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Index& 
     const Index j = solved + 1;
     x.col(j).noalias() += scheme_.state * x.col(j - 1);
     if (scheme_.y_before.size() > 0) x.col(j).noalias() += scheme_.y_before * y.col(j - 1);
-    q_.noalias() = problem_.N * x.col(j);
-    q_ += segment.g.col(j);
-    tolerance_ = size_of_g;
-    tolerance_.noalias() += abs_N_ * x.col(j).cwiseAbs();
-    tolerance_ *= kLcpTolerance;
-    const LcpVerdict verdict = solver_->Solve(q_, tolerance_, basis_, y.col(j));
+    if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
+    const LcpVerdict verdict = Substitute(segment, size_of_g, j);
     if (verdict != LcpVerdict::kSolved) return verdict;
-    if (!solver_->KeptSelection()) {
-      kept_selection_ = false;
-      if (scheme_.y_is_linear) return LcpVerdict::kInfeasible;
-    }
-    x.col(j).noalias() += scheme_.y_after * y.col(j);
   }
   return LcpVerdict::kSolved;
 }
 
-bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme) {
+LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j) {
+  auto x = segment.x.col(j);
+  auto y = segment.y.col(j);
+  q_.noalias() = problem_.N * x;
+  q_ += segment.g.col(j);
+  tolerance_ = size_of_g;
+  tolerance_.noalias() += abs_N_ * x.cwiseAbs();
+  tolerance_ *= kLcpTolerance;
+  const LcpVerdict verdict = solver_->Solve(q_, tolerance_, basis_, y);
+  if (verdict != LcpVerdict::kSolved) return verdict;
+  if (!solver_->KeptSelection()) {
+    kept_selection_ = false;
+    if (scheme_.y_is_linear) return LcpVerdict::kInfeasible;
+  }
+  x.noalias() += scheme_.y_after * y;
+  return LcpVerdict::kSolved;
+}
+
+void Marcher::UseNewton(NewtonAccount& account) {
+  newton_.emplace(problem_, scheme_, selection_);
+  account_ = &account;
+}
+
+bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) {
+  u_ = segment.x.col(j - 1);
+  const NewtonVerdict verdict =
+      newton_->Solve(segment.x.col(j), segment.g.col(j), size_of_g, u_, segment.y.col(j));
+  const Index iterations = newton_->iterations();
+  account_->lcps += static_cast<Index>(newton_->residuals().size());
+  account_->iterations += iterations;
+  if (newton_->residuals().size() > account_->residuals.size()) {
+    account_->residuals = newton_->residuals();
+    account_->hardest_node = segment.first_node + j;
+  }
+  if (verdict != NewtonVerdict::kConverged) {
+    ++account_->substituted_steps;
+    return false;
+  }
+  segment.x.col(j) = u_;
+  return true;
+}
+
+bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAccount* newton) {
   const Problem& problem = context.problem;
   StepCache<Marcher> marchers([&](double step) {
-    return std::make_unique<Marcher>(problem, make_scheme(step), context.selection);
+    auto marcher = std::make_unique<Marcher>(problem, make_scheme(step), context.selection);
+    if (newton) marcher->UseNewton(*newton);
+    return marcher;
   });
   Progress progress(context);
   Vector x = problem.x0;
@@ -86,7 +122,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme) {
       segment.y.col(0) = y;
       Index solved = 0;
       const LcpVerdict verdict = marcher.March(segment, context.stop, solved);
-      context.solution.cost.lcps += solved;
+      if (!newton) context.solution.cost.lcps += solved;
       context.solution.cost.steps += solved;
 
       if (starts_stretch && !y_is_solution) {

@@ -6,9 +6,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "core/lcp/lcp.h"
+#include "core/methods/newton_step.h"
 #include "core/methods/scheme.h"
 #include "core/methods/solve_context.h"
 
@@ -16,11 +19,24 @@ namespace dlcs {
 
 using SchemeFactory = std::function<Scheme(double step)>;
 
+// What Newton's method did in a march.
+struct NewtonAccount {
+  Index iterations = 0;
+  Index lcps = 0;
+  Index substituted_steps = 0;    // that it could not solve
+  Index hardest_node = 0;         // the end of the step with most iterations, ...
+  std::vector<double> residuals;  // ... and its ‖F(u^k)‖_∞; empty before the first step
+};
+
 // A scheme with the solver of its coupled step LCP(q, M + K_0), K_0 = N y_after.
 class Marcher {
  public:
   // Solver and scheme keep references to `problem`.
   Marcher(const Problem& problem, Scheme scheme, Selection selection);
+
+  // Solves the steps by Newton's method from now on, and by the coupled LCP only where that fails. Keeps a reference
+  // to `account` and counts there.
+  void UseNewton(NewtonAccount& account);
 
   const Scheme& scheme() const { return scheme_; }
 
@@ -35,19 +51,29 @@ class Marcher {
   bool kept_selection() const { return kept_selection_; }
 
  private:
+  // Both complete step j of `segment`, whose x.col(j) holds the explicit part of the scheme; SolveByNewton() leaves
+  // it as it is where it returns false.
+  LcpVerdict Substitute(Segment& segment, const Vector& size_of_g, Index j);
+  bool SolveByNewton(Segment& segment, const Vector& size_of_g, Index j);
+
   const Problem& problem_;
   Matrix abs_N_;
   Scheme scheme_;
+  Selection selection_;
   std::unique_ptr<LcpSolver> solver_;
   Basis basis_;
   Vector q_;
   Vector tolerance_;
   bool kept_selection_ = true;
+  std::optional<NewtonStep> newton_;
+  NewtonAccount* account_ = nullptr;  // with newton_
+  Vector u_;
+
 };
 
-// Marches the whole grid with the schemes of `make_scheme`. Returns whether the end was reached; otherwise
-// the solution says why not.
-bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme);
+// Marches the whole grid with the schemes of `make_scheme`, by Newton's method where `newton`, its account, is
+// given. Returns whether the end was reached; otherwise the solution says why not.
+bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAccount* newton = nullptr);
 
 }  // namespace dlcs
 

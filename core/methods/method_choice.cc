@@ -41,6 +41,16 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
                      "element), and M is: " + matrix_class.description +
                      ". Use exponential-march or time-stepping.";
   }
+  if (choice.method == Method::kTimeStepping && !lipschitz) {
+    const std::string no_function = " needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the "
+                                    "least element), and M is: " + matrix_class.description + ". ";
+    if (options.average_y) {
+      choice.refusal = "Averaging y" + no_function +
+                       "Elsewhere y rings from step to step (y⁺ = -y + ...) and never settles. Do not average y.";
+    } else if (options.step_solver == StepSolver::kNewton) {
+      choice.refusal = "Newton's method (3.3)" + no_function + "Solve the steps by substitution.";
+    }
+  }
   if (matrix_class.zero && !lipschitz) {
     const std::optional<int> degree = RelativeDegree(problem.A, problem.B, problem.N);
     if (degree == 2 && options.inelastic_impact) {

@@ -80,4 +80,15 @@ Scheme ThetaScheme(const Problem& problem, double step, double theta) {
   return scheme;
 }
 
+Scheme AveragedScheme(const Problem& problem, double step) {
+  Scheme scheme = ThetaScheme(problem, step, 0.5);
+  scheme.f_after /= 2;
+  scheme.f_before = scheme.f_after;
+  scheme.y_after /= 2;
+  scheme.y_before = scheme.y_after;
+  scheme.y_is_linear = true;
+  scheme.order = 2;
+  return scheme;
+}
+
 }  // namespace dlcs

@@ -51,6 +51,12 @@ Scheme ExponentialPiecewiseConstant(const Problem& problem, double step);
 // A singular I - h(1-θ)A gives non-finite matrices. Cost: one LU of m × m.
 Scheme ThetaScheme(const Problem& problem, double step, double theta);
 
+// The trapezoidal rule in x and in s = B y + f, R = (I - hA/2)⁻¹:
+//     x_j = R (I + hA/2) x_{j-1} + h R (s_{j-1} + s_j)/2.
+// Second order where y is Lipschitz, and to be used there only, as ExponentialPiecewiseLinear().
+// A singular I - hA/2 gives non-finite matrices. Cost: one LU of m × m.
+Scheme AveragedScheme(const Problem& problem, double step);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_METHODS_SCHEME_H_

@@ -2,14 +2,64 @@
 
 #include "core/methods/time_stepping.h"
 
+#include <algorithm>
+
+#include "core/analysis/newton_bounds.h"
 #include "core/methods/marching.h"
 
 namespace dlcs {
+namespace {
+
+void WarnOfLongStep(const Problem& problem, const std::optional<double>& kappa, double step,
+                    std::vector<std::string>& warnings) {
+  const std::string what = "Newton's method is not guaranteed to converge for h = " + FormatNumber(step) + ": ";
+  if (!kappa) {
+    warnings.push_back(what + "no bound of κ = ‖A‖ + 𝓛‖B‖‖N‖ is known for this M (n = " +
+                       std::to_string(problem.num_constraints()) + ").");
+  } else if (3 * step * *kappa >= 1) {
+    warnings.push_back(what + "Theorem 3.2 of [Chen & Xiang 2013] asks for h < 1/(3κ) = " +
+                       FormatNumber(1 / (3 * *kappa)) + ".");
+  }
+}
+
+void Report(const NewtonAccount& account, const SolveContext& context, const std::optional<double>& kappa) {
+  Solution& solution = context.solution;
+  Cost& cost = solution.cost;
+  cost.lcps += account.lcps + account.substituted_steps;
+  cost.newton_iterations = account.iterations;
+  cost.most_newton_iterations = std::max<Index>(1, account.residuals.size()) - 1;
+  cost.substituted_steps = account.substituted_steps;
+  solution.newton = {.time = context.grid.times[account.hardest_node],
+                     .residuals = account.residuals,
+                     .contraction = std::nullopt};
+  if (kappa) solution.newton->contraction = *kappa * context.grid.longest_step;
+  if (account.substituted_steps > 0) {
+    solution.warnings.push_back(std::to_string(account.substituted_steps) +
+                                " steps were solved by substitution, because Newton's method did not converge.");
+  }
+}
+
+bool MarchByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
+  const std::optional<double> kappa = RightHandSideLipschitz(context.problem, context.matrix_class.lipschitz);
+  WarnOfLongStep(context.problem, kappa, context.grid.longest_step, context.solution.warnings);
+  NewtonAccount account;
+  const bool reached_end = MarchGrid(context, make_scheme, &account);
+  Report(account, context, kappa);
+  return reached_end;
+}
+
+}  // namespace
+
+Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step) {
+  return options.average_y ? AveragedScheme(problem, step) : ThetaScheme(problem, step, options.theta);
+}
 
 bool TimeStepping(SolveContext& context) {
-  return MarchGrid(context, [&](double step) {
-    return ThetaScheme(context.problem, step, context.options.theta);
-  });
+  const auto make_scheme = [&](double step) {
+    return TimeSteppingScheme(context.problem, context.options, step);
+  };
+  if (context.options.step_solver == StepSolver::kNewton) return MarchByNewton(context, make_scheme);
+  return MarchGrid(context, make_scheme);
 }
 
 }  // namespace dlcs
