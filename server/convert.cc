@@ -233,6 +233,9 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
       violations.push_back({"step", fmt::format("{}; must be positive and finite (unset takes {} steps)",
                                                 options.step(), Options::kDefaultSteps)});
     }
+  } else if (options.has_grid_times()) {
+    result.grid_times.assign(options.grid_times().times().begin(), options.grid_times().times().end());
+    if (result.grid_times.empty()) violations.push_back({"grid_times", "no times; must hold at least one"});
   }
   result.output_times.assign(options.output_times().begin(), options.output_times().end());
   result.output_times_only = !result.output_times.empty();
@@ -309,6 +312,9 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_method(ToProto(options.method));
   if (options.num_steps != 0) result.set_steps(options.num_steps);
   if (options.step != 0) result.set_step(options.step);
+  if (!options.grid_times.empty()) {
+    result.mutable_grid_times()->mutable_times()->Add(options.grid_times.begin(), options.grid_times.end());
+  }
   result.mutable_output_times()->Add(options.output_times.begin(), options.output_times.end());
   result.set_theta(options.theta);
   result.set_window_steps(options.window_steps);

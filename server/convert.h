@@ -31,7 +31,8 @@ TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size,
                                    std::vector<Violation>& violations);
 SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
-// `step`, `steps` must be positive where set, since the engine reads 0 as not set.
+// `step`, `steps` must be positive and `grid_times` not empty where set: the engine reads 0 and none as not
+// set.
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);
 
 v1::Matrix ToProto(const Matrix& matrix);

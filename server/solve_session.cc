@@ -28,6 +28,7 @@ Index DoublesPerTime(const Problem& problem) { return 1 + problem.num_states() +
 double CountSteps(const Problem& problem, const Options& options) {
   double steps = static_cast<double>(options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps);
   if (options.step > 0) steps = std::ceil(problem.horizon / options.step);
+  if (!options.grid_times.empty()) steps = static_cast<double>(options.grid_times.size()) + 1;
   return steps + static_cast<double>(BreakPoints(problem).size() + options.output_times.size());
 }
 

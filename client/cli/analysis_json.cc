@@ -79,14 +79,16 @@ ordered_json SectionJson(const v1::AnalysisSection& section) {
 
 ordered_json RecommendationJson(const v1::Recommendation& recommendation) {
   const v1::SolveOptions& options = recommendation.options();
-  return {{"method", MethodName(options.method())},
-          {"steps", options.has_steps() ? ordered_json(options.steps()) : ordered_json(nullptr)},
-          {"step", options.has_step() ? ordered_json(options.step()) : ordered_json(nullptr)},
-          {"window_steps", options.window_steps()},
-          {"theta", options.theta()},
-          {"project_initial_state", options.project_initial_state()},
-          {"reasons", List(recommendation.reasons())},
-          {"refusal", recommendation.refusal()}};
+  return {
+      {"method", MethodName(options.method())},
+      {"steps", options.has_steps() ? ordered_json(options.steps()) : ordered_json(nullptr)},
+      {"step", options.has_step() ? ordered_json(options.step()) : ordered_json(nullptr)},
+      {"grid_times", options.has_grid_times() ? List(options.grid_times().times()) : ordered_json(nullptr)},
+      {"window_steps", options.window_steps()},
+      {"theta", options.theta()},
+      {"project_initial_state", options.project_initial_state()},
+      {"reasons", List(recommendation.reasons())},
+      {"refusal", recommendation.refusal()}};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #define DLCS_CLIENT_CLI_ANALYSIS_OUTPUT_H_
 
 #include <cstdio>
+#include <optional>
 #include <string>
 
 #include "dlcs/v1/solver.pb.h"
@@ -18,13 +19,23 @@ namespace dlcs::client {
 // infinite one "inf" or "-inf".
 void PrintAnalysisJson(const std::string& name, const v1::AnalyzeProblemResponse& analysis, std::FILE* out);
 
-// Head, sections, recommendation, warnings, in lines of `width` letters at most where words allow it.
-// `source` is the problem file as it stands on the command line that is recommended.
-void PrintAnalysisTable(const std::string& name, const std::string& source,
+// What was typed and stands again on the command line that is recommended.
+struct Asked {
+  std::string source;                                   // the problem file
+  std::optional<v1::SolutionRule> rule = std::nullopt;  // where it overrides the file's
+  std::string grid = {};                                // of --grid, where it was given
+};
+
+// Head, sections, recommendation, warnings, in lines of `width` letters at most where words allow it. Yes
+// comes before no, and what is unknown last in one line each, cut to the width: the whole is in the JSON.
+void PrintAnalysisTable(const std::string& name, const Asked& asked,
                         const v1::AnalyzeProblemResponse& analysis, int width, std::FILE* out);
 
+// One section of it, its warnings last.
+void PrintSection(const v1::AnalysisSection& section, int width, std::FILE* out);
+
 // The command that follows the recommendation: `dlcs solve FILE --method ... --step ...`.
-std::string RecommendedCommand(const std::string& source, const v1::SolveOptions& options);
+std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& options);
 
 }  // namespace dlcs::client
 

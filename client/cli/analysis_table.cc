@@ -17,10 +17,13 @@ namespace {
 // The longest index set or vector that a line shows whole.
 constexpr int kMaxListed = 12;
 
-// Letters on the screen: bytes that do not continue a UTF-8 character.
+// Of a UTF-8 character that began before.
+bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
+// Letters on the screen.
 std::size_t LetterCount(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(
-      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return !IsContinuation(c); }));
 }
 
 std::string Padded(const std::string& text, std::size_t width) {
@@ -34,6 +37,17 @@ class Paragraphs {
   Paragraphs(int width, std::FILE* out) : width_(static_cast<std::size_t>(std::max(width, 40))), out_(out) {}
 
   void Line(const std::string& text) { fmt::print(out_, "{}\n", text); }
+
+  // One line, cut to the width.
+  void Quiet(const std::string& text) {
+    if (LetterCount(text) <= width_) return Line(text);
+    std::size_t end = 0;
+    for (std::size_t letters = 0; letters < width_ - 1; ++letters) {
+      do ++end;
+      while (IsContinuation(text[end]));
+    }
+    Line(text.substr(0, text.find_last_not_of(' ', end - 1) + 1) + "…");
+  }
 
   void Print(const std::string& head, const std::string& text) {
     const std::size_t indent = LetterCount(head);
@@ -103,8 +117,13 @@ void PrintFindings(const v1::AnalysisSection& section, Paragraphs& paper) {
   for (const v1::Answer answer : {v1::ANSWER_YES, v1::ANSWER_NO, v1::ANSWER_UNKNOWN}) {
     for (const v1::Finding& finding : section.findings()) {
       if (finding.answer() != answer) continue;
-      paper.Print(fmt::format("  {:<8} {}  ", AnswerName(answer), Padded(finding.title(), width)),
-                  Grounds(finding));
+      const std::string head =
+          fmt::format("  {:<8} {}  ", AnswerName(answer), Padded(finding.title(), width));
+      if (answer == v1::ANSWER_UNKNOWN) {
+        paper.Quiet(head + finding.why());
+      } else {
+        paper.Print(head, Grounds(finding));
+      }
     }
   }
 }
@@ -130,14 +149,19 @@ void PrintConstants(const v1::AnalysisSection& section, Paragraphs& paper) {
   }
 }
 
-void PrintRecommendation(const std::string& source, const v1::Recommendation& recommendation,
-                         Paragraphs& paper) {
+void PrintSection(const v1::AnalysisSection& section, Paragraphs& paper) {
+  paper.Line(section.title());
+  PrintFindings(section, paper);
+  PrintConstants(section, paper);
+}
+
+void PrintRecommendation(const Asked& asked, const v1::Recommendation& recommendation, Paragraphs& paper) {
   if (!recommendation.refusal().empty()) {
     paper.Line("\nNot solvable here");
     return paper.Print("  ", recommendation.refusal());
   }
   paper.Line("\nRecommended");
-  paper.Line("  " + RecommendedCommand(source, recommendation.options()));
+  paper.Line("  " + RecommendedCommand(asked, recommendation.options()));
   for (const std::string& reason : recommendation.reasons()) paper.Print("  - ", reason);
 }
 
@@ -152,12 +176,14 @@ std::string ShellWord(const std::string& text) {
 
 }  // namespace
 
-std::string RecommendedCommand(const std::string& source, const v1::SolveOptions& options) {
+std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& options) {
   const v1::SolveOptions unset;
-  std::string command = "dlcs solve " + ShellWord(source);
+  std::string command = "dlcs solve " + ShellWord(asked.source);
+  if (asked.rule) command += " --rule " + RuleName(*asked.rule);
   if (options.method() != unset.method()) command += " --method " + MethodName(options.method());
   if (options.has_steps()) command += fmt::format(" --steps {}", options.steps());
   if (options.has_step()) command += fmt::format(" --step {}", options.step());
+  if (options.has_grid_times()) command += " --grid " + ShellWord(asked.grid);
   if (!options.output_times().empty())
     command += fmt::format(" --at {}", fmt::join(options.output_times(), ","));
   if (options.theta() != 0) command += fmt::format(" --theta {}", options.theta());
@@ -167,7 +193,13 @@ std::string RecommendedCommand(const std::string& source, const v1::SolveOptions
   return command;
 }
 
-void PrintAnalysisTable(const std::string& name, const std::string& source,
+void PrintSection(const v1::AnalysisSection& section, int width, std::FILE* out) {
+  Paragraphs paper(width, out);
+  PrintSection(section, paper);
+  for (const std::string& warning : section.warnings()) paper.Print("  - ", warning);
+}
+
+void PrintAnalysisTable(const std::string& name, const Asked& asked,
                         const v1::AnalyzeProblemResponse& analysis, int width, std::FILE* out) {
   Paragraphs paper(width, out);
   paper.Line(fmt::format("{}: {}, {}, T = {}", name, Count(analysis.states(), "state"),
@@ -175,11 +207,10 @@ void PrintAnalysisTable(const std::string& name, const std::string& source,
   paper.Print("M      ", analysis.matrix_class());
   paper.Print("Rule   ", analysis.rule());
   for (const v1::AnalysisSection& section : analysis.sections()) {
-    paper.Line("\n" + section.title());
-    PrintFindings(section, paper);
-    PrintConstants(section, paper);
+    paper.Line("");
+    PrintSection(section, paper);
   }
-  PrintRecommendation(source, analysis.recommendation(), paper);
+  PrintRecommendation(asked, analysis.recommendation(), paper);
   if (!analysis.warnings().empty()) paper.Line("\nWarnings");
   for (const std::string& warning : analysis.warnings()) paper.Print("  - ", warning);
 }

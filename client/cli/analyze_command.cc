@@ -21,7 +21,8 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
   if (command.format == OutputFormat::kJson) {
     PrintAnalysisJson(name, analysis, out);
   } else {
-    PrintAnalysisTable(name, command.problem_path, analysis, WidthOf(out), out);
+    const Asked asked = {.source = command.problem_path, .rule = command.rule, .grid = command.grid};
+    PrintAnalysisTable(name, asked, analysis, WidthOf(out), out);
   }
 }
 

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "client/json_text.h"
 #include "client/names.h"
 #include "client/nearest_name.h"
 
@@ -47,6 +48,7 @@ constexpr const char* kSolveExamples =
     "  dlcs solve circuit.json --steps 100000 --estimate-error\n"
     "  dlcs solve circuit.json --method time-stepping --step 1e-4 --project-initial-state\n"
     "  dlcs solve circuit.json --at 0.5,1,2 --format json --quiet\n"
+    "  dlcs solve circuit.json --grid nodes.txt\n"
     "  dlcs solve circuit.json --format csv --output circuit.csv --server localhost:50051\n"
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
@@ -161,19 +163,37 @@ void AddDeadline(CLI::App& app, double& deadline_s) {
 }
 
 // "0.1,0.5" in any order; what comes out is increasing and distinct.
-std::vector<double> ParseTimes(const std::string& text) {
+std::vector<double> ParseTimes(const std::string& text, const std::string& option) {
   const Rule rule = Within("a time: a number of at least 0", 0, kInfinity);
   std::vector<double> times;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     std::string entry = text.substr(begin, end - begin);
     entry.erase(0, entry.find_first_not_of(' '));
-    times.push_back(CheckedNumber(entry, rule, "--at"));
+    times.push_back(CheckedNumber(entry, rule, option));
     begin = end + 1;
   }
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   return times;
+}
+
+// The times of `text`, which is a list of them or the name of a file that holds them, separated by commas,
+// blanks or new lines.
+std::vector<double> ParseGrid(const std::string& text) {
+  if (text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, "--grid");
+  const auto content = ReadTextFile(text);
+  if (!content.ok()) throw CLI::ValidationError("--grid", std::string(content.status().message()));
+  std::string list;
+  for (const char c : *content) {
+    const bool between = c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!between)
+      list += c;
+    else if (!list.empty() && list.back() != ',')
+      list += ',';
+  }
+  if (!list.empty() && list.back() == ',') list.pop_back();
+  return ParseTimes(list, "--grid " + text);
 }
 
 // "auto", "whole" or a number of steps, as the wire counts them.
@@ -184,17 +204,30 @@ std::int64_t ParseWindow(const std::string& text) {
   return static_cast<std::int64_t>(CheckedNumber(text, rule, "--window"));
 }
 
-void AddGrid(CLI::App& app, v1::SolveOptions& options) {
+void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
   CLI::Option* step = AddNumber(
       app, "--step", "H", Positive(), [&](double v) { options.set_step(v); }, "Length of a step, at most");
-  AddNumber(
+  CLI::Option* steps = AddNumber(
       app, "--steps", "J", WholeAtLeast("a whole number of at least 1", 1),
-      [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T] (1000)")
-      ->excludes(step);
+      [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T] (1000)");
+  steps->excludes(step);
+  app.add_option_function<std::string>(
+         "--grid",
+         [&](const std::string& text) {
+           grid = text;
+           const std::vector<double> times = ParseGrid(text);
+           options.mutable_grid_times()->mutable_times()->Assign(times.begin(), times.end());
+         },
+         "The nodes themselves instead of equal steps, in any order, or a file with them; 0, T and break "
+         "points "
+         "are added")
+      ->type_name("FILE|T1,T2,...")
+      ->excludes(step)
+      ->excludes(steps);
   app.add_option_function<std::string>(
          "--at",
          [&](const std::string& text) {
-           const std::vector<double> times = ParseTimes(text);
+           const std::vector<double> times = ParseTimes(text, "--at");
            options.mutable_output_times()->Assign(times.begin(), times.end());
          },
          "Only these times, in any order; they become nodes of the grid. Otherwise a table shows 11 even "
@@ -252,7 +285,7 @@ void AddSolve(CLI::App& main, SolveCommand& command) {
       ->type_name("FILE");
   AddServer(app, command.server);
   AddMethod(app, options);
-  AddGrid(app, options);
+  AddGrid(app, options, command.grid);
   AddRule(app, command.rule);
   app.add_flag_function(
       "--project-initial-state", [&](std::int64_t) { options.set_project_initial_state(true); },
@@ -281,7 +314,7 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
       ->type_name("FILE");
   AddServer(app, command.server);
   AddMethod(app, command.options);
-  AddGrid(app, command.options);
+  AddGrid(app, command.options, command.grid);
   AddRule(app, command.rule);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");

@@ -18,6 +18,7 @@ struct SolveCommand {
   std::string problem_path;              // "-" is standard input
   std::string server;                    // HOST:PORT; empty solves in this process
   v1::SolveOptions options;              // as given; what was not given is unset
+  std::string grid;                      // --grid as it was typed
   std::optional<v1::SolutionRule> rule;  // overrides the file's
   OutputFormat format = OutputFormat::kTable;
   std::string output;  // empty is standard output
@@ -29,6 +30,7 @@ struct AnalyzeCommand {
   std::string problem_path;  // "-" is standard input
   std::string server;
   v1::SolveOptions options;  // what is settled already
+  std::string grid;          // --grid as it was typed
   std::optional<v1::SolutionRule> rule;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
   std::string output;                          // empty is standard output

@@ -17,7 +17,7 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kOptionNames = {{
     {"method", "--method"},
     {"steps", "--steps"},
     {"step", "--step"},
@@ -34,7 +34,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kOptionN
     {"project_initial_state", "--project-initial-state"},
     {"estimate_error", "--estimate-error"},
     {"threads", "--threads"},
-    {"grid", "--step or --steps"},
+    {"grid", "--step, --steps or --grid"},
+    {"grid_times", "--grid"},
 }};
 
 // "steps: 0; must be above 0" -> "--steps: 0; ...", "x0[1]: ..." -> "problem.json: x0[1]: ...".

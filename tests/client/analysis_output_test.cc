@@ -84,8 +84,8 @@ v1::AnalyzeProblemResponse Example() {
 }
 
 TEST(AnalysisTableTest, ReadsFromTheStrongestToTheUnknown) {
-  const std::string text =
-      Printed([](std::FILE* out) { PrintAnalysisTable("case", "case.json", Example(), 100, out); });
+  const std::string text = Printed(
+      [](std::FILE* out) { PrintAnalysisTable("case", {.source = "case.json"}, Example(), 100, out); });
   EXPECT_THAT(text, HasSubstr("case: 2 states, 1 pair, T = 4\n"));
   EXPECT_LT(text.find("z-matrix"), text.find("p-matrix"));
   EXPECT_LT(text.find("p-matrix"), text.find("s-matrix"));
@@ -97,10 +97,26 @@ TEST(AnalysisTableTest, ReadsFromTheStrongestToTheUnknown) {
   EXPECT_THAT(text, HasSubstr("- The state at 0 is inconsistent."));
 }
 
+TEST(AnalysisTableTest, SaysWhatIsUnknownInOneLineCutToTheWidth) {
+  for (const int width : {48, 50, 60}) {
+    v1::AnalyzeProblemResponse analysis = Example();
+    analysis.mutable_sections(0)->mutable_findings(0)->set_why(
+        "κκκκκκκκ κκκκκκκκκκ κκκκκκκκκκκκ κκκκκκκκκκκκκκκ");
+    const std::string text = Printed(
+        [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "f.json"}, analysis, width, out); });
+    const std::size_t begin = text.find("  unknown");
+    const std::string line = text.substr(begin, text.find('\n', begin) - begin);
+    std::size_t letters = 0;
+    for (const char c : line) letters += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+    EXPECT_LE(letters, static_cast<std::size_t>(width)) << line;
+    EXPECT_EQ(line.substr(line.size() - 3), "…") << line;
+  }
+}
+
 TEST(AnalysisTableTest, KeepsToTheWidthOfTheTerminal) {
   for (const int width : {60, 80, 100}) {
-    std::istringstream lines(
-        Printed([&](std::FILE* out) { PrintAnalysisTable("case", "f.json", Example(), width, out); }));
+    std::istringstream lines(Printed(
+        [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "f.json"}, Example(), width, out); }));
     for (std::string line; std::getline(lines, line);) {
       if (line.find("dlcs solve") != std::string::npos) continue;  // a command is copied whole
       std::size_t letters = 0;
@@ -113,8 +129,8 @@ TEST(AnalysisTableTest, KeepsToTheWidthOfTheTerminal) {
 TEST(AnalysisTableTest, SaysWhyNoMethodServes) {
   v1::AnalyzeProblemResponse analysis = Example();
   analysis.mutable_recommendation()->set_refusal("The relative degree is 3.");
-  const std::string text =
-      Printed([&](std::FILE* out) { PrintAnalysisTable("case", "case.json", analysis, 100, out); });
+  const std::string text = Printed(
+      [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "case.json"}, analysis, 100, out); });
   EXPECT_THAT(text, HasSubstr("The relative degree is 3."));
   EXPECT_THAT(text, Not(HasSubstr("dlcs solve")));
 }
@@ -139,8 +155,16 @@ TEST(RecommendedCommandTest, IsReadByAShell) {
   options.set_steps(500);
   options.set_window_steps(-1);
   options.set_project_initial_state(true);
-  EXPECT_EQ(RecommendedCommand("it's here.json", options),
+  EXPECT_EQ(RecommendedCommand({.source = "it's here.json"}, options),
             "dlcs solve 'it'\\''s here.json' --steps 500 --window whole --project-initial-state");
+}
+
+TEST(RecommendedCommandTest, RepeatsTheRuleAndTheGridAsTyped) {
+  v1::SolveOptions options;
+  options.mutable_grid_times()->add_times(0.5);
+  EXPECT_EQ(RecommendedCommand(
+                {.source = "a.json", .rule = v1::SOLUTION_RULE_LEAST_ELEMENT, .grid = "my nodes"}, options),
+            "dlcs solve a.json --rule least-element --grid 'my nodes'");
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <variant>
 #include <vector>
@@ -131,6 +133,24 @@ TEST(CommandLineTest, CountsStepsInAnyNotation) {
 
 TEST(CommandLineTest, SortsOutputTimes) {
   EXPECT_THAT(Solve({"--at", "1, 0.25,0.5,1"}).options.output_times(), ElementsAre(0.25, 0.5, 1));
+}
+
+TEST(CommandLineTest, TakesTheNodesFromTheLineOrFromAFile) {
+  const SolveCommand typed = Solve({"--grid", "1, 0.25,5e-1"});
+  EXPECT_THAT(typed.options.grid_times().times(), ElementsAre(0.25, 0.5, 1));
+  EXPECT_EQ(typed.grid, "1, 0.25,5e-1");
+  const std::string path = testing::TempDir() + "dlcs-grid-test.txt";
+  std::ofstream(path) << "0.25\n0.5, 1e-3\n\n2\n";
+  EXPECT_THAT(Solve({"--grid", path.c_str()}).options.grid_times().times(), ElementsAre(0.001, 0.25, 0.5, 2));
+  std::ofstream(path) << "0.25\nhalf\n";
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}),
+              AllOf(HasSubstr(path), HasSubstr("\"half\"")));
+  std::ofstream(path) << "\n";
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}), HasSubstr("is not a time"));
+  std::filesystem::remove(path);
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}), HasSubstr(path));
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", "-1,2"}), HasSubstr("\"-1\" is not a time"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", "1", "--steps", "3"}), HasSubstr("--grid"));
 }
 
 TEST(CommandLineTest, TakesStandardInput) {

@@ -64,6 +64,19 @@ TEST(DlcsProgramTest, GivesOnlyTheTimesAskedFor) {
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["times"], nlohmann::json({0.1, 3.14}));
 }
 
+TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
+  for (const char* method : {"laplace-iteration", "time-stepping"}) {
+    const ProgramOutcome outcome =
+        SolveText(kEasy, std::string("--format json --grid 0.01,0.03,0.1,1,3 --method ") + method);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["times"],
+              nlohmann::json({0.0, 0.01, 0.03, 0.1, 1.0, 3.0, 4.0}));
+  }
+  const ProgramOutcome outside = SolveText(kEasy, "--grid 1,5");
+  EXPECT_EQ(outside.code, 2);
+  EXPECT_THAT(outside.err, HasSubstr("dlcs: --grid[1]: 5; must lie in [0, T] = [0, 4]"));
+}
+
 TEST(DlcsProgramTest, WritesTheFileAndSaysWhere) {
   const std::string path = testing::TempDir() + "dlcs-program-test.csv";
   const ProgramOutcome outcome = SolveText(kEasy, "--steps 10 --format csv --output " + path);
@@ -129,7 +142,8 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
 }
 
 TEST(DlcsProgramTest, PrintsWhatIsKnownOnCtrlC) {
-  // `timeout` presses Ctrl-C after a second; once, with --foreground: otherwise it signals the process and its group.
+  // `timeout` presses Ctrl-C after a second; once, with --foreground: otherwise it signals the process and
+  // its group.
   const ProgramOutcome outcome =
       RunDlcs("solve - --method paper-iteration --steps 200000 --format json",
               std::string("echo ") + kEasy + " | timeout --foreground --preserve-status -s INT 1 ");

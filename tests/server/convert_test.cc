@@ -116,6 +116,21 @@ TEST(ConvertTest, UnsetOptionsAreTheDefaultsOfTheEngine) {
   EXPECT_FALSE(options.output_times_only);
 }
 
+TEST(ConvertTest, NodesOfTheGridSurviveTheRoundTrip) {
+  Options options;
+  options.grid_times = {0.1, 0.25, 1};
+  std::vector<Violation> violations;
+  const Options back = OptionsFromProto(ToProto(options), violations);
+  EXPECT_THAT(violations, IsEmpty());
+  EXPECT_EQ(back.grid_times, options.grid_times);
+  EXPECT_EQ(back.num_steps, 0);
+
+  v1::SolveOptions none;
+  none.mutable_grid_times();
+  EXPECT_TRUE(OptionsFromProto(none, violations).grid_times.empty());
+  EXPECT_THAT(violations, ElementsAre(Field(&Violation::field, "grid_times")));
+}
+
 TEST(ConvertTest, MissingPartsAreNamedAllAtOnce) {
   std::vector<Violation> violations;
   ProblemFromProto(v1::Problem(), violations);

@@ -106,6 +106,18 @@ TEST(SolveSessionTest, NamesTheLimit) {
   EXPECT_TRUE(PrepareSolve(request, bytes).ok());
 }
 
+TEST(SolveSessionTest, CountsTheNodesGiven) {
+  v1::SolveRequest request = testing::SwitchingRequest(1000);
+  for (const double t : {0.001, 0.01, 0.1}) request.mutable_options()->mutable_grid_times()->add_times(t);
+  SessionLimits limits;
+  limits.max_steps = 3;
+  EXPECT_THAT(std::string(PrepareSolve(request, limits).status().message()), HasSubstr("max_steps = 4"));
+  limits.max_steps = 4;
+  EXPECT_TRUE(PrepareSolve(request, limits).ok());
+  request.mutable_options()->mutable_grid_times()->add_times(0.05);
+  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("grid_times[3]"));
+}
+
 TEST(SolveSessionTest, CountsTheStepsOfALength) {
   v1::SolveRequest request = testing::SwitchingRequest(1);
   request.mutable_options()->set_step(2e-8);
