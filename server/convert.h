@@ -47,6 +47,7 @@ v1::Iterate ToProto(const IterateReport& report);
 v1::WindowFinished ToProto(const WindowOutcome& outcome);
 v1::SolveLcpResponse ToProto(const LcpResult& result);
 
+v1::AnalysisSection ToProto(const AnalysisSection& section);
 v1::AnalyzeProblemResponse ToProto(const Analysis& analysis);
 
 // Times `first` to `first + count - 1` of the trajectory.

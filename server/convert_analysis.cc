@@ -66,6 +66,8 @@ v1::Constant ToProto(const Constant& constant) {
   return result;
 }
 
+}  // namespace
+
 v1::AnalysisSection ToProto(const AnalysisSection& section) {
   v1::AnalysisSection result;
   result.set_id(section.id);
@@ -75,8 +77,6 @@ v1::AnalysisSection ToProto(const AnalysisSection& section) {
   result.mutable_warnings()->Add(section.warnings.begin(), section.warnings.end());
   return result;
 }
-
-}  // namespace
 
 v1::AnalyzeProblemResponse ToProto(const Analysis& analysis) {
   v1::AnalyzeProblemResponse result;

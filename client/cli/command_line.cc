@@ -71,6 +71,15 @@ constexpr const char* kLcpExamples =
     "  dlcs lcp lcp.json\n"
     "  dlcs lcp lcp.json --rule least-element --format json";
 
+constexpr const char* kModelExamples =
+    "Prints a problem file, and on standard error what is known of the model. `input-output` is the dynamic\n"
+    "economy x' = A x + B y + f(t), 0 <= y, (I - C) y - x >= 0 complementary, x(0) = d, as in\n"
+    "    {\"C\": [[0.2]], \"A\": [[-1]], \"B\": [[0.5]], \"d\": [1], \"T\": 5, \"f\": [\"1+sin(t)\"]}\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs model input-output economy.json --output problem.json\n"
+    "  dlcs model input-output economy.json | dlcs solve -";
+
 constexpr const char* kCapabilitiesExamples =
     "Examples:\n"
     "  dlcs capabilities\n"
@@ -336,6 +345,21 @@ void AddLcp(CLI::App& main, LcpCommand& command) {
   app.footer(fmt::format("{}\n\n{}", kLcpExamples, kExitCodes));
 }
 
+void AddModel(CLI::App& main, ModelCommand& command) {
+  CLI::App& app = *main.add_subcommand("model", "Make a problem file of a model");
+  app.add_option("KIND", "The kind of model")
+      ->required()
+      ->type_name("input-output")
+      ->check(CLI::IsMember({"input-output"}));
+  app.add_option("FILE", command.path, "JSON file of the model; - reads standard input")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--output", command.output,
+                 "Write the problem there, whole or not at all, instead of printing it")
+      ->type_name("FILE");
+  app.footer(fmt::format("{}\n\n{}", kModelExamples, kExitCodes));
+}
+
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
   CLI::App& app =
       *main.add_subcommand("capabilities", "What this program or a server can do, and its limits");
@@ -402,7 +426,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, analyze, lcp or capabilities";
+    return "say what to do: solve, analyze, lcp, model or capabilities";
   }
   return error.what();
 }
@@ -421,6 +445,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   SolveCommand solve;
   AnalyzeCommand analyze;
   LcpCommand lcp;
+  ModelCommand model;
   CapabilitiesCommand capabilities;
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.",
                "dlcs");
@@ -430,6 +455,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddSolve(app, solve);
   AddAnalyze(app, analyze);
   AddLcp(app, lcp);
+  AddModel(app, model);
   AddCapabilities(app, capabilities);
 
   const std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
@@ -447,6 +473,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("solve")) return solve;
   if (app.got_subcommand("analyze")) return analyze;
   if (app.got_subcommand("lcp")) return lcp;
+  if (app.got_subcommand("model")) return model;
   return capabilities;
 }
 

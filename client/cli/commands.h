@@ -45,6 +45,11 @@ struct LcpCommand {
   double deadline_s = 60;
 };
 
+struct ModelCommand {
+  std::string path;    // of the model's file; "-" is standard input
+  std::string output;  // empty is standard output
+};
+
 struct CapabilitiesCommand {
   std::string server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
@@ -55,6 +60,7 @@ struct CapabilitiesCommand {
 ExitCode Run(const SolveCommand& command);
 ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
+ExitCode Run(const ModelCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 
 }  // namespace dlcs::client

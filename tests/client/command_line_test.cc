@@ -187,7 +187,7 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
 }
 
 TEST(CommandLineTest, RefusesWhatIsMissing) {
-  EXPECT_THAT(Refused({}), HasSubstr("solve, analyze, lcp or capabilities"));
+  EXPECT_THAT(Refused({}), HasSubstr("solve, analyze, lcp, model or capabilities"));
   EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
   EXPECT_THAT(Refused({"lcp", "l.json", "--format", "csv"}), HasSubstr("table, json"));

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "client/cli/analysis_output.h"
+#include "client/cli/atomic_file.h"
+#include "client/cli/commands.h"
+#include "client/cli/run_support.h"
+#include "client/json_text.h"
+#include "client/model.h"
+
+namespace dlcs::client {
+
+ExitCode Run(const ModelCommand& command) {
+  const auto text = ReadTextFile(command.path);
+  if (!text.ok()) return Complain(text.status(), kBadInput);
+  const auto model = ModelInputOutput(*text, SourceName(command.path));
+  if (!model.ok()) return Complain(model.status(), kBadInput);
+  std::unique_ptr<AtomicFile> output;
+  if (!command.output.empty()) {
+    auto created = AtomicFile::Create(command.output);
+    if (!created.ok()) return Complain(created.status(), kBadInput);
+    output = *std::move(created);
+  }
+
+  PrintSection(model->section, WidthOf(stderr), stderr);
+  fmt::print(output ? output->stream() : stdout, "{}\n", model->file.dump(2));
+  const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "client/json_reader.h"
+#include "client/json_text.h"
+#include "client/time_function_json.h"
+#include "core/models/input_output.h"
+#include "server/convert.h"
+
+namespace dlcs::client {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+Matrix ReadMatrix(const json& root, const std::string& key, JsonReader& reader) {
+  const json* value = reader.Require(root, key, "the rows of a matrix, one per commodity");
+  if (value == nullptr) return Matrix();
+  const auto dense = reader.ReadMatrix(*value, key);
+  if (!dense) return Matrix();
+  v1::Matrix matrix;
+  *matrix.mutable_dense() = *dense;
+  std::vector<Violation> none;  // the reader judged the shape
+  return MatrixFromProto(matrix, key, none);
+}
+
+InputOutputModel ReadModel(const json& root, JsonReader& reader) {
+  InputOutputModel model;
+  model.C = ReadMatrix(root, "C", reader);
+  model.A = ReadMatrix(root, "A", reader);
+  model.B = ReadMatrix(root, "B", reader);
+  if (const json* value = reader.Require(root, "d", "the demand at t = 0, a value per commodity")) {
+    if (const auto demand = reader.ReadNumbers(*value, "d"))
+      model.demand = Eigen::Map<const Vector>(demand->data(), static_cast<Index>(demand->size()));
+  }
+  if (const json* value = reader.Require(root, "T", "the end of time, a number above 0"))
+    model.horizon = reader.ReadNumber(*value, "T").value_or(0);
+  v1::TimeFunction f, g;
+  const int commodities = static_cast<int>(model.C.rows());
+  ReadSources(root, commodities, commodities, reader, f, g);
+  std::vector<Violation> violations;
+  model.f = TimeFunctionFromProto(f, commodities, "f", violations);
+  for (const Violation& violation : violations) reader.Refuse(violation.field, violation.description);
+  return model;
+}
+
+ordered_json Rows(const Matrix& matrix) {
+  ordered_json rows = ordered_json::array();
+  for (const auto& row : matrix.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return rows;
+}
+
+// The engine names its own fields: x0 is the model's d.
+absl::Status InWordsOfTheModel(const absl::Status& status, const std::string& source) {
+  std::string lines;
+  for (std::size_t begin = 0; begin < status.message().size();) {
+    const std::size_t end = std::min(status.message().find('\n', begin), status.message().size());
+    std::string line(status.message().substr(begin, end - begin));
+    if (line.rfind("x0", 0) == 0) line.replace(0, 2, "d");
+    lines += fmt::format("{}{}: {}", lines.empty() ? "" : "\n", source, line);
+    begin = end + 1;
+  }
+  return absl::InvalidArgumentError(lines);
+}
+
+ordered_json ProblemJson(const json& root, const Problem& problem) {
+  ordered_json file = ordered_json::object();
+  for (const char* key : {"name", "about", "source"}) {
+    if (root.contains(key)) file[key] = root[key];
+  }
+  file["A"] = Rows(problem.A);
+  file["B"] = Rows(problem.B);
+  file["N"] = Rows(problem.N);
+  file["M"] = Rows(problem.M);
+  if (root.contains("f")) file["f"] = root["f"];
+  file["x0"] = std::vector<double>(problem.x0.begin(), problem.x0.end());
+  file["T"] = problem.horizon;
+  file["rule"] = "least-element";
+  return file;
+}
+
+}  // namespace
+
+absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const std::string& source) {
+  const auto root = ParseJson(text, source);
+  if (!root.ok()) return root.status();
+  if (!root->is_object()) {
+    return absl::InvalidArgumentError(
+        fmt::format("{}: holds {}; must be one object {{...}} with the keys C, A, B, d and T", source,
+                    DescribeJson(*root)));
+  }
+  JsonReader reader(source);
+  reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f", "name", "about", "source"}, "");
+  const InputOutputModel model = ReadModel(*root, reader);
+  if (absl::Status status = reader.status(); !status.ok()) return status;
+  const auto problem = MakeInputOutputProblem(model);
+  if (!problem.ok()) return InWordsOfTheModel(problem.status(), source);
+  return ModelledProblem{ProblemJson(*root, *problem), ToProto(InputOutputSection(model))};
+}
+
+}  // namespace dlcs::client
