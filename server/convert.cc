@@ -250,6 +250,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.contour_step = contour.step();
   result.contour_for_initial_state = contour.for_initial_state();
   result.project_initial_state = options.project_initial_state();
+  result.inelastic_impact = options.inelastic_impact();
   result.estimate_error = options.estimate_error();
   result.num_threads = options.threads();
   return result;
@@ -327,6 +328,7 @@ v1::SolveOptions ToProto(const Options& options) {
   contour.set_step(options.contour_step);
   contour.set_for_initial_state(options.contour_for_initial_state);
   result.set_project_initial_state(options.project_initial_state);
+  result.set_inelastic_impact(options.inelastic_impact);
   result.set_estimate_error(options.estimate_error);
   result.set_threads(options.num_threads);
   return result;

@@ -87,6 +87,7 @@ ordered_json RecommendationJson(const v1::Recommendation& recommendation) {
       {"window_steps", options.window_steps()},
       {"theta", options.theta()},
       {"project_initial_state", options.project_initial_state()},
+      {"inelastic_impact", options.inelastic_impact()},
       {"reasons", List(recommendation.reasons())},
       {"refusal", recommendation.refusal()}};
 }

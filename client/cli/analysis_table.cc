@@ -190,6 +190,7 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (options.window_steps() == -1) command += " --window whole";
   if (options.window_steps() > 0) command += fmt::format(" --window {}", options.window_steps());
   if (options.project_initial_state()) command += " --project-initial-state";
+  if (options.inelastic_impact()) command += " --inelastic-impact";
   return command;
 }
 

@@ -286,6 +286,15 @@ void AddContour(CLI::App& app, v1::SolveOptions& options) {
       "paper-iteration: e^{At} x0 by a contour too (Remark 2.3)");
 }
 
+void AddJumps(CLI::App& app, v1::SolveOptions& options) {
+  app.add_flag_function(
+      "--project-initial-state", [&](std::int64_t) { options.set_project_initial_state(true); },
+      "Let an inconsistent state jump instead of refusing it");
+  app.add_flag_function(
+      "--inelastic-impact", [&](std::int64_t) { options.set_inelastic_impact(true); },
+      "Solve relative degree two (contact) as inelastic impact, a law of its own, instead of refusing it");
+}
+
 void AddSolve(CLI::App& main, SolveCommand& command) {
   CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
   v1::SolveOptions& options = command.options;
@@ -296,9 +305,7 @@ void AddSolve(CLI::App& main, SolveCommand& command) {
   AddMethod(app, options);
   AddGrid(app, options, command.grid);
   AddRule(app, command.rule);
-  app.add_flag_function(
-      "--project-initial-state", [&](std::int64_t) { options.set_project_initial_state(true); },
-      "Let an inconsistent state jump instead of refusing it");
+  AddJumps(app, options);
   app.add_flag_function(
       "--estimate-error", [&](std::int64_t) { options.set_estimate_error(true); },
       "Solve with half the step too and compare");
@@ -324,6 +331,7 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   AddServer(app, command.server);
   AddMethod(app, command.options);
   AddGrid(app, command.options, command.grid);
+  AddJumps(app, command.options);
   AddRule(app, command.rule);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");

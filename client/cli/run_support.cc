@@ -17,7 +17,7 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kOptionNames = {{
     {"method", "--method"},
     {"steps", "--steps"},
     {"step", "--step"},
@@ -32,6 +32,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kOptionN
     {"contour.step", "--contour-step"},
     {"contour.for_initial_state", "--contour-initial-state"},
     {"project_initial_state", "--project-initial-state"},
+    {"inelastic_impact", "--inelastic-impact"},
     {"estimate_error", "--estimate-error"},
     {"threads", "--threads"},
     {"grid", "--step, --steps or --grid"},

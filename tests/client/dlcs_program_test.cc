@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -75,6 +76,20 @@ TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
   const ProgramOutcome outside = SolveText(kEasy, "--grid 1,5");
   EXPECT_EQ(outside.code, 2);
   EXPECT_THAT(outside.err, HasSubstr("dlcs: --grid[1]: 5; must lie in [0, T] = [0, 4]"));
+}
+
+// A mass falls from height 1 at unit gravity and stays on the ground from t = sqrt(2) on.
+TEST(DlcsProgramTest, LandsInelasticallyOnlyWhereAskedTo) {
+  constexpr const char* kFall =
+      R"json('{"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], "T": 2, "f": [0, -1]}')json";
+  EXPECT_EQ(SolveText(kFall, "--quiet").code, 1);
+  const ProgramOutcome outcome =
+      SolveText(kFall, "--inelastic-impact --steps 2000 --at 1,2 --format json --quiet");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto root = nlohmann::json::parse(outcome.out);
+  EXPECT_NEAR(root["x"][0][0].get<double>(), 0.5, 2e-3);
+  EXPECT_NEAR(root["x"][1][0].get<double>(), 0, 2e-3);
+  EXPECT_NEAR(root["y"][1][0].get<double>(), 1, 1e-6);
 }
 
 TEST(DlcsProgramTest, WritesTheFileAndSaysWhere) {
@@ -185,6 +200,38 @@ TEST(DlcsProgramTest, ExitsWithOneWhereNoMethodServes) {
   const ProgramOutcome outcome = RunDlcs("analyze " + Case("outside_triple_integrator") + " --format json");
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_NE(nlohmann::json::parse(outcome.out)["recommendation"]["refusal"], "");
+}
+
+TEST(DlcsProgramTest, MakesAProblemOfAnEconomyThatItThenSolves) {
+  const std::string economy =
+      std::string(R"json(echo '{"C": [[0.5]], "A": [[-1]], "B": [[0.25]], "d": [1], "T": 1}')json");
+  const ProgramOutcome model = RunDlcs("model input-output -", economy + " | ");
+  ASSERT_EQ(model.code, 0) << model.err;
+  const auto problem = nlohmann::json::parse(model.out);
+  EXPECT_EQ(problem["M"], nlohmann::json({{0.5}}));
+  EXPECT_EQ(problem["N"], nlohmann::json({{-1.0}}));
+  EXPECT_EQ(problem["rule"], "least-element");
+  EXPECT_THAT(model.err,
+              AllOf(HasSubstr("(4.7)"), HasSubstr("(4.8)"), HasSubstr("M-matrix"), HasSubstr("1/(3κ)")));
+  // Demand is met: y = 2 x, so x' = -x / 2.
+  const ProgramOutcome solved = SolveText("'" + model.out + "'", "--at 1 --format json --quiet");
+  ASSERT_EQ(solved.code, 0) << solved.err;
+  EXPECT_NEAR(nlohmann::json::parse(solved.out)["x"][0][0].get<double>(), std::exp(-0.5), 1e-6);
+}
+
+TEST(DlcsProgramTest, NamesWhatIsWrongWithAModel) {
+  const ProgramOutcome negative = RunDlcs(
+      "model input-output -", R"(echo '{"C": [[-1]], "A": [[-1]], "B": [[1]], "d": [1], "T": 1}' | )");
+  EXPECT_EQ(negative.code, 2);
+  EXPECT_THAT(negative.err, HasSubstr("standard input: C: "));
+  const ProgramOutcome demand = RunDlcs(
+      "model input-output -", R"(echo '{"C": [[0.5]], "A": [[-1]], "B": [[1]], "d": [1, 2], "T": 1}' | )");
+  EXPECT_EQ(demand.code, 2);
+  EXPECT_THAT(demand.err, HasSubstr("standard input: d: "));
+  const ProgramOutcome missing = RunDlcs("model input-output -", R"(echo '{"C": [[0.5]], "G": 1}' | )");
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_THAT(missing.err, AllOf(HasSubstr("A"), HasSubstr("d"), HasSubstr("T"), HasSubstr("G")));
+  EXPECT_EQ(RunDlcs("model growth x.json").code, 2);
 }
 
 TEST(DlcsProgramTest, SolvesAnLcp) {

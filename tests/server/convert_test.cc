@@ -89,6 +89,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.contour_step = 0.3;
   options.contour_for_initial_state = true;
   options.project_initial_state = true;
+  options.inelastic_impact = true;
   options.estimate_error = true;
   options.num_threads = 3;
   std::vector<Violation> violations;
@@ -98,6 +99,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   EXPECT_EQ(back.num_steps, options.num_steps);
   EXPECT_EQ(back.output_times, options.output_times);
   EXPECT_TRUE(back.output_times_only);
+  EXPECT_TRUE(back.inelastic_impact);
   EXPECT_EQ(back.window_steps, options.window_steps);
   EXPECT_EQ(back.tolerance, options.tolerance);
   EXPECT_EQ(back.num_threads, options.num_threads);
