@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A membrane on the side of a square: the parabolic Signorini problem.
+
+#ifndef DLCS_CORE_MODELS_SIGNORINI_H_
+#define DLCS_CORE_MODELS_SIGNORINI_H_
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/problem.h"
+
+namespace dlcs {
+
+// (4.3), (4.4) of [Wu & Chen], core/README.md, on the unit square with the membrane on x1 = 0:
+//     V_t = c ΔV inside,   0 <= ∂V/∂ν ⟂ V - ψ(x2, t) >= 0 on the membrane,   V = 0 on the other sides,
+//     V(x, 0) = 20 x1 x2 (1 - x1)(1 - x2).
+// The initial value and ψ are hardly legible in print; the defaults of ψ are what can be read of (4.7).
+struct SignoriniModel {
+  Index cells = 16;           // 1/Δx >= 2
+  double coefficient = 2e-4;  // c > 0
+  double horizon = 4;         // T
+  // ψ as formulas in t: for |x2 - 1/2| <= 1/4, and for the other x2.
+  std::string psi_middle = "sin(4*pi*t)", psi_sides = "sin(2*pi*t)";
+};
+
+// The system (4.5), (4.6), appendix A: centred differences at the Q² inner points of the grid, Q = cells - 1,
+// the ghost points eliminated. x_{qQ + p} = V((p+1)Δx, (q+1)Δx), y = V(0, ·) - ψ, and with D = tridiag(1, -2,
+// 1)
+//     A = c/Δx² (I⊗D + D⊗I),   B = c/Δx² (I⊗e_1),   f = B ψ,
+//     N = -2 (I⊗e_1ᵀ),         M = 2I - D,          g = M ψ.
+// M is a symmetric M-matrix, A symmetric negative definite; w = 2Δx ∂V/∂ν + O(Δx³) where V is steady.
+// Dense: Q⁴ numbers. Errors: InvalidArgument, one line per broken rule.
+absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_MODELS_SIGNORINI_H_
