@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/analysis/hidden_z.h"
 #include "core/analysis/matrix_class.h"
 #include "core/analysis/s_matrix.h"
 #include "core/analysis/semicopositive.h"
@@ -63,6 +64,7 @@ ClassProfile ProfileOf(const Matrix& M) {
   known.minors = ClassifyByMinors(M);
   known.quadratic_form = ClassifyQuadraticForm(M);
   known.z = TestZMatrix(M);
+  known.hidden_z = TestHiddenZ(M);
   known.s = TestSMatrix(M);
   known.m = TestMMatrix(known.z, known.s);
   known.strictly_semicopositive = TestStrictlySemicopositive(M);

@@ -17,6 +17,7 @@ struct ClassProfile {
   MinorClasses minors;                  // nondegenerate, P, P0, N, NP, PN: ClassifyByMinors()
   QuadraticFormClasses quadratic_form;  // positive definite and semidefinite: ClassifyQuadraticForm()
   Fact z;                               // no off-diagonal entry is positive: TestZMatrix()
+  Fact hidden_z;                        // M X = Y with Z-matrices X, Y: TestHiddenZ()
   Fact m;                               // Z and P, that is Z and S: TestMMatrix()
   Fact s;                               // some z >= 0 has Mz > 0: TestSMatrix()
   Fact strictly_semicopositive;         // (1) of [Shen & Pang 2007]: TestStrictlySemicopositive()

@@ -18,6 +18,7 @@ AnalysisSection ClassSection(const Matrix& M) {
   };
   add("p", "P-matrix", known.minors.p, kMinors);
   add("z", "Z-matrix", known.z, "section 1 of [Chen & Xiang]");
+  add("hidden-z", "hidden Z-matrix", known.hidden_z, "(4.10) of [Chen & Xiang]");
   add("m", "nonsingular M-matrix", known.m, "");
   add("positive-definite", "positive definite", known.quadratic_form.positive_definite, "");
   add("positive-semidefinite", "positive semidefinite", known.quadratic_form.positive_semidefinite, "");
