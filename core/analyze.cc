@@ -14,15 +14,10 @@ namespace dlcs {
 namespace {
 
 std::string DescribeRule(Selection selection) {
-  switch (selection) {
-    case Selection::kUnique:
-      return "the one solution (M is a P-matrix)";
-    case Selection::kLeastElement:
-      return "the least element (M is a Z-matrix)";
-    case Selection::kAny:
-      break;
-  }
-  return "any solution of the coupled step";
+  const std::string name = SelectionName(selection);
+  if (selection == Selection::kUnique) return name + " (M is a P-matrix)";
+  if (selection == Selection::kLeastElement) return name + " (M is a Z-matrix)";
+  return name;
 }
 
 }  // namespace
@@ -30,7 +25,7 @@ std::string DescribeRule(Selection selection) {
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
-  const MatrixClass matrix_class = Classify(problem.M);
+  const MatrixClass matrix_class = Classify(problem.M, problem.rule);
   const auto selection = SelectRule(problem.rule, matrix_class);
   if (!selection.ok()) return selection.status();
 

@@ -6,6 +6,7 @@
 #ifndef DLCS_CORE_PROBLEM_H_
 #define DLCS_CORE_PROBLEM_H_
 
+#include <optional>
 #include <vector>
 
 #include "core/time_function.h"
@@ -17,7 +18,17 @@ namespace dlcs {
 enum class SolutionRule {
   kAuto,    // unique for a P-matrix, least element for a Z-matrix, otherwise any solution of the coupled step
   kUnique,  // M must be a P-matrix
-  kLeastElement,  // M must be a Z-matrix
+  kLeastElement,        // M must be a Z-matrix
+  kHiddenLeastElement,  // least in the order of pos X, (4.11) of [Chen & Xiang]; M must be a hidden Z-matrix
+  kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
+  kMinimiser,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
+};
+
+// What kMinimiser minimises over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where
+// several solutions attain the minimum, the one of least norm is taken.
+struct Selector {
+  Matrix C;  // k × n, k >= 1, of any rank
+  Vector b;  // k
 };
 
 struct Problem {
@@ -31,6 +42,7 @@ struct Problem {
   double horizon = 0;                // T > 0
   std::vector<double> break_points;  // further times in (0, T) where f or g jumps or has a kink
   SolutionRule rule = SolutionRule::kAuto;
+  std::optional<Selector> selector;  // with kMinimiser, and only then
 
   Index num_states() const { return A.rows(); }
   Index num_constraints() const { return M.rows(); }
@@ -41,8 +53,8 @@ struct Problem {
 // (0, T), formulas that do not parse, and, where nothing else is wrong, components of f and g without a
 // finite value at one of 257 even times or on one side of a break point (with the first such time).
 //
-// Fields are named A B N M f g x0 T break_points, with [row][column] or [component], those inside f and g as
-// core/time_function.h says. At most 200 are listed; one more entry counts the rest.
+// Fields are named A B N M f g x0 T break_points selector.C selector.b, with [row][column] or [component],
+// those inside f and g as core/time_function.h says. At most 200 are listed; one more entry counts the rest.
 // Cost: about 15 µs per formula, and 257 values of every component.
 std::vector<Violation> Validate(const Problem& problem);
 

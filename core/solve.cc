@@ -52,13 +52,14 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
 
 // y beyond the class that M promises: the coupled step has another matrix than M.
 void WarnOfCoupledClass(const Task& task, double step, std::vector<std::string>& warnings) {
-  if (task.choice.method != Method::kTimeStepping || task.selection == Selection::kAny) return;
+  if (task.choice.method != Method::kTimeStepping || !IsAlwaysLipschitz(task.selection)) return;
   if (task.options.step_solver == StepSolver::kNewton) return;  // its LCPs are those of M
   if (task.problem.num_constraints() > 20) return;
   const Scheme scheme = TimeSteppingScheme(task.problem, task.options, step);
   const Matrix coupled = task.problem.M + task.problem.N * scheme.y_after;
   if (!coupled.allFinite()) return;
   const MatrixClass of_coupled = Classify(coupled);
+  if (task.selection == Selection::kHiddenLeastElement) return;
   const Fact& fact = task.selection == Selection::kUnique ? of_coupled.p : of_coupled.z;
   if (fact.answer != Answer::kNo) return;
   warnings.push_back(std::string("M is a ") + (task.selection == Selection::kUnique ? "P" : "Z") +
@@ -119,7 +120,7 @@ absl::Status EstimateError(Task& task, const Grid& grid, Solution& solution) {
     return absl::OkStatus();
   }
   const bool first_order_steps = task.choice.method == Method::kTimeStepping && !task.options.average_y;
-  const bool second_order = !first_order_steps && task.selection != Selection::kAny;
+  const bool second_order = !first_order_steps && IsAlwaysLipschitz(task.selection);
   const double factor = second_order ? 4.0 / 3 : 2.0;
   solution.certificate.estimated_error_x = factor * MaxAbs(solution.x - finer->x);
   solution.certificate.estimated_error_By = factor * MaxAbs(task.problem.B * (solution.y - finer->y));
@@ -133,7 +134,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
 
-  const MatrixClass matrix_class = Classify(problem.M);
+  const MatrixClass matrix_class = Classify(problem.M, problem.rule);
   const auto selection = SelectRule(problem.rule, matrix_class);
   if (!selection.ok()) return selection.status();
   Task task{.problem = problem,

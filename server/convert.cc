@@ -97,6 +97,10 @@ v1::SolutionRule ToProto(SolutionRule rule) {
       return v1::SOLUTION_RULE_UNIQUE;
     case SolutionRule::kLeastElement:
       return v1::SOLUTION_RULE_LEAST_ELEMENT;
+    case SolutionRule::kHiddenLeastElement:
+    case SolutionRule::kLeastNorm:
+    case SolutionRule::kMinimiser:
+      break;  // not on the wire yet
   }
   return v1::SOLUTION_RULE_UNSPECIFIED;
 }

@@ -40,8 +40,9 @@ Fact TestZMatrix(const Matrix& M) {
   return {Answer::kYes, "no off-diagonal entry is positive"};
 }
 
-MatrixClass Classify(const Matrix& M) {
+MatrixClass Classify(const Matrix& M, SolutionRule /*rule*/) {
   MatrixClass known;
+  known.size = M.rows();
   known.zero = (M.array() == 0).all();
   known.zero_row = (M.array() == 0).rowwise().all().any();
   known.z = TestZMatrix(M);
@@ -52,23 +53,75 @@ MatrixClass Classify(const Matrix& M) {
   return known;
 }
 
+const char* SelectionName(Selection selection) {
+  switch (selection) {
+    case Selection::kUnique:
+      return "the one solution";
+    case Selection::kLeastElement:
+      return "the least element";
+    case Selection::kHiddenLeastElement:
+      return "the least element in the order of pos X";
+    case Selection::kLeastNorm:
+      return "the solution of least norm";
+    case Selection::kMinimiser:
+      return "the minimiser of |C y - b|";
+    case Selection::kAny:
+      break;
+  }
+  return "any solution of the coupled step";
+}
+
+bool IsAlwaysLipschitz(Selection selection) {
+  return selection == Selection::kUnique || selection == Selection::kLeastElement ||
+         selection == Selection::kHiddenLeastElement;
+}
+
+namespace {
+
+absl::Status Refuse(const char* rule, const char* needs, const Fact& fact) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("rule: ", rule, " needs ", needs, " M, but ",
+                   fact.no() ? "" : "whether it is one is not known: ", fact.why));
+}
+
+// Least norm and minimiser: the solution set is convex, or all its pieces are looked at.
+absl::StatusOr<Selection> SelectMinimiser(Selection selection, const char* rule,
+                                          const MatrixClass& matrix_class) {
+  if (matrix_class.p.yes()) return Selection::kUnique;
+  return absl::UnimplementedError(absl::StrCat("rule: ", rule, " is not served yet"));
+  if (matrix_class.positive_semidefinite.yes() || matrix_class.size <= kMaxSolutionEnumeration)
+    return selection;
+  return absl::InvalidArgumentError(absl::StrCat(
+      "rule: ", rule, " needs a positive semidefinite M, or one with n <= ", kMaxSolutionEnumeration,
+      ", but n = ", matrix_class.size, " and ", matrix_class.positive_semidefinite.why));
+}
+
+}  // namespace
+
 absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class) {
+  const bool z = matrix_class.z.yes(), p = matrix_class.p.yes();
   switch (rule) {
     case SolutionRule::kAuto:
-      if (matrix_class.p.yes()) return Selection::kUnique;
-      return matrix_class.z.yes() && !matrix_class.zero_row ? Selection::kLeastElement : Selection::kAny;
+      if (p) return Selection::kUnique;
+      return z && !matrix_class.zero_row ? Selection::kLeastElement : Selection::kAny;
     case SolutionRule::kUnique:
-      if (matrix_class.p.yes()) return Selection::kUnique;
-      return absl::InvalidArgumentError(
-          absl::StrCat("rule: unique needs a P-matrix M, but ",
-                       matrix_class.p.answer == Answer::kNo ? "" : "whether it is one is not known: ",
-                       matrix_class.p.why));
+      if (p) return Selection::kUnique;
+      return Refuse("unique", "a P-matrix", matrix_class.p);
     case SolutionRule::kLeastElement:
-      if (matrix_class.z.yes()) return Selection::kLeastElement;
-      return absl::InvalidArgumentError(
-          absl::StrCat("rule: least-element needs a Z-matrix M, but ", matrix_class.z.why));
+      if (z) return Selection::kLeastElement;
+      return Refuse("least-element", "a Z-matrix", matrix_class.z);
+    case SolutionRule::kHiddenLeastElement:
+      if (z) return Selection::kLeastElement;  // X = I
+      if (matrix_class.hidden_z.yes()) return p ? Selection::kUnique : Selection::kHiddenLeastElement;
+      return Refuse("hidden-least-element", "a hidden Z-matrix", matrix_class.hidden_z);
+    case SolutionRule::kLeastNorm:
+      if (z && !p) return Selection::kLeastElement;
+      return SelectMinimiser(Selection::kLeastNorm, "least-norm", matrix_class);
+    case SolutionRule::kMinimiser:
+      return SelectMinimiser(Selection::kMinimiser, "minimiser", matrix_class);
   }
-  return absl::InvalidArgumentError("rule: not one of auto, unique, least-element");
+  return absl::InvalidArgumentError(
+      "rule: not one of auto, unique, least-element, hidden-least-element, least-norm, minimiser");
 }
 
 }  // namespace dlcs

@@ -18,6 +18,8 @@ struct MatrixClass {
   Fact z;                      // off-diagonal entries <= 0
   Fact p;                      // all principal minors > 0
   Fact positive_semidefinite;  // yᵀMy >= 0 for all y (M need not be symmetric)
+  Fact hidden_z;               // looked for only where the rule asks for it; the witness holds X, Y, r and s
+  Index size = 0;              // n
   bool zero = false;           // M = 0
   bool zero_row = false;       // some row of M is zero: a constraint on the state alone
   // max ‖(M_SS)⁻¹‖_∞ over nonsingular principal submatrices: the Lipschitz constant L (2.3) of [Chen & Xiang
@@ -29,10 +31,11 @@ struct MatrixClass {
   std::string description;
 };
 
-// Classifies `M` (square, finite, n >= 1). Exact P-test (all principal minors, by recursive Schur
-// complements) for n <= 20, and for Z-matrices of any size; beyond, sufficient and necessary polynomial
-// tests, otherwise unknown. What is zero to working precision counts as zero. O(2ⁿ) up to 20, O(n³) beyond.
-MatrixClass Classify(const Matrix& M);
+// Classifies `M` (square, finite, n >= 1), with what `rule` needs to know. Exact P-test (all principal
+// minors, by recursive Schur complements) for n <= 20, and for Z-matrices of any size; beyond, sufficient and
+// necessary polynomial tests, otherwise unknown. What is zero to working precision counts as zero. O(2ⁿ) up
+// to 20, O(n³) beyond.
+MatrixClass Classify(const Matrix& M, SolutionRule rule = SolutionRule::kAuto);
 
 // Whether no off-diagonal entry of `M` is positive. No comes with `witness.indices` = {i, j}, increasing, and
 // `witness.value` = M_ij or M_ji, which is positive.
@@ -40,14 +43,27 @@ Fact TestZMatrix(const Matrix& M);
 
 // The rule a solver follows once M is known.
 enum class Selection {
-  kUnique,        // M is a P-matrix
-  kLeastElement,  // M is a Z-matrix
-  kAny,           // none of the two: any solution; only coupled steps make sense
+  kUnique,              // M is a P-matrix
+  kLeastElement,        // M is a Z-matrix
+  kHiddenLeastElement,  // M is a hidden Z-matrix
+  kLeastNorm,           // M is positive semidefinite, or small
+  kMinimiser,           // the same
+  kAny,                 // none of these: any solution; only coupled steps make sense
 };
+const char* SelectionName(Selection selection);  // "the one solution", "the least element", ...
+
+// Whether y is a Lipschitz function of q for every M that admits the selection: kUnique, kLeastElement and
+// kHiddenLeastElement. The least norm is not ([Chen & Xiang], Remark 2.1), nor is any other minimiser.
+bool IsAlwaysLipschitz(Selection selection);
+
+// Up to this size all 2ⁿ choices of active constraints are looked at where no class of M helps.
+inline constexpr Index kMaxSolutionEnumeration = 12;
 
 // Judges `rule` on M. kAuto: P first (unique), then Z without a zero row (least element), otherwise kAny. A
 // zero row i asks N x + g >= 0 of the state alone; its y_i is a multiplier that the least element would set
-// to zero. Errors: InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
+// to zero. A rule whose solution another selection finds as well gives that one: where the solution is
+// unique, every rule means it; for a Z-matrix the least element is the least in norm, too. Errors:
+// InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
 absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class);
 
 }  // namespace dlcs

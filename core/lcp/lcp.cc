@@ -82,6 +82,9 @@ std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection) {
       return std::make_unique<ComplementarySolver>(M, IsZMatrix(M) ? Known::kMMatrix : Known::kPMatrix);
     case Selection::kLeastElement:
       return std::make_unique<LeastElementSolver>(M);
+    case Selection::kHiddenLeastElement:
+    case Selection::kLeastNorm:
+    case Selection::kMinimiser:
     case Selection::kAny:
       break;
   }

@@ -11,8 +11,9 @@ namespace dlcs {
 namespace {
 
 std::string WhyLipschitz(Selection selection) {
-  return selection == Selection::kUnique ? "M is a P-matrix, so y is a Lipschitz function of x"
-                                         : "M is a Z-matrix, whose least-element solution is Lipschitz in x";
+  if (selection == Selection::kUnique) return "M is a P-matrix, so y is a Lipschitz function of x";
+  return std::string("M is a ") + (selection == Selection::kLeastElement ? "" : "hidden ") +
+         "Z-matrix, whose least-element solution is Lipschitz in x";
 }
 
 }  // namespace
@@ -20,7 +21,7 @@ std::string WhyLipschitz(Selection selection) {
 MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                           Selection selection) {
   MethodChoice choice;
-  const bool lipschitz = selection != Selection::kAny;
+  const bool lipschitz = IsAlwaysLipschitz(selection);
   const bool iterates = options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration;
 
   if (options.method != Method::kAuto) {

@@ -44,7 +44,7 @@ struct SolveContext {
   bool lost_least_element = false;
 
   // y = SOL(N x + g, M) is a Lipschitz function of x, so states never jump and y may be interpolated linearly.
-  bool y_is_lipschitz() const { return selection != Selection::kAny; }
+  bool y_is_lipschitz() const { return IsAlwaysLipschitz(selection); }
 
   double Seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
