@@ -8,12 +8,6 @@
 namespace dlcs {
 namespace {
 
-Basis BasisOf(unsigned subset, Index n) {
-  Basis basis(n);
-  for (Index i = 0; i < n; ++i) basis[i] = subset >> i & 1u;
-  return basis;
-}
-
 // Solutions with support in S, M_SS singular or nearly so: a linear program in y_S, equations as two
 // inequalities.
 FeasiblePoint SolveOnFace(const ScaledLcp& lcp, const std::vector<Index>& S) {
@@ -30,6 +24,20 @@ FeasiblePoint SolveOnFace(const ScaledLcp& lcp, const std::vector<Index>& S) {
 }
 
 }  // namespace
+
+Basis BasisOf(unsigned subset, Index n) {
+  Basis basis(n);
+  for (Index i = 0; i < n; ++i) basis[i] = subset >> i & 1u;
+  return basis;
+}
+
+std::vector<Index> IndicesOf(const Basis& basis) {
+  std::vector<Index> S;
+  for (std::size_t i = 0; i < basis.size(); ++i) {
+    if (basis[i]) S.push_back(static_cast<Index>(i));
+  }
+  return S;
+}
 
 LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred,
                      BasisPoint& point, Basis& basis, Eigen::Ref<Vector> y) {
@@ -51,10 +59,7 @@ LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&
   bool proven = true;
   for (const unsigned subset : undecided) {
     basis = BasisOf(subset, n);
-    std::vector<Index> S;
-    for (Index i = 0; i < n; ++i) {
-      if (basis[i]) S.push_back(i);
-    }
+    const std::vector<Index> S = IndicesOf(basis);
     const FeasiblePoint face = SolveOnFace(lcp, S);
     if (face.answer == Feasibility::kFeasible) {
       y.setZero();

@@ -5,12 +5,19 @@
 #define DLCS_CORE_LCP_ENUMERATION_H_
 
 #include <functional>
+#include <vector>
 
 #include "core/lcp/basis_point.h"
 
 namespace dlcs {
 
-inline constexpr Index kMaxEnumerationSize = 12;
+inline constexpr Index kMaxEnumerationSize = kMaxSolutionEnumeration;
+
+// Index i is basic when bit i of `subset` is set.
+Basis BasisOf(unsigned subset, Index n);
+
+// S = { i : basis[i] }, increasing.
+std::vector<Index> IndicesOf(const Basis& basis);
 
 // Looks at all 2ⁿ complementary bases of `lcp`, n <= kMaxEnumerationSize, in a fixed order: the empty one
 // first, then as binary numbers with index 0 the lowest bit. Ends at the first solution that `preferred`

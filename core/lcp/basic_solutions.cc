@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/basic_solutions.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "core/lcp/basis_point.h"
+#include "core/lcp/enumeration.h"
+#include "core/lcp/nearest_point.h"
+
+namespace dlcs {
+namespace {
+
+constexpr std::size_t kMostSolutions = 4096;
+
+bool Same(const Vector& a, const Vector& b) {
+  return (a - b).lpNorm<Eigen::Infinity>() <=
+         1e-10 * std::max(a.lpNorm<Eigen::Infinity>(), b.lpNorm<Eigen::Infinity>());
+}
+
+class Collector {
+ public:
+  Collector(const Matrix& M, const Vector& q) : M_(M), q_(q) { found_.complete = true; }
+
+  void AddSolution(const std::vector<Index>& S, const Vector& y) {
+    for (BasicSolution& known : found_.solutions) {
+      if (!Same(known.y, y)) continue;
+      ++known.num_bases;
+      return;
+    }
+    found_.solutions.push_back({.y = y, .w = q_ + M_ * y, .sets = FindIndexSets(M_, q_, y), .basis = S});
+  }
+
+  // A face without equations to solve is dismissed before the quadratic program.
+  void AddFace(const std::vector<Index>& S) {
+    const Matrix block = M_(S, S);
+    const Vector rhs = -q_(S);
+    const Vector y = block.completeOrthogonalDecomposition().solve(rhs);
+    const Vector size = rhs.cwiseAbs() + block.cwiseAbs() * y.cwiseAbs();
+    if (((block * y - rhs).cwiseAbs().array() > 1e-9 * size.array()).any()) return;
+
+    const Index n = static_cast<Index>(S.size());
+    const NearestPoint nearest =
+        FindNearestPoint(SolutionFaceOf(M_, q_, S), {Matrix::Identity(n, n), Vector::Zero(n)});
+    if (nearest.answer == Feasibility::kUnknown) found_.complete = false;
+    if (nearest.answer != Feasibility::kFeasible) return;
+    SolutionFace face{.basis = S, .nearest = Vector::Zero(q_.size())};
+    face.nearest(S) = nearest.v;
+    face.point = !HasOtherPoint(SolutionFaceOf(M_, q_, S), nearest.v);
+    found_.faces.push_back(face);
+  }
+
+  bool full() const { return found_.solutions.size() + found_.faces.size() >= kMostSolutions; }
+  void GiveUp() { found_.complete = false; }
+
+  // Faces that are single points already listed say nothing new.
+  BasicSolutions Finish() && {
+    std::vector<SolutionFace> kept;
+    for (const SolutionFace& face : found_.faces) {
+      const auto is_known = [&](const auto& list, const auto& point_of) {
+        return std::any_of(list.begin(), list.end(),
+                           [&](const auto& item) { return Same(point_of(item), face.nearest); });
+      };
+      const bool known = is_known(found_.solutions, [](const BasicSolution& s) { return s.y; }) ||
+                         is_known(kept, [](const SolutionFace& f) { return f.nearest; });
+      if (!face.point || !known) kept.push_back(face);
+    }
+    found_.faces = kept;
+    return std::move(found_);
+  }
+
+ private:
+  const Matrix& M_;
+  const Vector& q_;
+  BasicSolutions found_;
+};
+
+}  // namespace
+
+BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop) {
+  const Index n = M.rows();
+  ScaledLcp lcp(M);
+  lcp.Load(q, Vector::Zero(n));
+  BasisPoint point(lcp, Elimination::kPivoting);
+  Collector collector(M, q);
+  Vector y(n);
+  for (unsigned subset = 0; subset < (1u << n); ++subset) {
+    if (stop.stop_requested() || collector.full()) {
+      collector.GiveUp();
+      break;
+    }
+    const Basis basis = BasisOf(subset, n);
+    if (!point.Compute(lcp, basis) || !point.accurate()) {
+      collector.AddFace(IndicesOf(basis));
+    } else if (point.violations().empty()) {
+      point.Write(lcp, y);
+      collector.AddSolution(point.indices(), y);
+    }
+  }
+  return std::move(collector).Finish();
+}
+
+}  // namespace dlcs
