@@ -228,34 +228,10 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
     return limit;
   }
 
-  if (M.rows() != M.cols() || M.rows() == 0) {
-    violations.push_back({"M", fmt::format("{} x {}; must be square and not empty", M.rows(), M.cols())});
-  }
-  for (Index j = 0; j < M.cols(); ++j) {
-    for (Index i = 0; i < M.rows(); ++i) {
-      if (!std::isfinite(M(i, j))) {
-        violations.push_back({fmt::format("M[{}][{}]", i, j), fmt::format("{}; must be finite", M(i, j))});
-      }
-    }
-  }
-  if (q.size() != M.rows()) {
-    violations.push_back({"q", fmt::format("{} values; M has {} rows", q.size(), M.rows())});
-  }
-  for (Index i = 0; i < q.size(); ++i) {
-    if (!std::isfinite(q(i))) {
-      violations.push_back({fmt::format("q[{}]", i), fmt::format("{}; must be finite", q(i))});
-    }
-  }
-  if (!violations.empty()) return InvalidRequest(violations);
-
-  const MatrixClass matrix_class = Classify(M);
-  if (const auto selection = SelectRule(rule, matrix_class); !selection.ok()) {
-    return InvalidRequest({{"rule", std::string(selection.status().message())}});
-  }
   const absl::StatusOr<LcpResult> result = SolveLcp(M, q, rule);
   if (!result.ok()) return FromEngine(result.status());
   v1::SolveLcpResponse response = ToProto(*result);
-  response.set_matrix_class(matrix_class.description);
+  response.set_matrix_class(result->matrix_class);
   return response;
 }
 

@@ -88,7 +88,6 @@ absl::Status Refuse(const char* rule, const char* needs, const Fact& fact) {
 absl::StatusOr<Selection> SelectMinimiser(Selection selection, const char* rule,
                                           const MatrixClass& matrix_class) {
   if (matrix_class.p.yes()) return Selection::kUnique;
-  return absl::UnimplementedError(absl::StrCat("rule: ", rule, " is not served yet"));
   if (matrix_class.positive_semidefinite.yes() || matrix_class.size <= kMaxSolutionEnumeration)
     return selection;
   return absl::InvalidArgumentError(absl::StrCat(
@@ -115,7 +114,8 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
       if (matrix_class.hidden_z.yes()) return p ? Selection::kUnique : Selection::kHiddenLeastElement;
       return Refuse("hidden-least-element", "a hidden Z-matrix", matrix_class.hidden_z);
     case SolutionRule::kLeastNorm:
-      if (z && !p) return Selection::kLeastElement;
+      // With a zero row the two part in coupled steps: see core/lcp/coupled_selection.h.
+      if (z && !p && !matrix_class.zero_row) return Selection::kLeastElement;
       return SelectMinimiser(Selection::kLeastNorm, "least-norm", matrix_class);
     case SolutionRule::kMinimiser:
       return SelectMinimiser(Selection::kMinimiser, "minimiser", matrix_class);

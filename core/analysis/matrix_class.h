@@ -62,7 +62,7 @@ inline constexpr Index kMaxSolutionEnumeration = 12;
 // Judges `rule` on M. kAuto: P first (unique), then Z without a zero row (least element), otherwise kAny. A
 // zero row i asks N x + g >= 0 of the state alone; its y_i is a multiplier that the least element would set
 // to zero. A rule whose solution another selection finds as well gives that one: where the solution is
-// unique, every rule means it; for a Z-matrix the least element is the least in norm, too. Errors:
+// unique, every rule means it; for a Z-matrix without a zero row, whose least element is the least in norm. Errors:
 // InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
 absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class);
 

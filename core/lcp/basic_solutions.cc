@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <utility>
 
 #include "core/lcp/basis_point.h"
 #include "core/lcp/enumeration.h"
@@ -77,10 +78,11 @@ class Collector {
 
 }  // namespace
 
-BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop) {
+BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop,
+                                 const Vector& tolerance) {
   const Index n = M.rows();
   ScaledLcp lcp(M);
-  lcp.Load(q, Vector::Zero(n));
+  lcp.Load(q, tolerance.size() > 0 ? tolerance : Vector::Zero(n));
   BasisPoint point(lcp, Elimination::kPivoting);
   Collector collector(M, q);
   Vector y(n);

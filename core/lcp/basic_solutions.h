@@ -42,7 +42,8 @@ struct BasicSolutions {
 // at for every basis), where more than 4096 solutions or faces were found, or where a nearly singular basis
 // could not be decided. `M` is n × n, `q` has n entries; all finite. Cost: 2ⁿ factorizations, and a quadratic
 // program per singular basis with q_S in the range of M_SS.
-BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop = {});
+BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::stop_token& stop = {},
+                                 const Vector& tolerance = {});
 
 }  // namespace dlcs
 

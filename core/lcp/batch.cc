@@ -15,7 +15,8 @@ constexpr Index kMostBlocks = 256;
 
 }  // namespace
 
-LcpBatch::LcpBatch(const Matrix& M, Selection selection) : prototype_(MakeLcpSolver(M, selection)) {}
+LcpBatch::LcpBatch(const Matrix& M, Selection selection, const std::optional<Selector>& selector)
+    : prototype_(MakeLcpSolver(M, selection, selector)) {}
 
 LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                                 const std::stop_token& stop, Eigen::Ref<Matrix> y) {

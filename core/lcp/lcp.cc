@@ -6,11 +6,16 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/p_matrix.h"
+#include "core/analysis/positive_semidefinite.h"
 #include "core/lcp/chandrasekaran.h"
 #include "core/lcp/complementary_solver.h"
 #include "core/lcp/coupled_least_element.h"
+#include "core/lcp/coupled_selection.h"
+#include "core/lcp/least_norm.h"
+#include "core/lcp/minimiser.h"
 
 namespace dlcs {
 namespace {
@@ -22,27 +27,50 @@ using Known = ComplementarySolver::Known;
 // -1e-17.
 constexpr double kNoise = 1e-15;
 
-absl::Status Validate(const Matrix& M, const Vector& q) {
-  if (M.rows() < 1 || M.rows() != M.cols()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("M: is ", M.rows(), " × ", M.cols(), ", must be square with at least one row"));
+void CheckSelector(const LcpRequest& request, Index n, std::vector<std::string>& broken) {
+  const bool needed = request.rule == SolutionRule::kMinimiser;
+  if (needed != request.selector.has_value()) {
+    broken.push_back("selector: the rule minimiser, and only that, takes one");
   }
-  if (q.size() != M.rows()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("q: has ", q.size(), " entries, must have one per row of M: ", M.rows()));
+  if (!request.selector) return;
+  const auto& [C, b] = *request.selector;
+  if (C.rows() < 1 || C.cols() != n || b.size() != C.rows() || !C.allFinite() || !b.allFinite()) {
+    broken.push_back(absl::StrCat("selector: C must be k × n with n = ", n, ", b have k entries, all finite"));
+  }
+}
+
+absl::Status Validate(const Matrix& M, const Vector& q, const LcpRequest& request) {
+  std::vector<std::string> broken;
+  if (M.rows() < 1 || M.rows() != M.cols()) {
+    broken.push_back(absl::StrCat("M: is ", M.rows(), " × ", M.cols(), ", must be square with at least one row"));
   }
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = 0; j < M.cols(); ++j) {
-      if (!std::isfinite(M(i, j))) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("M[", i, "][", j, "]: is ", M(i, j), ", must be finite"));
-      }
-    }
-    if (!std::isfinite(q[i])) {
-      return absl::InvalidArgumentError(absl::StrCat("q[", i, "]: is ", q[i], ", must be finite"));
+      if (!std::isfinite(M(i, j))) broken.push_back(absl::StrCat("M[", i, "][", j, "]: is ", M(i, j), ", must be finite"));
     }
   }
-  return absl::OkStatus();
+  if (q.size() != M.rows()) {
+    broken.push_back(absl::StrCat("q: has ", q.size(), " entries, must have one per row of M: ", M.rows()));
+  }
+  for (Index i = 0; i < q.size(); ++i) {
+    if (!std::isfinite(q[i])) broken.push_back(absl::StrCat("q[", i, "]: is ", q[i], ", must be finite"));
+  }
+  CheckSelector(request, M.rows(), broken);
+  if (request.all_basic_solutions && M.rows() > kMaxBasicSolutionsSize) {
+    broken.push_back(absl::StrCat("all_basic_solutions: n = ", M.rows(), ", must be at most ", kMaxBasicSolutionsSize));
+  }
+  if (broken.empty()) return absl::OkStatus();
+  constexpr std::size_t kMostListed = 200;
+  broken.resize(std::min(broken.size(), kMostListed));
+  return absl::InvalidArgumentError(absl::StrJoin(broken, "\n"));
+}
+
+// The minimiser of the selector, or the least norm where there is none.
+std::unique_ptr<LcpSolver> MakeMinimiser(const Matrix& M, const std::optional<Selector>& selector) {
+  if (selector) return std::make_unique<MinimiserSolver>(M, *selector);
+  if (TestPositiveSemidefinite(M).yes()) return std::make_unique<LeastNormSolver>(M);
+  const Index n = M.rows();
+  return std::make_unique<MinimiserSolver>(M, Selector{Matrix::Identity(n, n), Vector::Zero(n)});
 }
 
 }  // namespace
@@ -76,34 +104,49 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
   return residual;
 }
 
-std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection) {
+std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection,
+                                         const std::optional<Selector>& selector) {
   switch (selection) {
     case Selection::kUnique:
       return std::make_unique<ComplementarySolver>(M, IsZMatrix(M) ? Known::kMMatrix : Known::kPMatrix);
     case Selection::kLeastElement:
       return std::make_unique<LeastElementSolver>(M);
     case Selection::kHiddenLeastElement:
+      break;
     case Selection::kLeastNorm:
+      return MakeMinimiser(M, std::nullopt);
     case Selection::kMinimiser:
+      return MakeMinimiser(M, selector);
     case Selection::kAny:
       break;
   }
   return std::make_unique<ComplementarySolver>(M, Known::kNothing);
 }
 
-std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection) {
+std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection,
+                                                const std::optional<Selector>& selector) {
   if (selection == Selection::kLeastElement) return std::make_unique<CoupledLeastElementSolver>(M, K);
   const Matrix coupled = M + K;
-  return MakeLcpSolver(coupled, TestPMatrix(coupled).yes() ? Selection::kUnique : Selection::kAny);
+  if (selection == Selection::kUnique || selection == Selection::kAny) {
+    return MakeLcpSolver(coupled, TestPMatrix(coupled).yes() ? Selection::kUnique : Selection::kAny);
+  }
+  const bool convex = coupled.allFinite() && TestPositiveSemidefinite(coupled).yes();
+  const Selection fallback = convex && selection == Selection::kLeastNorm ? Selection::kLeastNorm : Selection::kAny;
+  return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, selection, selector),
+                                                  MakeLcpSolver(coupled, fallback));
 }
 
-absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule) {
-  if (absl::Status status = Validate(M, q); !status.ok()) return status;
-  const MatrixClass matrix_class = Classify(M);
-  const absl::StatusOr<Selection> selection = SelectRule(rule, matrix_class);
+absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
+                                   const std::stop_token& stop) {
+  if (absl::Status status = Validate(M, q, request); !status.ok()) return status;
+  const MatrixClass matrix_class = Classify(M, request.rule);
+  const absl::StatusOr<Selection> selection = SelectRule(request.rule, matrix_class);
   if (!selection.ok()) return selection.status();
-  const std::unique_ptr<LcpSolver> solver = MakeLcpSolver(M, *selection);
+  if (stop.stop_requested()) return absl::CancelledError("stopped after the classification of M");
+  const std::unique_ptr<LcpSolver> solver = MakeLcpSolver(M, *selection, request.selector);
   LcpResult result;
+  result.matrix_class = matrix_class.description;
+  result.selection = *selection;
   Basis basis(M.rows(), 0);
   result.y = Vector::Zero(M.rows());
   // The solver allows for its own rounding. The caller's is assumed only where there is no solution without.
@@ -113,15 +156,24 @@ absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRul
   if (result.verdict != LcpVerdict::kSolved && has_noise) {
     result.verdict = solver->Solve(q, Vector::Constant(q.size(), noise), basis, result.y);
   }
+  const bool solved = result.verdict == LcpVerdict::kSolved;
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);
-  LcpAccount account = solver->Account();
+  const LcpAccount account = solver->Account();
   result.pivots = account.pivots;
   result.method = account.method;
-  result.message = result.verdict == LcpVerdict::kSolved
-                       ? absl::StrCat("solved; M: ", matrix_class.description)
-                       : absl::StrCat(account.message, "; M: ", matrix_class.description);
+  result.message = absl::StrCat(solved ? "solved" : account.message, "; M: ", matrix_class.description);
+  if (solved) {
+    result.sets = FindIndexSets(M, q, result.y);
+    result.only_choice = solver->IsOnlyChoice();
+  }
+  if (request.all_basic_solutions) result.basic_solutions = AllBasicSolutions(M, q, stop);
+  if (stop.stop_requested()) return absl::CancelledError("stopped before all basic solutions were found");
   return result;
+}
+
+absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule) {
+  return SolveLcp(M, q, LcpRequest{.rule = rule});
 }
 
 }  // namespace dlcs

@@ -6,11 +6,15 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/analysis/matrix_class.h"
+#include "core/lcp/basic_solutions.h"
+#include "core/lcp/solution_function.h"
 #include "core/problem.h"
 #include "core/types.h"
 
@@ -34,6 +38,19 @@ struct LcpResult {
   Index pivots = 0;
   std::string method;   // "principal pivoting", ...
   std::string message;  // why this verdict
+  std::string matrix_class;  // of M, for people
+  Selection selection = Selection::kAny;  // the rule that was followed
+  // With kSolved: the index sets of y, and whether the rule had this choice only (false for ties of a minimiser).
+  IndexSets sets;
+  bool only_choice = true;
+  // Where they were asked for.
+  std::optional<BasicSolutions> basic_solutions;
+};
+
+struct LcpRequest {
+  SolutionRule rule = SolutionRule::kAuto;
+  std::optional<Selector> selector = std::nullopt;  // with kMinimiser, and only then
+  bool all_basic_solutions = false;   // n <= kMaxBasicSolutionsSize
 };
 
 // ‖min(y, q + M y)‖_∞; NaN if any entry is not finite.
@@ -41,8 +58,12 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 
 // Solves one LCP, with the solver that the class of M calls for. The residual of a solution is at most
 // 1e-12 (‖q‖_∞ + ‖M‖_∞‖y‖_∞) + 1e-14, the last term only where there is no solution without it.
-// Errors: InvalidArgument (shapes, non-finite entries, a rule that M does not admit).
+// Errors: InvalidArgument, one line "field: description" for each rule broken (fields M, q, rule, selector,
+//         all_basic_solutions): shapes, non-finite entries, a rule that M does not admit, too large for all solutions;
+//         Cancelled when `stop` is requested (looked at between classification, solve and the bases of all solutions).
 // Cost: the classification of M and O(n³), for small matrices of no class O(2ⁿ) in the worst case.
+absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
+                                   const std::stop_token& stop = {});
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule);
 
 // Which y_i are basic (may be positive): the warm start of a solve, and what it leaves behind.
@@ -77,9 +98,12 @@ class LcpSolver {
   virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                            Basis& basis, Eigen::Ref<Vector> y) = 0;
 
-  // Whether the last solution is the one that the selection means. False only where a coupled least-element
-  // solver found a solution of LCP(q, M + K) that is no least element of LCP(q + K y, M), and none that is.
+  // Whether the last solution is the one that the selection means. False only where a coupled solver found a
+  // solution of LCP(q, M + K) that is not the selected one of LCP(q + K y, M), and none that is.
   virtual bool KeptSelection() const { return true; }
+
+  // Whether no other solution would have served the selection as well. False only for minimisers.
+  virtual bool IsOnlyChoice() const { return true; }
 
   // How the last Solve() went. Allocates; not for the inner loop.
   virtual LcpAccount Account() const = 0;
@@ -89,15 +113,19 @@ class LcpSolver {
 };
 
 // The solver of LCP(q, M) for the selection: principal pivoting with kept factors (kUnique), Chandrasekaran
-// (kLeastElement), Lemke with lexicographic ratio test, behind it enumeration for n <= 12 and before it a few
-// rounds of principal pivoting for larger n (kAny). The selection is taken on trust: M must be a P-matrix for
-// kUnique and a Z-matrix for kLeastElement.
-std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection);
+// (kLeastElement), the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive
+// semidefinite), a quadratic program or enumeration (kMinimiser, and kLeastNorm for small M of other classes), Lemke with
+// lexicographic ratio test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for larger
+// n (kAny). The selection is taken on trust: M must be what SelectRule() asks for. `selector` is needed for kMinimiser.
+std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection,
+                                         const std::optional<Selector>& selector = std::nullopt);
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on
-// M: for kLeastElement the returned y is the least element of LCP(q + K y, M) wherever such a fixed point is
-// found. kInfeasible only when LCP(q, M + K) has no solution. Nothing is asked of M + K.
-std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection);
+// M: the returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found
+// (core/lcp/coupled_least_element.h, core/lcp/coupled_selection.h). kInfeasible only when LCP(q, M + K) has no solution.
+// Nothing is asked of M + K.
+std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection,
+                                                const std::optional<Selector>& selector = std::nullopt);
 
 }  // namespace dlcs
 

@@ -95,7 +95,7 @@ Polyhedron ConvexSolutionSet(const Matrix& M, const Vector& q, const Vector& sol
   Matrix E(n + 1, n);
   E.topRows(n) = M + M.transpose();
   E.row(n) = q.transpose();
-  return {.E = E, .e = E * solution, .G = M, .g = -q};
+  return {.E = E, .e = E * solution, .G = M, .g = (-q).cwiseMin(M * solution)};
 }
 
 bool HasOtherPoint(const Polyhedron& polyhedron, const Vector& v) {

@@ -22,7 +22,7 @@ struct Polyhedron {
 
 struct NearestPoint {
   Feasibility answer = Feasibility::kUnknown;  // is there a point at all; the rest only where there is
-  Vector v;                                    // the minimiser; of several the one of least norm
+  Vector v = {};                               // the minimiser; of several the one of least norm
   double distance = 0;                         // ‖C v - b‖₂
   bool unique = true;                          // no other point of the polyhedron has C v the same
 };
