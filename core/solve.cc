@@ -3,8 +3,10 @@
 #include "core/solve.h"
 
 #include <chrono>
+#include <optional>
 #include <utility>
 
+#include "core/analysis/lipschitz.h"
 #include "core/analysis/matrix_class.h"
 #include "core/linalg/norms.h"
 #include "core/methods/exponential_march.h"
@@ -31,7 +33,8 @@ struct Task {
   Workers workers;
   std::stop_token stop;
   std::chrono::steady_clock::time_point started;
-  bool lost_least_element = false;  // by the last pass
+  std::optional<double> largest_slope = std::nullopt;  // see SolveContext
+  bool lost_least_element = false;      // by the last pass
 };
 
 bool RunMethod(const MethodChoice& choice, SolveContext& context) {
@@ -89,7 +92,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .recorder = Recorder(grid, task.problem.num_states(), task.problem.num_constraints(), solution),
                        .certificate = CertificateBuilder(task.problem),
                        .solution = solution,
-                       .started = task.started};
+                       .started = task.started,
+                       .largest_slope = task.largest_slope};
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.choice, context)) {
     solution.termination = Termination::kConverged;
@@ -146,6 +150,11 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
             .stop = std::move(stop),
             .started = started};
 
+  const bool iterates = task.choice.method == Method::kLaplaceIteration || task.choice.method == Method::kPaperIteration;
+  if (iterates && !IsAlwaysLipschitz(*selection) && task.choice.refusal.empty()) {
+    // Where the iterates do not jump it is their Lipschitz constant.
+    task.largest_slope = task.matrix_class.lipschitz = LargestSlope(problem.M);
+  }
   const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   AnalysisReport report;
   report.matrix_class = matrix_class.description;
@@ -155,7 +164,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   report.num_constraints = problem.num_constraints();
   report.num_steps = grid.num_steps();
   report.step = grid.longest_step;
-  report.lipschitz = matrix_class.lipschitz;
+  report.lipschitz = task.matrix_class.lipschitz;
   if (options.num_steps == 0 && options.step == 0 && options.grid_times.empty()) {
     report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
   }

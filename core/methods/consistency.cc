@@ -37,6 +37,17 @@ Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) 
   return jump;
 }
 
+// The selected solution of LCP(q, M); zero where there is none.
+LcpVerdict Select(SolveContext& context, const Vector& q, const Vector& tolerance, Eigen::Ref<Vector> y) {
+  const Problem& problem = context.problem;
+  Basis basis(problem.num_constraints(), 0);
+  ++context.solution.cost.lcps;
+  const LcpVerdict verdict =
+      MakeLcpSolver(problem.M, context.selection, problem.selector)->Solve(q, tolerance, basis, y);
+  if (verdict != LcpVerdict::kSolved) y.setZero();
+  return verdict;
+}
+
 std::string FormatVector(const Vector& v) {
   constexpr Index kShown = 8;
   std::string text = "(";
@@ -63,16 +74,17 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   y.setZero();
   y_is_solution = false;
 
-  if (context.y_is_lipschitz()) {
-    const LcpVerdict verdict =
-        MakeLcpSolver(problem.M, context.selection)->Solve(q, kLcpTolerance * size, basis, y);
-    ++context.solution.cost.lcps;
+  if (context.y_is_function()) {
+    const LcpVerdict verdict = Select(context, q, kLcpTolerance * size, y);
     y_is_solution = verdict == LcpVerdict::kSolved;
     if (y_is_solution) return true;
-    if (verdict == LcpVerdict::kInfeasible && context.matrix_class.positive_semidefinite.yes()) {
-      return context.FailLostLeastElement(time);
+    const bool may_jump = !context.y_is_lipschitz() && verdict == LcpVerdict::kInfeasible;
+    if (!may_jump) {
+      if (verdict == LcpVerdict::kInfeasible && context.matrix_class.positive_semidefinite.yes()) {
+        return context.FailLostLeastElement(time);
+      }
+      return FailLcp(context, verdict, time, "LCP(N x + g, M)");
     }
-    return FailLcp(context, verdict, time, "LCP(N x + g, M)");
   }
 
   if (!context.matrix_class.positive_semidefinite.yes()) return true;
@@ -101,6 +113,10 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   }
   x += dx;
   context.solution.jumps.push_back({time, dx, jump.p});
+  if (context.y_is_function()) {
+    q = problem.N * x + g;
+    y_is_solution = Select(context, q, kConsistencyTolerance * SizeOfSums(problem.N, x, g), y) == LcpVerdict::kSolved;
+  }
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "core/methods/consistency.h"
 #include "core/methods/marching.h"
 #include "core/methods/propagation.h"
+#include "core/methods/steep_step.h"
 #include "core/methods/step_cache.h"
 #include "core/methods/window_control.h"
 
@@ -31,7 +33,7 @@ struct StepTools {
   Kernel kernel;
 };
 
-enum class WindowEnd { kConverged, kDiverged, kInfeasibleIterate, kIterationLimit, kCancelled };
+enum class WindowEnd { kConverged, kDiverged, kInfeasibleIterate, kJump, kIterationLimit, kCancelled };
 
 struct WindowResult {
   WindowEnd end;
@@ -44,7 +46,7 @@ class Iteration {
   explicit Iteration(SolveContext& context)
       : context_(context),
         problem_(context.problem),
-        batch_(problem_.M, context.selection),
+        batch_(problem_.M, context.selection, problem_.selector),
         tools_([&context](double step) {
           return std::make_unique<StepTools>(context.problem, step, context.selection);
         }),
@@ -102,8 +104,12 @@ class Iteration {
       const double begin = context_.grid.times[segment.first_node];
       const double end = context_.grid.times[segment.first_node + steps];
       if (done == 0 && run.starts_at_break && !started_) {
-        bool ignored = false;
-        if (!StartStretch(context_, begin, segment.g.col(0), x_, y_, ignored)) return 0;
+        bool y_is_solution = false;
+        if (!StartStretch(context_, begin, segment.g.col(0), x_, y_, y_is_solution)) return 0;
+        if (!y_is_solution) {
+          FailLcp(context_, LcpVerdict::kInfeasible, begin, "LCP(N x + g, M)");
+          return 0;
+        }
         started_ = true;  // not again when the window is retried shorter
       }
       context_.observer.OnWindowStarted({window_, begin, end, steps});
@@ -112,12 +118,14 @@ class Iteration {
         context_.FailCancelled(begin);
         return 0;
       }
-      const bool march = result.end != WindowEnd::kConverged && steps == 1 && !width_is_fixed();
+      const bool jumped = result.end == WindowEnd::kJump;
+      const bool march = result.end != WindowEnd::kConverged && !jumped && steps == 1 && !width_is_fixed();
       bool accepted = result.end == WindowEnd::kConverged;
       LcpVerdict marched = LcpVerdict::kSolved;
+      Departures departures;
       if (march) {
         Index solved = 0;
-        marched = tools.marcher.March(segment, context_.stop, solved);
+        marched = tools.marcher.March(segment, context_.stop, departures, solved);
         accepted = marched == LcpVerdict::kSolved && solved == 1;
         context_.solution.cost.lcps += 1;
         context_.solution.cost.marched_steps += accepted;
@@ -133,8 +141,16 @@ class Iteration {
         context_.FailCancelled(begin);
         return 0;
       }
-      if (!tools.marcher.kept_selection()) {
-        context_.FailLostLeastElement(end);
+      if (departures.steps_off_selection > 0) {
+        if (context_.y_is_lipschitz()) {
+          context_.FailLostLeastElement(end);
+        } else {
+          context_.FailJump(end, "the coupled step has other solutions only");
+        }
+        return 0;
+      }
+      if (jumped && (steps == 1 || width_is_fixed())) {
+        context_.FailJump(end, result.why);
         return 0;
       }
       if (march) {
@@ -211,6 +227,12 @@ class Iteration {
         return result;
       }
 
+      if (const auto jump = FindJump(q, y, segment)) {
+        result.end = WindowEnd::kJump;
+        result.why = *jump;
+        return result;
+      }
+
       deviation = y.colwise() - y_;
       Matrix next = frozen + tools.kernel.convolution().Apply(deviation, context_.workers);
       const Vector row_change = RowMaxAbs(next - q);
@@ -236,6 +258,19 @@ class Iteration {
     }
     result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
     return result;
+  }
+
+  // Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any piece
+  // of the function allows.
+  std::optional<std::string> FindJump(const Matrix& q, const Eigen::Ref<const Matrix>& y, const Segment& segment) const {
+    if (!context_.largest_slope) return std::nullopt;
+    Matrix all_q(q.rows(), q.cols() + 1);
+    all_q << problem_.N * x_ + segment.g.col(0), q;
+    Matrix all_y(y.rows(), y.cols() + 1);
+    all_y << y_, y;
+    const auto jump = FindSteepStep(all_q, all_y, *context_.largest_slope);
+    if (!jump) return std::nullopt;
+    return DescribeSteepStep(*jump, context_.grid.times[segment.first_node + jump->column], *context_.largest_slope);
   }
 
   // The bound of change k in terms of the first: the discrete kernel is at most κ h per step, so

@@ -16,6 +16,21 @@ namespace {
 // Steps between two sums of the certificate; its columns stay in the cache.
 constexpr Index kChunk = 256;
 
+void WarnOf(const Departures& departures, SolveContext& context) {
+  std::vector<std::string>& warnings = context.solution.warnings;
+  const std::string rule = SelectionName(context.selection);
+  const std::string steps = " of " + std::to_string(context.solution.cost.steps) + " steps ";
+  if (departures.steps_off_selection > 0) {
+    warnings.push_back("In " + std::to_string(departures.steps_off_selection) + steps +
+                       "y solves the coupled LCP, but is not " + rule +
+                       " of LCP(N x + g, M) at the new x: none was found that is.");
+  }
+  if (departures.steps_with_ties > 0) {
+    warnings.push_back("In " + std::to_string(departures.steps_with_ties) + steps + rule +
+                       " is not the only one: of several, the least in norm was taken.");
+  }
+}
+
 }  // namespace
 
 Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
@@ -23,12 +38,12 @@ Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
       abs_N_(problem.N.cwiseAbs()),
       scheme_(std::move(scheme)),
       selection_(selection),
-      solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, selection)),
+      solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, selection, problem.selector)),
       basis_(problem.num_constraints(), 0),
       q_(problem.num_constraints()),
       tolerance_(problem.num_constraints()) {}
 
-LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Index& solved) {
+LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved) {
   const Index steps = segment.steps;
   Matrix& x = segment.x;
   Matrix& y = segment.y;
@@ -42,13 +57,13 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Index& 
     x.col(j).noalias() += scheme_.state * x.col(j - 1);
     if (scheme_.y_before.size() > 0) x.col(j).noalias() += scheme_.y_before * y.col(j - 1);
     if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
-    const LcpVerdict verdict = Substitute(segment, size_of_g, j);
+    const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
     if (verdict != LcpVerdict::kSolved) return verdict;
   }
   return LcpVerdict::kSolved;
 }
 
-LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j) {
+LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
   auto x = segment.x.col(j);
   auto y = segment.y.col(j);
   q_.noalias() = problem_.N * x;
@@ -59,9 +74,10 @@ LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index 
   const LcpVerdict verdict = solver_->Solve(q_, tolerance_, basis_, y);
   if (verdict != LcpVerdict::kSolved) return verdict;
   if (!solver_->KeptSelection()) {
-    kept_selection_ = false;
+    ++departures.steps_off_selection;
     if (scheme_.y_is_linear) return LcpVerdict::kInfeasible;
   }
+  if (!solver_->IsOnlyChoice()) ++departures.steps_with_ties;
   x.noalias() += scheme_.y_after * y;
   return LcpVerdict::kSolved;
 }
@@ -97,6 +113,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAc
     if (newton) marcher->UseNewton(*newton);
     return marcher;
   });
+  Departures departures;
   Progress progress(context);
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
@@ -121,7 +138,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAc
       segment.x.col(0) = x;
       segment.y.col(0) = y;
       Index solved = 0;
-      const LcpVerdict verdict = marcher.March(segment, context.stop, solved);
+      const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
       if (!newton) context.solution.cost.lcps += solved;
       context.solution.cost.steps += solved;
 
@@ -133,7 +150,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAc
       if (solved < steps) segment.Truncate(solved);
       context.Add(segment, marcher.scheme());
       if (verdict == LcpVerdict::kSolved && solved < steps) return context.FailCancelled(next_time);
-      if (!marcher.kept_selection() && marcher.scheme().y_is_linear) {
+      if (departures.steps_off_selection > 0 && marcher.scheme().y_is_linear) {
         return context.FailLostLeastElement(next_time);
       }
       if (verdict != LcpVerdict::kSolved) {
@@ -146,6 +163,7 @@ bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAc
     }
   }
   progress.Finish(problem.horizon);
+  WarnOf(departures, context);
   return true;
 }
 

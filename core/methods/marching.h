@@ -28,6 +28,13 @@ struct NewtonAccount {
   std::vector<double> residuals;  // ... and its ‖F(u^k)‖_∞; empty before the first step
 };
 
+// Steps whose y is a solution of the coupled LCP, but not the selected one of LCP(N x + g, M) at its x; and steps where
+// several minimisers tied.
+struct Departures {
+  Index steps_off_selection = 0;
+  Index steps_with_ties = 0;
+};
+
 // A scheme with the solver of its coupled step LCP(q, M + K_0), K_0 = N y_after.
 class Marcher {
  public:
@@ -42,18 +49,15 @@ class Marcher {
 
   // Marches all steps of `segment`, whose sources are given and whose x and y hold the start in column 0, filling
   // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
-  // done, fewer than all also where `stop` was requested (looked at every step).
+  // done, fewer than all also where `stop` was requested (looked at every step). Counts what it finds in `departures`; a
+  // scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
   // Cost: 2m² + 3mn and one warm LCP a step.
-  LcpVerdict March(Segment& segment, const std::stop_token& stop, Index& solved);
-
-  // Whether all solutions so far were those that the selection means. March() of a scheme with linear y stops before
-  // the first step where not: its y would ring.
-  bool kept_selection() const { return kept_selection_; }
+  LcpVerdict March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved);
 
  private:
   // Both complete step j of `segment`, whose x.col(j) holds the explicit part of the scheme; SolveByNewton() leaves
   // it as it is where it returns false.
-  LcpVerdict Substitute(Segment& segment, const Vector& size_of_g, Index j);
+  LcpVerdict Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures);
   bool SolveByNewton(Segment& segment, const Vector& size_of_g, Index j);
 
   const Problem& problem_;
@@ -64,11 +68,9 @@ class Marcher {
   Basis basis_;
   Vector q_;
   Vector tolerance_;
-  bool kept_selection_ = true;
   std::optional<NewtonStep> newton_;
   NewtonAccount* account_ = nullptr;  // with newton_
   Vector u_;
-
 };
 
 // Marches the whole grid with the schemes of `make_scheme`, by Newton's method where `newton`, its account, is

@@ -32,7 +32,7 @@ NewtonStep::NewtonStep(const Problem& problem, const Scheme& scheme, Selection s
     : problem_(problem),
       abs_N_(problem.N.cwiseAbs()),
       y_after_(scheme.y_after),
-      solver_(MakeLcpSolver(problem.M, selection)),
+      solver_(MakeLcpSolver(problem.M, selection, problem.selector)),
       basis_(problem.num_constraints(), 0) {}
 
 bool NewtonStep::Factor(const std::vector<Index>& active) {

@@ -18,6 +18,7 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
 #include "core/methods/scheme.h"
+#include "core/methods/steep_step.h"
 
 namespace dlcs {
 namespace {
@@ -61,7 +62,7 @@ class Iteration {
         contour_(contour),
         nodes_(Nodes(contour)),
         resolvent_(resolvent),
-        batch_(problem_.M, context.selection) {}
+        batch_(problem_.M, context.selection, problem_.selector) {}
 
   bool ReachEnd() {
     const double horizon = problem_.horizon;
@@ -176,7 +177,7 @@ class Iteration {
     context_.solution.cost.lcps += q.cols();
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;
     if (outcome.cancelled) return context_.FailCancelled(0);
-    if (outcome.verdict == LcpVerdict::kSolved) return true;
+    if (outcome.verdict == LcpVerdict::kSolved) return KeepsToSlope(q);
     const double t = TimeOfColumn(outcome.column);
     if (k == 1 || outcome.verdict == LcpVerdict::kNonFinite) {
       return FailLcp(context_, outcome.verdict, t, "LCP(N x0 + g, M), the first iterate's,");
@@ -185,6 +186,19 @@ class Iteration {
                          "Iterate " + std::to_string(k) + " left the feasible set at t = " + FormatNumber(t) +
                              " (" + LcpVerdictName(outcome.verdict) +
                              "). The whole horizon is one window here; laplace-iteration takes shorter ones.");
+  }
+
+  // Ends the solve where y may jump and does, between two columns of one run.
+  bool KeepsToSlope(const Matrix& q) {
+    if (!context_.largest_slope) return true;
+    for (size_t r = 0; r < segments_.size(); ++r) {
+      const Index first = Column(r, 0), count = context_.grid.runs[r].steps + 1;
+      const auto jump = FindSteepStep(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
+      if (!jump) continue;
+      const double t = TimeOfColumn(first + jump->column);
+      return context_.FailJump(t, DescribeSteepStep(*jump, t, *context_.largest_slope));
+    }
+    return true;
   }
 
   // The states of the next iterate, for the sources B ỹ + f̃ of the current one.

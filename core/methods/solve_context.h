@@ -5,6 +5,7 @@
 #define DLCS_CORE_METHODS_SOLVE_CONTEXT_H_
 
 #include <chrono>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -39,11 +40,15 @@ struct SolveContext {
   CertificateBuilder certificate;
   Solution& solution;
   std::chrono::steady_clock::time_point started;
+  // The steepest piece of y as a function of q, where that function may jump and a method needs it not to.
+  std::optional<double> largest_slope = std::nullopt;
   // Set when the solve ended because there is no least element although the system may go on: M is a Z-matrix, and
   // LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
-  // y = SOL(N x + g, M) is a Lipschitz function of x, so states never jump and y may be interpolated linearly.
+  // y = SOL(N x + g, M) is a function of x: one solution is meant at every state.
+  bool y_is_function() const { return selection != Selection::kAny; }
+  // It is a Lipschitz function, so states never jump and y may be interpolated linearly.
   bool y_is_lipschitz() const { return IsAlwaysLipschitz(selection); }
 
   double Seconds() const {
@@ -67,6 +72,14 @@ struct SolveContext {
                 "LCP(N x + g, M) at t = " + FormatNumber(time) +
                     " has no least-element solution: the state has reached the edge of what M can answer. With the "
                     "rule auto, exponential-march goes on by coupled steps.");
+  }
+  // The selected solution jumps between neighbouring times although x does not: no interpolation of y is right.
+  bool FailJump(double time, const std::string& why) {
+    return Fail(Termination::kUnsupported, time,
+                std::string("Near t = ") + FormatNumber(time) + " " + SelectionName(selection) +
+                    " is no Lipschitz function of x (" + why +
+                    "), as an iteration needs it to be (Remark 3.1 of Wu & Chen). Use exponential-march or "
+                    "time-stepping, which solve each step coupled.");
   }
   bool FailCancelled(double time) {
     return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
