@@ -8,6 +8,7 @@
 #include "core/analysis/index_one_section.h"
 #include "core/analysis/laplace_section.h"
 #include "core/analysis/matrix_class.h"
+#include "core/analysis/solution_section.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -36,6 +37,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.matrix_class = matrix_class.description;
   analysis.rule = DescribeRule(*selection);
   analysis.sections.push_back(ClassSection(problem.M));
+  analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem));
   auto recommendation = Recommend(problem, options, stop);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which solution of LCP(N x + g, M) is meant, how steep it is as a function of q, and what it looks like at t = 0.
+
+#ifndef DLCS_CORE_ANALYSIS_SOLUTION_SECTION_H_
+#define DLCS_CORE_ANALYSIS_SOLUTION_SECTION_H_
+
+#include "core/analysis/findings.h"
+#include "core/analysis/matrix_class.h"
+#include "core/problem.h"
+
+namespace dlcs {
+
+// The section "solution" of the analysis of a sound `problem`, with its class and the selection made on it:
+// constants     lipschitz (𝓛 = L), cube-bound (2.6) for P-matrices, mangasarian-shiau (2.14), basic-solutions, slope;
+// findings      nondegenerate; at t = 0, q = N x0 + g(0): solvable, unique, degenerate, differentiable, interior-point.
+//               Witnesses hold y, index sets, or the interior point;
+// warnings      several solutions at the start and no rule to choose, ties, a selection that may jump.
+// Cost: that of Classify(), one LCP, one linear program, and for n <= 12 the 2ⁿ bases.
+AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matrix_class, Selection selection);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_ANALYSIS_SOLUTION_SECTION_H_
