@@ -49,6 +49,7 @@ std::optional<int> ParseWord(const google::protobuf::EnumDescriptor& enumeration
 
 constexpr std::string_view kMethodPrefix = "METHOD_";
 constexpr std::string_view kRulePrefix = "SOLUTION_RULE_";
+constexpr std::string_view kStepSolverPrefix = "STEP_SOLVER_";
 
 }  // namespace
 
@@ -75,6 +76,20 @@ std::optional<v1::SolutionRule> ParseRule(const std::string& name) {
 }
 
 std::vector<std::string> RuleNames() { return WordNames(*v1::SolutionRule_descriptor(), kRulePrefix); }
+
+std::string StepSolverName(v1::StepSolver step_solver) {
+  return WordName(*v1::StepSolver_descriptor(), step_solver, kStepSolverPrefix);
+}
+
+std::optional<v1::StepSolver> ParseStepSolver(const std::string& name) {
+  const auto number = ParseWord(*v1::StepSolver_descriptor(), name, kStepSolverPrefix);
+  if (!number) return std::nullopt;
+  return static_cast<v1::StepSolver>(*number);
+}
+
+std::vector<std::string> StepSolverNames() {
+  return WordNames(*v1::StepSolver_descriptor(), kStepSolverPrefix);
+}
 
 std::string TerminationName(v1::Termination termination) {
   return BareName(*v1::Termination_descriptor(), termination, "TERMINATION_");

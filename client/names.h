@@ -22,6 +22,11 @@ std::string RuleName(v1::SolutionRule rule);
 std::optional<v1::SolutionRule> ParseRule(const std::string& name);
 std::vector<std::string> RuleNames();
 
+// "auto", "substitution", "newton".
+std::string StepSolverName(v1::StepSolver step_solver);
+std::optional<v1::StepSolver> ParseStepSolver(const std::string& name);
+std::vector<std::string> StepSolverNames();
+
 // "CONVERGED", "INFEASIBLE", ...
 std::string TerminationName(v1::Termination termination);
 

@@ -86,6 +86,8 @@ ordered_json RecommendationJson(const v1::Recommendation& recommendation) {
       {"grid_times", options.has_grid_times() ? List(options.grid_times().times()) : ordered_json(nullptr)},
       {"window_steps", options.window_steps()},
       {"theta", options.theta()},
+      {"step_solver", StepSolverName(options.step_solver())},
+      {"average_y", options.average_y()},
       {"project_initial_state", options.project_initial_state()},
       {"inelastic_impact", options.inelastic_impact()},
       {"reasons", List(recommendation.reasons())},

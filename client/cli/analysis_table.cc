@@ -187,6 +187,8 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (!options.output_times().empty())
     command += fmt::format(" --at {}", fmt::join(options.output_times(), ","));
   if (options.theta() != 0) command += fmt::format(" --theta {}", options.theta());
+  if (options.step_solver() == v1::STEP_SOLVER_NEWTON) command += " --step-solver newton";
+  if (options.average_y()) command += " --average-y";
   if (options.window_steps() == -1) command += " --window whole";
   if (options.window_steps() > 0) command += fmt::format(" --window {}", options.window_steps());
   if (options.project_initial_state()) command += " --project-initial-state";

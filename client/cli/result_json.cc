@@ -45,10 +45,19 @@ ordered_json CostJson(const v1::Cost& c) {
           {"iterations", c.iterations()},
           {"lcps", c.lcps()},
           {"marched_steps", c.marched_steps()},
+          {"newton_iterations", c.newton_iterations()},
+          {"most_newton_iterations", c.most_newton_iterations()},
+          {"substituted_steps", c.substituted_steps()},
           {"seconds_setup", c.seconds_setup()},
           {"seconds_lcp", c.seconds_lcp()},
           {"seconds_linear", c.seconds_linear()},
           {"seconds_total", c.seconds_total()}};
+}
+
+ordered_json NewtonJson(const v1::NewtonRecord& newton) {
+  return {{"time", newton.time()},
+          {"residuals", List(newton.residuals())},
+          {"contraction", OrNull(newton.has_contraction(), newton.contraction())}};
 }
 
 ordered_json JumpsJson(const v1::Summary& summary) {
@@ -76,6 +85,7 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"seconds", s.cost().seconds_total()},
           {"certificate", CertificateJson(s.certificate())},
           {"cost", CostJson(s.cost())},
+          {"newton", s.has_newton() ? NewtonJson(s.newton()) : ordered_json(nullptr)},
           {"jumps", JumpsJson(s)}};
 }
 

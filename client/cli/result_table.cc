@@ -122,6 +122,25 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
   }
 }
 
+// The superlinear fall of the residual where Newton's method had most to do.
+void PrintNewton(const v1::Summary& summary, std::FILE* out) {
+  if (!summary.has_newton()) return;
+  const v1::Cost& cost = summary.cost();
+  const v1::NewtonRecord& newton = summary.newton();
+  fmt::print(out, "\nNewton's method\n");
+  fmt::print(out, "  {} in {}, at most {} in one\n", Count(cost.newton_iterations(), "iteration"),
+             Count(cost.steps(), "step"), cost.most_newton_iterations());
+  if (cost.substituted_steps() > 0) {
+    fmt::print(out, "  {} not solved by it, but by substitution\n", Count(cost.substituted_steps(), "step"));
+  }
+  std::vector<std::string> residuals;
+  for (const double residual : newton.residuals()) residuals.push_back(fmt::format("{:.1e}", residual));
+  fmt::print(out, "  residuals of the step to t = {}: {}\n", Cell(newton.time()), fmt::join(residuals, ", "));
+  if (newton.has_contraction()) {
+    fmt::print(out, "  step times κ = {:.2g}; convergence is sure below 1/3\n", newton.contraction());
+  }
+}
+
 void PrintCost(const v1::Cost& cost, std::FILE* out) {
   if (cost.lcps() == 0) {  // ended before its first step, or without telling
     fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
@@ -147,6 +166,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   }
   PrintJumps(summary, out);
   if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
+  PrintNewton(summary, out);
   PrintCost(summary.cost(), out);
 }
 

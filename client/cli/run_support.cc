@@ -17,12 +17,14 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 19> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kOptionNames = {{
     {"method", "--method"},
     {"steps", "--steps"},
     {"step", "--step"},
     {"output_times", "--at"},
     {"theta", "--theta"},
+    {"step_solver", "--step-solver"},
+    {"average_y", "--average-y"},
     {"window_steps", "--window"},
     {"tolerance", "--iteration-tolerance"},
     {"max_iterations", "--max-iterations"},

@@ -72,6 +72,9 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
                                       "1e-3",
                                       "--theta",
                                       "0.5",
+                                      "--step-solver",
+                                      "newton",
+                                      "--average-y",
                                       "--rule",
                                       "least-element",
                                       "--project-initial-state",
@@ -106,6 +109,8 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
   EXPECT_EQ(options.grid_case(), v1::SolveOptions::kStep);
   EXPECT_EQ(options.step(), 1e-3);
   EXPECT_EQ(options.theta(), 0.5);
+  EXPECT_EQ(options.step_solver(), v1::STEP_SOLVER_NEWTON);
+  EXPECT_TRUE(options.average_y());
   EXPECT_EQ(command.rule, v1::SOLUTION_RULE_LEAST_ELEMENT);
   EXPECT_TRUE(options.project_initial_state());
   EXPECT_TRUE(options.estimate_error());
@@ -181,6 +186,7 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
               HasSubstr("did you mean laplace-iteration?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}),
               HasSubstr("did you mean least-element?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--step-solver", "newtn"}), HasSubstr("did you mean newton?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--format", "jsn"}), HasSubstr("did you mean json?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));
   EXPECT_THAT(Refused({"slove", "p.json"}), HasSubstr("did you mean solve?"));

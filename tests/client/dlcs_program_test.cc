@@ -79,6 +79,37 @@ TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
 }
 
 // A mass falls from height 1 at unit gravity and stays on the ground from t = sqrt(2) on.
+TEST(DlcsProgramTest, SolvesStepsByNewtonsMethodAndShowsItsRate) {
+  const std::string method = "--quiet --steps 64 --method time-stepping ";
+  const ProgramOutcome table = SolveText(kEasy, method + "--step-solver newton");
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr("Newton's method\n"), HasSubstr(" iterations in "),
+                               HasSubstr("residuals of the step to t = "), HasSubstr("κ")));
+
+  const auto root = [&](const std::string& options) {
+    return nlohmann::json::parse(SolveText(kEasy, method + "--at 4 --format json " + options).out);
+  };
+  const nlohmann::json newton = root("--step-solver newton"), substitution = root("");
+  EXPECT_EQ(substitution["newton"], nullptr);
+  EXPECT_GE(newton["cost"]["newton_iterations"].get<int>(), 64);
+  EXPECT_EQ(newton["cost"]["substituted_steps"], 0);
+  EXPECT_GE(newton["newton"]["residuals"].size(), 2U);
+  EXPECT_NEAR(newton["x"][0][0].get<double>(), substitution["x"][0][0].get<double>(), 1e-12);
+  // The averaged scheme is another one, of second order.
+  EXPECT_GT(std::abs(root("--average-y")["x"][0][0].get<double>() - substitution["x"][0][0].get<double>()),
+            1e-6);
+}
+
+TEST(DlcsProgramTest, RefusesNewtonAndAveragingWithoutTheirMethod) {
+  for (const std::string option : {"--step-solver newton", "--average-y"}) {
+    const ProgramOutcome outcome = SolveText(kEasy, option);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr("dlcs: " + option.substr(0, option.find(' ')) + ": "));
+    EXPECT_THAT(outcome.err, HasSubstr("time-stepping"));
+  }
+}
+
 TEST(DlcsProgramTest, LandsInelasticallyOnlyWhereAskedTo) {
   constexpr const char* kFall =
       R"json('{"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], "T": 2, "f": [0, -1]}')json";

@@ -109,6 +109,23 @@ class ForeignClientTest(unittest.TestCase):
                 self.assertAlmostEqual(computed, expected, delta=1e-6)
             self.assertEqual(multipliers[4 * k + 1:4 * k + 3], [0, 0])  # the least element
 
+    def test_solves_by_newtons_method(self):
+        options = pb.SolveOptions(steps=100, output_times=[1], method=pb.METHOD_TIME_STEPPING)
+        events = list(self.stub.Solve(pb.SolveRequest(problem=example_four_one(), options=options), timeout=60))
+        self.assertFalse(events[-1].summary.HasField("newton"))
+        substituted = [list(event.trajectory.x) for event in events if event.WhichOneof("kind") == "trajectory"][0]
+        options.step_solver = pb.STEP_SOLVER_NEWTON
+        events = list(self.stub.Solve(pb.SolveRequest(problem=example_four_one(), options=options), timeout=60))
+        summary = events[-1].summary
+        self.assertEqual(summary.cost.substituted_steps, 0)
+        self.assertGreaterEqual(summary.cost.newton_iterations, 100)
+        self.assertEqual(len(summary.newton.residuals), summary.cost.most_newton_iterations + 1)
+        self.assertLess(summary.newton.residuals[-1], 1e-9 * summary.newton.residuals[0])
+        for event in events:
+            if event.WhichOneof("kind") == "trajectory":
+                for one, other in zip(event.trajectory.x, substituted):
+                    self.assertAlmostEqual(one, other, delta=1e-12)
+
     def test_takes_a_refusal_apart(self):
         problem = example_four_one()
         problem.x0.append(7)

@@ -80,6 +80,8 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.output_times = {0.25, 1};
   options.output_times_only = true;
   options.theta = 0.5;
+  options.step_solver = StepSolver::kNewton;
+  options.average_y = true;
   options.window_steps = Options::kWholeHorizon;
   options.tolerance = 1e-9;
   options.max_iterations = 12;
@@ -100,6 +102,8 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   EXPECT_EQ(back.output_times, options.output_times);
   EXPECT_TRUE(back.output_times_only);
   EXPECT_TRUE(back.inelastic_impact);
+  EXPECT_EQ(back.step_solver, StepSolver::kNewton);
+  EXPECT_TRUE(back.average_y);
   EXPECT_EQ(back.window_steps, options.window_steps);
   EXPECT_EQ(back.tolerance, options.tolerance);
   EXPECT_EQ(back.num_threads, options.num_threads);
@@ -131,6 +135,15 @@ TEST(ConvertTest, NodesOfTheGridSurviveTheRoundTrip) {
   none.mutable_grid_times();
   EXPECT_TRUE(OptionsFromProto(none, violations).grid_times.empty());
   EXPECT_THAT(violations, ElementsAre(Field(&Violation::field, "grid_times")));
+}
+
+TEST(ConvertTest, RefusesAStepSolverOfANewerVersion) {
+  v1::SolveOptions options;
+  options.set_step_solver(static_cast<v1::StepSolver>(77));
+  std::vector<Violation> violations;
+  OptionsFromProto(options, violations);
+  ASSERT_THAT(violations, ElementsAre(Field(&Violation::field, "step_solver")));
+  EXPECT_THAT(violations[0].description, HasSubstr("77"));
 }
 
 TEST(ConvertTest, MissingPartsAreNamedAllAtOnce) {
@@ -185,6 +198,24 @@ TEST(ConvertTest, FailureTimeIsAbsentWhereThereIsNone) {
   EXPECT_FALSE(SummaryToProto(solution).has_failure_time());
   solution.failure_time = 0.4375;
   EXPECT_EQ(SummaryToProto(solution).failure_time(), 0.4375);
+}
+
+TEST(ConvertTest, NewtonsMethodIsToldWhereItRan) {
+  Solution solution;
+  EXPECT_FALSE(SummaryToProto(solution).has_newton());
+  solution.cost.newton_iterations = 12;
+  solution.cost.most_newton_iterations = 3;
+  solution.cost.substituted_steps = 2;
+  solution.newton = {.time = 0.5, .residuals = {1, 1e-3, 0}, .contraction = std::nullopt};
+  v1::Summary summary = SummaryToProto(solution);
+  EXPECT_EQ(summary.cost().newton_iterations(), 12);
+  EXPECT_EQ(summary.cost().most_newton_iterations(), 3);
+  EXPECT_EQ(summary.cost().substituted_steps(), 2);
+  EXPECT_EQ(summary.newton().time(), 0.5);
+  EXPECT_THAT(summary.newton().residuals(), ElementsAre(1, 1e-3, 0));
+  EXPECT_FALSE(summary.newton().has_contraction());
+  solution.newton->contraction = 0.25;
+  EXPECT_EQ(SummaryToProto(solution).newton().contraction(), 0.25);
 }
 
 TEST(ConvertTest, OptionNamesAreThoseOfTheWire) {

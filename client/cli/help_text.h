@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `--help` says below the options.
+
+#ifndef DLCS_CLIENT_CLI_HELP_TEXT_H_
+#define DLCS_CLIENT_CLI_HELP_TEXT_H_
+
+namespace dlcs::client {
+
+inline constexpr const char* kExitCodes =
+    "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file, "
+    "option,\n"
+    "problem); 3 the service failed, or the solve was cancelled or ran out of time.";
+
+inline constexpr const char* kMainExamples =
+    "Examples:\n"
+    "  dlcs solve circuit.json                            solve here, print a table\n"
+    "  dlcs solve circuit.json --server localhost:50051   the same on a server (start one with dlcsd)\n"
+    "  dlcs analyze circuit.json                          what is known before solving, and how to solve\n"
+    "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
+    "  dlcs solve --help                                  all options, more examples";
+
+inline constexpr const char* kSolveExamples =
+    "A problem file is one JSON object with the keys A B N M x0 T and f and g (or pieces), of\n"
+    "    x' = A x + B y + f(t),  0 <= y, N x + g(t) + M y >= 0 complementary,  x(0) = x0,  t in [0, T]\n"
+    "as in {\"A\": [[-1]], \"B\": [[1]], \"N\": [[1]], \"M\": [[1]], \"x0\": [0], \"T\": 5, \"f\": "
+    "[\"sin(t)\"], \"g\": [\"-1\"]}\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs solve circuit.json --steps 100000 --estimate-error\n"
+    "  dlcs solve circuit.json --method time-stepping --step 1e-4 --project-initial-state\n"
+    "  dlcs solve circuit.json --at 0.5,1,2 --format json --quiet\n"
+    "  dlcs solve circuit.json --grid nodes.txt\n"
+    "  dlcs solve circuit.json --format csv --output circuit.csv --server localhost:50051\n"
+    "  generate | dlcs solve - --window whole --format json\n"
+    "\n"
+    "Ctrl-C cancels the solve and prints what is known; a second one ends at once.";
+
+inline constexpr const char* kAnalyzeExamples =
+    "Says what is known about the system before it is solved: the class of M with witnesses, constants,\n"
+    "warnings, and the command that solves it. The options are those that you have settled already.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs analyze circuit.json\n"
+    "  dlcs analyze circuit.json --method time-stepping --step 1e-3 --format json";
+
+inline constexpr const char* kLcpExamples =
+    "Finds y with 0 <= y, w = q + M y >= 0, y complementary to w. The file holds one JSON object, as in\n"
+    "    {\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}\n"
+    "and may hold a \"rule\" (auto, unique, least-element).\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs lcp lcp.json\n"
+    "  dlcs lcp lcp.json --rule least-element --format json";
+
+inline constexpr const char* kModelExamples =
+    "Prints a problem file, and on standard error what is known of the model. `input-output` is the dynamic\n"
+    "economy x' = A x + B y + f(t), 0 <= y, (I - C) y - x >= 0 complementary, x(0) = d, as in\n"
+    "    {\"C\": [[0.2]], \"A\": [[-1]], \"B\": [[0.5]], \"d\": [1], \"T\": 5, \"f\": [\"1+sin(t)\"]}\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs model input-output economy.json --output problem.json\n"
+    "  dlcs model input-output economy.json | dlcs solve -";
+
+inline constexpr const char* kCapabilitiesExamples =
+    "Examples:\n"
+    "  dlcs capabilities\n"
+    "  dlcs capabilities --server localhost:50051 --format json";
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_HELP_TEXT_H_

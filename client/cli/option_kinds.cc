@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/option_kinds.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "client/json_text.h"
+
+namespace dlcs::client {
+namespace {
+
+std::optional<double> ParseNumber(const std::string& text) {
+  double value = 0;
+  const char* begin = text.c_str() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const char* end = text.c_str() + text.size();
+  const auto [rest, error] = std::from_chars(begin, end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+NumberRule Positive() {
+  return {"a number above 0", [](double v) { return v > 0; }};
+}
+NumberRule Within(const char* words, double least, double most) {
+  return {words, [least, most](double v) { return v >= least && v <= most; }};
+}
+NumberRule WholeAtLeast(const char* words, double least) {
+  return {words, [least](double v) { return v >= least && v <= 9e15 && v == std::floor(v); }};
+}
+
+double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option) {
+  const auto value = ParseNumber(text);
+  if (!value || !rule.holds(*value)) {
+    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}", text, rule.words));
+  }
+  return *value;
+}
+
+std::vector<double> ParseTimes(const std::string& text, const std::string& option) {
+  const NumberRule rule =
+      Within("a time: a number of at least 0", 0, std::numeric_limits<double>::infinity());
+  std::vector<double> times;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    std::string entry = text.substr(begin, end - begin);
+    entry.erase(0, entry.find_first_not_of(' '));
+    times.push_back(CheckedNumber(entry, rule, option));
+    begin = end + 1;
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option) {
+  if (text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
+  const auto content = ReadTextFile(text);
+  if (!content.ok()) throw CLI::ValidationError(option, std::string(content.status().message()));
+  std::string list;
+  for (const char c : *content) {
+    const bool between = c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!between)
+      list += c;
+    else if (!list.empty() && list.back() != ',')
+      list += ',';
+  }
+  if (!list.empty() && list.back() == ',') list.pop_back();
+  return ParseTimes(list, option + " " + text);
+}
+
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
+                       const NumberRule& rule, const std::function<void(double)>& set,
+                       const std::string& help) {
+  return app
+      .add_option_function<std::string>(
+          name, [=](const std::string& text) { set(CheckedNumber(text, rule, name)); }, help)
+      ->type_name(metavariable);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kinds of options: numbers with a rule, words, times. Includes CLI11, which is heavy: for the command line
+// alone.
+//
+// What is refused throws CLI::ValidationError with the option, the value and the rule.
+
+#ifndef DLCS_CLIENT_CLI_OPTION_KINDS_H_
+#define DLCS_CLIENT_CLI_OPTION_KINDS_H_
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/nearest_name.h"
+
+namespace dlcs::client {
+
+// What a number must be, in words and as a test.
+struct NumberRule {
+  const char* words;
+  std::function<bool(double)> holds;
+};
+NumberRule Positive();
+NumberRule Within(const char* words, double least, double most);
+NumberRule WholeAtLeast(const char* words, double least);
+
+// `text` as a finite number: the same digits as in a file, and nothing else.
+double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
+
+// "0.1,0.5" in any order; what comes out is increasing and distinct.
+std::vector<double> ParseTimes(const std::string& text, const std::string& option);
+
+// The times of `text`, which is a list of them or the name of a file that holds them, separated by commas,
+// blanks or new lines.
+std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option);
+
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
+                       const NumberRule& rule, const std::function<void(double)>& set,
+                       const std::string& help);
+
+// An option whose values are words; the nearest one is proposed for a word that is none of them.
+template <typename Value>
+CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<std::string>& words,
+                     const std::function<std::optional<Value>(const std::string&)>& parse,
+                     const std::function<void(Value)>& set, const std::string& help) {
+  const auto read = [=](const std::string& text) {
+    const auto value = parse(text);
+    if (value) return set(*value);
+    const auto nearest = NearestName(text, words);
+    throw CLI::ValidationError(name, fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "),
+                                                 nearest ? fmt::format("; did you mean {}?", *nearest) : ""));
+  };
+  return app.add_option_function<std::string>(name, read, help)
+      ->type_name(fmt::format("{}", fmt::join(words, "|")));
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_OPTION_KINDS_H_

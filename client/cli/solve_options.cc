@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/solve_options.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "client/cli/option_kinds.h"
+#include "client/names.h"
+
+namespace dlcs::client {
+namespace {
+
+// "auto", "whole" or a number of steps, as the wire counts them.
+std::int64_t ParseWindow(const std::string& text) {
+  if (text == "auto") return 0;
+  if (text == "whole") return -1;
+  const NumberRule rule = WholeAtLeast("auto, whole or a whole number of at least 1", 1);
+  return static_cast<std::int64_t>(CheckedNumber(text, rule, "--window"));
+}
+
+}  // namespace
+
+void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
+  CLI::Option* step = AddNumber(
+      app, "--step", "H", Positive(), [&](double v) { options.set_step(v); }, "Length of a step, at most");
+  CLI::Option* steps = AddNumber(
+      app, "--steps", "J", WholeAtLeast("a whole number of at least 1", 1),
+      [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T] (1000)");
+  steps->excludes(step);
+  app.add_option_function<std::string>(
+         "--grid",
+         [&](const std::string& text) {
+           grid = text;
+           const std::vector<double> times = ParseTimesOrFile(text, "--grid");
+           options.mutable_grid_times()->mutable_times()->Assign(times.begin(), times.end());
+         },
+         "The nodes themselves instead of equal steps, in any order, or a file with them; 0, T and break "
+         "points "
+         "are added")
+      ->type_name("FILE|T1,T2,...")
+      ->excludes(step)
+      ->excludes(steps);
+  app.add_option_function<std::string>(
+         "--at",
+         [&](const std::string& text) {
+           const std::vector<double> times = ParseTimes(text, "--at");
+           options.mutable_output_times()->Assign(times.begin(), times.end());
+         },
+         "Only these times, in any order; they become nodes of the grid. Otherwise a table shows 11 even "
+         "times, "
+         "JSON and CSV every node")
+      ->type_name("T1,T2,...");
+}
+
+void AddMethod(CLI::App& app, v1::SolveOptions& options) {
+  AddWord<v1::Method>(
+      app, "--method", MethodNames(), ParseMethod, [&](v1::Method method) { options.set_method(method); },
+      "auto chooses from the class of M and says why");
+  AddNumber(
+      app, "--theta", "THETA", Within("between 0 and 1", 0, 1), [&](double v) { options.set_theta(v); },
+      "time-stepping: 0 implicit (default), 0.5 trapezoidal, 1 explicit in x");
+  AddWord<v1::StepSolver>(
+      app, "--step-solver", StepSolverNames(), ParseStepSolver,
+      [&](v1::StepSolver step_solver) { options.set_step_solver(step_solver); },
+      "time-stepping: how a step is solved, by one substituted LCP (default) or Newton's method");
+  app.add_flag_function(
+      "--average-y", [&](std::int64_t) { options.set_average_y(true); },
+      "time-stepping: the trapezoidal rule in y too, of second order");
+  app.add_option_function<std::string>(
+         "--window", [&](const std::string& text) { options.set_window_steps(ParseWindow(text)); },
+         "laplace-iteration: steps of a window; auto adapts (default), whole takes the horizon at once")
+      ->type_name("auto|whole|STEPS");
+  AddNumber(
+      app, "--iteration-tolerance", "TOL", Within("above 0 and at most 1", 1e-300, 1),
+      [&](double v) { options.set_tolerance(v); },
+      "Iterate until the change that is left is this small, relatively (1e-12)");
+  AddNumber(
+      app, "--max-iterations", "K", WholeAtLeast("a whole number of at least 1", 1),
+      [&](double v) { options.set_max_iterations(static_cast<std::int64_t>(v)); },
+      "Iterations per window, at most (60, or 1000 for windows that cannot shrink)");
+}
+
+void AddContour(CLI::App& app, v1::SolveOptions& options) {
+  AddNumber(
+      app, "--contour-nodes", "P", WholeAtLeast("a whole number of at least 1", 1),
+      [&](double v) { options.mutable_contour()->set_nodes(static_cast<std::int32_t>(std::min(v, 2e9))); },
+      "paper-iteration: 2P + 1 nodes on the contour (25)");
+  AddNumber(
+      app, "--contour-gamma", "GAMMA", Positive(), [&](double v) { options.mutable_contour()->set_gamma(v); },
+      "paper-iteration: the contour's angle (0.794)");
+  AddNumber(
+      app, "--contour-mu", "MU", Positive(), [&](double v) { options.mutable_contour()->set_mu(v); },
+      "paper-iteration: the contour's scale (sqrt(P)/4)");
+  AddNumber(
+      app, "--contour-step", "DV", Positive(), [&](double v) { options.mutable_contour()->set_step(v); },
+      "paper-iteration: distance of the nodes (2.06/sqrt(P))");
+  app.add_flag_function(
+      "--contour-initial-state",
+      [&](std::int64_t) { options.mutable_contour()->set_for_initial_state(true); },
+      "paper-iteration: e^{At} x0 by a contour too (Remark 2.3)");
+}
+
+void AddJumps(CLI::App& app, v1::SolveOptions& options) {
+  app.add_flag_function(
+      "--project-initial-state", [&](std::int64_t) { options.set_project_initial_state(true); },
+      "Let an inconsistent state jump instead of refusing it");
+  app.add_flag_function(
+      "--inelastic-impact", [&](std::int64_t) { options.set_inelastic_impact(true); },
+      "Solve relative degree two (contact) as inelastic impact, a law of its own, instead of refusing it");
+}
+
+}  // namespace dlcs::client

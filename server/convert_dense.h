@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers of the engine as repeated fields.
+
+#ifndef DLCS_SERVER_CONVERT_DENSE_H_
+#define DLCS_SERVER_CONVERT_DENSE_H_
+
+#include "core/types.h"
+#include "google/protobuf/repeated_field.h"
+
+namespace dlcs {
+
+using Doubles = google::protobuf::RepeatedField<double>;
+
+// Appends the entries of a vector or, column after column, of a matrix.
+template <typename Dense>
+void Append(const Dense& dense, Doubles& values) {
+  values.Reserve(values.size() + static_cast<int>(dense.size()));
+  for (Index column = 0; column < dense.cols(); ++column) {
+    for (Index row = 0; row < dense.rows(); ++row) values.AddAlreadyReserved(dense(row, column));
+  }
+}
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_CONVERT_DENSE_H_

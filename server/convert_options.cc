@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "fmt/format.h"
+#include "server/convert.h"
+
+namespace dlcs {
+namespace {
+
+Method MethodFromProto(v1::Method method, std::vector<Violation>& violations) {
+  switch (method) {
+    case v1::METHOD_UNSPECIFIED:
+      return Method::kAuto;
+    case v1::METHOD_LAPLACE_ITERATION:
+      return Method::kLaplaceIteration;
+    case v1::METHOD_PAPER_ITERATION:
+      return Method::kPaperIteration;
+    case v1::METHOD_EXPONENTIAL_MARCH:
+      return Method::kExponentialMarch;
+    case v1::METHOD_TIME_STEPPING:
+      return Method::kTimeStepping;
+    default:
+      break;
+  }
+  violations.push_back({"method", fmt::format("{}; this server does not know such a method (see "
+                                              "GetCapabilities)",
+                                              static_cast<int>(method))});
+  return Method::kAuto;
+}
+
+StepSolver StepSolverFromProto(v1::StepSolver step_solver, std::vector<Violation>& violations) {
+  switch (step_solver) {
+    case v1::STEP_SOLVER_UNSPECIFIED:
+    case v1::STEP_SOLVER_SUBSTITUTION:
+      return StepSolver::kSubstitution;
+    case v1::STEP_SOLVER_NEWTON:
+      return StepSolver::kNewton;
+    default:
+      break;
+  }
+  violations.push_back({"step_solver", fmt::format("{}; this server does not know such a way to solve a step "
+                                                   "(1 substitution, 2 Newton's method)",
+                                                   static_cast<int>(step_solver))});
+  return StepSolver::kSubstitution;
+}
+
+v1::StepSolver ToProto(StepSolver step_solver) {
+  switch (step_solver) {
+    case StepSolver::kSubstitution:
+      return v1::STEP_SOLVER_SUBSTITUTION;
+    case StepSolver::kNewton:
+      return v1::STEP_SOLVER_NEWTON;
+  }
+  return v1::STEP_SOLVER_UNSPECIFIED;
+}
+
+}  // namespace
+
+Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations) {
+  Options result;
+  result.method = MethodFromProto(options.method(), violations);
+  if (options.has_steps()) {
+    result.num_steps = options.steps();
+    if (options.steps() <= 0) {
+      violations.push_back({"steps", fmt::format("{}; must be at least 1 (unset takes {})", options.steps(),
+                                                 Options::kDefaultSteps)});
+    }
+  } else if (options.has_step()) {
+    result.step = options.step();
+    if (!(options.step() > 0) || !std::isfinite(options.step())) {
+      violations.push_back({"step", fmt::format("{}; must be positive and finite (unset takes {} steps)",
+                                                options.step(), Options::kDefaultSteps)});
+    }
+  } else if (options.has_grid_times()) {
+    result.grid_times.assign(options.grid_times().times().begin(), options.grid_times().times().end());
+    if (result.grid_times.empty()) violations.push_back({"grid_times", "no times; must hold at least one"});
+  }
+  result.output_times.assign(options.output_times().begin(), options.output_times().end());
+  result.output_times_only = !result.output_times.empty();
+  result.theta = options.theta();
+  result.step_solver = StepSolverFromProto(options.step_solver(), violations);
+  result.average_y = options.average_y();
+  result.window_steps = options.window_steps();
+  if (options.tolerance() != 0) result.tolerance = options.tolerance();
+  result.max_iterations = options.max_iterations();
+  const v1::Contour& contour = options.contour();
+  if (contour.nodes() != 0) result.num_contour_nodes = contour.nodes();
+  result.contour_gamma = contour.gamma();
+  result.contour_mu = contour.mu();
+  result.contour_step = contour.step();
+  result.contour_for_initial_state = contour.for_initial_state();
+  result.project_initial_state = options.project_initial_state();
+  result.inelastic_impact = options.inelastic_impact();
+  result.estimate_error = options.estimate_error();
+  result.num_threads = options.threads();
+  return result;
+}
+
+v1::SolveOptions ToProto(const Options& options) {
+  v1::SolveOptions result;
+  result.set_method(ToProto(options.method));
+  if (options.num_steps != 0) result.set_steps(options.num_steps);
+  if (options.step != 0) result.set_step(options.step);
+  if (!options.grid_times.empty()) {
+    result.mutable_grid_times()->mutable_times()->Add(options.grid_times.begin(), options.grid_times.end());
+  }
+  result.mutable_output_times()->Add(options.output_times.begin(), options.output_times.end());
+  result.set_theta(options.theta);
+  result.set_step_solver(ToProto(options.step_solver));
+  result.set_average_y(options.average_y);
+  result.set_window_steps(options.window_steps);
+  result.set_tolerance(options.tolerance);
+  result.set_max_iterations(options.max_iterations);
+  v1::Contour& contour = *result.mutable_contour();
+  contour.set_nodes(static_cast<int>(options.num_contour_nodes));
+  contour.set_gamma(options.contour_gamma);
+  contour.set_mu(options.contour_mu);
+  contour.set_step(options.contour_step);
+  contour.set_for_initial_state(options.contour_for_initial_state);
+  result.set_project_initial_state(options.project_initial_state);
+  result.set_inelastic_impact(options.inelastic_impact);
+  result.set_estimate_error(options.estimate_error);
+  result.set_threads(options.num_threads);
+  return result;
+}
+
+v1::Method ToProto(Method method) {
+  switch (method) {
+    case Method::kAuto:
+      return v1::METHOD_UNSPECIFIED;
+    case Method::kLaplaceIteration:
+      return v1::METHOD_LAPLACE_ITERATION;
+    case Method::kPaperIteration:
+      return v1::METHOD_PAPER_ITERATION;
+    case Method::kExponentialMarch:
+      return v1::METHOD_EXPONENTIAL_MARCH;
+    case Method::kTimeStepping:
+      return v1::METHOD_TIME_STEPPING;
+  }
+  return v1::METHOD_UNSPECIFIED;
+}
+
+std::string WireOptionName(const std::string& core_field) {
+  static constexpr std::pair<const char*, const char*> kNames[] = {
+      {"num_steps", "steps"},
+      {"num_threads", "threads"},
+      {"num_contour_nodes", "contour.nodes"},
+      {"contour_gamma", "contour.gamma"},
+      {"contour_mu", "contour.mu"},
+      {"contour_step", "contour.step"},
+      {"contour_for_initial_state", "contour.for_initial_state"},
+  };
+  const std::size_t bracket = std::min(core_field.find('['), core_field.size());
+  for (const auto& [core_name, wire_name] : kNames) {
+    if (core_field.compare(0, bracket, core_name) == 0) return wire_name + core_field.substr(bracket);
+  }
+  return core_field;
+}
+
+}  // namespace dlcs

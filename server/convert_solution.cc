@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "server/convert.h"
+#include "server/convert_dense.h"
+
+namespace dlcs {
+namespace {
+
+v1::LcpVerdict ToProto(LcpVerdict verdict) {
+  switch (verdict) {
+    case LcpVerdict::kSolved:
+      return v1::LCP_SOLVED;
+    case LcpVerdict::kInfeasible:
+      return v1::LCP_INFEASIBLE;
+    case LcpVerdict::kRay:
+      return v1::LCP_RAY;
+    case LcpVerdict::kPivotLimit:
+      return v1::LCP_PIVOT_LIMIT;
+    case LcpVerdict::kSingular:
+      return v1::LCP_SINGULAR;
+    case LcpVerdict::kNonFinite:
+      return v1::LCP_NON_FINITE;
+  }
+  return v1::LCP_VERDICT_UNSPECIFIED;
+}
+
+v1::Certificate ToProto(const Certificate& certificate) {
+  v1::Certificate result;
+  result.set_node_residual(certificate.node_residual);
+  result.set_midpoint_residual(certificate.midpoint_residual);
+  result.set_node_complementarity(certificate.node_complementarity);
+  result.set_midpoint_complementarity(certificate.midpoint_complementarity);
+  result.set_ode_defect(certificate.ode_defect);
+  result.set_lcp_scale(certificate.lcp_scale);
+  result.set_ode_scale(certificate.ode_scale);
+  result.set_x_scale(certificate.x_scale);
+  if (certificate.estimated_error_x) result.set_estimated_error_x(*certificate.estimated_error_x);
+  if (certificate.estimated_error_By) result.set_estimated_error_by(*certificate.estimated_error_By);
+  return result;
+}
+
+v1::Cost ToProto(const Cost& cost) {
+  v1::Cost result;
+  result.set_steps(cost.steps);
+  result.set_windows(cost.windows);
+  result.set_iterations(cost.iterations);
+  result.set_lcps(cost.lcps);
+  result.set_marched_steps(cost.marched_steps);
+  result.set_newton_iterations(cost.newton_iterations);
+  result.set_most_newton_iterations(cost.most_newton_iterations);
+  result.set_substituted_steps(cost.substituted_steps);
+  result.set_seconds_setup(cost.seconds_setup);
+  result.set_seconds_lcp(cost.seconds_lcp);
+  result.set_seconds_linear(cost.seconds_linear);
+  result.set_seconds_total(cost.seconds_total);
+  return result;
+}
+
+v1::NewtonRecord ToProto(const NewtonRecord& record) {
+  v1::NewtonRecord result;
+  result.set_time(record.time);
+  result.mutable_residuals()->Add(record.residuals.begin(), record.residuals.end());
+  if (record.contraction) result.set_contraction(*record.contraction);
+  return result;
+}
+
+}  // namespace
+
+v1::Termination ToProto(Termination termination) {
+  switch (termination) {
+    case Termination::kNotSolved:
+      return v1::TERMINATION_UNSPECIFIED;
+    case Termination::kConverged:
+      return v1::CONVERGED;
+    case Termination::kInfeasible:
+      return v1::INFEASIBLE;
+    case Termination::kDiverged:
+      return v1::DIVERGED;
+    case Termination::kIterationLimit:
+      return v1::ITERATION_LIMIT;
+    case Termination::kInconsistentState:
+      return v1::INCONSISTENT_STATE;
+    case Termination::kUnsupported:
+      return v1::UNSUPPORTED;
+    case Termination::kNonFinite:
+      return v1::NON_FINITE;
+    case Termination::kCancelled:
+      return v1::CANCELLED;
+  }
+  return v1::TERMINATION_UNSPECIFIED;
+}
+
+v1::Analysis ToProto(const AnalysisReport& report) {
+  v1::Analysis result;
+  result.set_matrix_class(report.matrix_class);
+  result.set_method(ToProto(report.method));
+  result.set_reason(report.reason);
+  result.set_states(static_cast<int>(report.num_states));
+  result.set_constraints(static_cast<int>(report.num_constraints));
+  result.set_steps(report.num_steps);
+  result.set_step(report.step);
+  if (report.lipschitz) result.set_lipschitz(*report.lipschitz);
+  result.mutable_warnings()->Add(report.warnings.begin(), report.warnings.end());
+  return result;
+}
+
+v1::WindowStarted ToProto(const WindowReport& report) {
+  v1::WindowStarted result;
+  result.set_window(report.window);
+  result.set_begin(report.begin);
+  result.set_end(report.end);
+  result.set_steps(report.steps);
+  return result;
+}
+
+v1::Iterate ToProto(const IterateReport& report) {
+  v1::Iterate result;
+  result.set_window(report.window);
+  result.set_iteration(report.iteration);
+  result.set_change(report.change);
+  result.set_lcp_residual(report.lcp_residual);
+  if (report.log10_bound) result.set_log10_bound(*report.log10_bound);
+  result.set_seconds(report.seconds);
+  return result;
+}
+
+v1::WindowFinished ToProto(const WindowOutcome& outcome) {
+  v1::WindowFinished result;
+  result.set_window(outcome.window);
+  result.set_end(outcome.end);
+  result.set_iterations(outcome.iterations);
+  result.set_accepted(outcome.accepted);
+  result.set_marched(outcome.marched);
+  result.set_why(outcome.why);
+  return result;
+}
+
+v1::SolveLcpResponse ToProto(const LcpResult& lcp) {
+  v1::SolveLcpResponse result;
+  result.set_verdict(ToProto(lcp.verdict));
+  Append(lcp.y, *result.mutable_y());
+  Append(lcp.w, *result.mutable_w());
+  result.set_residual(lcp.residual);
+  result.set_pivots(lcp.pivots);
+  result.set_method(lcp.method);
+  result.set_message(lcp.message);
+  return result;
+}
+
+v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count) {
+  v1::TrajectoryChunk result;
+  result.set_first(first);
+  result.mutable_times()->Add(solution.times.begin() + first, solution.times.begin() + first + count);
+  Append(solution.x.middleCols(first, count), *result.mutable_x());
+  Append(solution.y.middleCols(first, count), *result.mutable_y());
+  return result;
+}
+
+v1::Summary SummaryToProto(const Solution& solution) {
+  v1::Summary result;
+  result.set_termination(ToProto(solution.termination));
+  result.set_message(solution.message);
+  if (!std::isnan(solution.failure_time)) result.set_failure_time(solution.failure_time);
+  result.set_method(ToProto(solution.method));
+  result.set_reason(solution.reason);
+  result.mutable_warnings()->Add(solution.warnings.begin(), solution.warnings.end());
+  for (const StateJump& jump : solution.jumps) {
+    v1::StateJump& out = *result.add_jumps();
+    out.set_time(jump.time);
+    Append(jump.dx, *out.mutable_dx());
+    Append(jump.multiplier, *out.mutable_multiplier());
+  }
+  result.set_step(solution.step);
+  *result.mutable_certificate() = ToProto(solution.certificate);
+  *result.mutable_cost() = ToProto(solution.cost);
+  result.set_times(static_cast<Index>(solution.times.size()));
+  if (solution.newton) *result.mutable_newton() = ToProto(*solution.newton);
+  return result;
+}
+
+}  // namespace dlcs
