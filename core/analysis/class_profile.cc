@@ -1,40 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analysis/class_profile.h"
 
-#include <initializer_list>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/analysis/hidden_z.h"
 #include "core/analysis/matrix_class.h"
 #include "core/analysis/s_matrix.h"
-#include "core/analysis/semicopositive.h"
+#include "core/analysis/semicopositive_types.h"
 
 namespace dlcs {
 namespace {
 
-struct Reason {
+// Every member of the first class is one of the second.
+struct Implication {
+  Fact& stronger;
   const char* name;
-  const Fact& fact;
+  Fact& weaker;
+  const char* weaker_name;
 };
 
-// Yes by the first of `reasons` that holds, each of which suffices.
-Fact AnyOf(std::initializer_list<Reason> reasons) {
-  for (const auto& [name, fact] : reasons) {
-    if (!fact.yes()) continue;
-    Fact yes = fact;
-    yes.why = absl::StrCat("it is ", name);
-    return yes;
-  }
-  return {Answer::kUnknown, "none of the classes known to be sufficient applies"};
+bool IsOpen(const Fact& fact) { return fact.answer == Answer::kUnknown; }
+
+void Follow(const Fact& known, std::string why, Fact& open) {
+  if (!IsOpen(open) || IsOpen(known)) return;
+  open = known;
+  open.why = std::move(why);
 }
 
-// Type I ⇒ II ⇒ III ⇒ strictly semicopositive.
-Fact WeakerType(const Fact& type_one) {
-  if (!type_one.yes()) return type_one;
-  Fact fact = type_one;
-  fact.why = absl::StrCat("of type I: ", type_one.why);
-  return fact;
+// What is true of a stronger class holds for weaker ones; what is false of a weaker one, for stronger ones.
+// Chains run downwards, so that one pass in each direction is enough.
+void Conclude(ClassProfile& known) {
+  MinorClasses& minors = known.minors;
+  QuadraticFormClasses& form = known.quadratic_form;
+  SemicopositiveClasses& semicopositive = known.semicopositive;
+  CopositiveClasses& copositive = known.copositive;
+  const Implication implications[] = {
+      {known.m, "a nonsingular M-matrix", minors.p, "P-matrix"},
+      {known.m, "a nonsingular M-matrix", known.z, "Z-matrix"},
+      {form.positive_definite, "positive definite", minors.p, "P-matrix"},
+      {form.positive_definite, "positive definite", form.positive_semidefinite,
+       "positive semidefinite matrix"},
+      {form.positive_definite, "positive definite", copositive.strictly_copositive,
+       "strictly copositive matrix"},
+      {minors.p, "a P-matrix", minors.nondegenerate, "nondegenerate matrix"},
+      {minors.n, "an N-matrix", minors.nondegenerate, "nondegenerate matrix"},
+      {minors.np, "an NP-matrix", minors.nondegenerate, "nondegenerate matrix"},
+      {minors.pn, "a PN-matrix", minors.nondegenerate, "nondegenerate matrix"},
+      {minors.p, "a P-matrix", minors.p0, "P0-matrix"},
+      {form.positive_semidefinite, "positive semidefinite", minors.p0, "P0-matrix"},
+      {form.positive_semidefinite, "positive semidefinite", copositive.copositive, "copositive matrix"},
+      {copositive.strictly_copositive, "strictly copositive", copositive.copositive, "copositive matrix"},
+      {minors.p, "a P-matrix", semicopositive.strict, "strictly semicopositive matrix"},
+      {copositive.strictly_copositive, "strictly copositive", semicopositive.strict,
+       "strictly semicopositive matrix"},
+      {known.type_one, "of type I", known.type_two, "matrix of type II"},
+      {known.type_two, "of type II", known.type_three, "matrix of type III"},
+      {known.type_three, "of type III", semicopositive.strict, "strictly semicopositive matrix"},
+      {semicopositive.strict, "strictly semicopositive", semicopositive.weak, "semicopositive matrix"},
+      {minors.p0, "a P0-matrix", semicopositive.weak, "semicopositive matrix"},
+      {copositive.copositive, "copositive", semicopositive.weak, "semicopositive matrix"},
+      {known.z, "a Z-matrix", known.hidden_z, "hidden Z-matrix"},
+      {minors.nondegenerate, "nondegenerate", known.r0, "R0-matrix"},
+      {semicopositive.strict, "strictly semicopositive", known.r0, "R0-matrix"},
+      {semicopositive.strict, "strictly semicopositive", known.q, "Q-matrix"},
+      {known.q, "a Q-matrix", known.s, "S-matrix"},
+      {known.q, "a Q-matrix", known.q0, "Q0-matrix"},
+      {known.hidden_z, "a hidden Z-matrix", known.q0, "Q0-matrix"},
+      {form.positive_semidefinite, "positive semidefinite", known.q0, "Q0-matrix"},
+  };
+  for (const Implication& step : implications) {
+    if (step.stronger.yes()) Follow(step.stronger, absl::StrCat("it is ", step.name), step.weaker);
+  }
+  for (auto step = std::rbegin(implications); step != std::rend(implications); ++step) {
+    if (step->weaker.no()) Follow(step->weaker, absl::StrCat("it is no ", step->weaker_name), step->stronger);
+  }
 }
 
 // A diagonal zero on top of a column >= 0: then e_i solves LCP(0, M).
@@ -45,21 +86,13 @@ Fact RefuteR0(const Matrix& M) {
     fact.witness.z = Vector::Unit(M.rows(), i);
     return fact;
   }
-  return {Answer::kUnknown, ""};
-}
-
-Fact TestQ(const ClassProfile& known) {
-  if (!known.s.no())
-    return AnyOf(
-        {{"a P-matrix", known.minors.p}, {"strictly semicopositive", known.strictly_semicopositive}});
-  Fact no = known.s;
-  no.why = absl::StrCat("it is no S-matrix: ", known.s.why);
-  return no;
+  return {Answer::kUnknown, "none of the classes known to be sufficient applies"};
 }
 
 }  // namespace
 
 ClassProfile ProfileOf(const Matrix& M) {
+  const Fact open{Answer::kUnknown, "none of the classes known to be sufficient applies"};
   ClassProfile known;
   known.minors = ClassifyByMinors(M);
   known.quadratic_form = ClassifyQuadraticForm(M);
@@ -67,18 +100,14 @@ ClassProfile ProfileOf(const Matrix& M) {
   known.hidden_z = TestHiddenZ(M);
   known.s = TestSMatrix(M);
   known.m = TestMMatrix(known.z, known.s);
-  known.strictly_semicopositive = TestStrictlySemicopositive(M);
-  known.type_one = TestSemicopositiveTypeI(M);
-  known.type_two = known.type_three = WeakerType(known.type_one);
+  known.semicopositive = ClassifySemicopositive(M);
+  known.copositive = ClassifyCopositive(M);
+  known.type_one = TestSemicopositiveTypeI(M, known.semicopositive.strict);
+  known.type_two = known.type_three = {Answer::kUnknown, "type I is unknown, and no other test is known"};
+  if (known.semicopositive.strict.no()) known.type_two = known.type_three = known.semicopositive.strict;
   known.r0 = RefuteR0(M);
-  if (!known.r0.no()) {
-    known.r0 = AnyOf({{"nondegenerate", known.minors.nondegenerate},
-                      {"strictly semicopositive", known.strictly_semicopositive}});
-  }
-  known.q = TestQ(known);
-  known.q0 = AnyOf({{"a Q-matrix", known.q},
-                    {"a Z-matrix", known.z},
-                    {"positive semidefinite", known.quadratic_form.positive_semidefinite}});
+  known.q = known.q0 = open;
+  Conclude(known);
   return known;
 }
 

@@ -28,7 +28,7 @@ AnalysisSection ClassSection(const Matrix& M) {
   add("np", "NP-matrix", known.minors.np, kMinors);
   add("pn", "PN-matrix", known.minors.pn, kMinors);
   add("s", "S-matrix", known.s, "");
-  add("strictly-semicopositive", "strictly semicopositive", known.strictly_semicopositive,
+  add("strictly-semicopositive", "strictly semicopositive", known.semicopositive.strict,
       "(1) of [Shen & Pang]");
   add("type-i", "strictly semicopositive of type I", known.type_one, kTypes);
   add("type-ii", "strictly semicopositive of type II", known.type_two, kTypes);

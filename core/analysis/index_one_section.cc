@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/analysis/index_one.h"
 #include "core/analysis/semicopositive.h"
+#include "core/analysis/semicopositive_types.h"
 
 namespace dlcs {
 namespace {

@@ -163,6 +163,15 @@ std::vector<Index> IndicesOf(std::uint32_t subset) {
   return indices;
 }
 
+std::optional<double> ExactDeterminant(const Matrix& M) {
+  const auto entries = AsShortEntries(M);
+  if (!entries) return std::nullopt;
+  const Integer integer = BareissDeterminant(entries->entry, M.rows());
+  const auto rounded = static_cast<double>(integer);
+  if (static_cast<Integer>(rounded) != integer) return std::nullopt;
+  return std::ldexp(rounded, entries->exponent * static_cast<int>(M.rows()));
+}
+
 PrincipalMinor Determinant(const Matrix& M) {
   PrincipalMinor minor = DeterminantByElimination(M);
   if (minor.sign) return minor;

@@ -31,6 +31,10 @@ std::vector<Index> IndicesOf(std::uint32_t subset);
 // it stands: its entries carry no error. `subset` is left 0. O(n³).
 PrincipalMinor Determinant(const Matrix& M);
 
+// The determinant as a number that is not rounded, where the entries are short as above and it has at most 53
+// bits; absent otherwise.
+std::optional<double> ExactDeterminant(const Matrix& M);
+
 // Calls `visit` for every one of the 2ⁿ - 1 principal minors of `M` (n <= 20) until it returns false. Schur
 // complements give all of them for O(2ⁿ) work where the pivots are clear [Griffin & Tsatsomeros 2006]; where
 // one is not, the minors that need it are computed one by one.

@@ -2,7 +2,6 @@
 // ClassifyQuadraticForm(): positive (semi)definiteness without the benefit of rounding.
 
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,33 +11,16 @@
 #include "core/analysis/minor_classes.h"
 #include "core/analysis/p_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
+#include "core/analysis/symmetric_sum.h"
 
 namespace dlcs {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-// M + Mᵀ, where no sum is rounded.
-std::optional<Matrix> ExactSymmetricSum(const Matrix& M) {
-  const Matrix sum = M + M.transpose();
-  const Matrix from_transpose = sum - M;
-  const Matrix lost = (M - (sum - from_transpose)) + (M.transpose() - from_transpose);
-  if ((lost.array() != 0).any()) return std::nullopt;
-  return sum;
-}
 
 Fact RefutedByForm(const Matrix& M, std::string why, Vector z) {
   Fact fact{Answer::kNo, std::move(why)};
   fact.witness.value = z.dot(M * z);
   fact.witness.z = std::move(z);
   return fact;
-}
-
-// Whether zᵀMz < 0 beyond the rounding of its own sum.
-bool FormIsClearlyNegative(const Matrix& M, const Vector& z) {
-  const double rounding =
-      4 * static_cast<double>(M.rows()) * kEpsilon * z.cwiseAbs().dot(M.cwiseAbs() * z.cwiseAbs());
-  return z.dot(M * z) < -rounding;
 }
 
 std::vector<Index> NonzeroRows(const Matrix& M) {
@@ -101,7 +83,8 @@ Fact Semidefinite(const Matrix& M, const std::optional<Matrix>& sum) {
 }  // namespace
 
 QuadraticFormClasses ClassifyQuadraticForm(const Matrix& M) {
-  const std::optional<Matrix> sum = ExactSymmetricSum(M);
+  const SymmetricSum rounded = SymmetricSumBelow(M);
+  const std::optional<Matrix> sum = rounded.exact ? std::optional(rounded.below) : std::nullopt;
   QuadraticFormClasses classes;
   classes.positive_semidefinite = Semidefinite(M, sum);
   classes.positive_definite = Definite(M, sum, classes.positive_semidefinite);

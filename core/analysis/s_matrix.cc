@@ -22,10 +22,6 @@ Vector RoundingOfProduct(const Matrix& M, const Vector& z) {
   return unit * (M.cwiseAbs() * z.cwiseAbs());
 }
 
-bool ImageIsPositive(const Matrix& M, const Vector& z) {
-  return z.minCoeff() >= 0 && ((M * z).array() > RoundingOfProduct(M, z).array()).all();
-}
-
 // Entries that are zero in every term count as zero; others must be negative beyond rounding.
 bool ImageIsNotPositive(const Matrix& M, const Vector& z) {
   return z.minCoeff() >= 0 && z.maxCoeff() > 0 && ((M * z).array() <= -RoundingOfProduct(M, z).array()).all();
@@ -38,18 +34,6 @@ Fact With(Answer answer, std::string why, Vector z) {
 }
 
 Fact Yes(Vector z) { return With(Answer::kYes, "some z >= 0 has Mz > 0", std::move(z)); }
-
-// |M|⁻¹e, where the comparison matrix of M is an M-matrix; otherwise empty.
-Vector SolveComparison(const Matrix& M) {
-  const Matrix comparison = ComparisonMatrix(M);
-  std::vector<Index> all(static_cast<std::size_t>(M.rows()));
-  std::iota(all.begin(), all.end(), Index{0});
-  MMatrixFactor factor(comparison);
-  if (factor.Factor(comparison, all) < M.rows()) return {};
-  Vector z = Vector::Ones(M.rows());
-  factor.Solve(z);
-  return z;
-}
 
 // max t subject to Mz >= te, z >= 0, Σz = 1.
 Fact ByGame(const Matrix& M) {
@@ -74,6 +58,20 @@ Fact ByGame(const Matrix& M) {
 
 }  // namespace
 
+bool ImageIsPositive(const Matrix& M, const Vector& z) {
+  return z.minCoeff() >= 0 && ((M * z).array() > RoundingOfProduct(M, z).array()).all();
+}
+
+Vector PositiveImageOfMMatrix(const Matrix& Z) {
+  std::vector<Index> all(static_cast<std::size_t>(Z.rows()));
+  std::iota(all.begin(), all.end(), Index{0});
+  MMatrixFactor factor(Z);
+  if (factor.Factor(Z, all) < Z.rows()) return {};
+  Vector z = Vector::Ones(Z.rows());
+  factor.Solve(z);
+  return z.minCoeff() > 0 && ImageIsPositive(Z, z) ? z : Vector();
+}
+
 Fact TestSMatrix(const Matrix& M) {
   const Index n = M.rows();
   if (Vector z = Vector::Ones(n); ImageIsPositive(M, z)) return Yes(std::move(z));
@@ -81,7 +79,9 @@ Fact TestSMatrix(const Matrix& M) {
     if (M.row(i).maxCoeff() > 0) continue;
     return With(Answer::kNo, absl::StrCat("row ", i, " has no positive entry"), Vector::Unit(n, i));
   }
-  if (Vector z = SolveComparison(M); z.size() == n && ImageIsPositive(M, z)) return Yes(std::move(z));
+  if (Vector z = PositiveImageOfMMatrix(ComparisonMatrix(M)); z.size() == n && ImageIsPositive(M, z)) {
+    return Yes(std::move(z));
+  }
   if (n <= kMaxLinearProgramRows) return ByGame(M);
   return {Answer::kUnknown, absl::StrCat("n = ", n, " is beyond the linear program (n <= ",
                                          kMaxLinearProgramRows, ") and no other z is known")};

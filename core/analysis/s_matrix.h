@@ -16,6 +16,12 @@ namespace dlcs {
 // of n rows, for n <= 200.
 Fact TestSMatrix(const Matrix& M);
 
+// Whether z >= 0 and Mz > 0, whatever the rounding of Mz.
+bool ImageIsPositive(const Matrix& M, const Vector& z);
+
+// Some z > 0 with Zz > 0 beyond rounding, where the Z-matrix `Z` is a nonsingular M-matrix; otherwise empty.
+Vector PositiveImageOfMMatrix(const Matrix& Z);
+
 // Whether M is a nonsingular M-matrix: a Z-matrix (`z` of TestZMatrix()) that is an S-matrix (`s` of
 // TestSMatrix()). The witness is that of the one that decides.
 Fact TestMMatrix(const Fact& z, const Fact& s);

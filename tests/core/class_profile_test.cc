@@ -4,196 +4,25 @@
 
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <random>
 #include <vector>
 
 #include "core/analysis/s_matrix.h"
-#include "core/analysis/semicopositive.h"
+#include "tests/support/fact_judge.h"
+#include "tests/support/integer_matrices.h"
 
 namespace dlcs {
 namespace {
 
-__extension__ using Integer = __int128;
-using IntegerMatrix = std::vector<std::vector<std::int64_t>>;
-
-// det of the given rows and columns by expansion along the rows, over all sets of columns: no division, no
-// pivoting.
-Integer ExactDeterminant(const IntegerMatrix& a, const std::vector<Index>& rows,
-                         const std::vector<Index>& cols) {
-  const unsigned all = (1u << cols.size()) - 1;
-  std::vector<Integer> minor(all + 1, 0);
-  minor[0] = 1;
-  for (unsigned set = 1; set <= all; ++set) {
-    const auto row = static_cast<std::size_t>(rows[static_cast<std::size_t>(std::popcount(set)) - 1]);
-    for (std::size_t c = 0; c < cols.size(); ++c) {
-      if (!(set >> c & 1u)) continue;
-      const int behind = std::popcount(set >> (c + 1));
-      const Integer term = minor[set & ~(1u << c)] * a[row][static_cast<std::size_t>(cols[c])];
-      minor[set] += behind % 2 == 0 ? term : -term;
-    }
-  }
-  return minor[all];
-}
-
-std::vector<Index> Members(unsigned set) {
-  std::vector<Index> members;
-  for (Index i = 0; i < 32; ++i) {
-    if (set >> i & 1u) members.push_back(i);
-  }
-  return members;
-}
-
-int Sign(Integer value) { return (value > 0) - (value < 0); }
-
-struct Truth {
-  bool nondegenerate = true, p = true, p0 = true, n = true, np = true, pn = true;
-};
-
-Truth ExactMinorClasses(const IntegerMatrix& a) {
-  Truth truth;
-  for (unsigned set = 1; set < 1u << a.size(); ++set) {
-    const std::vector<Index> members = Members(set);
-    const int sign = Sign(ExactDeterminant(a, members, members));
-    const int alternating = members.size() % 2 == 0 ? 1 : -1;
-    truth.nondegenerate &= sign != 0;
-    truth.p &= sign > 0;
-    truth.p0 &= sign >= 0;
-    truth.n &= sign < 0;
-    truth.np &= sign == alternating;
-    truth.pn &= sign == -alternating;
-  }
-  return truth;
-}
-
-// Strict semicopositivity without linear programs: a smallest S that violates it has an extreme ray z > 0 of
-// { z >= 0, M_SS z <= 0 } with all but one row at zero, so ±z is a column of the adjugate of M_SS.
-bool ExactlyStrictlySemicopositive(const IntegerMatrix& a) {
-  for (unsigned set = 1; set < 1u << a.size(); ++set) {
-    const std::vector<Index> members = Members(set);
-    const int det = Sign(ExactDeterminant(a, members, members));
-    for (std::size_t row = 0; row < members.size(); ++row) {
-      int positive = 0, negative = 0;
-      for (std::size_t col = 0; col < members.size(); ++col) {
-        std::vector<Index> rows = members, cols = members;
-        rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(row));
-        cols.erase(cols.begin() + static_cast<std::ptrdiff_t>(col));
-        const int cofactor = Sign(ExactDeterminant(a, rows, cols)) * ((row + col) % 2 == 0 ? 1 : -1);
-        positive += cofactor > 0;
-        negative += cofactor < 0;
-      }
-      const int size = static_cast<int>(members.size());
-      // M z = det e_row for the column z of the adjugate.
-      if ((positive == size && det <= 0) || (negative == size && det >= 0)) return false;
-    }
-  }
-  return true;
-}
-
-IntegerMatrix DoubledSymmetricPart(const IntegerMatrix& a) {
-  IntegerMatrix sum = a;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    for (std::size_t j = 0; j < a.size(); ++j) sum[i][j] = a[i][j] + a[j][i];
-  }
-  return sum;
-}
-
-Matrix AsDoubles(const IntegerMatrix& a, int exponent) {
-  const auto n = static_cast<Index>(a.size());
-  return Matrix::NullaryExpr(n, n, [&](Index i, Index j) {
-    return std::ldexp(static_cast<double>(a[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]),
-                      exponent);
-  });
-}
-
-class Generator {
- public:
-  explicit Generator(unsigned seed) : generator_(seed) {}
-
-  std::int64_t Integer(std::int64_t low, std::int64_t high) {
-    return std::uniform_int_distribution<std::int64_t>(low, high)(generator_);
-  }
-
-  // Members of all the classes, and neighbours of them.
-  IntegerMatrix Any(Index n) {
-    const auto size = static_cast<std::size_t>(n);
-    IntegerMatrix a(size, std::vector<std::int64_t>(size));
-    const std::int64_t kind = Integer(0, 9);
-    const std::int64_t spread = Integer(1, 9);
-    for (std::size_t i = 0; i < size; ++i) {
-      for (std::size_t j = 0; j < size; ++j) a[i][j] = Entry(kind, i == j, n, spread);
-    }
-    if (kind == 7) a = Gram(a, Integer(1, n));
-    if (kind == 8 && n > 1) {
-      for (std::size_t j = 0; j < size; ++j) a[size - 1][j] = a[0][j] + (n > 2 ? a[1][j] : 0);  // singular
-    }
-    if (kind == 9) {
-      for (std::size_t i = 0; i < size; ++i) {
-        for (std::size_t j = 0; j < i; ++j) a[i][j] = -a[j][i];  // skew but for the diagonal
-      }
-    }
-    return a;
-  }
-
- private:
-  std::int64_t Entry(std::int64_t kind, bool diagonal, Index n, std::int64_t spread) {
-    switch (kind) {
-      case 0:  // diagonally dominant: P
-        return diagonal ? (n - 1) * spread + Integer(0, 2) : Integer(-spread, spread);
-      case 1:  // its negative: NP
-        return diagonal ? -(n - 1) * spread - Integer(0, 2) : Integer(-spread, spread);
-      case 2:  // Z, an M-matrix or nearly so
-        return diagonal ? (n - 1) * spread / 2 + Integer(0, 4) : Integer(-spread, 0);
-      case 3:  // near I - 2J: N
-        return diagonal ? -100 : -200 + Integer(-spread, spread);
-      case 4:  // near 2J - I: PN
-        return diagonal ? 100 : 200 + Integer(-spread, spread);
-      case 5:  // nonnegative, positive diagonal: type I
-        return diagonal ? Integer(1, spread) : Integer(0, spread);
-      case 9:
-        return diagonal ? Integer(0, 1) : Integer(-spread, spread);
-      default:
-        return Integer(-spread, spread);
-    }
-  }
-
-  // B Bᵀ of rank `rank` at most: positive semidefinite.
-  static IntegerMatrix Gram(const IntegerMatrix& b, std::int64_t rank) {
-    IntegerMatrix a = b;
-    for (std::size_t i = 0; i < b.size(); ++i) {
-      for (std::size_t j = 0; j < b.size(); ++j) {
-        a[i][j] = 0;
-        for (std::size_t k = 0; k < static_cast<std::size_t>(rank); ++k) a[i][j] += b[i][k] * b[j][k];
-      }
-    }
-    return a;
-  }
-
-  std::mt19937_64 generator_;
-};
-
-// Compares answers with the truth and counts the unknown ones.
-class Judge {
- public:
-  void Answers(const Fact& fact, bool truth, const char* what, const Matrix& M) {
-    ++asked_;
-    if (fact.answer == Answer::kUnknown) {
-      ++unknown_;
-      return;
-    }
-    ++(fact.yes() ? yes_ : no_);
-    EXPECT_EQ(fact.yes(), truth) << what << ": " << fact.why << "\n" << M;
-  }
-
-  int yes() const { return yes_; }
-  int no() const { return no_; }
-  double share_of_unknown() const { return static_cast<double>(unknown_) / asked_; }
-
- private:
-  int asked_ = 0, unknown_ = 0, yes_ = 0, no_ = 0;
-};
+using testing::AsDoubles;
+using testing::DoubledSymmetricPart;
+using testing::ExactDeterminant;
+using testing::ExactMinorClasses;
+using testing::IntegerMatrix;
+using testing::Judge;
+using testing::MinorTruth;
+using Generator = testing::IntegerMatrixGenerator;
 
 void ExpectMinorWitness(const Fact& fact, const IntegerMatrix& a, int exponent) {
   if (fact.answer == Answer::kUnknown) return;
@@ -210,7 +39,7 @@ void ExpectMinorWitness(const Fact& fact, const IntegerMatrix& a, int exponent) 
 void JudgeMinors(const IntegerMatrix& a, int exponent, Judge& judge) {
   const Matrix M = AsDoubles(a, exponent);
   const MinorClasses known = ClassifyByMinors(M);
-  const Truth truth = ExactMinorClasses(a);
+  const MinorTruth truth = ExactMinorClasses(a);
   judge.Answers(known.nondegenerate, truth.nondegenerate, "nondegenerate", M);
   judge.Answers(known.p, truth.p, "P", M);
   judge.Answers(known.p0, truth.p0, "P0", M);
@@ -225,7 +54,7 @@ void JudgeMinors(const IntegerMatrix& a, int exponent, Judge& judge) {
 void JudgeForm(const IntegerMatrix& a, int exponent, Judge& judge) {
   const Matrix M = AsDoubles(a, exponent);
   const QuadraticFormClasses known = ClassifyQuadraticForm(M);
-  const Truth truth = ExactMinorClasses(DoubledSymmetricPart(a));
+  const MinorTruth truth = ExactMinorClasses(DoubledSymmetricPart(a));
   judge.Answers(known.positive_definite, truth.p, "positive definite", M);
   judge.Answers(known.positive_semidefinite, truth.p0, "positive semidefinite", M);
   const Vector& z = known.positive_semidefinite.witness.z;
@@ -292,25 +121,6 @@ TEST(ClassProfileTest, IsNeverWrongNextToTheBoundary) {
   }
   EXPECT_LT(minors.share_of_unknown(), 0.25);
   EXPECT_GT(minors.share_of_unknown(), 0);
-}
-
-TEST(ClassProfileTest, AgreesWithAdjugatesOnStrictSemicopositivity) {
-  Generator generator(1993);
-  Judge judge;
-  for (int k = 0; k < 600; ++k) {
-    const IntegerMatrix a = generator.Any(generator.Integer(1, 4));
-    const Matrix M = AsDoubles(a, 0);
-    const Fact fact = TestStrictlySemicopositive(M);
-    judge.Answers(fact, ExactlyStrictlySemicopositive(a), "strictly semicopositive", M);
-    if (!fact.no()) continue;
-    const auto& S = fact.witness.indices;
-    EXPECT_GE(fact.witness.z.minCoeff(), 0);
-    EXPECT_GT(fact.witness.z.maxCoeff(), 0);
-    EXPECT_LE((M(S, S) * fact.witness.z).maxCoeff(), 0);
-  }
-  EXPECT_GT(judge.yes(), 100);
-  EXPECT_GT(judge.no(), 100);
-  EXPECT_LT(judge.share_of_unknown(), 0.05);
 }
 
 // [Chen & Xiang] call the first a PN-, the second an N-matrix; by the definitions of section 1 neither is.

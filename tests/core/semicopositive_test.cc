@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/analysis/semicopositive_types.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs {
@@ -41,9 +42,16 @@ TEST(SemicopositiveTest, DecidesTheTwoFormsOfProposition4) {
   }
 }
 
-TEST(SemicopositiveTest, LeavesTheBoundaryOpen) {
-  const Matrix M{{1, -1}, {-1, 1 + 1e-15}};
-  EXPECT_NE(TestStrictlySemicopositive(M).answer, Answer::kYes);
+// 2⁻²⁸ above and 1e-9 below the singular [1 -1; -1 1], and that matrix itself.
+TEST(SemicopositiveTest, DecidesNextToTheBoundaryWhereEntriesAreShort) {
+  constexpr double kUnit = 0x1p-28;
+  EXPECT_TRUE(TestStrictlySemicopositive(Matrix{{1, -1}, {-1, 1 + kUnit}}).yes());
+  const Matrix singular{{1, -1}, {-1, 1}};
+  ExpectRefuted(singular, TestStrictlySemicopositive(singular));
+  EXPECT_TRUE(ClassifySemicopositive(singular).weak.yes());
+  const Matrix below{{1, -1}, {-1, 1 - 1e-9}};
+  ExpectRefuted(below, TestStrictlySemicopositive(below));
+  EXPECT_TRUE(ClassifySemicopositive(below).weak.no());
 }
 
 // A Z-matrix is strictly semicopositive exactly when it is a nonsingular M-matrix.
