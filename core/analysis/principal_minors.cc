@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analysis/principal_minors.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -12,32 +13,47 @@ namespace {
 
 __extension__ using Integer = __int128;
 
-// M = 2^exponent · integers, where Bareiss' products of two minors fit into 127 bits.
+// M_ij = 2^(r_i + c_j) · integers, where Bareiss' products of two minors fit into 127 bits.
 struct ShortEntries {
   std::vector<Integer> entry;  // column by column
-  int exponent = 0;
+  int exponent = 0;            // Σ r + Σ c
 };
 
-std::optional<ShortEntries> AsShortEntries(const Matrix& M) {
+// The exponent of the last bit of a number that is not zero.
+int LastBit(double value) {
   constexpr int kMantissaBits = 53;
+  int exponent = 0;
+  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(value, &exponent), kMantissaBits));
+  return exponent - kMantissaBits + std::countr_zero(static_cast<std::uint64_t>(mantissa));
+}
+
+// The least exponent of the last bits of a vector, 0 where all is zero.
+template <typename Entries>
+int LastBitOf(const Entries& entries) {
+  std::optional<int> least;
+  for (const double value : entries) {
+    if (value != 0) least = least ? std::min(*least, LastBit(value)) : LastBit(value);
+  }
+  return least.value_or(0);
+}
+
+std::optional<ShortEntries> AsShortEntries(Matrix M) {
   ShortEntries result{.entry = {}, .exponent = 0};
-  bool any = false;
-  for (const double value : M.reshaped()) {
-    if (value == 0) continue;
-    int exponent = 0;
-    const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(value, &exponent), kMantissaBits));
-    const int lowest = exponent - kMantissaBits + std::countr_zero(static_cast<std::uint64_t>(mantissa));
-    result.exponent = any ? std::min(result.exponent, lowest) : lowest;
-    any = true;
+  for (Index i = 0; i < M.rows(); ++i) {
+    const int shift = LastBitOf(M.row(i));
+    for (double& value : M.row(i)) value = std::ldexp(value, -shift);
+    result.exponent += shift;
   }
   double hadamard = 0;  // log2 of the bound
   for (Index j = 0; j < M.cols(); ++j) {
+    const int shift = LastBitOf(M.col(j));
+    for (double& value : M.col(j)) value = std::ldexp(value, -shift);
+    result.exponent += shift;
     const double norm = M.col(j).norm();
-    if (norm > 0) hadamard += std::max(0.0, std::log2(norm) - result.exponent);
+    if (norm > 0) hadamard += std::max(0.0, std::log2(norm));
   }
-  if (!(hadamard < 62)) return std::nullopt;
-  for (const double value : M.reshaped())
-    result.entry.push_back(static_cast<std::int64_t>(std::ldexp(value, -result.exponent)));
+  if (!(hadamard < 62) || !(M.cwiseAbs().maxCoeff() < 0x1p62)) return std::nullopt;
+  for (const double value : M.reshaped()) result.entry.push_back(static_cast<std::int64_t>(value));
   return result;
 }
 
@@ -169,7 +185,7 @@ std::optional<double> ExactDeterminant(const Matrix& M) {
   const Integer integer = BareissDeterminant(entries->entry, M.rows());
   const auto rounded = static_cast<double>(integer);
   if (static_cast<Integer>(rounded) != integer) return std::nullopt;
-  return std::ldexp(rounded, entries->exponent * static_cast<int>(M.rows()));
+  return std::ldexp(rounded, entries->exponent);
 }
 
 PrincipalMinor Determinant(const Matrix& M) {
@@ -177,7 +193,7 @@ PrincipalMinor Determinant(const Matrix& M) {
   if (minor.sign) return minor;
   if (const auto entries = AsShortEntries(M)) {
     const auto exact = static_cast<double>(BareissDeterminant(entries->entry, M.rows()));
-    minor.value = std::ldexp(exact, entries->exponent * static_cast<int>(M.rows()));
+    minor.value = std::ldexp(exact, entries->exponent);
     minor.sign = SignOf(exact);
   }
   return minor;

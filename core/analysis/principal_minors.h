@@ -26,9 +26,9 @@ struct PrincipalMinor {
 std::vector<Index> IndicesOf(std::uint32_t subset);
 
 // The determinant of the square matrix `M` (n >= 1) by elimination with complete pivoting and a running error
-// bound. Where the bound does not tell the sign and the entries are short (integers times one power of two,
-// with Hadamard's bound below 2^62), by Bareiss' fraction-free elimination, which is exact. `M` is taken as
-// it stands: its entries carry no error. `subset` is left 0. O(n³).
+// bound. Where the bound does not tell the sign and the entries are short (integers times powers of two for
+// rows and columns, with Hadamard's bound below 2^62), by Bareiss' fraction-free elimination, which is exact.
+// `M` is taken as it stands: its entries carry no error. `subset` is left 0. O(n³).
 PrincipalMinor Determinant(const Matrix& M);
 
 // The determinant as a number that is not rounded, where the entries are short as above and it has at most 53

@@ -191,7 +191,9 @@ TEST(SemicopositiveTypesTest, HoldAlongMonotonePaths) {
       if (path.col(path.cols() - 1).maxCoeff() == 0) continue;
       const Vector integrals = Integrals(M, path);
       EXPECT_GT(integrals.maxCoeff(), 0) << M;
-      if (fact.witness.z.size() == n) EXPECT_GT(fact.witness.z.dot(integrals), 0) << M;
+      if (fact.witness.z.size() == n) {
+        EXPECT_GT(fact.witness.z.dot(integrals), 0) << M;
+      }
     }
   }
   EXPECT_GT(yes, 100);
