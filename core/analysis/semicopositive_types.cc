@@ -88,9 +88,6 @@ Fact TestSemicopositiveTypeI(const Matrix& M, const Fact& strict) {
     fact.witness.z = ones;
     return fact;
   }
-  if (M.rows() <= 2 && strict.yes()) {
-    return {Answer::kYes, absl::StrCat("Proposition 4 (n <= 2), and strictly semicopositive: ", strict.why)};
-  }
   for (auto& [f, why] : CandidateWeights(M)) {
     if (!TestStrictlySemicopositive(TypeIComparison(M, f)).yes()) continue;
     Fact fact{Answer::kYes, std::move(why)};
@@ -98,6 +95,9 @@ Fact TestSemicopositiveTypeI(const Matrix& M, const Fact& strict) {
     return fact;
   }
   if (!strict.yes()) return strict;
+  if (M.rows() <= 2 && strict.yes()) {
+    return {Answer::kYes, absl::StrCat("Proposition 4 (n <= 2), and strictly semicopositive: ", strict.why)};
+  }
   return {Answer::kUnknown, "strictly semicopositive, but in none of the classes known to be of type I"};
 }
 

@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/analysis/s_matrix.h"
@@ -174,6 +176,67 @@ TEST(ClassProfileTest, GivesASectionWithUniqueIds) {
     EXPECT_FALSE(finding.fact.why.empty()) << finding.id;
     for (const Finding& other : section.findings) EXPECT_EQ(&finding == &other, finding.id == other.id);
   }
+}
+
+// No answer contradicts another, and none is open that follows from another.
+TEST(ClassProfileTest, DrawsTheConclusionsBetweenClasses) {
+  constexpr std::pair<const char*, const char*> kInclusions[] = {
+      {"m", "p"},
+      {"m", "z"},
+      {"z", "hidden-z"},
+      {"hidden-z", "q0"},
+      {"positive-definite", "p"},
+      {"positive-definite", "positive-semidefinite"},
+      {"positive-definite", "strictly-copositive"},
+      {"positive-semidefinite", "p0"},
+      {"positive-semidefinite", "copositive"},
+      {"positive-semidefinite", "q0"},
+      {"p", "nondegenerate"},
+      {"p", "p0"},
+      {"p", "strictly-semicopositive"},
+      {"n", "nondegenerate"},
+      {"np", "nondegenerate"},
+      {"pn", "nondegenerate"},
+      {"nondegenerate", "r0"},
+      {"strictly-copositive", "copositive"},
+      {"strictly-copositive", "strictly-semicopositive"},
+      {"type-i", "type-ii"},
+      {"type-ii", "type-iii"},
+      {"type-iii", "strictly-semicopositive"},
+      {"strictly-semicopositive", "semicopositive"},
+      {"strictly-semicopositive", "r0"},
+      {"strictly-semicopositive", "q"},
+      {"p0", "semicopositive"},
+      {"copositive", "semicopositive"},
+      {"q", "s"},
+      {"q", "q0"},
+  };
+  Generator generator(3);
+  int yes = 0, no = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Index n = k % 10 == 0 ? generator.Integer(21, 24) : generator.Integer(1, 5);
+    const Matrix M = AsDoubles(generator.Any(n), 0);
+    const AnalysisSection section = ClassSection(M);
+    const auto answer = [&section](const std::string& id) {
+      for (const Finding& finding : section.findings) {
+        if (finding.id == id) return finding.fact.answer;
+      }
+      ADD_FAILURE() << id;
+      return Answer::kUnknown;
+    };
+    for (const auto& [narrow, wide] : kInclusions) {
+      if (answer(narrow) == Answer::kYes) {
+        EXPECT_EQ(answer(wide), Answer::kYes) << narrow << " in " << wide << "\n" << M;
+        ++yes;
+      }
+      if (answer(wide) == Answer::kNo) {
+        EXPECT_EQ(answer(narrow), Answer::kNo) << narrow << " in " << wide << "\n" << M;
+        ++no;
+      }
+    }
+  }
+  EXPECT_GT(yes, 200);
+  EXPECT_GT(no, 200);
 }
 
 }  // namespace

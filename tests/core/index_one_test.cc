@@ -79,6 +79,14 @@ TEST(SemicopositiveConstantTest, IsBelowTheSampledMinimumAndPositiveForMMatrices
       sampled = std::min(sampled, z.cwiseProduct(M * z).maxCoeff());
     }
     EXPECT_LE(sigma, std::max(0.0, sampled));  // 0: none is known, or none exists
+    const UpperBound above = SemicopositiveConstantAbove(M);
+    EXPECT_EQ(above.value, above.z.cwiseProduct(M * above.z).maxCoeff());
+    EXPECT_EQ(above.z.maxCoeff(), 1);
+    EXPECT_GE(above.z.minCoeff(), 0);
+    EXPECT_LE(above.value, sampled * (1 + 1e-9));
+    if (sigma > 0) {
+      EXPECT_GE(sigma, 0.98 * above.value) << M;
+    }
     if (k % 2 == 0) {
       EXPECT_GT(sigma, 0) << M;
     }
@@ -94,10 +102,12 @@ TEST(SemicopositiveConstantTest, IsTheSmallestDiagonalEntryOfNonnegativeMatrices
 TEST(SemicopositiveConstantTest, ReachesClosedForms) {
   const Matrix M{{1, -0.75}, {-0.75, 1}};
   EXPECT_NEAR(SemicopositiveConstant(M).value, 0.25, 1e-12);
+  EXPECT_NEAR(SemicopositiveConstantAbove(M).value, 0.25, 1e-9);
   const double type_one = TypeOneConstant(M).value;
   EXPECT_LE(type_one, (1 - 0.75 * 0.75) / 4);
-  EXPECT_GE(type_one, 0.89 * (1 - 0.75 * 0.75) / 4);
+  EXPECT_GE(type_one, 0.98 * (1 - 0.75 * 0.75) / 4);
   EXPECT_EQ(SemicopositiveConstant(Matrix{{1, -2}, {-2, 1}}).value, 0);
+  EXPECT_LT(SemicopositiveConstantAbove(Matrix{{1, -2}, {-2, 1}}).value, 0);
 }
 
 // The definition of type I on random nondecreasing piecewise linear v, for all three classes of
