@@ -103,8 +103,7 @@ ClassProfile ProfileOf(const Matrix& M) {
   known.semicopositive = ClassifySemicopositive(M);
   known.copositive = ClassifyCopositive(M);
   known.type_one = TestSemicopositiveTypeI(M, known.semicopositive.strict);
-  known.type_two = known.type_three = {Answer::kUnknown, "type I is unknown, and no other test is known"};
-  if (known.semicopositive.strict.no()) known.type_two = known.type_three = known.semicopositive.strict;
+  known.type_two = known.type_three = known.type_one;  // every no is one of type III
   known.r0 = RefuteR0(M);
   known.q = known.q0 = open;
   Conclude(known);

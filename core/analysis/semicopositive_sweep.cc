@@ -129,8 +129,11 @@ class Sweep {
   }
 
   SemicopositiveClasses Run() {
-    for (Subset S = 1; S < Subset{1} << n_ && !(strict_.no() && weak_.no()); ++S) {
-      if (EveryRowHasNegativeEntry(S) && SignsAllowViolation(S)) Look(S);
+    for (Subset S = 1; S < Subset{1} << n_ && !Refuted(); ++S) {
+      if (std::popcount(S) <= kSmall && EveryRowHasNegativeEntry(S)) Look(S);
+    }
+    for (Subset S = 1; S < Subset{1} << n_ && !Refuted(); ++S) {
+      if (std::popcount(S) > kSmall && EveryRowHasNegativeEntry(S) && SignsAllowViolation(S)) Look(S);
     }
     const std::string all = absl::StrCat("of all ", (Subset{1} << n_) - 1, " principal submatrices ");
     Conclude(strict_, all + "none has a negative inverse or a positive kernel vector");
@@ -139,6 +142,10 @@ class Sweep {
   }
 
  private:
+  static constexpr int kSmall = 3;  // up to this size no table of signs is worth its cost
+
+  bool Refuted() const { return strict_.no() && weak_.no(); }
+
   // (M_SS z)_i <= 0 for z > 0 and m_ii >= 0 needs another negative entry in row i, or none but zeros. The
   // classes are those of the transpose as well.
   bool EveryRowHasNegativeEntry(Subset S) const {
@@ -163,7 +170,7 @@ class Sweep {
   void Look(Subset S) {
     const std::vector<Index> indices = IndicesOf(S);
     const Matrix A = M_(indices, indices);
-    const Sign determinant = signs_->of(S);
+    const Sign determinant = signs_ ? signs_->of(S) : Determinant(A).sign;
     AdjugateSigns adjugate(determinant);
     for (Index i = 0; i < A.rows(); ++i) {
       for (Index j = 0; j < A.cols(); ++j) {

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/analysis/s_matrix.h"
 #include "core/analysis/semicopositive.h"
+#include "core/analysis/semicopositive_growth.h"
 
 namespace dlcs {
 namespace {
@@ -62,10 +63,11 @@ std::vector<Weights> CandidateWeights(const Matrix& M) {
     candidates.push_back(
         {std::move(f), "symmetric after scaling rows, and strictly copositive: DME of Proposition 3"});
   }
-  Matrix negative = M.cwiseMin(0);
-  negative.diagonal() = M.diagonal();
-  const Vector x = PositiveImageOfMMatrix(negative), y = PositiveImageOfMMatrix(negative.transpose());
-  if (x.size() > 0 && y.size() > 0) {
+  for (const double share : {0.5, 1.0}) {
+    Matrix negative = M.cwiseMin(0);
+    negative.diagonal() = share * M.diagonal();
+    const Vector x = PositiveImageOfMMatrix(negative), y = PositiveImageOfMMatrix(negative.transpose());
+    if (x.size() == 0 || y.size() == 0) continue;
     candidates.push_back(
         {y.cwiseQuotient(x), "min(f_i m_ij, f_j m_ji) makes a strictly copositive matrix for some f > 0"});
   }
@@ -98,7 +100,7 @@ Fact TestSemicopositiveTypeI(const Matrix& M, const Fact& strict) {
   if (M.rows() <= 2 && strict.yes()) {
     return {Answer::kYes, absl::StrCat("Proposition 4 (n <= 2), and strictly semicopositive: ", strict.why)};
   }
-  return {Answer::kUnknown, "strictly semicopositive, but in none of the classes known to be of type I"};
+  return RefuteTypeThree(M);
 }
 
 Fact TestSemicopositiveTypeI(const Matrix& M) {

@@ -24,11 +24,12 @@ namespace dlcs {
 //
 // With f = e this contains Proposition 3 (a) to (d); other weights give its DME (rows and columns scaled to a
 // matrix of (a) to (d)): D M E is symmetric for some D, E exactly when f_i m_ij = f_j m_ji for f = d/e. Tried
-// are f = e; the f that makes M symmetric, if there is one; and y/x for the M-matrix Ñ (diag M with its
-// negative entries), Ñx = e, Ñᵀy = e. `witness.z` = f.
+// are f = e; the f that makes M symmetric, if there is one; and y/x, Ñx = e, Ñᵀy = e, where Ñ, the negative
+// entries of M with half its diagonal (then they serve) or all of it, is an M-matrix. `witness.z` = f.
 //
-// No, with the witness of `strict`, where M is not strictly semicopositive, which type I implies; otherwise
-// unknown: no test is known that decides.
+// No, with the witness of `strict`, where M is not strictly semicopositive, which type I implies; and with
+// that of RefuteTypeThree() where it is not even of type III. So every answer is that for types II and III as
+// well. Otherwise unknown: no test is known that decides.
 Fact TestSemicopositiveTypeI(const Matrix& M, const Fact& strict);
 Fact TestSemicopositiveTypeI(const Matrix& M);
 

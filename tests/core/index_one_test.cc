@@ -68,7 +68,7 @@ Vector OnTheUnitCube(LcpGenerator& generator, Index n) {
 
 TEST(SemicopositiveConstantTest, IsBelowTheSampledMinimumAndPositiveForMMatrices) {
   LcpGenerator generator(20);
-  for (int k = 0; k < 30; ++k) {
+  for (int k = 0; k < 16; ++k) {
     const Index n = generator.Integer(2, 3);
     const Matrix M =
         k % 2 == 0 ? generator.MMatrix(n) : Matrix(Matrix::Identity(n, n) + 0.4 * generator.Gaussian(n, n));

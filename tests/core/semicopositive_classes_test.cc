@@ -199,5 +199,65 @@ TEST(SemicopositiveTypesTest, HoldAlongMonotonePaths) {
   EXPECT_GT(yes, 100);
 }
 
+// Ten rounds of the witness, the first from z λ⁻¹⁰: the polygon is nondecreasing and ends in z.
+Matrix GrowingPath(const Matrix& M, const Fact& fact) {
+  const auto& [indices, factor, z, X, Y, place, s] = fact.witness;
+  Vector v = Vector::Zero(M.rows());
+  for (std::size_t k = 0; k < indices.size(); ++k) v[indices[k]] = z[static_cast<Index>(k)];
+  v *= std::pow(*factor, -10);
+  Matrix path(M.rows(), 1 + 10 * M.rows());
+  Index column = 0;
+  path.col(0) = v;
+  for (int round = 0; round < 10; ++round) {
+    for (Index step = 0; step < M.rows(); ++step) {
+      for (std::size_t k = 0; k < indices.size(); ++k) {
+        if (place[static_cast<Index>(k)] == static_cast<double>(step)) v[indices[k]] *= *factor;
+      }
+      path.col(++column) = v;
+    }
+  }
+  return path;
+}
+
+// I - ρC is an M-matrix for ρ < 1. The least factor is λ^(1/n) + λ^(1/n - 1), at λ = n - 1, for 2ρ.
+TEST(SemicopositiveTypesTest, RefutesTypeThreeForCyclicMMatrices) {
+  for (const Index n : {3, 4, 5}) {
+    const double root = std::pow(static_cast<double>(n - 1), 1.0 / static_cast<double>(n));
+    const double least = 0.5 * (root + root / static_cast<double>(n - 1));
+    for (const double rho : {least - 0.01, least + 0.01}) {
+      Matrix M = Matrix::Identity(n, n);
+      for (Index i = 0; i < n; ++i) M(i, (i + 1) % n) = -rho;
+      EXPECT_TRUE(TestStrictlySemicopositive(M).yes());
+      const Fact fact = TestSemicopositiveTypeI(M);
+      EXPECT_EQ(fact.no(), rho > least) << "n = " << n << ": " << fact.why;
+      if (!fact.no()) continue;
+      const Matrix path = GrowingPath(M, fact);
+      EXPECT_GE((path.rightCols(path.cols() - 1) - path.leftCols(path.cols() - 1)).minCoeff(), 0);
+      EXPECT_LT(Integrals(M, path).maxCoeff(), 0) << fact.why;
+    }
+  }
+}
+
+// Diagonally dominant matrices with a strong cycle: along the path of a no, no integral is positive beyond
+// rounding.
+TEST(SemicopositiveTypesTest, RefutesByPathsOnRandomMatrices) {
+  Generator generator(6);
+  int refuted = 0;
+  for (int k = 0; k < 100; ++k) {
+    const Index n = generator.Integer(3, 5);
+    Matrix M = Matrix::NullaryExpr(
+        n, n, [&](Index, Index) { return static_cast<double>(generator.Integer(-1, 3)); });
+    M.diagonal().setConstant(100);
+    for (Index i = 0; i < n; ++i) M(i, (i + 1) % n) = -static_cast<double>(generator.Integer(80, 96));
+    const Fact fact = TestSemicopositiveTypeI(M);
+    EXPECT_TRUE(TestStrictlySemicopositive(M).yes());
+    if (!fact.no()) continue;
+    ++refuted;
+    EXPECT_LE(Integrals(M, GrowingPath(M, fact)).maxCoeff(), 1e-12 * M.norm() * fact.witness.z.squaredNorm())
+        << M;
+  }
+  EXPECT_GT(refuted, 20);
+}
+
 }  // namespace
 }  // namespace dlcs
