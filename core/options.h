@@ -17,6 +17,17 @@ enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch
 // Chen & Xiang with one LCP(N u + g, M) an iteration.
 enum class StepSolver { kSubstitution, kNewton };
 
+// Where laplace_iteration has the blocks of its kernel from (core/laplace/kernel.h): φ-functions of hA, or the transfer
+// function N (zI - A)⁻¹ B inverted on contours. Left to itself it takes the cheaper.
+enum class KernelSource { kAuto, kPhiFunctions, kContour };
+
+// What paper_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
+enum class Interpolation { kLinear, kCubicSpline };
+
+// Whose parameters the contour (2.2) has that paper_iteration integrates over: those of Theorem 2.2, or those that Remark 2.4
+// leaves to be chosen for the sector of the spectrum. Left to itself it takes Theorem 2.2's where the sector allows.
+enum class ContourChoice { kAuto, kTheorem22, kRemark24 };
+
 struct Options {
   Method method = Method::kAuto;
 
@@ -52,6 +63,10 @@ struct Options {
   Index window_steps = 0;
   static constexpr Index kWholeHorizon = -1;
 
+  // laplace_iteration: by φ-functions or by contours. Contours are checked, and given up where they do not serve the
+  // spectrum; the solution says what was done (KernelRecord).
+  KernelSource kernel = KernelSource::kAuto;
+
   // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
   // relative to its own size.
   double tolerance = 1e-12;
@@ -59,13 +74,17 @@ struct Options {
   Index max_iterations = 0;
 
   // paper_iteration: the contour (2.2). num_contour_nodes is P >= 1 (2P + 1 nodes, P + 1 resolvents).
-  // Values of 0 take the parameters of Theorem 2.2: γ = 0.794, μ = √P/4, Δv = 2.06/√P.
+  // Values of 0 take the parameters of `contour`; Theorem 2.2 has γ = 0.794, μ = √P/4, Δv = 2.06/√P.
   Index num_contour_nodes = 25;
+  ContourChoice contour = ContourChoice::kAuto;
   double contour_gamma = 0;
   double contour_mu = 0;
   double contour_step = 0;
   // paper_iteration: e^{At} x0 by the hyperbola of Remark 2.3 instead of a matrix exponential.
   bool contour_for_initial_state = false;
+  // paper_iteration: cubic splines through the nodes between two break points are of fourth order where y and f are smooth,
+  // and no better than straight lines across a kink of y.
+  Interpolation interpolation = Interpolation::kLinear;
 
   // An inconsistent state, at 0 or at a break point, is projected (the state jumps) instead of refused.
   bool project_initial_state = false;

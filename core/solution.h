@@ -76,6 +76,28 @@ struct NewtonRecord {
   std::optional<double> contraction;
 };
 
+// How laplace_iteration made its kernel, for all lengths of steps together.
+struct KernelRecord {
+  Index blocks_by_recursion = 0;  // from φ-functions
+  Index blocks_by_contour = 0;
+  Index contours = 0;
+  Index factorizations = 0;       // of zI - A, one for each node of a contour
+  double contour_error = 0;       // largest difference between contours and recursion found, relative to the largest block
+  std::string fallback;           // why contours were given up; empty where they were not
+};
+
+// How paper_iteration integrated.
+struct ContourRecord {
+  Index nodes = 0;  // P; 0 where no eigenvalue was left to a contour
+  double gamma = 0;
+  double mu = 0;
+  double step = 0;  // Δv
+  std::string choice;          // whose parameters: "Theorem 2.2", "Remark 2.4", "given"
+  double sector_angle = 0;     // α of the eigenvalues that the contour serves
+  double log10_error = 0;      // the error to expect of the source term, as a power of ten
+  Index separated = 0;         // eigenvalues outside the sector, integrated by φ-functions instead (Remark 2.1)
+};
+
 struct Solution {
   Termination termination = Termination::kNotSolved;
   // One or two sentences: what happened, where, and what to do about it.
@@ -98,6 +120,8 @@ struct Solution {
   Certificate certificate;
   Cost cost;
   std::optional<NewtonRecord> newton;  // with StepSolver::kNewton
+  std::optional<KernelRecord> kernel;    // of laplace_iteration
+  std::optional<ContourRecord> contour;  // of paper_iteration
 };
 
 // "CONVERGED", "INFEASIBLE", ...

@@ -75,7 +75,7 @@ class Writer {
     finding.fact.answer = sectorial_ ? Answer::kYes : Answer::kNo;
     finding.fact.why = "α = " + FormatNumber(alpha) + (sectorial_ ? " is" : " is not") +
                        " smaller than π/2 - γ = " + FormatNumber(allowed) +
-                       (sectorial_ ? "" : "; laplace-iteration does not depend on it");
+                       (sectorial_ ? "" : "; laplace-iteration does not depend on it, and paper-iteration splits off what lies outside");
     section_.findings.push_back(finding);
   }
 
@@ -147,7 +147,9 @@ class Writer {
   void WriteWindow() {
     const Grid grid = MakeGrid(problem_.horizon, BreakPoints(problem_), options_);
     const Scheme scheme = ExponentialPiecewiseLinear(problem_, grid.longest_step);
-    Kernel kernel(problem_, scheme);
+    Workers workers(1);
+    KernelRecord record;
+    Kernel kernel(problem_, scheme, KernelSource::kPhiFunctions, workers, record);
     kernel.Reserve(2, {});
     const double rate = *matrix_class_.lipschitz * kernel.Bound(2) * scheme.step;
     const double window = RecommendedWindow(rate, static_cast<double>(grid.num_steps()));

@@ -54,15 +54,34 @@ Contour BestSourceContour(Index nodes, double sector_angle) {
   return best;
 }
 
+namespace {
+
+bool TakesRemark24(const Options& options, double sector_angle) {
+  if (options.contour == ContourChoice::kRemark24) return sector_angle < kRightAngle;
+  if (options.contour == ContourChoice::kTheorem22) return false;
+  return sector_angle >= kRightAngle - SourceContour(options.num_contour_nodes).gamma && sector_angle <= kWidestSector;
+}
+
+}  // namespace
+
+const char* ContourSource(const Options& options, double sector_angle) {
+  if (options.contour_gamma > 0 || options.contour_mu > 0 || options.contour_step > 0) return "given";
+  return TakesRemark24(options, sector_angle) ? "Remark 2.4" : "Theorem 2.2";
+}
+
 Contour ContourFor(const Options& options, double sector_angle) {
-  Contour contour = SourceContour(options.num_contour_nodes);
-  if (sector_angle >= kRightAngle - contour.gamma && sector_angle <= kWidestSector) {
-    contour = BestSourceContour(options.num_contour_nodes, sector_angle);
-  }
+  Contour contour = TakesRemark24(options, sector_angle) ? BestSourceContour(options.num_contour_nodes, sector_angle)
+                                                         : SourceContour(options.num_contour_nodes);
   if (options.contour_gamma > 0) contour.gamma = options.contour_gamma;
   if (options.contour_mu > 0) contour.mu = options.contour_mu;
   if (options.contour_step > 0) contour.step = options.contour_step;
   return contour;
+}
+
+double WidestSector(const Options& options) {
+  if (options.contour_gamma > 0) return kRightAngle - options.contour_gamma;
+  if (options.contour == ContourChoice::kTheorem22) return kRightAngle - SourceContour(options.num_contour_nodes).gamma;
+  return kWidestSector;
 }
 
 }  // namespace dlcs

@@ -22,10 +22,17 @@ Contour BestSourceContour(Index nodes, double sector_angle);
 // The largest of the three, for any contour: log of the error, but for a factor of moderate size.
 double LogSourceError(const Contour& contour, double sector_angle);
 
-// The contour of paper_iteration: Theorem 2.2's parameters where `sector_angle` + γ < π/2, else those of Remark 2.4 (up to
-// kWidestSector, beyond which P would have to be in the hundreds). Those that `options` give take their place.
+// Whose parameters those of ContourFor() are.
+const char* ContourSource(const Options& options, double sector_angle);
+
+// The contour of paper_iteration, by options.contour. Left to itself: Theorem 2.2's parameters where `sector_angle` + γ < π/2, else
+// those of Remark 2.4 (up to kWidestSector, beyond which P would have to be in the hundreds). Those that `options` give take
+// their place.
 Contour ContourFor(const Options& options, double sector_angle);
 inline constexpr double kWidestSector = 1.2;
+
+// The sector that this contour leaves room for: eigenvalues outside it are not to be left to the contour.
+double WidestSector(const Options& options);
 
 }  // namespace dlcs
 

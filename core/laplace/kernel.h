@@ -4,26 +4,42 @@
 #ifndef DLCS_CORE_LAPLACE_KERNEL_H_
 #define DLCS_CORE_LAPLACE_KERNEL_H_
 
+#include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
+#include "core/laplace/contour_blocks.h"
+#include "core/laplace/hat_recursion.h"
 #include "core/laplace/toeplitz_convolution.h"
 #include "core/methods/scheme.h"
+#include "core/parallel/parallel.h"
 #include "core/problem.h"
+#include "core/solution.h"
 
 namespace dlcs {
 
 // The blocks  K_0 = N h φ_2 B,  K_k = N E^{k-1} (E h φ_2 + h(φ_1 - φ_2)) B = N h E^{k-1} φ_1² B  (k >= 1)
 // of an exp-PL step (φ at hA, E = φ_0): a hat function of y at node l moves q = N x + g at node j >= l by
-// K_{j-l} y_l. Each block is the inverse Laplace transform of N (zI - A)⁻¹ B against a hat; for dense A the
-// φ-functions give it to about 1e-15.
+// K_{j-l} y_l. They come in one of two ways, which agree to some 1e-13:
+//
+//   φ-functions   by the recursion that stands above, 2m²n multiplications a block, for any spectrum;
+//   contours      each block is the inverse Laplace transform of N (zI - A)⁻¹ B against a hat
+//                 (core/laplace/contour_blocks.h): a set-up, some 40 solves a contour, and then 160 n² a block.
+//
+// Blocks of a contour are checked, each of them, against the recursion for one combination of their rows (2m² a
+// block). Where they differ by more than kContourTolerance of the largest block, and by more than the recursion errs itself,
+// or the spectrum has no contour, all further blocks come by the recursion, and the record says why. (For large ‖hA‖ the
+// recursion is the less accurate: each squaring of the exponential doubles its rounding, and each block adds it again.)
 class Kernel {
  public:
-  // `problem` and `scheme` (ExponentialPiecewiseLinear) must outlive the kernel.
-  Kernel(const Problem& problem, const Scheme& scheme);
+  // Which way `problem` is to be served. kAuto takes contours once the blocks asked for cost more by the recursion.
+  // `problem`, `scheme` (ExponentialPiecewiseLinear), `workers` and `record`, where it is counted, must outlive the kernel.
+  Kernel(const Problem& problem, const Scheme& scheme, KernelSource source, Workers& workers, KernelRecord& record);
+
+  static constexpr double kContourTolerance = 1e-12;
 
   // Makes blocks up to `window` - 1 available, fewer where `stop` is requested (looked at every block).
-  // Cost: m²n per new block.
   void Reserve(Index window, const std::stop_token& stop);
 
   // Longest window worth taking: where the blocks would fill the memory (kMaxDoubles in all), or where they have
@@ -34,13 +50,35 @@ class Kernel {
   // max over the reserved blocks of ‖K_k‖_∞ / h, for the first `window` of them.
   double Bound(Index window) const;
 
+  // The reserved blocks, n × n each, side by side.
+  const Matrix& blocks() const { return blocks_; }
   ToeplitzConvolution& convolution() { return convolution_; }
 
  private:
+  bool ContourPays(Index window) const;
+  // Both append blocks up to `window` - 1. The first stops where contours do not serve, having given them up.
+  void ExtendByContour(Index window, const std::stop_token& stop);
+  void ExtendByRecursion(Index window, const std::stop_token& stop);
+  bool AppendBlocks(Index window, const std::stop_token& stop);
+  void GiveContoursUp(const std::string& why);
+  // Counts block count_ of `blocks_` as reserved, unless the kernel has grown too far, where it ends.
+  bool Accept();
+  // What the recursion may err by at block k, relative to the largest.
+  double RecursionError(Index k) const;
+  // How far block k is from the recursion, in units of the largest so far; called with k = 0, 1, ....
+  double Deviation(Index k);
+
   const Problem& problem_;
   const Scheme& scheme_;
-  Matrix powers_;   // N E^{k} for the next block
-  Matrix response_; // (E h φ_2 + h(φ_1 - φ_2)) B
+  KernelSource source_;
+  Workers& workers_;
+  KernelRecord& record_;
+  HatRecursion recursion_;
+  Vector combination_;  // v: of the rows of a block, each in units of its size
+  HatRecursion probe_;  // vᵀK_k
+  double probed_size_ = 0;
+  double norm_;  // ‖hA‖_∞
+  std::optional<ContourBlocks> contours_;
   Matrix blocks_;
   Index count_ = 0;
   std::vector<double> bounds_;  // running maxima

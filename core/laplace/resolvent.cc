@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/linalg/norms.h"
 
@@ -12,36 +13,38 @@ namespace dlcs {
 
 Resolvent::Resolvent(const Matrix& A) {
   const Eigen::ComplexSchur<Matrix> schur(A);
-  U_ = schur.matrixU();
+  to_ = schur.matrixU().adjoint();
   T_ = schur.matrixT();
+  from_ = schur.matrixU();
 }
 
-void Resolvent::Solve(std::complex<double> z, ComplexVector& b) const {
-  for (Index j = b.size() - 1; j >= 0; --j) {
-    b[j] /= z - T_(j, j);
-    b.head(j).noalias() += b[j] * T_.col(j).head(j);
+Resolvent::Resolvent(ComplexMatrix to, ComplexMatrix T, ComplexMatrix from)
+    : to_(std::move(to)), T_(std::move(T)), from_(std::move(from)) {}
+
+void Resolvent::Solve(std::complex<double> z, Eigen::Ref<ComplexMatrix> b) const {
+  for (Index k = 0; k < b.cols(); ++k) {
+    auto column = b.col(k);
+    for (Index j = b.rows() - 1; j >= 0; --j) {
+      column[j] /= z - T_(j, j);
+      column.head(j).noalias() += column[j] * T_.col(j).head(j);
+    }
   }
 }
 
 Resolvent::ComplexMatrix Resolvent::Inverse(std::complex<double> z) const {
-  const Index m = T_.rows();
-  ComplexMatrix inverse(m, m);
-  for (Index k = 0; k < m; ++k) {
-    ComplexVector column = U_.adjoint().col(k);
-    Solve(z, column);
-    inverse.col(k) = U_ * column;
-  }
-  return inverse;
+  ComplexMatrix columns = to_;
+  Solve(z, columns);
+  return from_ * columns;
 }
 
 double Resolvent::Norm(std::complex<double> z) const { return InfinityNorm(Inverse(z)); }
 
-double SectorAngle(const Eigen::VectorXcd& eigenvalues) {
+double SectorAngle(const Eigen::VectorXcd& eigenvalues, double zero) {
   if (eigenvalues.size() == 0) return 0;
-  const double largest = eigenvalues.cwiseAbs().maxCoeff();
+  zero = std::max(zero, 1e-14 * eigenvalues.cwiseAbs().maxCoeff());
   double angle = 0;
   for (const std::complex<double>& lambda : eigenvalues) {
-    if (std::abs(lambda) > 1e-14 * largest) angle = std::max(angle, std::abs(std::arg(-lambda)));
+    if (std::abs(lambda) > zero) angle = std::max(angle, std::abs(std::arg(-lambda)));
   }
   return angle;
 }

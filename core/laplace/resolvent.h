@@ -11,36 +11,44 @@
 namespace dlcs {
 
 // One complex Schur decomposition A = U T U*, then each resolvent is a triangular solve, O(m²). Unitary, so as
-// backward stable as an LU of zI - A, which would cost O(m³) per z.
+// backward stable as an LU of zI - A, which would cost O(m³) per z. Or the part of it that belongs to an invariant
+// subspace (core/laplace/spectrum_split.h): then T is smaller than A, and the coordinates are those of the subspace.
 class Resolvent {
  public:
   using ComplexMatrix = Eigen::MatrixXcd;
   using ComplexVector = Eigen::VectorXcd;
 
   explicit Resolvent(const Matrix& A);
+  // from (zI - T)⁻¹ to, T upper triangular.
+  Resolvent(ComplexMatrix to, ComplexMatrix T, ComplexMatrix from);
 
-  // The eigenvalues of A.
+  // The diagonal of T: the eigenvalues of A.
   ComplexVector Eigenvalues() const { return T_.diagonal(); }
 
   // U* b and Re(U b): into and out of the coordinates in which Solve() works.
-  ComplexVector ToSchur(const ComplexVector& b) const { return U_.adjoint() * b; }
-  Vector FromSchur(const ComplexVector& b) const { return (U_ * b).real(); }
+  ComplexVector ToSchur(const ComplexVector& b) const { return to_ * b; }
+  Vector FromSchur(const ComplexVector& b) const { return (from_ * b).real(); }
 
-  // Replaces b by (zI - T)⁻¹ b. A z that is an eigenvalue gives non-finite entries.
-  void Solve(std::complex<double> z, ComplexVector& b) const;
+  const ComplexMatrix& to() const { return to_; }      // U*
+  const ComplexMatrix& from() const { return from_; }  // U
+  const ComplexMatrix& T() const { return T_; }
+
+  // Replaces the columns of b by (zI - T)⁻¹ b. A z that is an eigenvalue gives non-finite entries.
+  void Solve(std::complex<double> z, Eigen::Ref<ComplexMatrix> b) const;
 
   // (zI - A)⁻¹ and its ∞-norm. O(m³).
   ComplexMatrix Inverse(std::complex<double> z) const;
   double Norm(std::complex<double> z) const;
 
  private:
-  ComplexMatrix U_;
+  ComplexMatrix to_;
   ComplexMatrix T_;
+  ComplexMatrix from_;
 };
 
-// The largest |arg(-λ)| over the eigenvalues of A, in [0, π]; eigenvalues below 1e-14 of the largest count as zero,
-// which lies in every sector.
-double SectorAngle(const Eigen::VectorXcd& eigenvalues);
+// The largest |arg(-λ)| over the eigenvalues of A, in [0, π]; eigenvalues up to `zero`, or below 1e-14 of the largest, count
+// as zero, which lies in every sector.
+double SectorAngle(const Eigen::VectorXcd& eigenvalues, double zero = 0);
 
 }  // namespace dlcs
 

@@ -25,9 +25,9 @@ namespace {
 
 // What depends on the step length alone.
 struct StepTools {
-  StepTools(const Problem& problem, double step, Selection selection)
-      : marcher(problem, ExponentialPiecewiseLinear(problem, step), selection),
-        kernel(problem, marcher.scheme()) {}
+  StepTools(SolveContext& context, double step)
+      : marcher(context.problem, ExponentialPiecewiseLinear(context.problem, step), context.selection),
+        kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers, *context.solution.kernel) {}
   const Scheme& scheme() const { return marcher.scheme(); }
   Marcher marcher;  // for the steps that must be marched
   Kernel kernel;
@@ -48,7 +48,7 @@ class Iteration {
         problem_(context.problem),
         batch_(problem_.M, context.selection, problem_.selector),
         tools_([&context](double step) {
-          return std::make_unique<StepTools>(context.problem, step, context.selection);
+          return std::make_unique<StepTools>(context, step);
         }),
         x_(problem_.x0),
         y_(Vector::Zero(problem_.num_constraints())) {}
@@ -317,6 +317,9 @@ class Iteration {
 
 }  // namespace
 
-bool LaplaceIteration(SolveContext& context) { return Iteration(context).ReachEnd(); }
+bool LaplaceIteration(SolveContext& context) {
+  context.solution.kernel.emplace();
+  return Iteration(context).ReachEnd();
+}
 
 }  // namespace dlcs

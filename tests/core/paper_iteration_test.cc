@@ -72,14 +72,133 @@ TEST(PaperIterationTest, TakesTheContourOfRemark23ForTheInitialState) {
   EXPECT_GT(MaxAbs(exact.x - contour.x), 0);
 }
 
-TEST(PaperIterationTest, RefusesASpectrumOutsideTheSector) {
-  Observer silent;
-  for (const char* name : {"rlcd", "observer_lcs"}) {
-    const auto solution = Solve(testing::LoadCase(name).problem, On(Method::kPaperIteration, 10), silent, {});
-    ASSERT_TRUE(solution.ok());
-    EXPECT_EQ(solution->termination, Termination::kUnsupported) << name;
-    EXPECT_NE(solution->message.find("sector"), std::string::npos) << solution->message;
+// Remark 2.1: imaginary, unstable and zero eigenvalues, whole and in part outside the sector.
+TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
+  struct Subject {
+    const char* name;
+    Matrix A;
+    Index separated;
+  };
+  Matrix oscillator(3, 3), unstable(3, 3), spiral(3, 3), nilpotent(3, 3), all(3, 3);
+  oscillator << 0, 2, 0, -2, 0, 0.3, 0, 0, -1;
+  unstable << -1, 0.5, 0, 0, 1, 0.2, 0, 0, -2;
+  spiral << 0.5, 2, 0.1, -2, 0.5, 0, 0, 0, -3;
+  nilpotent << 0, 1, 0, 0, 0, 0, 0, 0.2, -1;
+  all << 1, 3, 0, -3, 1, 1, 0, 0, 2;
+  for (const Subject& subject : {Subject{"oscillator", oscillator, 2}, Subject{"unstable", unstable, 1},
+                                 Subject{"spiral", spiral, 2}, Subject{"nilpotent", nilpotent, 0}, Subject{"all", all, 3}}) {
+    SCOPED_TRACE(subject.name);
+    Problem problem = testing::FourVariableEasy();
+    problem.A = subject.A;
+    problem.M += 4 * Matrix::Identity(4, 4);  // solvable for every state
+    problem.horizon = 0.5;
+    const Solution exact = SolveWith(problem, On(Method::kLaplaceIteration, 32));
+    const Solution solution = SolveWith(problem, On(Method::kPaperIteration, 32, 100));
+    EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-7 * MaxAbs(exact.x));
+    ASSERT_TRUE(solution.contour.has_value());
+    EXPECT_EQ(solution.contour->separated, subject.separated);
+    const bool said = !solution.warnings.empty() && solution.warnings.back().find("Remark 2.1") != std::string::npos;
+    EXPECT_EQ(said, subject.separated > 0);
+    if (subject.separated == 3) {  // nothing is left for the contour, and nothing of its error
+      EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-11 * MaxAbs(exact.x));
+    }
   }
+}
+
+TEST(PaperIterationTest, ServesTheCasesWithSpectraOutsideTheSector) {
+  for (const char* name : {"rlcd", "observer_lcs"}) {
+    SCOPED_TRACE(name);
+    Problem problem = testing::LoadCase(name).problem;
+    problem.horizon = 0.2;
+    Observer silent;
+    const auto refused = Solve(problem, On(Method::kLaplaceIteration, 10), silent, {});
+    ASSERT_TRUE(refused.ok());
+    if (refused->termination == Termination::kUnsupported) continue;
+    const Solution exact = SolveWith(problem, On(Method::kLaplaceIteration, 40));
+    const Solution solution = SolveWith(problem, On(Method::kPaperIteration, 40, 100));
+    EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-7 * MaxAbs(exact.x));
+  }
+}
+
+// x' = -x + y + f with y = -(x + g) > 0 throughout: x' = -2x - g + f is as smooth as f and g are.
+TEST(PaperIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
+  Problem problem = testing::Scalar(-1, 0, 0, 1.5);
+  problem.g = TimeFunction::Formulas({"-3 - sin(3*t)"});
+  const auto exact = [](double t) {
+    return 1.5 + (2 * std::sin(3 * t) - 3 * std::cos(3 * t)) / 13 + (3.0 / 13 - 1.5) * std::exp(-2 * t);
+  };
+  const auto order = [&](Interpolation interpolation, double& fine) {
+    const auto error = [&](Index steps) {
+      Options options = On(Method::kPaperIteration, steps, 150);
+      options.interpolation = interpolation;
+      const Solution solution = SolveWith(problem, options);
+      double worst = 0;
+      for (size_t k = 0; k < solution.times.size(); ++k) {
+        EXPECT_GT(solution.y(0, k), 0.5);
+        worst = NanMax(worst, std::abs(solution.x(0, k) - exact(solution.times[k])));
+      }
+      return worst;
+    };
+    const double coarse = error(24);
+    fine = error(48);
+    return std::log2(coarse / fine);
+  };
+  double linear = 0, cubic = 0;
+  EXPECT_NEAR(order(Interpolation::kLinear, linear), 2, 0.2);
+  EXPECT_GT(order(Interpolation::kCubicSpline, cubic), 3.7);  // 4 is reached from above
+  EXPECT_LT(cubic, linear / 50);
+}
+
+// The same with y = max(0, -(x + g)), which leaves and meets zero between nodes: x'' is continuous, y' is not, and the spline
+// gains nothing (Remark 2.5).
+TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
+  Problem problem = testing::Scalar(-1, 0, 0, 1.5);
+  problem.g = TimeFunction::Formulas({"-1.2*sin(7*t)"});
+  Options finest = On(Method::kLaplaceIteration, 12800, 49);
+  finest.output_times_only = true;
+  finest.output_times = {0.3, 0.6, 0.9, 1.2, 1.5};
+  const Solution reference = SolveWith(problem, finest);
+  EXPECT_GT(MaxAbs(reference.y), 0.1);
+  // Kinks fall at other places of a step on every grid: the largest error of some grids is regular.
+  const auto error = [&](Interpolation interpolation, Index steps) {
+    double worst = 0;
+    for (const Index more : {0, 5, 10, 15}) {
+      Options options = finest;
+      options.method = Method::kPaperIteration;
+      options.num_steps = steps + more;
+      options.interpolation = interpolation;
+      worst = NanMax(worst, MaxAbs(SolveWith(problem, options).x - reference.x));
+    }
+    return worst;
+  };
+  const double linear = error(Interpolation::kLinear, 30), cubic = error(Interpolation::kCubicSpline, 30);
+  const double cubic_fine = error(Interpolation::kCubicSpline, 75);
+  EXPECT_GT(cubic, linear / 4);
+  EXPECT_LT(std::log(cubic / cubic_fine) / std::log(2.5), 3);  // 2 at second order, 4 at fourth
+}
+
+TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
+  const Problem easy = testing::FourVariableEasy();
+  const Solution exact = SolveWith(easy, On(Method::kLaplaceIteration, 32));
+  for (const ContourChoice choice : {ContourChoice::kAuto, ContourChoice::kTheorem22, ContourChoice::kRemark24}) {
+    Options options = On(Method::kPaperIteration, 32, 64);
+    options.contour = choice;
+    const Solution solution = SolveWith(easy, options);
+    EXPECT_EQ(solution.contour->choice, choice == ContourChoice::kRemark24 ? "Remark 2.4" : "Theorem 2.2");
+    EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-5 * MaxAbs(exact.x));
+    // Γ of Theorem 2.2 has γ = 0.794; Remark 2.4 leaves γ to the sector.
+    EXPECT_EQ(solution.contour->gamma == 0.794, choice != ContourChoice::kRemark24);
+  }
+  // A sector that is too wide for Theorem 2.2: asked for, its eigenvalues are split off.
+  Problem wide = easy;
+  wide.A << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
+  wide.horizon = 0.5;
+  Options options = On(Method::kPaperIteration, 32, 64);
+  options.contour = ContourChoice::kTheorem22;
+  const Solution split = SolveWith(wide, options);
+  EXPECT_EQ(split.contour->separated, 2);
+  EXPECT_EQ(split.contour->choice, "Theorem 2.2");
+  EXPECT_LT(MaxAbs(split.x - SolveWith(wide, On(Method::kLaplaceIteration, 32)).x), 1e-5);
 }
 
 // Eigenvalues -1 ± 2.5i, α = 1.19: Theorem 2.2's contour leaves them out, Remark 2.4's does not.
