@@ -134,6 +134,49 @@ TEST(LaplaceIterationTest, GivesTheSameAnswerForAnyWindow) {
   }
 }
 
+// Steps of two lengths that alternate: windows go across them, as many and as wide as on equal steps.
+TEST(LaplaceIterationTest, TakesWindowsAcrossStepsOfUnequalLength) {
+  const auto solve = [](const Problem& problem, Method method, const std::vector<double>& times, Index window) {
+    Options options;
+    options.method = method;
+    options.grid_times = times;
+    options.window_steps = window;
+    Observer silent;
+    return *Solve(problem, options, silent, {});
+  };
+  for (const Problem& problem : {testing::FourVariableEasy(), testing::FourVariableHard(), testing::ExampleFourOne()}) {
+    std::vector<double> equal, alternating, growing;
+    constexpr Index kPairs = 256;
+    for (Index k = 0; k < kPairs; ++k) {
+      const double t = problem.horizon * static_cast<double>(k) / kPairs, step = problem.horizon / kPairs;
+      equal.insert(equal.end(), {t, t + step / 2});
+      alternating.insert(alternating.end(), {t, t + step / 3});
+      const double s = static_cast<double>(2 * k) / (2 * kPairs);
+      growing.push_back(problem.horizon * (0.7 * s + 0.3 * s * s));
+    }
+    for (const std::vector<double>& times : {alternating, growing}) {
+      const Solution marched = solve(problem, Method::kExponentialMarch, times, 0);
+      const Solution found = solve(problem, Method::kLaplaceIteration, times, 0);
+      ASSERT_EQ(found.termination, Termination::kConverged) << found.message;
+      EXPECT_LT(MaxAbs(found.x - marched.x), 1e-10);
+      EXPECT_LT(MaxAbs(found.y - marched.y), 1e-9);
+      EXPECT_LT(found.cost.windows, static_cast<Index>(times.size()) / 4);
+    }
+    const Solution regular = solve(problem, Method::kLaplaceIteration, equal, 0);
+    const Solution across = solve(problem, Method::kLaplaceIteration, alternating, 0);
+    EXPECT_LE(across.cost.windows, regular.cost.windows * 3 / 2 + 2);
+    EXPECT_LE(across.cost.lcps, regular.cost.lcps * 3 / 2);
+  }
+  // A fixed width is that width, and the whole horizon one window, whatever the lengths.
+  const Problem easy = testing::FourVariableEasy();
+  std::vector<double> alternating;
+  for (Index k = 0; k < 32; ++k) alternating.insert(alternating.end(), {k / 32.0, k / 32.0 + 0.01});
+  const Solution whole = solve(easy, Method::kLaplaceIteration, alternating, Options::kWholeHorizon);
+  ASSERT_EQ(whole.termination, Termination::kConverged) << whole.message;
+  EXPECT_EQ(whole.cost.windows, 1);
+  EXPECT_EQ(solve(easy, Method::kLaplaceIteration, alternating, 16).cost.windows, 4);
+}
+
 TEST(LaplaceIterationTest, MarchesAStepThatDoesNotConverge) {
   // Near the equilibrium x = 20 y, y = 10 (1 - x): with h = 1 an iteration on one step has the factor -200 φ_2(-1).
   Problem problem = testing::Scalar(-1, -1, 0.99, 4);

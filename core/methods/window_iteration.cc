@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/methods/window_iteration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/analysis/laplace_bounds.h"
+#include "core/linalg/norms.h"
+#include "core/methods/steep_step.h"
+#include "core/methods/window_control.h"
+
+namespace dlcs {
+namespace {
+
+// The next iterate's N x + g from y: by one convolution where all steps have one length, else by the states.
+class NextIterate {
+ public:
+  // `frozen` is q of the equation with y frozen at the start of the window.
+  NextIterate(const Problem& problem, const Vector& start, Matrix frozen, StepTools* tools, Workers& workers)
+      : problem_(problem), start_(start), frozen_(std::move(frozen)), tools_(tools), workers_(workers) {}
+
+  Matrix operator()(Window& window) {
+    if (!tools_) return window.Propagate(problem_, start_);
+    const Matrix deviation = window.y.rightCols(window.steps).colwise() - window.y.col(0);
+    Matrix q = frozen_;
+    q.rightCols(window.steps) += tools_->kernel.convolution().Apply(deviation, workers_);
+    return q;
+  }
+
+ private:
+  const Problem& problem_;
+  const Vector& start_;
+  Matrix frozen_;
+  StepTools* tools_;
+  Workers& workers_;
+};
+
+// The bound of change k in terms of the first: the discrete kernel is at most κ h per step, so with the rate L κ h
+// |q^{k} - q^{k-1}|_j <= (L κ h)^{k-1} C(j + k - 2, k - 1) |q^1 - q^0|, which tends to (L κ t)^{k-1}/(k-1)!.
+double LogBound(double rate, Index steps, Index k, double first_change) {
+  if (std::isnan(rate)) return rate;
+  return LogReducedFactor(rate, static_cast<double>(steps), static_cast<int>(k - 1)) + std::log(first_change);
+}
+
+}  // namespace
+
+WindowIteration::WindowIteration(SolveContext& context, bool may_shrink)
+    : context_(context),
+      problem_(context.problem),
+      may_shrink_(may_shrink),
+      batch_(problem_.M, context.selection, problem_.selector) {}
+
+Index WindowIteration::max_iterations() const {
+  if (context_.options.max_iterations > 0) return context_.options.max_iterations;
+  return may_shrink_ ? 60 : 1000;
+}
+
+WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y, Window& window) {
+  const Index steps = window.steps;
+  WindowResult result{WindowEnd::kIterationLimit, 0, {}};
+  window.y = y.replicate(1, steps + 1);
+  Matrix q = window.Propagate(problem_, x);  // x^0: y frozen at y_a
+  Vector size = window.SizeOfSums(problem_);
+  StepTools* tools = window.SharedTools();
+  double rate = std::numeric_limits<double>::quiet_NaN();
+  if (tools) {
+    tools->kernel.Reserve(steps, context_.stop);
+    rate = context_.matrix_class.lipschitz.value_or(rate) * tools->kernel.Bound(steps) * tools->scheme().step;
+    if (tools->kernel.longest_window() < steps) tools = nullptr;
+  }
+  if (context_.stop.stop_requested()) {  // perhaps with fewer blocks than the window needs
+    result.end = WindowEnd::kCancelled;
+    return result;
+  }
+  NextIterate next_iterate(problem_, x, q, tools, context_.workers);
+
+  bool from_constant_state = false;
+  std::vector<double> changes;  // relative to the size of each row
+  double first_change = 0;
+  if (!q.allFinite()) {
+    result.end = WindowEnd::kDiverged;
+    result.why = "the state is not finite";
+    return result;
+  }
+  while (result.iterations < max_iterations()) {
+    const Index k = ++result.iterations;
+    ++context_.solution.cost.iterations;
+    const double lcp_begin = context_.Seconds();
+    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers, context_.stop,
+                                              window.y.rightCols(steps));
+    context_.solution.cost.lcps += steps;
+    const double lcp_end = context_.Seconds();
+    context_.solution.cost.seconds_lcp += lcp_end - lcp_begin;
+    if (lcps.cancelled) {
+      result.end = WindowEnd::kCancelled;
+      return result;
+    }
+    if (lcps.verdict != LcpVerdict::kSolved && k == 1 && !from_constant_state) {
+      // Theorem 3.2 of [Wu & Chen] has feasible iterates from the constant start, on windows short enough.
+      from_constant_state = true;
+      q = window.g.colwise() + problem_.N * x;
+      window.y = y.replicate(1, steps + 1);
+      result.iterations = 0;
+      continue;
+    }
+    if (lcps.verdict != LcpVerdict::kSolved) {
+      result.end = WindowEnd::kInfeasibleIterate;
+      const double t = context_.grid.times[window.first_node() + 1 + lcps.column];
+      result.why = std::string("the LCP of iterate ") + std::to_string(k) + " at t = " + FormatNumber(t) +
+                   " ended as " + LcpVerdictName(lcps.verdict);
+      return result;
+    }
+    if (const auto jump = FindJump(q, window)) {
+      result.end = WindowEnd::kJump;
+      result.why = *jump;
+      return result;
+    }
+
+    Matrix next = next_iterate(window);
+    const Vector row_change = RowMaxAbs(next - q);
+    q.swap(next);
+    size = size.cwiseMax(RowMaxAbs(q));
+    const double change = RelativeChange(size, row_change);
+    const auto y_now = window.y.rightCols(steps);
+    const double residual = NaturalResidual(y_now, q.rightCols(steps) + problem_.M * y_now);
+    context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
+    changes.push_back(change);
+    if (k == 1) first_change = MaxAbs(row_change);
+    Report(number, k, MaxAbs(row_change), residual, LogBound(rate, steps, k, first_change));
+
+    if (Converged(changes, context_.options.tolerance)) {
+      result.end = WindowEnd::kConverged;
+      window.Propagate(problem_, x);
+      return result;
+    }
+    if (!std::isfinite(change) || (may_shrink_ && Diverging(changes))) {
+      result.end = WindowEnd::kDiverged;
+      result.why = "the iterates diverge (N x + g changed by " + FormatNumber(change) + " of its size)";
+      return result;
+    }
+  }
+  result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
+  return result;
+}
+
+// Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any piece
+// of the function allows.
+std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const Window& window) const {
+  if (!context_.largest_slope) return std::nullopt;
+  const auto jump = FindSteepStep(q, window.y, *context_.largest_slope);
+  if (!jump) return std::nullopt;
+  return DescribeSteepStep(*jump, context_.grid.times[window.first_node() + jump->column], *context_.largest_slope);
+}
+
+void WindowIteration::Report(Index number, Index k, double change, double residual, double log_bound) {
+  IterateReport report;
+  report.window = number;
+  report.iteration = k;
+  report.change = change;
+  report.lcp_residual = residual;
+  report.seconds = context_.Seconds();
+  if (std::isfinite(log_bound)) report.log10_bound = log_bound / std::log(10.0);
+  context_.observer.OnIterate(report);
+}
+
+}  // namespace dlcs
