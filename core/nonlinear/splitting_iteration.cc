@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -16,38 +15,17 @@
 #include "core/nonlinear/josephy_newton.h"
 #include "core/nonlinear/nonlinear_certificate.h"
 #include "core/nonlinear/splitting.h"
+#include "core/nonlinear/window_sources.h"
 
 namespace dlcs {
 namespace {
 
 using Verdict = ComplementarityResult::Verdict;
 
-// What a block of times needs for itself: formulas and LCP solvers are not shared between threads.
-struct BlockTools {
-  NonlinearFunctions functions;
-  JosephyNewton newton;
-};
-
-ComplementarityResult SolveForY(NonlinearFunctions& functions, JosephyNewton& newton, double t, const Vector& x,
-                                Vector& y) {
-  return newton.Solve({[&](const Vector& at) { return functions.G(t, x, at); },
-                       [&](const Vector& at) { return functions.GByY(t, x, at); }},
-                      y);
-}
-
-// How a window, or a step of it, ended: `termination` is what the solve ends with where nothing else can be tried.
-struct WindowResult {
-  bool converged = false;
-  Termination termination = Termination::kIterationLimit;
-  double time = 0;
-  Index iterations = 0;
-  std::string why;
-};
-
 class Iteration {
  public:
   explicit Iteration(NonlinearContext& context)
-      : context_(context), problem_(context.problem), x_(problem_.x0), y_(context.y_guess) {}
+      : context_(context), problem_(context.problem), sources_(context), x_(problem_.x0), y_(context.y_guess) {}
 
   bool ReachEnd() {
     for (size_t r = 0; r < context_.grid.runs.size(); ++r) {
@@ -98,22 +76,8 @@ class Iteration {
     const ComplementarityResult solved = SolveForY(context_.functions, newton, t, x_, y_);
     context_.solution.cost.lcps += solved.lcps;
     if (solved.verdict == Verdict::kSolved) return true;
-    const WindowResult failed = FailureOf(solved, run.begin, x_, y_);
+    const SplittingOutcome failed = FailureOf(context_, solved, run.begin, x_, y_);
     return context_.Fail(failed.termination, run.begin, "No y at the start of a stretch: " + failed.why + ".");
-  }
-
-  WindowResult FailureOf(const ComplementarityResult& result, double t, const Vector& x, const Vector& y) {
-    WindowResult failure;
-    failure.time = t;
-    failure.why = "0 <= y ⟂ g(t, x, y) >= 0 at t = " + FormatNumber(t) + " was not solved: " + result.why;
-    if (result.verdict == Verdict::kInfeasible) failure.termination = Termination::kInfeasible;
-    if (result.verdict == Verdict::kNonFinite) {
-      failure.termination = Termination::kNonFinite;
-      std::string where = DescribeNonFinite("g", problem_.g, context_.functions.G(t, x, y), t);
-      if (where.empty()) where = DescribeNonFinite("f", problem_.f, context_.functions.F(t, x, y), t);
-      if (!where.empty()) failure.why = where;
-    }
-    return failure;
   }
 
   // W and the scheme for steps from (t, x_, y_) on. A W that is right to a tenth is kept with its matrix functions.
@@ -153,7 +117,7 @@ class Iteration {
       const double begin = context_.grid.times[segment.first_node];
       const double end = context_.grid.times[segment.first_node + steps];
       context_.observer.OnWindowStarted({window_, begin, end, steps});
-      WindowResult result = Iterate(times, segment);
+      SplittingOutcome result = Iterate(times, segment);
       const Index iterations = result.iterations;
       const bool couple = !result.converged && steps == 1 && !width_is_fixed() && !context_.stop.stop_requested();
       const std::string why = result.why;
@@ -183,7 +147,7 @@ class Iteration {
   }
 
   // The iteration on one window; leaves x, y and the sources of the last iterate in `segment`.
-  WindowResult Iterate(const std::vector<double>& times, Segment& segment) {
+  SplittingOutcome Iterate(const std::vector<double>& times, Segment& segment) {
     const Index steps = segment.steps;
     segment.y = y_.replicate(1, steps + 1);
     segment.x = x_.replicate(1, steps + 1);
@@ -192,7 +156,7 @@ class Iteration {
     Propagate(segment);
     Vector size = RowMaxAbs(segment.x);
     std::vector<double> changes;
-    WindowResult result;
+    SplittingOutcome result;
     result.time = context_.grid.times[segment.first_node];
     if (!start.allFinite()) {
       result.termination = Termination::kNonFinite;
@@ -204,7 +168,7 @@ class Iteration {
       ++context_.solution.cost.iterations;
       const double lcp_begin = context_.Seconds();
       double residual = 0;
-      const WindowResult sources = SolveAndEvaluate(times, segment, residual);
+      const SplittingOutcome sources = sources_.Evaluate(times, W_, segment, residual);
       context_.solution.cost.seconds_lcp += context_.Seconds() - lcp_begin;
       if (!sources.converged) {
         result.termination = sources.termination;
@@ -234,72 +198,15 @@ class Iteration {
     return result;
   }
 
-  // y^{k+1} and the source s^k at all nodes but the first, in parallel.
-  WindowResult SolveAndEvaluate(const std::vector<double>& times, Segment& segment, double& residual) {
-    constexpr Index kTimesPerBlock = 32;
-    constexpr Index kMostBlocks = 64;
-    const Index steps = segment.steps;
-    const Index block_size = std::max(kTimesPerBlock, (steps + kMostBlocks - 1) / kMostBlocks);
-    const auto blocks = static_cast<size_t>((steps + block_size - 1) / block_size);
-    while (tools_.size() < blocks) {
-      // The formulas were read before: they parse.
-      tools_.push_back(std::make_unique<BlockTools>(
-          BlockTools{*NonlinearFunctions::Create(problem_), JosephyNewton(context_.selection)}));
-    }
-    struct Outcome {
-      ComplementarityResult last;
-      Index node = 0, lcps = 0;
-      double residual = 0;
-      Vector source;  // where it is not finite
-    };
-    std::vector<Outcome> outcomes(blocks);
-    context_.workers.ForBlocks(steps, block_size, [&](Index block, Index begin, Index end) {
-      BlockTools& tools = *tools_[block];
-      Outcome& outcome = outcomes[block];
-      outcome.last.verdict = Verdict::kSolved;
-      for (Index j = begin + 1; j <= end && !context_.stop.stop_requested(); ++j) {
-        const Vector x = segment.x.col(j);
-        Vector y = segment.y.col(j);
-        outcome.node = j;
-        outcome.last = SolveForY(tools.functions, tools.newton, times[j], x, y);
-        outcome.lcps += outcome.last.lcps;
-        outcome.residual = NanMax(outcome.residual, outcome.last.residual);
-        segment.y.col(j) = y;
-        if (outcome.last.verdict != Verdict::kSolved) return;
-        const Vector source = tools.functions.F(times[j], x, y) - W_ * x;
-        segment.f.col(j) = source;
-        if (!source.allFinite()) {
-          outcome.source = source;
-          return;
-        }
-      }
-    });
-    WindowResult result{.converged = true, .why = {}};
-    for (const Outcome& outcome : outcomes) {
-      context_.solution.cost.lcps += outcome.lcps;
-      residual = NanMax(residual, outcome.residual);
-      if (!result.converged) continue;
-      const double t = times[outcome.node];
-      if (outcome.last.verdict != Verdict::kSolved) {
-        result = FailureOf(outcome.last, t, segment.x.col(outcome.node), segment.y.col(outcome.node));
-      } else if (outcome.source.size() > 0) {
-        result = {.termination = Termination::kNonFinite,
-                  .time = t,
-                  .why = DescribeNonFinite("f", problem_.f, outcome.source, t)};
-      }
-    }
-    return result;
-  }
-
   // The one step of `segment`, x and y together.
-  WindowResult Couple(const std::vector<double>& times, Segment& segment) {
+  SplittingOutcome Couple(const std::vector<double>& times, Segment& segment) {
     const Vector start = context_.functions.F(times[0], x_, y_) - W_ * x_;
     const Vector known = scheme_.state * x_ + scheme_.f_before * start;
     Vector x = x_, y = y_;
     const ComplementarityResult solved =
         SolveCoupledStep(context_.functions, times[1], known, scheme_.f_after, W_, x, y);
     context_.solution.cost.lcps += solved.lcps;
-    if (solved.verdict != Verdict::kSolved) return FailureOf(solved, times[1], x_, y_);
+    if (solved.verdict != Verdict::kSolved) return FailureOf(context_, solved, times[1], x_, y_);
     if (context_.selection == Selection::kLeastElement) {
       Vector least = y;
       JosephyNewton newton(context_.selection);
@@ -336,7 +243,7 @@ class Iteration {
 
   NonlinearContext& context_;
   const NonlinearProblem& problem_;
-  std::vector<std::unique_ptr<BlockTools>> tools_;
+  WindowSources sources_;
   Matrix W_;
   Scheme scheme_;
   Index splittings_ = 0;  // how often W was formed
