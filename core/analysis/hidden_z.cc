@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/analysis/equilibration.h"
+#include "core/analysis/hidden_z_choices.h"
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/principal_minors.h"
 #include "core/linalg/linear_program.h"
@@ -17,6 +18,7 @@ namespace dlcs {
 namespace {
 
 constexpr Index kMaxSize = 20;
+constexpr Index kMaxAllChoices = 6;
 constexpr int kRandomPairs = 20;
 
 // CLP meets its rows to 1e-9; for entries of size one, a margin above this is one.
@@ -130,14 +132,30 @@ Fact Found(const Matrix& M, Matrix X, Weights weights, std::string why) {
   return fact;
 }
 
-// Looks for X and (r, s) of an M with entries of size one.
-std::optional<std::pair<Matrix, Weights>> Search(const Matrix& M) {
+struct Solution {
+  Matrix X;
+  Weights weights;
+};
+
+// Complete but for members on the boundary.
+std::optional<Solution> SearchAllChoices(const Matrix& M) {
+  for (unsigned alpha = 0; alpha < 1u << M.rows(); ++alpha) {
+    const std::optional<Matrix> X = HiddenZMatrixForChoice(M, alpha);
+    if (!X) continue;
+    const std::optional<Weights> weights = BestWeights(M, *X);
+    if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
+  }
+  return std::nullopt;
+}
+
+// X column by column for some (r, s).
+std::optional<Solution> SearchSomeWeights(const Matrix& M) {
   const Index n = M.rows();
-  const auto with = [&](const Weights& weights) -> std::optional<std::pair<Matrix, Weights>> {
+  const auto with = [&](const Weights& weights) -> std::optional<Solution> {
     const Vector gain = weights.r + M.transpose() * weights.s;
     std::optional<Matrix> X = Columns(M, [&](Index) { return gain; });
     if (!X || !IsProof(M, *X, weights)) return std::nullopt;
-    return std::pair{*std::move(X), weights};
+    return Solution{*std::move(X), weights};
   };
   for (const Weights& weights : FirstWeights(n)) {
     if (auto found = with(weights)) return found;
@@ -145,7 +163,7 @@ std::optional<std::pair<Matrix, Weights>> Search(const Matrix& M) {
   const auto diagonal = [&](Index j) -> Vector { return Vector::Unit(n, j) + M.row(j).transpose(); };
   if (const std::optional<Matrix> X = Columns(M, diagonal)) {
     const std::optional<Weights> weights = BestWeights(M, *X);
-    if (weights && IsProof(M, *X, *weights)) return std::pair{*X, *weights};
+    if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
   }
   for (const Weights& weights : RandomWeights(n)) {
     if (auto found = with(weights)) return found;
@@ -191,6 +209,13 @@ std::optional<Fact> Refute(const Matrix& M, Index j) {
   return fact;
 }
 
+bool EveryChoiceIsImpossible(const Matrix& M) {
+  for (unsigned alpha = 0; alpha < 1u << M.rows(); ++alpha) {
+    if (!HiddenZChoiceIsImpossible(M, alpha)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Fact TestHiddenZ(const Matrix& M) {
@@ -205,11 +230,6 @@ Fact TestHiddenZ(const Matrix& M) {
   // D M D with X' = D⁻¹X has the same signs; the factors are powers of two, so that nothing is rounded.
   const Vector scale = SymmetricEquilibration(M);
   const Matrix scaled = scale.asDiagonal() * M * scale.asDiagonal();
-  if (auto found = Search(scaled)) {
-    auto& [X, weights] = *found;
-    return Found(M, scale.asDiagonal() * X, {weights.r.cwiseQuotient(scale), weights.s.cwiseProduct(scale)},
-                 "X and Y of (4.10) were found by linear programming");
-  }
   for (Index j = 0; j < n; ++j) {
     std::optional<Fact> no = Refute(scaled, j);
     if (!no) continue;
@@ -218,9 +238,19 @@ Fact TestHiddenZ(const Matrix& M) {
     no->witness.s = no->witness.s.cwiseProduct(scale) / scale[j];
     return *std::move(no);
   }
-  return {Answer::kUnknown,
-          absl::StrCat("none of ", 3 + kRandomPairs,
-                       " searches found an X with clear signs, and no column of it is impossible")};
+  if (auto found = n <= kMaxAllChoices ? SearchAllChoices(scaled) : SearchSomeWeights(scaled)) {
+    auto& [X, weights] = *found;
+    return Found(M, scale.asDiagonal() * X, {weights.r.cwiseQuotient(scale), weights.s.cwiseProduct(scale)},
+                 "X and Y of (4.10) were found by linear programming");
+  }
+  if (n > kMaxAllChoices) {
+    return {Answer::kUnknown,
+            absl::StrCat("none of ", 3 + kRandomPairs, " searches found an X with clear signs")};
+  }
+  if (EveryChoiceIsImpossible(scaled)) {
+    return {Answer::kNo, "for every choice of r_j = 0 or s_j = 0, j = 1, ..., n, some weights exclude all X"};
+  }
+  return {Answer::kUnknown, "no X has clear signs, but some may on the boundary of the class"};
 }
 
 }  // namespace dlcs

@@ -70,7 +70,7 @@ void ExpectProven(const Matrix& M, const CopositiveClasses& known) {
 
 TEST(SemicopositiveClassesTest, AgreeWithIntegersOnTenThousandMatrices) {
   Generator generator(1993);
-  Judge strict, weak, strictly_copositive, copositive;
+  Judge strict, weak, strictly_copositive, copositive, types;
   for (int k = 0; k < 10000; ++k) {
     const Index n = k % 100 == 0 ? generator.Integer(5, 7) : generator.Integer(1, 4);
     const IntegerMatrix a = generator.Any(n);
@@ -79,6 +79,10 @@ TEST(SemicopositiveClassesTest, AgreeWithIntegersOnTenThousandMatrices) {
     strict.Answers(known.strict, ExactlyStrictlySemicopositive(a), "strictly semicopositive", M);
     if (n <= 4) weak.Answers(known.weak, ExactlySemicopositive(a), "semicopositive", M);
     ExpectProven(M, known);
+    const Fact type_one = TestSemicopositiveTypeI(M, known.strict);
+    EXPECT_TRUE(known.strict.yes() || !type_one.yes()) << M;
+    EXPECT_TRUE(!known.strict.no() || type_one.no()) << M;
+    types.Answers(type_one, type_one.yes(), "type I", M);
     const CopositiveClasses forms = ClassifyCopositive(M);
     const CopositiveTruth truth = ExactlyCopositive(a);
     strictly_copositive.Answers(forms.strictly_copositive, truth.strictly_copositive, "strictly copositive",
@@ -91,6 +95,7 @@ TEST(SemicopositiveClassesTest, AgreeWithIntegersOnTenThousandMatrices) {
     EXPECT_GT(judge->no(), 1000);
     EXPECT_EQ(judge->share_of_unknown(), 0);  // the entries are short, so that zeros are known exactly
   }
+  EXPECT_LT(types.share_of_unknown(), 0.05);
 }
 
 // A singular integer matrix moved by 2⁻²⁰ … 2⁻³⁸: closer to the boundary than rounding can see.
