@@ -12,6 +12,9 @@ namespace dlcs {
 // matters.
 std::string NumberText(double value);
 
+// Six significant digits, for sentences about results: "0.333333", "1e-06", "nan".
+std::string FormatNumber(double value);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_NUMBER_TEXT_H_

@@ -6,47 +6,11 @@
 #include <utility>
 
 #include "core/number_text.h"
+#include "core/problem_checks.h"
 #include "core/violation_list.h"
 
 namespace dlcs {
 namespace {
-
-void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule,
-                 const std::string& field, ViolationList& list) {
-  if (matrix.rows() != rows || matrix.cols() != columns) {
-    list.Add(field, ShapeText(matrix.rows(), matrix.cols()) + "; must be " + rule);
-  }
-  list.AddNonFiniteEntries(matrix, field);
-}
-
-// A fixes m, and M fixes n; a matrix that is not square is told so, and its rows count.
-void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field,
-                       ViolationList& list) {
-  if (matrix.rows() == 0) {
-    list.Add(field, "0 rows; must be " + rule + " with at least one row");
-  } else {
-    CheckMatrix(matrix, matrix.rows(), matrix.rows(), "square, " + rule, field, list);
-  }
-}
-
-void CheckSelector(const Problem& problem, ViolationList& list) {
-  const bool needed = problem.rule == SolutionRule::kMinimiser;
-  if (needed && !problem.selector) list.Add("selector", "missing; the rule minimiser needs C and b");
-  if (!needed && problem.selector) list.Add("selector", "given; only the rule minimiser takes one");
-  if (!problem.selector) return;
-  const auto& [C, b] = *problem.selector;
-  const Index n = problem.num_constraints();
-  if (C.rows() == 0 || C.cols() != n) {
-    list.Add("selector.C", ShapeText(C.rows(), C.cols()) +
-                               "; must be k x n, k >= 1, n = " + std::to_string(n) + " (from M)");
-  }
-  list.AddNonFiniteEntries(C, "selector.C");
-  if (b.size() != C.rows()) {
-    list.Add("selector.b",
-             std::to_string(b.size()) + " components; must be one per row of C: " + std::to_string(C.rows()));
-  }
-  list.AddNonFiniteComponents(b, "selector.b");
-}
 
 struct SampleTime {
   double time;
@@ -131,7 +95,7 @@ std::vector<Violation> Validate(const Problem& problem) {
   const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
   if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
   CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
-  CheckSelector(problem, list);
+  CheckSelector(problem.selector, problem.rule, n, list);
   // Values are looked at last: they need the times, and a problem with other faults is read again anyway.
   if (list.empty()) {
     const std::vector<SampleTime> samples = SampleTimes(problem);

@@ -216,7 +216,8 @@ absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemR
   return ToProto(*analysis);
 }
 
-absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits) {
+absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
+                                            const std::stop_token& stop) {
   std::vector<Violation> violations;
   const Matrix M = MatrixFromProto(request.m(), "M", violations);
   const SolutionRule rule = RuleFromProto(request.rule(), violations);
@@ -228,7 +229,7 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
     return limit;
   }
 
-  const absl::StatusOr<LcpResult> result = SolveLcp(M, q, rule);
+  const absl::StatusOr<LcpResult> result = SolveLcp(M, q, LcpRequest{.rule = rule}, stop);
   if (!result.ok()) return FromEngine(result.status());
   v1::SolveLcpResponse response = ToProto(*result);
   response.set_matrix_class(result->matrix_class);

@@ -101,8 +101,9 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
 absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,
                            const std::string& solve_id, const SolveControl& control, SolveSink& sink);
 
-// One linear complementarity problem. Errors: as PrepareSolve, fields "M", "q", "rule".
-absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits);
+// One linear complementarity problem. Errors: as PrepareSolve, fields "M", "q", "rule"; Cancelled when `stop` is triggered.
+absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
+                                            const std::stop_token& stop = {});
 
 // What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then holds the
 // sections that were finished, and a warning. Errors: as PrepareSolve, without the limits of a trajectory.

@@ -40,7 +40,7 @@ grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext* c
   workers_.Run([this, reactor, request, response, control = std::move(control),
                 solver = *std::move(solver)]() mutable {
     absl::StatusOr<v1::SolveLcpResponse> result =
-        Guarded("lcp", [&] { return RunLcp(*request, environment_.limits); });
+        Guarded("lcp", [&] { return RunLcp(*request, environment_.limits, control->token()); });
     if (result.ok()) *response = *std::move(result);
     solver.reset();
     reactor->Finish(ToGrpc(result.status()));

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "core/analysis/hidden_z.h"
 #include "core/analysis/lipschitz.h"
 #include "core/analysis/p_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
@@ -40,7 +41,7 @@ Fact TestZMatrix(const Matrix& M) {
   return {Answer::kYes, "no off-diagonal entry is positive"};
 }
 
-MatrixClass Classify(const Matrix& M, SolutionRule /*rule*/) {
+MatrixClass Classify(const Matrix& M, SolutionRule rule) {
   MatrixClass known;
   known.size = M.rows();
   known.zero = (M.array() == 0).all();
@@ -48,7 +49,8 @@ MatrixClass Classify(const Matrix& M, SolutionRule /*rule*/) {
   known.z = TestZMatrix(M);
   known.p = TestPMatrix(M);
   known.positive_semidefinite = TestPositiveSemidefinite(M);
-  if (known.p.yes() || known.z.yes()) known.lipschitz = LipschitzConstant(M);
+  if (rule == SolutionRule::kHiddenLeastElement) known.hidden_z = TestHiddenZ(M);
+  if (known.p.yes() || known.z.yes() || known.hidden_z.yes()) known.lipschitz = LipschitzConstant(M);
   known.description = Describe(known, M == -M.transpose());
   return known;
 }

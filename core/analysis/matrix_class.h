@@ -23,7 +23,7 @@ struct MatrixClass {
   bool zero = false;           // M = 0
   bool zero_row = false;       // some row of M is zero: a constraint on the state alone
   // max ‖(M_SS)⁻¹‖_∞ over nonsingular principal submatrices: the Lipschitz constant L (2.3) of [Chen & Xiang
-  // 2013] of the solution (P) or least-element solution (Z); absent for other matrices. Exact for n <= 12 and
+  // 2013] of the solution (P) or least-element solution (Z, hidden Z); absent for other matrices. Exact for n <= 12 and
   // for M-matrices; beyond, a bound for H-matrices (diagonally dominant ones among them) and positive
   // definite ones, otherwise absent. See core/analysis/lipschitz.h.
   std::optional<double> lipschitz;
@@ -51,6 +51,17 @@ enum class Selection {
   kAny,                 // none of these: any solution; only coupled steps make sense
 };
 const char* SelectionName(Selection selection);  // "the one solution", "the least element", ...
+
+// A selection with what a solver needs to make it.
+struct SolutionChoice {
+  SolutionChoice(Selection selected) : selection(selected) {}  // enough for all but the two below
+  SolutionChoice(Selection selected, const std::optional<Selector>& by, const MatrixClass& matrix_class)
+      : selection(selected), selector(by), X(matrix_class.hidden_z.witness.X) {}
+
+  Selection selection;
+  std::optional<Selector> selector = std::nullopt;  // for kMinimiser
+  Matrix X = {};                                    // for kHiddenLeastElement: M X = Y, (4.10) of [Chen & Xiang]
+};
 
 // Whether y is a Lipschitz function of q for every M that admits the selection: kUnique, kLeastElement and
 // kHiddenLeastElement. The least norm is not ([Chen & Xiang], Remark 2.1), nor is any other minimiser.

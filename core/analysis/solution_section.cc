@@ -39,7 +39,7 @@ void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection se
                                          absl::StrCat("(2.3), (2.12) of ", kPaper)));
   LipschitzBound cube = lipschitz;
   if (matrix_class.p.yes()) {
-    cube.why = "attained where D is zero or one: equal to 𝓛";
+    if (cube.value) cube.why = "attained where D is zero or one: equal to 𝓛";
   } else {
     cube = {std::nullopt, ConstantKind::kExact, "M is not known to be a P-matrix: I - D + D M may be singular"};
   }
@@ -127,17 +127,16 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
   g->Evaluate(0, Side::kRight, q);
   q += problem.N * problem.x0;
 
-  const auto result = SolveLcp(M, q, {.rule = problem.rule, .selector = problem.selector});
-  if (!result.ok()) return section;
-  const bool solved = result->verdict == LcpVerdict::kSolved;
-  Fact solvable{solved ? Answer::kYes : Answer::kUnknown, solved ? "solved by " + result->method : result->message};
-  if (result->verdict == LcpVerdict::kInfeasible) solvable.answer = Answer::kNo;
-  if (solved) solvable.witness.z = result->y;
+  const LcpResult result = SolveClassifiedLcp(M, q, matrix_class, {selection, problem.selector, matrix_class});
+  const bool solved = result.verdict == LcpVerdict::kSolved;
+  Fact solvable{solved ? Answer::kYes : Answer::kUnknown, solved ? "solved by " + result.method : result.message};
+  if (result.verdict == LcpVerdict::kInfeasible) solvable.answer = Answer::kNo;
+  if (solved) solvable.witness.z = result.y;
   section.findings.push_back({"solvable", "LCP(N x0 + g(0), M) has a solution", solvable, ""});
   if (solved) {
-    AddSolution(M, *result, section);
+    AddSolution(M, result, section);
     AddUniqueness(M, q, matrix_class, selection, section);
-    if (!result->only_choice) {
+    if (!result.only_choice) {
       section.warnings.push_back(absl::StrCat("At t = 0 several solutions tie for ", SelectionName(selection),
                                               "; of these the least in norm is taken, and y may jump there."));
     }

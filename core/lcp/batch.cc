@@ -15,8 +15,7 @@ constexpr Index kMostBlocks = 256;
 
 }  // namespace
 
-LcpBatch::LcpBatch(const Matrix& M, Selection selection, const std::optional<Selector>& selector)
-    : prototype_(MakeLcpSolver(M, selection, selector)) {}
+LcpBatch::LcpBatch(const Matrix& M, const SolutionChoice& choice) : prototype_(MakeLcpSolver(M, choice)) {}
 
 LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                                 const std::stop_token& stop, Eigen::Ref<Matrix> y) {

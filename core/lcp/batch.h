@@ -23,7 +23,7 @@ struct LcpBatchOutcome {
 // of columns is a warm-started sequence with a solver of its own, so the bits do not depend on the threads.
 class LcpBatch {
  public:
-  LcpBatch(const Matrix& M, Selection selection, const std::optional<Selector>& selector = std::nullopt);
+  LcpBatch(const Matrix& M, const SolutionChoice& choice);
 
   // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries
   // start the bases, and takes the solutions; where the outcome is not kSolved its columns are not to be

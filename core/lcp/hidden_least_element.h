@@ -18,6 +18,8 @@ namespace dlcs {
 //
 //     min eᵀX⁻¹z,     z >= 0,     q + M z >= 0.
 //
+// Another X may order the solutions otherwise: the one meant is that of TestHiddenZ() (core/analysis/hidden_z.h).
+//
 // The point of a basis S that solves the LCP is that solution where the multipliers of (4.11) are feasible, with
 // c = X⁻ᵀe: λ_S = M_SS⁻ᵀ c_S >= 0 and c - Mᵀλ >= 0, λ = 0 elsewhere. They do not depend on q: a guessed basis is checked
 // without a linear program. Otherwise CLP solves (4.11), and the point of its basis is computed anew and checked.

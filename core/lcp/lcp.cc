@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/p_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
@@ -14,8 +14,11 @@
 #include "core/lcp/complementary_solver.h"
 #include "core/lcp/coupled_least_element.h"
 #include "core/lcp/coupled_selection.h"
+#include "core/lcp/hidden_least_element.h"
 #include "core/lcp/least_norm.h"
 #include "core/lcp/minimiser.h"
+#include "core/problem_checks.h"
+#include "core/soundness.h"
 
 namespace dlcs {
 namespace {
@@ -27,42 +30,19 @@ using Known = ComplementarySolver::Known;
 // -1e-17.
 constexpr double kNoise = 1e-15;
 
-void CheckSelector(const LcpRequest& request, Index n, std::vector<std::string>& broken) {
-  const bool needed = request.rule == SolutionRule::kMinimiser;
-  if (needed != request.selector.has_value()) {
-    broken.push_back("selector: the rule minimiser, and only that, takes one");
-  }
-  if (!request.selector) return;
-  const auto& [C, b] = *request.selector;
-  if (C.rows() < 1 || C.cols() != n || b.size() != C.rows() || !C.allFinite() || !b.allFinite()) {
-    broken.push_back(absl::StrCat("selector: C must be k × n with n = ", n, ", b have k entries, all finite"));
-  }
-}
-
 absl::Status Validate(const Matrix& M, const Vector& q, const LcpRequest& request) {
-  std::vector<std::string> broken;
-  if (M.rows() < 1 || M.rows() != M.cols()) {
-    broken.push_back(absl::StrCat("M: is ", M.rows(), " × ", M.cols(), ", must be square with at least one row"));
+  const Index n = M.rows();
+  ViolationList list;
+  CheckSquareMatrix(M, "n x n for n complementary pairs", "M", list);
+  if (q.size() != n) {
+    list.Add("q", absl::StrCat(q.size(), " components; must be n = ", n, " (from M)"));
   }
-  for (Index i = 0; i < M.rows(); ++i) {
-    for (Index j = 0; j < M.cols(); ++j) {
-      if (!std::isfinite(M(i, j))) broken.push_back(absl::StrCat("M[", i, "][", j, "]: is ", M(i, j), ", must be finite"));
-    }
+  list.AddNonFiniteComponents(q, "q");
+  CheckSelector(request.selector, request.rule, n, list);
+  if (request.all_basic_solutions && n > kMaxBasicSolutionsSize) {
+    list.Add("all_basic_solutions", absl::StrCat("n = ", n, "; must be at most ", kMaxBasicSolutionsSize));
   }
-  if (q.size() != M.rows()) {
-    broken.push_back(absl::StrCat("q: has ", q.size(), " entries, must have one per row of M: ", M.rows()));
-  }
-  for (Index i = 0; i < q.size(); ++i) {
-    if (!std::isfinite(q[i])) broken.push_back(absl::StrCat("q[", i, "]: is ", q[i], ", must be finite"));
-  }
-  CheckSelector(request, M.rows(), broken);
-  if (request.all_basic_solutions && M.rows() > kMaxBasicSolutionsSize) {
-    broken.push_back(absl::StrCat("all_basic_solutions: n = ", M.rows(), ", must be at most ", kMaxBasicSolutionsSize));
-  }
-  if (broken.empty()) return absl::OkStatus();
-  constexpr std::size_t kMostListed = 200;
-  broken.resize(std::min(broken.size(), kMostListed));
-  return absl::InvalidArgumentError(absl::StrJoin(broken, "\n"));
+  return StatusOf(std::move(list).Take());
 }
 
 // The minimiser of the selector, or the least norm where there is none.
@@ -104,27 +84,26 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
   return residual;
 }
 
-std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection,
-                                         const std::optional<Selector>& selector) {
-  switch (selection) {
+std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice) {
+  switch (choice.selection) {
     case Selection::kUnique:
       return std::make_unique<ComplementarySolver>(M, IsZMatrix(M) ? Known::kMMatrix : Known::kPMatrix);
     case Selection::kLeastElement:
       return std::make_unique<LeastElementSolver>(M);
     case Selection::kHiddenLeastElement:
-      break;
+      return std::make_unique<HiddenLeastElementSolver>(M, choice.X);
     case Selection::kLeastNorm:
       return MakeMinimiser(M, std::nullopt);
     case Selection::kMinimiser:
-      return MakeMinimiser(M, selector);
+      return MakeMinimiser(M, choice.selector);
     case Selection::kAny:
       break;
   }
   return std::make_unique<ComplementarySolver>(M, Known::kNothing);
 }
 
-std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection,
-                                                const std::optional<Selector>& selector) {
+std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice) {
+  const Selection selection = choice.selection;
   if (selection == Selection::kLeastElement) return std::make_unique<CoupledLeastElementSolver>(M, K);
   const Matrix coupled = M + K;
   if (selection == Selection::kUnique || selection == Selection::kAny) {
@@ -132,21 +111,16 @@ std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K
   }
   const bool convex = coupled.allFinite() && TestPositiveSemidefinite(coupled).yes();
   const Selection fallback = convex && selection == Selection::kLeastNorm ? Selection::kLeastNorm : Selection::kAny;
-  return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, selection, selector),
+  return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, choice),
                                                   MakeLcpSolver(coupled, fallback));
 }
 
-absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
-                                   const std::stop_token& stop) {
-  if (absl::Status status = Validate(M, q, request); !status.ok()) return status;
-  const MatrixClass matrix_class = Classify(M, request.rule);
-  const absl::StatusOr<Selection> selection = SelectRule(request.rule, matrix_class);
-  if (!selection.ok()) return selection.status();
-  if (stop.stop_requested()) return absl::CancelledError("stopped after the classification of M");
-  const std::unique_ptr<LcpSolver> solver = MakeLcpSolver(M, *selection, request.selector);
+LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass& matrix_class,
+                             const SolutionChoice& choice) {
+  const std::unique_ptr<LcpSolver> solver = MakeLcpSolver(M, choice);
   LcpResult result;
   result.matrix_class = matrix_class.description;
-  result.selection = *selection;
+  result.selection = choice.selection;
   Basis basis(M.rows(), 0);
   result.y = Vector::Zero(M.rows());
   // The solver allows for its own rounding. The caller's is assumed only where there is no solution without.
@@ -167,6 +141,17 @@ absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRe
     result.sets = FindIndexSets(M, q, result.y);
     result.only_choice = solver->IsOnlyChoice();
   }
+  return result;
+}
+
+absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
+                                   const std::stop_token& stop) {
+  if (absl::Status status = Validate(M, q, request); !status.ok()) return status;
+  const MatrixClass matrix_class = Classify(M, request.rule);
+  const absl::StatusOr<Selection> selection = SelectRule(request.rule, matrix_class);
+  if (!selection.ok()) return selection.status();
+  if (stop.stop_requested()) return absl::CancelledError("stopped after the classification of M");
+  LcpResult result = SolveClassifiedLcp(M, q, matrix_class, {*selection, request.selector, matrix_class});
   if (request.all_basic_solutions) result.basic_solutions = AllBasicSolutions(M, q, stop);
   if (stop.stop_requested()) return absl::CancelledError("stopped before all basic solutions were found");
   return result;

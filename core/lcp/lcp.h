@@ -38,19 +38,17 @@ struct LcpResult {
   Index pivots = 0;
   std::string method;   // "principal pivoting", ...
   std::string message;  // why this verdict
-  std::string matrix_class;  // of M, for people
+  std::string matrix_class;               // of M, for people
   Selection selection = Selection::kAny;  // the rule that was followed
-  // With kSolved: the index sets of y, and whether the rule had this choice only (false for ties of a minimiser).
-  IndexSets sets;
-  bool only_choice = true;
-  // Where they were asked for.
-  std::optional<BasicSolutions> basic_solutions;
+  IndexSets sets;                         // of y, with kSolved
+  bool only_choice = true;                // false where several minimisers tied
+  std::optional<BasicSolutions> basic_solutions;  // where they were asked for
 };
 
 struct LcpRequest {
   SolutionRule rule = SolutionRule::kAuto;
   std::optional<Selector> selector = std::nullopt;  // with kMinimiser, and only then
-  bool all_basic_solutions = false;   // n <= kMaxBasicSolutionsSize
+  bool all_basic_solutions = false;                 // n <= kMaxBasicSolutionsSize
 };
 
 // ‖min(y, q + M y)‖_∞; NaN if any entry is not finite.
@@ -65,6 +63,9 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
                                    const std::stop_token& stop = {});
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule);
+// The same for finite M and q whose class and choice are known, without the bases of all solutions.
+LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass& matrix_class,
+                             const SolutionChoice& choice);
 
 // Which y_i are basic (may be positive): the warm start of a solve, and what it leaves behind.
 using Basis = std::vector<std::uint8_t>;
@@ -112,20 +113,18 @@ class LcpSolver {
   virtual std::unique_ptr<LcpSolver> Clone() const = 0;
 };
 
-// The solver of LCP(q, M) for the selection: principal pivoting with kept factors (kUnique), Chandrasekaran
+// The solver of LCP(q, M) for `choice`: principal pivoting with kept factors (kUnique), Chandrasekaran
 // (kLeastElement), the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive
 // semidefinite), a quadratic program or enumeration (kMinimiser, and kLeastNorm for small M of other classes), Lemke with
 // lexicographic ratio test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for larger
-// n (kAny). The selection is taken on trust: M must be what SelectRule() asks for. `selector` is needed for kMinimiser.
-std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, Selection selection,
-                                         const std::optional<Selector>& selector = std::nullopt);
+// n (kAny). The choice is taken on trust: M must be what SelectRule() asks for, `choice` hold what its selection needs.
+std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice);
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on
 // M: the returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found
 // (core/lcp/coupled_least_element.h, core/lcp/coupled_selection.h). kInfeasible only when LCP(q, M + K) has no solution.
 // Nothing is asked of M + K.
-std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, Selection selection,
-                                                const std::optional<Selector>& selector = std::nullopt);
+std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice);
 
 }  // namespace dlcs
 

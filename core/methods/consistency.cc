@@ -43,7 +43,7 @@ LcpVerdict Select(SolveContext& context, const Vector& q, const Vector& toleranc
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
   const LcpVerdict verdict =
-      MakeLcpSolver(problem.M, context.selection, problem.selector)->Solve(q, tolerance, basis, y);
+      MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
   if (verdict != LcpVerdict::kSolved) y.setZero();
   return verdict;
 }

@@ -33,12 +33,12 @@ void WarnOf(const Departures& departures, SolveContext& context) {
 
 }  // namespace
 
-Marcher::Marcher(const Problem& problem, Scheme scheme, Selection selection)
+Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
     : problem_(problem),
       abs_N_(problem.N.cwiseAbs()),
       scheme_(std::move(scheme)),
-      selection_(selection),
-      solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, selection, problem.selector)),
+      choice_(choice),
+      solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, choice)),
       basis_(problem.num_constraints(), 0),
       q_(problem.num_constraints()),
       tolerance_(problem.num_constraints()) {}
@@ -83,7 +83,7 @@ LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index 
 }
 
 void Marcher::UseNewton(NewtonAccount& account) {
-  newton_.emplace(problem_, scheme_, selection_);
+  newton_.emplace(problem_, scheme_, choice_);
   account_ = &account;
 }
 
@@ -109,7 +109,7 @@ bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) 
 bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAccount* newton) {
   const Problem& problem = context.problem;
   StepCache<Marcher> marchers([&](double step) {
-    auto marcher = std::make_unique<Marcher>(problem, make_scheme(step), context.selection);
+    auto marcher = std::make_unique<Marcher>(problem, make_scheme(step), context.choice());
     if (newton) marcher->UseNewton(*newton);
     return marcher;
   });

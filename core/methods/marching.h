@@ -39,7 +39,7 @@ struct Departures {
 class Marcher {
  public:
   // Solver and scheme keep references to `problem`.
-  Marcher(const Problem& problem, Scheme scheme, Selection selection);
+  Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice);
 
   // Solves the steps by Newton's method from now on, and by the coupled LCP only where that fails. Keeps a reference
   // to `account` and counts there.
@@ -63,7 +63,7 @@ class Marcher {
   const Problem& problem_;
   Matrix abs_N_;
   Scheme scheme_;
-  Selection selection_;
+  SolutionChoice choice_;
   std::unique_ptr<LcpSolver> solver_;
   Basis basis_;
   Vector q_;

@@ -28,11 +28,11 @@ Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::ve
   return V;
 }
 
-NewtonStep::NewtonStep(const Problem& problem, const Scheme& scheme, Selection selection)
+NewtonStep::NewtonStep(const Problem& problem, const Scheme& scheme, const SolutionChoice& choice)
     : problem_(problem),
       abs_N_(problem.N.cwiseAbs()),
       y_after_(scheme.y_after),
-      solver_(MakeLcpSolver(problem.M, selection, problem.selector)),
+      solver_(MakeLcpSolver(problem.M, choice)),
       basis_(problem.num_constraints(), 0) {}
 
 bool NewtonStep::Factor(const std::vector<Index>& active) {

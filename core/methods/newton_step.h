@@ -34,8 +34,8 @@ enum class NewtonVerdict {
 // method ends after finitely many iterations, or cycles, which needs 3hκ >= 1 (Theorem 3.2).
 class NewtonStep {
  public:
-  // Keeps a reference to `problem`; `selection` must make y a function: unique or least element.
-  NewtonStep(const Problem& problem, const Scheme& scheme, Selection selection);
+  // Keeps a reference to `problem`; `choice` must make y a function of x, continuous along the iterates.
+  NewtonStep(const Problem& problem, const Scheme& scheme, const SolutionChoice& choice);
 
   // `p`          m entries, the explicit part of x_j.
   // `g`          g at the end of the step; `size_of_g`, n entries >= |g_i|: how large the numbers behind it are.

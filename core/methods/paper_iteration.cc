@@ -32,7 +32,7 @@ class Iteration {
         contour_(contour),
         split_(split),
         columns_(context.grid),
-        batch_(problem_.M, context.selection, problem_.selector) {}
+        batch_(problem_.M, context.choice()) {}
 
   bool ReachEnd() {
     const double horizon = problem_.horizon;

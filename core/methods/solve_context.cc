@@ -2,17 +2,9 @@
 
 #include "core/methods/solve_context.h"
 
-#include <cstdio>
-
 #include "core/linalg/norms.h"
 
 namespace dlcs {
-
-std::string FormatNumber(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which) {
   const std::string at = which + " at t = " + FormatNumber(time);

@@ -15,6 +15,7 @@
 #include "core/methods/grid.h"
 #include "core/methods/recorder.h"
 #include "core/methods/sources.h"
+#include "core/number_text.h"
 #include "core/observer.h"
 #include "core/options.h"
 #include "core/parallel/parallel.h"
@@ -22,9 +23,6 @@
 #include "core/solution.h"
 
 namespace dlcs {
-
-// "%.6g", for messages.
-std::string FormatNumber(double value);
 
 struct SolveContext {
   const Problem& problem;
@@ -46,6 +44,7 @@ struct SolveContext {
   // LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
+  SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
   // y = SOL(N x + g, M) is a function of x: one solution is meant at every state.
   bool y_is_function() const { return selection != Selection::kAny; }
   // It is a Lipschitz function, so states never jump and y may be interpolated linearly.

@@ -16,7 +16,7 @@ namespace dlcs {
 // What depends on the step length alone.
 struct StepTools {
   StepTools(SolveContext& context, double step)
-      : marcher(context.problem, ExponentialPiecewiseLinear(context.problem, step), context.selection),
+      : marcher(context.problem, ExponentialPiecewiseLinear(context.problem, step), context.choice()),
         kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers, *context.solution.kernel) {}
   const Scheme& scheme() const { return marcher.scheme(); }
   Marcher marcher;  // for the steps that must be marched

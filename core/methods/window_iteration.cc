@@ -51,7 +51,7 @@ WindowIteration::WindowIteration(SolveContext& context, bool may_shrink)
     : context_(context),
       problem_(context.problem),
       may_shrink_(may_shrink),
-      batch_(problem_.M, context.selection, problem_.selector) {}
+      batch_(problem_.M, context.choice()) {}
 
 Index WindowIteration::max_iterations() const {
   if (context_.options.max_iterations > 0) return context_.options.max_iterations;

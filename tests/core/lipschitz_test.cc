@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "tests/support/lcp_problems.h"
@@ -110,6 +111,60 @@ TEST(LipschitzTest, BoundsLargeMatricesFromAbove) {
     }
   }
   EXPECT_FALSE(BoundLipschitz(generator.Gaussian(14, 14)).value.has_value());
+}
+
+// The definition, index set by index set, with determinants for "nonsingular": none of the problems below comes near it otherwise.
+double ByDefinition(const Matrix& M) {
+  double largest = 0;
+  const Index n = M.rows();
+  for (unsigned subset = 1; subset < (1u << n); ++subset) {
+    std::vector<Index> S;
+    for (Index i = 0; i < n; ++i) {
+      if (subset >> i & 1u) S.push_back(i);
+    }
+    const Matrix block = M(S, S);
+    if (std::abs(block.determinant()) > 1e-9) largest = std::max(largest, NormOf(block.inverse()));
+  }
+  return largest;
+}
+
+TEST(LipschitzTest, IsTheMaximumOverAllNonsingularBlocks) {
+  LcpGenerator generator(4);
+  for (int round = 0; round < 200; ++round) {
+    const Index n = generator.Integer(1, 7);
+    Matrix M = generator.Gaussian(n, n);
+    switch (round % 4) {
+      case 0:
+        M = generator.ZMatrix(n);
+        break;
+      case 1:
+        M = generator.MMatrix(n);  // by ‖M⁻¹‖_∞ alone
+        break;
+      case 2:  // small integers: many blocks are singular; other determinants are at least one
+        M = M.unaryExpr([](double value) { return std::round(value); });
+        break;
+      default:
+        break;
+    }
+    const LipschitzBound bound = BoundLipschitz(M);
+    EXPECT_EQ(bound.kind, ConstantKind::kExact);
+    EXPECT_NEAR(*bound.value, ByDefinition(M), 1e-8 * (1 + *bound.value)) << "M =\n" << M;
+  }
+}
+
+// One size beyond the enumeration, against the enumeration in full.
+TEST(LipschitzTest, IsNeverBelowTheTruthBeyondEnumeration) {
+  LcpGenerator generator(5);
+  const Index n = 13;
+  const Matrix m_matrix = generator.MMatrix(n);
+  EXPECT_NEAR(*BoundLipschitz(m_matrix).value, ByDefinition(m_matrix), 1e-9 * *BoundLipschitz(m_matrix).value);
+  Matrix dominant = generator.Gaussian(n, n);
+  dominant.diagonal() = dominant.cwiseAbs().rowwise().sum() + Vector::Ones(n);
+  for (const Matrix& M : {dominant, generator.PositiveDefinite(n)}) {
+    const LipschitzBound bound = BoundLipschitz(M);
+    EXPECT_EQ(bound.kind, ConstantKind::kUpperBound) << bound.why;
+    EXPECT_GE(*bound.value, ByDefinition(M) * (1 - 1e-9)) << bound.why;
+  }
 }
 
 TEST(LipschitzTest, SlopeOfTheLeastNormUsesPseudoInverses) {

@@ -155,7 +155,7 @@ TEST(LeastElementFunctionTest, HasNonsingularBlocksAndFallsWithQ) {
   }
 }
 
-// Corollary 2.1 (2.5) and Theorem 2.3 (2.12).
+// Corollary 2.1 (2.5) and Theorem 2.3 (2.12), which is Lemma 3.1 of [Wu & Chen]: any two q with feasible points.
 TEST(LeastElementFunctionTest, IsLipschitzWithTheConstantOfThePaper) {
   LcpGenerator generator(5);
   double sharpest = 0;
@@ -164,7 +164,7 @@ TEST(LeastElementFunctionTest, IsLipschitzWithTheConstantOfThePaper) {
     const bool p_matrix = round % 2 == 0;
     const Matrix M = p_matrix ? generator.IndefinitePMatrix(n) : generator.ZMatrix(n);
     const Vector q = p_matrix ? generator.GaussianVector(n) : generator.SolvableQ(M, false);
-    const Vector p = p_matrix ? generator.GaussianVector(n) : Vector(q + generator.GaussianVector(n).cwiseAbs());
+    const Vector p = p_matrix ? generator.GaussianVector(n) : generator.SolvableQ(M, round % 4 == 1);
     const double change = (SolutionOf(M, q) - SolutionOf(M, p)).lpNorm<Eigen::Infinity>();
     const double bound = *LipschitzConstant(M) * (q - p).lpNorm<Eigen::Infinity>();
     EXPECT_LE(change, bound * (1 + 1e-9) + 1e-12);

@@ -227,6 +227,50 @@ TEST(SolutionRulesInSolvesTest, IterationRefusesTheLeastNormOfExample21AtItsTie)
   EXPECT_NEAR(solution.failure_time, 0.5, 0.02);
 }
 
+// M = Y X⁻¹ with Z-matrices X = (1 0; -1 1) and Y = (1 -2; 0 1) is neither Z nor P. The feasible points z have u = X⁻¹z =
+// (z1, z1 + z2), which is least where y = (0, max(-q2, 0)); (q1, 0) solves too. q = (4, x - 1), so x' = -x + y2 = 1 - 2x.
+Problem HiddenZProblem() {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix{{0.5, 1}};
+  problem.N = Matrix{{0}, {1}};
+  problem.M = Matrix{{-1, -2}, {1, 1}};
+  problem.f = TimeFunction::Zero(1);
+  problem.g = TimeFunction::Constant(Vector{{4.0, -1}});
+  problem.x0 = Vector{{0.0}};
+  problem.horizon = 1;
+  problem.rule = SolutionRule::kHiddenLeastElement;
+  return problem;
+}
+
+TEST(SolutionRulesInSolvesTest, EveryMethodServesTheLeastElementOfAHiddenZMatrix) {
+  const auto exact = [](double t) { return Vector{{(1 - std::exp(-2 * t)) / 2}}; };
+  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kPaperIteration,
+                              Method::kExponentialMarch, Method::kTimeStepping}) {
+    const Solution solution = SolveWith(HiddenZProblem(), method, 100);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    EXPECT_THAT(solution.warnings, IsEmpty());
+    EXPECT_LE(ErrorOf(solution, exact), method == Method::kTimeStepping ? 5e-3 : 1e-4) << MethodName(solution.method);
+    EXPECT_EQ(solution.y.row(0).lpNorm<Eigen::Infinity>(), 0);
+    EXPECT_LE(solution.certificate.node_residual, 1e-12);
+  }
+}
+
+TEST(SolutionRulesInSolvesTest, NewtonServesTheLeastElementOfAHiddenZMatrix) {
+  Options options;
+  options.method = Method::kTimeStepping;
+  options.num_steps = 50;
+  Observer silent;
+  const auto substituted = Solve(HiddenZProblem(), options, silent, {});
+  options.step_solver = StepSolver::kNewton;
+  const auto newton = Solve(HiddenZProblem(), options, silent, {});
+  ASSERT_TRUE(substituted.ok() && newton.ok());
+  ASSERT_EQ(newton->termination, Termination::kConverged) << newton->message;
+  EXPECT_EQ(newton->cost.substituted_steps, 0);
+  EXPECT_LE((newton->x - substituted->x).lpNorm<Eigen::Infinity>(), 1e-10);
+  EXPECT_LE((newton->y - substituted->y).lpNorm<Eigen::Infinity>(), 1e-10);
+}
+
 TEST(SolutionRulesInSolvesTest, IterationNeedsARule) {
   Problem problem = TwinDiodes();
   problem.rule = SolutionRule::kAuto;

@@ -15,6 +15,7 @@
 #include "core/lcp/lcp.h"
 #include "core/lcp/minimiser.h"
 #include "core/lcp/nearest_point.h"
+#include "core/lcp/solution_function.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs {
@@ -173,6 +174,58 @@ TEST(MinimiserTest, GivesThePrintedSolutionFunctionOfExample21) {
   EXPECT_EQ(SolveLcp(M, Vector{{1.0, -1}}, request)->verdict, LcpVerdict::kInfeasible);
 }
 
+// Its derivative is diag(-1, 0) for q1 < 0 and zero for q1 > 0 (q2 > 0): at q1 = 0 the ends of the printed ∂y(q).
+TEST(MinimiserTest, HasThePrintedJacobiansInExample21) {
+  const Matrix M{{1, 1}, {0, -1}};
+  LcpRequest request{.rule = SolutionRule::kMinimiser};
+  request.selector = Selector{Matrix{{0, 0}, {0, 1}}, Vector::Zero(2)};
+  const auto at = [&](double q1, double q2) { return *SolveLcp(M, Vector{{q1, q2}}, request); };
+  EXPECT_TRUE(TestDifferentiable(M, at(-1, 2).sets).yes());
+  EXPECT_EQ(*ClarkeElement(M, at(-1, 2).sets.J), (Matrix{{-1, 0}, {0, 0}}));
+  EXPECT_TRUE(TestDifferentiable(M, at(1, 2).sets).yes());
+  EXPECT_EQ(*ClarkeElement(M, at(1, 2).sets.J), Matrix::Zero(2, 2));
+  const LcpResult kink = at(0, 2);
+  EXPECT_TRUE(TestDifferentiable(M, kink.sets).no());
+  EXPECT_EQ(kink.sets.K, std::vector<Index>{0});
+  // I - D + D M: nonsingular where D is zero or one, not for D_22 = 1/2.
+  const auto determinant = [&](double d1, double d2) {
+    const Matrix D = Vector{{d1, d2}}.asDiagonal();
+    return (Matrix::Identity(2, 2) - D + D * M).determinant();
+  };
+  for (const double d1 : {0.0, 1.0}) {
+    for (const double d2 : {0.0, 1.0}) EXPECT_EQ(std::abs(determinant(d1, d2)), 1);
+  }
+  EXPECT_EQ(determinant(1, 0.5), 0);
+}
+
+// "Similar arguments": one selector each makes the other two matrices of Example 2.1 Lipschitz, with constant 1.
+TEST(MinimiserTest, MakesTheOtherMatricesOfExample21Lipschitz) {
+  const Matrix N{{-1, 1}, {0, 1}}, NP{{-1, 1}, {0, -1}};
+  LcpRequest of_N{.rule = SolutionRule::kMinimiser}, of_NP = of_N;
+  of_N.selector = Selector{Matrix{{1, 0}, {0, 0}}, Vector::Zero(2)};
+  of_NP.selector = Selector{Matrix::Identity(2, 2), Vector{{0.0, 100}}};  // far up: y2 = q2, not 0
+  LcpGenerator generator(10);
+  int solvable = 0;
+  for (int round = 0; round < 300; ++round) {
+    const Vector q{{generator.Uniform(-3, 3), generator.Uniform(-3, 3)}};
+    const double y2 = std::max(-q[1], 0.0);
+    const auto first = SolveLcp(N, q, of_N);
+    ASSERT_TRUE(first.ok());
+    EXPECT_EQ(first->verdict == LcpVerdict::kSolved, q[0] + y2 >= 0);
+    if (first->verdict == LcpVerdict::kSolved) {
+      EXPECT_LE((first->y - Vector{{0.0, y2}}).norm(), 1e-14);
+    }
+    const auto second = SolveLcp(NP, q, of_NP);
+    ASSERT_TRUE(second.ok());
+    EXPECT_EQ(second->verdict == LcpVerdict::kSolved, q[1] >= 0 && q[0] + q[1] >= 0);
+    if (second->verdict == LcpVerdict::kSolved) {
+      EXPECT_LE((second->y - Vector{{0.0, q[1]}}).norm(), 1e-14);
+      ++solvable;
+    }
+  }
+  EXPECT_GT(solvable, 50);
+}
+
 // C = I, b = 0 on the same matrix: a tie where q2 = -q1, as the paper says of the least norm; not everywhere in q1 < 0.
 TEST(MinimiserTest, ReportsTheTieOfTheLeastNormInExample21) {
   const Matrix M{{1, 1}, {0, -1}};
@@ -232,10 +285,10 @@ TEST(SolutionRulesTest, RefuseWhatTheyCannotServe) {
   EXPECT_THAT(std::string(SolveLcp(large, Vector::Ones(13), SolutionRule::kLeastNorm).status().message()),
               HasSubstr("rule: least-norm needs a positive semidefinite M, or one with n <= 12"));
   EXPECT_THAT(std::string(SolveLcp(large, Vector::Ones(13), SolutionRule::kMinimiser).status().message()),
-              HasSubstr("selector: the rule minimiser, and only that, takes one"));
+              HasSubstr("selector: missing; the rule minimiser needs C and b"));
   LcpRequest request{.all_basic_solutions = true};
   EXPECT_THAT(std::string(SolveLcp(Matrix::Identity(17, 17), Vector::Ones(17), request).status().message()),
-              HasSubstr("all_basic_solutions: n = 17, must be at most 16"));
+              HasSubstr("all_basic_solutions: n = 17; must be at most 16"));
 }
 
 TEST(SolutionRulesTest, CarryWhatTheSolutionIs) {
@@ -303,6 +356,35 @@ TEST(HiddenLeastElementTest, IsTheLeastElementForX) {
     ASSERT_EQ(hidden.verdict, least->verdict);
     EXPECT_LE((hidden.y - least->y).norm(), 1e-9 * (1 + least->y.norm()));
   }
+}
+
+// The whole way: the search finds X, and the rule follows it. M is hidden Z, but neither Z nor P nor semidefinite.
+TEST(HiddenLeastElementTest, IsReachedByTheRule) {
+  LcpGenerator generator(9);
+  int served = 0;
+  for (int round = 0; round < 60; ++round) {
+    const Matrix M = DrawHiddenZ(generator, generator.Integer(2, 5)).M;
+    const Vector q = generator.SolvableQ(M, false);
+    const MatrixClass matrix_class = Classify(M, SolutionRule::kHiddenLeastElement);
+    const auto result = SolveLcp(M, q, SolutionRule::kHiddenLeastElement);
+    if (!result.ok()) {
+      EXPECT_FALSE(matrix_class.hidden_z.yes());
+      EXPECT_THAT(std::string(result.status().message()), HasSubstr("hidden-least-element needs a hidden Z-matrix M"));
+      continue;
+    }
+    ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << result->message;
+    if (result->selection != Selection::kHiddenLeastElement) continue;
+    ++served;
+    const Matrix& X = matrix_class.hidden_z.witness.X;
+    const Vector u = X.partialPivLu().solve(result->y);
+    for (const BasicSolution& other : AllBasicSolutions(M, q).solutions) {
+      const double size = 1 + X.inverse().norm() * (result->y.norm() + other.y.norm());
+      EXPECT_GE((X.partialPivLu().solve(other.y) - u).minCoeff(), -1e-7 * size);
+    }
+  }
+  EXPECT_GT(served, 20);
+  const absl::Status refused = SolveLcp(Matrix{{0, 1}, {1, 0}}, Vector::Ones(2), SolutionRule::kHiddenLeastElement).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

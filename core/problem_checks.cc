@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem_checks.h"
+
+namespace dlcs {
+
+void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule, const std::string& field,
+                 ViolationList& list) {
+  if (matrix.rows() != rows || matrix.cols() != columns) {
+    list.Add(field, ShapeText(matrix.rows(), matrix.cols()) + "; must be " + rule);
+  }
+  list.AddNonFiniteEntries(matrix, field);
+}
+
+void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field, ViolationList& list) {
+  if (matrix.rows() == 0) {
+    list.Add(field, "0 rows; must be " + rule + " with at least one row");
+  } else {
+    CheckMatrix(matrix, matrix.rows(), matrix.rows(), "square, " + rule, field, list);
+  }
+}
+
+void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list) {
+  const bool needed = rule == SolutionRule::kMinimiser;
+  if (needed && !selector) list.Add("selector", "missing; the rule minimiser needs C and b");
+  if (!needed && selector) list.Add("selector", "given; only the rule minimiser takes one");
+  if (!selector) return;
+  const auto& [C, b] = *selector;
+  if (C.rows() == 0 || C.cols() != n) {
+    list.Add("selector.C",
+             ShapeText(C.rows(), C.cols()) + "; must be k x n, k >= 1, n = " + std::to_string(n) + " (from M)");
+  }
+  list.AddNonFiniteEntries(C, "selector.C");
+  if (b.size() != C.rows()) {
+    list.Add("selector.b", std::to_string(b.size()) + " components; must be one per row of C: " + std::to_string(C.rows()));
+  }
+  list.AddNonFiniteComponents(b, "selector.b");
+}
+
+}  // namespace dlcs

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks that a differential and a plain linear complementarity problem share.
+
+#ifndef DLCS_CORE_PROBLEM_CHECKS_H_
+#define DLCS_CORE_PROBLEM_CHECKS_H_
+
+#include <optional>
+#include <string>
+
+#include "core/problem.h"
+#include "core/violation_list.h"
+
+namespace dlcs {
+
+// Shape ("must be " + `rule`) and finite entries.
+void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule, const std::string& field,
+                 ViolationList& list);
+
+// The same of a square matrix with at least one row. One that is not square is told so, and its rows count.
+void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field, ViolationList& list);
+
+// Whether `selector` is given exactly where `rule` needs it, C is k × n, b has k components, and all are finite.
+void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_CHECKS_H_
