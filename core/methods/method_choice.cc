@@ -17,17 +17,27 @@ std::string WhyLipschitz(Selection selection) {
          "Z-matrix, whose least-element solution is Lipschitz in x";
 }
 
-// Remark 3.1 of [Wu & Chen]: y is piecewise linear with pieces no steeper than a known slope, so that the iteration can
-// see where it is not continuous: nondegenerate M with any selection, positive semidefinite M with the least norm.
-bool MayIterate(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
-  if (selection == Selection::kAny || M.rows() > kMaxSolutionEnumeration) return false;
-  if (selection == Selection::kLeastNorm && matrix_class.positive_semidefinite.yes()) return true;
-  return ClassifyByMinors(M).nondegenerate.yes();
+// Why y is no function of x that a method could use as one, between its jumps; empty where it is. The pieces of the
+// selection must have known Jacobians: nondegenerate M with any selection (Theorem 3.2 of [Chen & Xiang]), positive
+// semidefinite M with the least norm.
+std::string WhyNotPiecewise(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
+  if (selection == Selection::kAny) {
+    return " needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least element), and M is: " +
+           matrix_class.description + ".";
+  }
+  if (selection == Selection::kLeastNorm && matrix_class.positive_semidefinite.yes()) return "";
+  const Fact nondegenerate = ClassifyByMinors(M).nondegenerate;
+  if (nondegenerate.yes()) return "";
+  return " needs to know the pieces of y as a function of x, and those of " + std::string(SelectionName(selection)) +
+         " are known for nondegenerate M only: " + nondegenerate.why + ".";
 }
 
-// Theorem 3.2 of [Chen & Xiang]: the Jacobian of any continuous selection is at hand where M is nondegenerate.
-bool NewtonMayServe(const Matrix& M, Selection selection) {
-  return selection != Selection::kAny && M.rows() <= kMaxSolutionEnumeration && ClassifyByMinors(M).nondegenerate.yes();
+// Remark 3.1 of [Wu & Chen]: the iteration sees where y jumps by the slope of its steepest piece.
+std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
+  const std::string why = WhyNotPiecewise(M, matrix_class, selection);
+  if (!why.empty() || M.rows() <= kMaxSolutionEnumeration) return why;
+  return " has to see where " + std::string(SelectionName(selection)) + " jumps, by a look at all principal submatrices of M: n = " +
+         std::to_string(M.rows()) + ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
 }
 
 }  // namespace
@@ -54,24 +64,22 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
                     ") does not make y a function of x: each step is solved coupled, and exp-PC steps take any class";
   }
 
-  if (iterates && !lipschitz && MayIterate(problem.M, matrix_class, selection)) {
-    choice.reason += "; " + std::string(SelectionName(selection)) +
-                     " is piecewise linear in N x + g: the solve ends where it jumps (Remark 3.1 of Wu & Chen)";
-  } else if (iterates && !lipschitz) {
-    choice.refusal = std::string(MethodName(options.method)) +
-                     " needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
-                     "element), and M is: " + matrix_class.description +
-                     ". Use exponential-march or time-stepping.";
-  }
-  if (choice.method == Method::kTimeStepping && !lipschitz) {
-    const std::string no_function = " needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the "
-                                    "least element), and M is: " + matrix_class.description + ". ";
-    if (options.average_y) {
-      choice.refusal = "Averaging y" + no_function +
-                       "Elsewhere y rings from step to step (y⁺ = -y + ...) and never settles. Do not average y.";
-    } else if (options.step_solver == StepSolver::kNewton && !NewtonMayServe(problem.M, selection)) {
-      choice.refusal = "Newton's method (3.3)" + no_function + "Solve the steps by substitution.";
+  if (iterates && !lipschitz) {
+    const std::string why_not = WhyNotIterated(problem.M, matrix_class, selection);
+    if (why_not.empty()) {
+      choice.reason += "; " + std::string(SelectionName(selection)) +
+                       " is piecewise linear in N x + g: the solve ends where it jumps (Remark 3.1 of Wu & Chen)";
+    } else {
+      choice.refusal = MethodName(options.method) + why_not + " Use exponential-march or time-stepping.";
     }
+  }
+  if (choice.method == Method::kTimeStepping && !lipschitz && options.average_y) {
+    choice.refusal = "Averaging y needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
+                     "element), and M is: " + matrix_class.description +
+                     ". Elsewhere y rings from step to step (y⁺ = -y + ...) and never settles. Do not average y.";
+  } else if (choice.method == Method::kTimeStepping && !lipschitz && options.step_solver == StepSolver::kNewton) {
+    const std::string why_not = WhyNotPiecewise(problem.M, matrix_class, selection);
+    if (!why_not.empty()) choice.refusal = "Newton's method (3.3)" + why_not + " Solve the steps by substitution.";
   }
   if (matrix_class.zero && !lipschitz) {
     const std::optional<int> degree = RelativeDegree(problem.A, problem.B, problem.N);
