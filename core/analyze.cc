@@ -37,7 +37,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.matrix_class = matrix_class.description;
   analysis.rule = DescribeRule(*selection);
   analysis.sections.push_back(ClassSection(problem.M));
-  analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection));
+  analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection, stop));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem));
   auto recommendation = Recommend(problem, options, stop);

@@ -31,7 +31,8 @@ void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, I
   }
   list.AddNonFiniteEntries(C, "selector.C");
   if (b.size() != C.rows()) {
-    list.Add("selector.b", std::to_string(b.size()) + " components; must be one per row of C: " + std::to_string(C.rows()));
+    list.Add("selector.b",
+             std::to_string(b.size()) + " components; must be one per row of C: " + std::to_string(C.rows()));
   }
   list.AddNonFiniteComponents(b, "selector.b");
 }

@@ -150,7 +150,8 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
             .stop = std::move(stop),
             .started = started};
 
-  const bool iterates = task.choice.method == Method::kLaplaceIteration || task.choice.method == Method::kPaperIteration;
+  const bool iterates =
+      task.choice.method == Method::kLaplaceIteration || task.choice.method == Method::kPaperIteration;
   if (iterates && !IsAlwaysLipschitz(*selection) && task.choice.refusal.empty()) {
     // Where the iterates do not jump it is their Lipschitz constant.
     task.largest_slope = task.matrix_class.lipschitz = LargestSlope(problem.M);
@@ -190,9 +191,9 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   }
   auto solution = SolveOnGrid(task, grid, observer);
   if (!solution.ok()) return solution;
-  const bool needs_function = options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
-                              (options.method == Method::kTimeStepping &&
-                               (options.average_y || options.step_solver == StepSolver::kNewton));
+  const bool needs_function =
+      options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
+      (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
   const bool may_couple = problem.rule == SolutionRule::kAuto && !needs_function;
   if (task.lost_least_element && may_couple) {
     report.warnings.push_back(solution->message + " Solved again by coupled steps, any solution of theirs.");

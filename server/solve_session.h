@@ -101,7 +101,8 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
 absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,
                            const std::string& solve_id, const SolveControl& control, SolveSink& sink);
 
-// One linear complementarity problem. Errors: as PrepareSolve, fields "M", "q", "rule"; Cancelled when `stop` is triggered.
+// One linear complementarity problem. Errors: as PrepareSolve, fields "M", "q", "rule"; Cancelled when `stop` is
+// triggered.
 absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
                                             const std::stop_token& stop = {});
 

@@ -2,7 +2,6 @@
 #include "core/analysis/lipschitz.h"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "core/analysis/equilibration.h"
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
+#include "core/linalg/pseudo_inverse.h"
 
 namespace dlcs {
 namespace {
@@ -97,8 +97,9 @@ LipschitzBound BoundLipschitz(const Matrix& M) {
     return {std::sqrt(static_cast<double>(M.rows())) / *smallest, ConstantKind::kUpperBound,
             absl::StrCat("√n over the smallest eigenvalue ", *smallest, " of the symmetric part of M")};
   }
-  return {std::nullopt, ConstantKind::kExact,
-          absl::StrCat("n = ", M.rows(), " is beyond enumeration, and M is no M- or H-matrix and not positive definite")};
+  return {
+      std::nullopt, ConstantKind::kExact,
+      absl::StrCat("n = ", M.rows(), " is beyond enumeration, and M is no M- or H-matrix and not positive definite")};
 }
 
 std::optional<double> LipschitzConstant(const Matrix& M) { return BoundLipschitz(M).value; }
@@ -106,11 +107,8 @@ std::optional<double> LipschitzConstant(const Matrix& M) { return BoundLipschitz
 std::optional<double> LargestSlope(const Matrix& M) {
   if (M.rows() > kMaxExactSize) return std::nullopt;
   double largest = 0;
-  Eigen::CompleteOrthogonalDecomposition<Matrix> block;
-  block.setThreshold(1e-11);  // as LeastNormSolver judges it
   ForSubsets(M.rows(), [&](const std::vector<Index>& S) {
-    block.compute(M(S, S));
-    largest = std::max(largest, block.pseudoInverse().cwiseAbs().rowwise().sum().maxCoeff());
+    largest = std::max(largest, FactorOfAnyRank(M(S, S)).pseudoInverse().cwiseAbs().rowwise().sum().maxCoeff());
   });
   return largest;
 }

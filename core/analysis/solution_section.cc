@@ -35,15 +35,16 @@ std::string SetText(const std::vector<Index>& set) {
 
 void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection selection, AnalysisSection& section) {
   const LipschitzBound lipschitz = BoundLipschitz(M);
-  section.constants.push_back(ToConstant("lipschitz", "𝓛", "largest norm of an inverse of a principal submatrix", lipschitz,
-                                         absl::StrCat("(2.3), (2.12) of ", kPaper)));
+  section.constants.push_back(ToConstant("lipschitz", "𝓛", "largest norm of an inverse of a principal submatrix",
+                                         lipschitz, absl::StrCat("(2.3), (2.12) of ", kPaper)));
   LipschitzBound cube = lipschitz;
   if (matrix_class.p.yes()) {
     if (cube.value) cube.why = "attained where D is zero or one: equal to 𝓛";
   } else {
     cube = {std::nullopt, ConstantKind::kExact, "M is not known to be a P-matrix: I - D + D M may be singular"};
   }
-  section.constants.push_back(ToConstant("cube-bound", "max ‖(I - D + D M)⁻¹ D‖", "the earlier bound over all D in [0, 1]ⁿ", cube,
+  section.constants.push_back(ToConstant("cube-bound", "max ‖(I - D + D M)⁻¹ D‖",
+                                         "the earlier bound over all D in [0, 1]ⁿ", cube,
                                          absl::StrCat("(2.6) of ", kPaper)));
   section.constants.push_back(ToConstant("mangasarian-shiau", "v_∞", "constant of Mangasarian and Shiau, never below 𝓛",
                                          MangasarianShiauConstant(M),
@@ -65,8 +66,8 @@ void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection se
 void AddSolution(const Matrix& M, const LcpResult& result, AnalysisSection& section) {
   const IndexSets& sets = result.sets;
   Fact degenerate{sets.degenerate() ? Answer::kYes : Answer::kNo,
-                  absl::StrCat("J = ", SetText(sets.J), " (y > 0), I = ", SetText(sets.I), " (w > 0), K = ", SetText(sets.K),
-                               " (y = w = 0)")};
+                  absl::StrCat("J = ", SetText(sets.J), " (y > 0), I = ", SetText(sets.I),
+                               " (w > 0), K = ", SetText(sets.K), " (y = w = 0)")};
   degenerate.witness.indices = sets.K;
   section.findings.push_back({"degenerate", "the solution at t = 0 is degenerate", degenerate,
                               absl::StrCat("section 2 of ", kPaper)});
@@ -80,17 +81,18 @@ void AddSolution(const Matrix& M, const LcpResult& result, AnalysisSection& sect
 
 // How many solutions there are.
 void AddUniqueness(const Matrix& M, const Vector& q, const MatrixClass& matrix_class, Selection selection,
-                   AnalysisSection& section) {
+                   const std::stop_token& stop, AnalysisSection& section) {
   const std::string title = "the solution at t = 0 is the only one";
   if (matrix_class.p.yes()) {
     section.findings.push_back({"unique", title, {Answer::kYes, "M is a P-matrix"}, ""});
     return;
   }
   if (M.rows() > kMaxSolutionEnumeration) {
-    section.findings.push_back({"unique", title, {Answer::kUnknown, absl::StrCat("n = ", M.rows(), " is beyond enumeration")}, ""});
+    section.findings.push_back(
+        {"unique", title, {Answer::kUnknown, absl::StrCat("n = ", M.rows(), " is beyond enumeration")}, ""});
     return;
   }
-  const BasicSolutions all = AllBasicSolutions(M, q);
+  const BasicSolutions all = AllBasicSolutions(M, q, stop);
   const double count = static_cast<double>(all.solutions.size());
   const bool continuum = !all.faces.empty();
   const std::string found = absl::StrCat(all.solutions.size(), " basic solution", all.solutions.size() == 1 ? "" : "s",
@@ -103,18 +105,20 @@ void AddUniqueness(const Matrix& M, const Vector& q, const MatrixClass& matrix_c
                                .title = "basic solutions at t = 0",
                                .value = count,
                                .kind = all.complete ? ConstantKind::kExact : ConstantKind::kLowerBound,
-                               .why = "all complementary bases were looked at",
+                               .why = all.complete ? "all complementary bases were looked at"
+                                                   : "not all complementary bases were decided",
                                .source = ""});
   if (unique.no() && !all.empty() && selection == Selection::kAny) {
-    section.warnings.push_back(absl::StrCat("LCP(N x0 + g(0), M) has several solutions (", found,
-                                            "), and no rule says which is meant: the steps take the one that their coupled "
-                                            "problem gives."));
+    section.warnings.push_back(
+        absl::StrCat("LCP(N x0 + g(0), M) has several solutions (", found,
+                     "), and no rule says which is meant: the steps take the one that their coupled problem gives."));
   }
 }
 
 }  // namespace
 
-AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matrix_class, Selection selection) {
+AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matrix_class, Selection selection,
+                                const std::stop_token& stop) {
   AnalysisSection section;
   section.id = "solution";
   section.title = "Solution of the complementarity problem";
@@ -135,7 +139,7 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
   section.findings.push_back({"solvable", "LCP(N x0 + g(0), M) has a solution", solvable, ""});
   if (solved) {
     AddSolution(M, result, section);
-    AddUniqueness(M, q, matrix_class, selection, section);
+    AddUniqueness(M, q, matrix_class, selection, stop, section);
     if (!result.only_choice) {
       section.warnings.push_back(absl::StrCat("At t = 0 several solutions tie for ", SelectionName(selection),
                                               "; of these the least in norm is taken, and y may jump there."));
@@ -143,9 +147,13 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
   }
   section.findings.push_back({"interior-point", "some v > 0 has N x0 + g(0) + M v > 0", TestInteriorPoint(M, q),
                               absl::StrCat("(4.1), Remark 2.1 (ii) of ", kPaper)});
+  if (selection == Selection::kHiddenLeastElement) {
+    section.warnings.push_back(
+        "The least element in the order of pos X depends on X, which M does not determine: it is that of the X found.");
+  }
   if (selection == Selection::kLeastNorm || selection == Selection::kMinimiser) {
-    section.warnings.push_back(absl::StrCat(SelectionName(selection), " need not be a continuous function of x for this M (",
-                                            "Remark 2.1 of ", kPaper, ")."));
+    section.warnings.push_back(absl::StrCat(
+        SelectionName(selection), " need not be a continuous function of x for this M (Remark 2.1 of ", kPaper, ")."));
   }
   return section;
 }

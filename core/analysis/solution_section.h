@@ -4,6 +4,8 @@
 #ifndef DLCS_CORE_ANALYSIS_SOLUTION_SECTION_H_
 #define DLCS_CORE_ANALYSIS_SOLUTION_SECTION_H_
 
+#include <stop_token>
+
 #include "core/analysis/findings.h"
 #include "core/analysis/matrix_class.h"
 #include "core/problem.h"
@@ -16,7 +18,9 @@ namespace dlcs {
 //               Witnesses hold y, index sets, or the interior point;
 // warnings      several solutions at the start and no rule to choose, ties, a selection that may jump.
 // Cost: that of Classify(), one LCP, one linear program, and for n <= 12 the 2ⁿ bases.
-AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matrix_class, Selection selection);
+// `stop` is looked at for every basis.
+AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matrix_class, Selection selection,
+                                const std::stop_token& stop = {});
 
 }  // namespace dlcs
 

@@ -10,22 +10,22 @@
 
 namespace dlcs {
 
-// Solves y = SOL(q + K y, M) for the selection that a solver of M makes. Every such y solves LCP(q, M + K), but not the
-// other way round. With the least norm this is the implicit step (1.9) of [Chen & Xiang].
+// Solves y = SOL(q + K y, M) for the selection that a solver of M makes. Every such y solves LCP(q, M + K), but not
+// the other way round. With the least norm this is the implicit step (1.9) of [Chen & Xiang].
 //
 // Newton's method with the bases of the selected solutions; then the fixed-point iteration y <- SOL(q + K y, M), a
 // contraction where SOL is Lipschitz and K small; then the solution of LCP(q, M + K) that `fallback` finds, and for
-// n <= kMaxEnumerationSize its other basic solutions, each replaced by the selected solution z of LCP(q + K y, M) where
-// K z = K y. A solution of the coupled LCP that is no such fixed point is returned only where none was found
+// n <= kMaxEnumerationSize its other basic solutions, each replaced by the selected solution z of LCP(q + K y, M)
+// where K z = K y. A solution of the coupled LCP that is no such fixed point is returned only where none was found
 // (KeptSelection() is false then).
 //
-// With the least norm and M + K positive semidefinite, `fallback` is the least-norm solver of M + K, so what is returned
-// then is the discrete solution of [Han, Tiwari, Camlibel & Pang], who take the least norm over the coupled problem: for
-// M = 0 (ideal diodes) the least-norm element of SOL(N x + g, 0) is zero, which can hardly be meant, and (1.9) has no
-// solution as soon as a constraint acts.
+// With the least norm and M + K positive semidefinite, `fallback` is the least-norm solver of M + K, so what is
+// returned then is the discrete solution of [Han, Tiwari, Camlibel & Pang], who take the least norm over the coupled
+// problem: for M = 0 (ideal diodes) the least-norm element of SOL(N x + g, 0) is zero, which can hardly be meant, and
+// (1.9) has no solution as soon as a constraint acts.
 //
-// Source: [Han, Tiwari, Camlibel & Pang 2009] L. Han, A. Tiwari, M. K. Camlibel, J.-S. Pang. Convergence of time-stepping
-// schemes for passive and extended linear complementarity systems. SIAM J. Numer. Anal. 47, 3768-3796.
+// Source: [Han, Tiwari, Camlibel & Pang 2009] L. Han, A. Tiwari, M. K. Camlibel, J.-S. Pang. Convergence of
+// time-stepping schemes for passive and extended linear complementarity systems. SIAM J. Numer. Anal. 47, 3768-3796.
 class CoupledSelectionSolver final : public LcpSolver {
  public:
   CoupledSelectionSolver(const Matrix& M, const Matrix& K, std::unique_ptr<LcpSolver> selection,

@@ -47,8 +47,8 @@ LcpVerdict HiddenLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
   constexpr int kRounds = 5;
   PivotPrincipally(lcp_, kRounds, point_, basis, account_.pivots);
   if (TryBasis(basis, y)) return LcpVerdict::kSolved;
-  return fail(LcpVerdict::kSingular, "the basis of the least element in the order of pos X is singular, or not optimal, to "
-                                     "working precision");
+  return fail(LcpVerdict::kSingular,
+              "the basis of the least element in the order of pos X is singular, or not optimal, to working precision");
 }
 
 bool HiddenLeastElementSolver::TryBasis(const Basis& basis, Eigen::Ref<Vector> y) {

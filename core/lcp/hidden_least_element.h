@@ -18,14 +18,16 @@ namespace dlcs {
 //
 //     min eᵀX⁻¹z,     z >= 0,     q + M z >= 0.
 //
-// Another X may order the solutions otherwise: the one meant is that of TestHiddenZ() (core/analysis/hidden_z.h).
+// The paper does not say so, but another X may make another solution the least one (HiddenLeastElementTest.DependsOnX
+// has an example): the X meant is that of TestHiddenZ() (core/analysis/hidden_z.h).
 //
 // The point of a basis S that solves the LCP is that solution where the multipliers of (4.11) are feasible, with
-// c = X⁻ᵀe: λ_S = M_SS⁻ᵀ c_S >= 0 and c - Mᵀλ >= 0, λ = 0 elsewhere. They do not depend on q: a guessed basis is checked
-// without a linear program. Otherwise CLP solves (4.11), and the point of its basis is computed anew and checked.
+// c = X⁻ᵀe: λ_S = M_SS⁻ᵀ c_S >= 0 and c - Mᵀλ >= 0, λ = 0 elsewhere. They do not depend on q: a guessed basis is
+// checked without a linear program. Otherwise CLP solves (4.11), and the point of its basis is computed anew and
+// checked.
 //
-// Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity problem. Academic
-// Press. Theorems 3.11.17 to 3.11.19.
+// Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity problem.
+// Academic Press. Theorems 3.11.17 to 3.11.19.
 class HiddenLeastElementSolver final : public LcpSolver {
  public:
   HiddenLeastElementSolver(const Matrix& M, const Matrix& X);

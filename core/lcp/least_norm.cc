@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/least_norm.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "core/lcp/enumeration.h"
 #include "core/lcp/nearest_point.h"
 #include "core/lcp/solution_function.h"
+#include "core/linalg/pseudo_inverse.h"
 
 namespace dlcs {
 namespace {
@@ -16,14 +16,8 @@ using Known = ComplementarySolver::Known;
 
 // Parts of ‖M‖: the first separates bases that differ by more than a thousandth, the last is safe from rounding still.
 constexpr double kRegularizations[] = {1e-3, 1e-5, 1e-7, 1e-9};
-// Below this part of the largest pivot a block is singular, and below this part of what they are summed from, numbers
-// count as zero.
+// Below this part of what they are summed from, numbers count as zero.
 constexpr double kRounding = 1e-11;
-
-// -M_SS⁺ v.
-Vector MinusPseudoInverse(const Eigen::CompleteOrthogonalDecomposition<Matrix>& block, const Vector& v) {
-  return -block.solve(v);
-}
 
 }  // namespace
 
@@ -72,16 +66,18 @@ bool LeastNormSolver::IsLimit(const Vector& q, const Vector& tolerance, const st
                               Eigen::Ref<Vector> y) const {
   const Index n = q.size();
   const Matrix M_S = M_(Eigen::all, S);
-  Eigen::CompleteOrthogonalDecomposition<Matrix> block;
-  block.setThreshold(kRounding);
-  if (!S.empty()) block.compute(M_(S, S));
-  const Vector y_S = S.empty() ? Vector() : MinusPseudoInverse(block, q(S));
+  Vector y_S, slope_S;  // -M_SS⁺ q_S, -M_SS⁺ y_S
+  if (!S.empty()) {
+    const auto block = FactorOfAnyRank(M_(S, S));
+    y_S = -block.solve(q(S));
+    slope_S = -block.solve(y_S);
+  }
   const Vector w = q + M_S * y_S;
   const Vector zero = kRounding * (q.cwiseAbs() + M_S.cwiseAbs() * y_S.cwiseAbs()) + tolerance;
   const double zero_y = y_S.size() > 0 ? kRounding * y_S.lpNorm<Eigen::Infinity>() : 0;
 
   Vector slope = Vector::Zero(n);  // y'
-  if (!S.empty()) slope(S) = MinusPseudoInverse(block, y_S);
+  slope(S) = slope_S;
   const Vector slope_w = M_ * slope;  // w' outside of S, where y* = 0
   const Vector zero_slope_w = 1e-9 * (M_.cwiseAbs() * slope.cwiseAbs());
   const double zero_slope = 1e-9 * slope.lpNorm<Eigen::Infinity>();

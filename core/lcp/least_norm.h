@@ -21,16 +21,16 @@ namespace dlcs {
 // LCP(q, M) and the next term of the expansion, y_ε = y* + ε y' + ..., proves it least: with y'_S = -M_SS⁺ y*_S and
 // w' = y* + M y', every other solution v has
 //
-//     y*ᵀ(v - y*) = w'ᵀ v + y'ᵀ w(v) >= 0,     if y'_i >= 0 where i in S, y*_i = 0, and w'_i >= 0 where i not in S, w*_i = 0.
+//     y*ᵀ(v - y*) = w'ᵀv + y'ᵀw(v) >= 0   if y'_i >= 0 for i in S with y*_i = 0, w'_i >= 0 for other i with w*_i = 0.
 //
 // That is sufficient, not necessary (S may have other y'): where no ε passes, the quadratic program over the whole
-// solution set decides (core/lcp/nearest_point.h). Where a nondegenerate solution has a nonsingular M_JJ it is the only
-// one, and nothing of this is needed.
+// solution set decides (core/lcp/nearest_point.h). Where a nondegenerate solution has a nonsingular M_JJ it is the
+// only one, and nothing of this is needed.
 //
 // The least-norm solution need not depend continuously on q: see TestInteriorPoint() in core/lcp/solution_function.h.
 //
-// Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity problem. Academic
-// Press. Theorem 5.6.2 (the limit).
+// Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity problem.
+// Academic Press. Theorem 5.6.2 (the limit).
 class LeastNormSolver final : public LcpSolver {
  public:
   explicit LeastNormSolver(const Matrix& M);  // positive semidefinite

@@ -11,8 +11,9 @@ namespace dlcs {
 
 // Prepares the state `x` and the multiplier `y` at `time`, the start of a stretch, for g(time⁺) = `g`.
 //
-// Where the rule gives a solution of LCP(N x + g, M): that is y, and x stays. Where M is positive semidefinite (M = 0 included):
-// x is consistent when LCP(N x + g, M) has a solution. Otherwise it must jump to x + B p, with p from the LCP
+// Where the rule gives a solution of LCP(N x + g, M): that is y, and x stays. Where M is positive semidefinite (M = 0
+// included): x is consistent when LCP(N x + g, M) has a solution. Otherwise it must jump to x + B p, with p from the
+// LCP
 //
 //     0 <= p ⟂ N(x + B p) + g + M μ >= 0,     0 <= μ ⟂ -Mᵀp >= 0,
 //

@@ -36,8 +36,9 @@ std::string WhyNotPiecewise(const Matrix& M, const MatrixClass& matrix_class, Se
 std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
   const std::string why = WhyNotPiecewise(M, matrix_class, selection);
   if (!why.empty() || M.rows() <= kMaxSolutionEnumeration) return why;
-  return " has to see where " + std::string(SelectionName(selection)) + " jumps, by a look at all principal submatrices of M: n = " +
-         std::to_string(M.rows()) + ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
+  return " has to see where " + std::string(SelectionName(selection)) +
+         " jumps, by a look at all principal submatrices of M: n = " + std::to_string(M.rows()) +
+         ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
 }
 
 }  // namespace
@@ -56,8 +57,9 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.reason = WhyLipschitz(selection);
   } else if (selection != Selection::kAny) {
     choice.method = Method::kExponentialMarch;
-    choice.reason = std::string(SelectionName(selection)) +
-                    " need not be a Lipschitz function of x: each step is solved coupled, and exp-PC steps take any class";
+    choice.reason =
+        std::string(SelectionName(selection)) +
+        " need not be a Lipschitz function of x: each step is solved coupled, and exp-PC steps take any class";
   } else {
     choice.method = Method::kExponentialMarch;
     choice.reason = "M (" + matrix_class.description +
@@ -93,7 +95,8 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
                        " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(*degree) +
                        " integrations, so solutions need impulses and time stepping diverges like 1/h in silence. "
                        "Model the impact explicitly, or add compliance or damping so that M or N B is not zero";
-      choice.refusal += degree == 2 ? "; or ask for inelastic impacts, a law that the system itself does not hold." : ".";
+      choice.refusal +=
+          degree == 2 ? "; or ask for inelastic impacts, a law that the system itself does not hold." : ".";
     }
   }
   return choice;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/pseudo_inverse.h"
 #include "core/methods/solve_context.h"
 
 namespace dlcs {
@@ -14,14 +15,22 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // The rounding of a sum of `sizes`; what is below it is zero.
 constexpr double kRounding = 16 * kEpsilon;
+// The same with a pseudo-inverse behind y.
+constexpr double kLeastNormRounding = 1e-12;
 
 bool IsRegular(const Eigen::PartialPivLU<Matrix>& lu) { return lu.rcond() > kEpsilon; }
 
 }  // namespace
 
-Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::vector<Index>& active) {
+Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::vector<Index>& active,
+                    Selection selection) {
   Matrix V = Matrix::Identity(problem.num_states(), problem.num_states());
   if (active.empty()) return V;
+  if (selection == Selection::kLeastNorm) {
+    V += y_after(Eigen::all, active) *
+         FactorOfAnyRank(problem.M(active, active)).solve(problem.N(active, Eigen::all)).eval();
+    return V;
+  }
   const Eigen::PartialPivLU<Matrix> lu(problem.M(active, active));
   if (!IsRegular(lu)) return V.setConstant(std::numeric_limits<double>::quiet_NaN());
   V += y_after(Eigen::all, active) * lu.solve(problem.N(active, Eigen::all));
@@ -32,12 +41,13 @@ NewtonStep::NewtonStep(const Problem& problem, const Scheme& scheme, const Solut
     : problem_(problem),
       abs_N_(problem.N.cwiseAbs()),
       y_after_(scheme.y_after),
+      selection_(choice.selection),
       solver_(MakeLcpSolver(problem.M, choice)),
       basis_(problem.num_constraints(), 0) {}
 
 bool NewtonStep::Factor(const std::vector<Index>& active) {
   if (factored_ && factored_active_ == active) return regular_;
-  const Matrix V = NewtonMatrix(problem_, y_after_, active);
+  const Matrix V = NewtonMatrix(problem_, y_after_, active, selection_);
   factored_ = true;
   factored_active_ = active;
   regular_ = V.allFinite();
@@ -66,8 +76,10 @@ NewtonVerdict NewtonStep::Solve(const Eigen::Ref<const Vector>& p, const Eigen::
     for (Index i = 0; i < y.size(); ++i) {
       if (y[i] > 0) active_.push_back(i);
     }
-    const bool same_piece = k > 0 && active_ == last_active_;
-    if (same_piece || (residual_.array().abs() <= kRounding * (u.array().abs() + p.array().abs())).all()) {
+    const bool least_norm = selection_ == Selection::kLeastNorm;
+    const bool same_piece = k > 0 && active_ == last_active_ && !least_norm;
+    const double rounding = least_norm ? kLeastNormRounding : kRounding;
+    if (same_piece || (residual_.array().abs() <= rounding * (u.array().abs() + p.array().abs())).all()) {
       return NewtonVerdict::kConverged;
     }
     if (!Factor(active_)) return NewtonVerdict::kSingular;

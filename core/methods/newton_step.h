@@ -31,7 +31,8 @@ enum class NewtonVerdict {
 // still implicit, through y.
 //
 // F is linear where D stays, so an iterate with the D of the one before solves the step up to rounding: the
-// method ends after finitely many iterations, or cycles, which needs 3hκ >= 1 (Theorem 3.2).
+// method ends after finitely many iterations (with the least norm, whose pieces D does not fix, when ‖F‖ is rounding),
+// or cycles, which needs 3hκ >= 1 (Theorem 3.2).
 class NewtonStep {
  public:
   // Keeps a reference to `problem`; `choice` must make y a function of x, continuous along the iterates.
@@ -55,6 +56,7 @@ class NewtonStep {
   const Problem& problem_;
   Matrix abs_N_;
   Matrix y_after_;
+  Selection selection_;
   std::unique_ptr<LcpSolver> solver_;
   Basis basis_;
   Vector q_, tolerance_, residual_;
@@ -67,8 +69,10 @@ class NewtonStep {
 };
 
 // V for J = `active`: I + y_after_J M_JJ⁻¹ N_J, since (I - D + DM)⁻¹D is M_JJ⁻¹ on J and zero elsewhere. Not finite
-// where M_JJ is singular to working precision.
-Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::vector<Index>& active);
+// where M_JJ is singular to working precision; but with the least norm M_JJ may be, and its pseudo-inverse is taken:
+// that is the Jacobian where y_J = -M_JJ⁺ q_J (core/lcp/least_norm.h).
+Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::vector<Index>& active,
+                    Selection selection = Selection::kUnique);
 
 }  // namespace dlcs
 

@@ -20,8 +20,9 @@ std::optional<SteepStep> FindSteepStep(const Eigen::Ref<const Matrix>& q, const 
 }
 
 std::string DescribeSteepStep(const SteepStep& step, double time, double largest_slope) {
-  return "y changes by " + FormatNumber(step.quotient) + " times the change of N x + g before t = " + FormatNumber(time) +
-         ", a piece of it by at most " + FormatNumber(largest_slope);
+  return "y changes by " + FormatNumber(step.quotient) +
+         " times the change of N x + g before t = " + FormatNumber(time) + ", a piece of it by at most " +
+         FormatNumber(largest_slope);
 }
 
 }  // namespace dlcs

@@ -28,7 +28,8 @@ void ExpectSet(const Matrix& M, const Vector& q, const std::vector<Vector>& expe
   EXPECT_THAT(all.faces, SizeIs(0)) << "M is nondegenerate";
   for (const Vector& y : expected) EXPECT_TRUE(Lists(all, y)) << y.transpose() << " at q = " << q.transpose();
   for (const BasicSolution& s : all.solutions) {
-    EXPECT_TRUE(std::any_of(expected.begin(), expected.end(), [&](const Vector& y) { return (y - s.y).norm() < 1e-12; }))
+    EXPECT_TRUE(
+        std::any_of(expected.begin(), expected.end(), [&](const Vector& y) { return (y - s.y).norm() < 1e-12; }))
         << s.y.transpose() << " at q = " << q.transpose();
   }
 }

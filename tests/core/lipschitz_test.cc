@@ -113,7 +113,8 @@ TEST(LipschitzTest, BoundsLargeMatricesFromAbove) {
   EXPECT_FALSE(BoundLipschitz(generator.Gaussian(14, 14)).value.has_value());
 }
 
-// The definition, index set by index set, with determinants for "nonsingular": none of the problems below comes near it otherwise.
+// The definition, index set by index set, with determinants for "nonsingular": none of the problems below comes near
+// it otherwise.
 double ByDefinition(const Matrix& M) {
   double largest = 0;
   const Index n = M.rows();

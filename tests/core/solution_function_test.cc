@@ -184,8 +184,8 @@ TEST(InteriorPointTest, FindsOneOrSaysWhichRowForbidsIt) {
   EXPECT_EQ(TestInteriorPoint(Matrix{{1, -1}, {-1, 1}}, Vector{{1.0, -1}}).answer, Answer::kUnknown);
 }
 
-// Remark 2.1 (ii) is wrong as printed: an interior point, M positive semidefinite, and yet the only solutions on the two
-// sides of q stay apart.
+// Remark 2.1 (ii) is wrong as printed: an interior point, M positive semidefinite, and yet the only solutions on the
+// two sides of q stay apart.
 TEST(InteriorPointTest, DoesNotMakeSolutionsOfSemidefiniteProblemsLipschitz) {
   const Matrix M{{0, 1}, {-1, 0}};
   EXPECT_TRUE(TestInteriorPoint(M, Vector{{0.0, 1}}).yes());

@@ -92,7 +92,8 @@ TEST(LeastNormTest, AgreesWithTheQuadraticProgramAndNoSolutionIsShorter) {
     EXPECT_LE(LcpResidual(M, q, least.y), 1e-9 * size) << least.method;
     const NearestPoint nearest = FindNearestPoint(ConvexSolutionSet(M, q, least.y), NormOf(q.size()));
     ASSERT_EQ(nearest.answer, Feasibility::kFeasible);
-    EXPECT_LE((nearest.v - least.y).norm(), 1e-6 * (1 + least.y.norm())) << least.method << "\nM =\n" << M << "\nq = " << q.transpose();
+    EXPECT_LE((nearest.v - least.y).norm(), 1e-6 * (1 + least.y.norm())) << least.method << "\nM =\n"
+                                                                         << M << "\nq = " << q.transpose();
     const BasicSolutions all = AllBasicSolutions(M, q);
     for (const BasicSolution& other : all.solutions) {
       EXPECT_GE(least.y.dot(other.y - least.y), -1e-8 * (1 + least.y.squaredNorm() + other.y.squaredNorm()));
@@ -358,6 +359,21 @@ TEST(HiddenLeastElementTest, IsTheLeastElementForX) {
   }
 }
 
+// (4.11) leaves open which X: one M, two pairs X, Y of Z-matrices that satisfy (4.10), and two least elements.
+TEST(HiddenLeastElementTest, DependsOnX) {
+  const Matrix M{{-1, -2}, {1, 1}};
+  const Matrix X1{{1, 0}, {-1, 1}}, X2{{0, -1}, {-1, 1}};
+  EXPECT_EQ(M * X1, (Matrix{{1, -2}, {0, 1}}));
+  EXPECT_EQ(M * X2, (Matrix{{2, -1}, {-1, 0}}));
+  EXPECT_GT((X1.transpose() * Vector{{2.0, 1}}).minCoeff(), 0);  // rᵀX + sᵀY > 0
+  EXPECT_GT((X2.transpose() * Vector{{0.0, 1.5}} + (M * X2).transpose() * Vector{{1.0, 0}}).minCoeff(), 0);
+  const Vector q{{4.0, -1}};
+  HiddenLeastElementSolver first(M, X1), second(M, X2);
+  EXPECT_LE((SolveWith(first, q).y - Vector{{0.0, 1}}).norm(), 1e-14);
+  EXPECT_LE((SolveWith(second, q).y - Vector{{4.0, 0}}).norm(), 1e-14);
+  EXPECT_EQ(AllBasicSolutions(M, q).solutions.size(), 2u);
+}
+
 // The whole way: the search finds X, and the rule follows it. M is hidden Z, but neither Z nor P nor semidefinite.
 TEST(HiddenLeastElementTest, IsReachedByTheRule) {
   LcpGenerator generator(9);
@@ -383,7 +399,8 @@ TEST(HiddenLeastElementTest, IsReachedByTheRule) {
     }
   }
   EXPECT_GT(served, 20);
-  const absl::Status refused = SolveLcp(Matrix{{0, 1}, {1, 0}}, Vector::Ones(2), SolutionRule::kHiddenLeastElement).status();
+  const absl::Status refused =
+      SolveLcp(Matrix{{0, 1}, {1, 0}}, Vector::Ones(2), SolutionRule::kHiddenLeastElement).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
 }
 
