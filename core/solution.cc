@@ -3,6 +3,14 @@
 
 namespace dlcs {
 
+std::vector<double> NewtonRecord::Quotients() const {
+  std::vector<double> quotients;
+  for (std::size_t k = 1; k < residuals.size() && residuals[k - 1] > 0; ++k) {
+    quotients.push_back(residuals[k] / residuals[k - 1]);
+  }
+  return quotients;
+}
+
 const char* TerminationName(Termination termination) {
   switch (termination) {
     case Termination::kNotSolved:

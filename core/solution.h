@@ -52,6 +52,20 @@ struct StateJump {
   Vector multiplier;
 };
 
+// How the method means x and y between two consecutive nodes; core/interpolant.h evaluates them.
+struct Interpolation {
+  // x: linear; or the exact solution of x' = A x + B y + f for f linear between nodes and y as below.
+  bool x_is_linear = false;
+  // y: linear; or constant, equal to y_j on (t_{j-1}, t_j].
+  bool y_is_linear = false;
+};
+
+// y(t⁻) at times[column], where the limits of y differ: the trajectory itself holds y(t⁺) there.
+struct LeftLimit {
+  Index column = 0;
+  Vector y;
+};
+
 struct Cost {
   Index steps = 0;
   Index windows = 0;       // of the iterations, rejected ones included; 0 for marches
@@ -74,6 +88,9 @@ struct NewtonRecord {
   std::vector<double> residuals;  // ‖F(u^k)‖_∞, k = 0, 1, ..., F as in core/methods/newton_step.h
   // hκ for the longest step: H of (3.1) contracts with this rate (Lemma 3.1). Absent where no κ is known.
   std::optional<double> contraction;
+
+  // ‖F(u^{k+1})‖ / ‖F(u^k)‖, k = 0, 1, ..., as long as ‖F(u^k)‖ > 0; superlinear convergence is quotients that fall to 0.
+  std::vector<double> Quotients() const;
 };
 
 // How laplace_iteration made its kernel, for all lengths of steps together.
@@ -115,6 +132,9 @@ struct Solution {
   Matrix x;  // m × times
   Matrix y;  // n × times
   std::vector<StateJump> jumps;
+  std::vector<LeftLimit> left_limits;  // in the order of time; none at 0
+  // Absent where the trajectory is not dense: output times only, or a nonlinear problem.
+  std::optional<Interpolation> interpolation;
 
   double step = 0;  // the longest step of the grid
   Certificate certificate;

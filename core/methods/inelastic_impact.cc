@@ -34,7 +34,8 @@ class Impacts {
         NA_(problem_.N * problem_.A),
         impulse_response_(NA_ * problem_.B),
         steps_([this](double step) { return std::make_unique<ImpactStep>(problem_, step); }),
-        x_(problem_.x0) {}
+        x_(problem_.x0),
+        y_(Vector::Zero(problem_.num_constraints())) {}
 
   bool ReachEnd() {
     for (Index i = 0; i < impulse_response_.rows(); ++i) {
@@ -74,10 +75,12 @@ class Impacts {
     segment.x.resize(problem_.num_states(), steps + 1);
     segment.y = Matrix::Zero(problem_.num_constraints(), steps + 1);
     segment.x.col(0) = x_;
-    segment.first_y_is_solution = false;  // y is constant on steps: it has no value of its own at a start
+    segment.first_y_is_solution = false;
     Index solved = 0;
     while (solved < steps && Step(tools, segment, solved + 1)) ++solved;
-    if (solved > 0) segment.y.col(0) = segment.y.col(1);
+    // y is constant on steps: behind a break point it is that of the first step, elsewhere that of the last.
+    segment.y.col(0) = done > 0 || !run.starts_at_break || solved == 0 ? y_ : Vector(segment.y.col(1));
+    y_ = segment.y.col(solved);
     if (solved < steps) segment.Truncate(solved);
     context_.Add(segment, tools.scheme);
     context_.solution.cost.steps += solved;
@@ -170,7 +173,7 @@ class Impacts {
   const Matrix NA_;
   const Matrix impulse_response_;  // N A B, of the velocity
   StepCache<ImpactStep> steps_;
-  Vector x_;
+  Vector x_, y_;  // at the end of the last step
   std::vector<Index> contacts_;
   Vector allowed_gap_ = Vector::Zero(problem_.num_constraints());
 };

@@ -14,7 +14,11 @@ Recorder::Recorder(const Grid& grid, Index num_states, Index num_constraints, So
 
 void Recorder::Add(const Segment& segment) {
   const Index last_node = segment.first_node + segment.steps;
-  if (recorded_ > 0 && grid_.output_nodes[recorded_ - 1] == segment.first_node) --recorded_;
+  if (recorded_ > 0 && grid_.output_nodes[recorded_ - 1] == segment.first_node) {
+    --recorded_;
+    const auto y_before = solution_.y.col(recorded_);
+    if (y_before != segment.y.col(0)) solution_.left_limits.push_back({recorded_, y_before});
+  }
   while (recorded_ < static_cast<Index>(grid_.output_nodes.size()) &&
          grid_.output_nodes[recorded_] <= last_node) {
     const Index node = grid_.output_nodes[recorded_];

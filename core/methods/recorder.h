@@ -16,7 +16,7 @@ class Recorder {
   Recorder(const Grid& grid, Index num_states, Index num_constraints, Solution& solution);
 
   // Takes over the output nodes of `segment`. Segments come in order; the first node of one overwrites the last
-  // node of the one before, so a break point keeps its right limits.
+  // node of the one before, so a break point keeps its right limits; where y differs the left one is kept beside them.
   void Add(const Segment& segment);
 
   // Cuts the solution down to what was recorded.

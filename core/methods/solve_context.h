@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "core/analysis/matrix_class.h"
 #include "core/lcp/lcp.h"
@@ -86,6 +87,9 @@ struct SolveContext {
 
   // Files a finished segment: certificate and output.
   void Add(const Segment& segment, const Scheme& scheme) {
+    if (grid.output_nodes.size() == grid.times.size()) {
+      solution.interpolation = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
+    }
     certificate.Add(segment, scheme);
     recorder.Add(segment);
   }

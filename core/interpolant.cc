@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/interpolant.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/linalg/phi_functions.h"
+
+namespace dlcs {
+
+absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const Solution& solution) {
+  if (!solution.interpolation || solution.times.size() < 2) {
+    return absl::InvalidArgumentError(
+        "the solution does not hold every node of its grid: solve without output_times_only");
+  }
+  if (solution.x.rows() != problem.num_states() || solution.y.rows() != problem.num_constraints()) {
+    return absl::InvalidArgumentError("the solution is not one of this problem");
+  }
+  auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states());
+  if (!f.ok()) return f.status();
+  return Interpolant(problem, solution, *std::move(f));
+}
+
+Interpolant::Interpolant(const Problem& problem, const Solution& solution, TimeFunctionEvaluator f)
+    : problem_(problem), solution_(solution), f_(std::move(f)) {}
+
+Interpolant::Point Interpolant::At(double time) {
+  const std::vector<double>& times = solution_.times;
+  const auto node = std::lower_bound(times.begin(), times.end(), time);
+  if (node == times.end() || *node != time) return Limit(time, Side::kLeft);
+  const Index k = node - times.begin();
+  return {solution_.x.col(k), solution_.y.col(k)};
+}
+
+Interpolant::Point Interpolant::Limit(double time, Side side) {
+  const std::vector<double>& times = solution_.times;
+  time = std::clamp(time, times.front(), times.back());
+  // The step that holds `time`, closed on the side that it is approached from.
+  const auto end = side == Side::kLeft ? std::lower_bound(times.begin(), times.end(), time)
+                                       : std::upper_bound(times.begin(), times.end(), time);
+  const Index last = static_cast<Index>(times.size()) - 1;
+  const Index k = std::clamp<Index>(end - times.begin() - 1, 0, last - 1);
+  return InStep(k, time - times[k]);
+}
+
+Interpolant::Point Interpolant::InStep(Index k, double tau) {
+  const double begin = solution_.times[k], end = solution_.times[k + 1];
+  const double part = tau / (end - begin);
+  const Vector x_begin = solution_.x.col(k), y_begin = solution_.y.col(k), y_end = LeftY(k + 1);
+  Point point;
+  point.y = solution_.interpolation->y_is_linear ? Vector((1 - part) * y_begin + part * y_end) : y_end;
+  if (solution_.interpolation->x_is_linear) {
+    point.x = (1 - part) * x_begin + part * LeftState(k + 1);
+    return point;
+  }
+  const Vector f_begin = SourceAt(begin, Side::kRight), f_end = SourceAt(end, Side::kLeft);
+  const Vector s_begin = problem_.B * (solution_.interpolation->y_is_linear ? y_begin : y_end) + f_begin;
+  const Vector s = problem_.B * point.y + (1 - part) * f_begin + part * f_end;
+  const PhiFunctions phi = ComputePhiFunctions(tau * problem_.A);
+  point.x = phi.phi0 * x_begin + tau * (phi.phi1 * s_begin + phi.phi2 * (s - s_begin));
+  return point;
+}
+
+Vector Interpolant::LeftState(Index k) const {
+  Vector x = solution_.x.col(k);
+  for (const StateJump& jump : solution_.jumps) {
+    if (jump.time == solution_.times[k]) x -= jump.dx;
+  }
+  return x;
+}
+
+Vector Interpolant::LeftY(Index k) const {
+  const std::vector<LeftLimit>& limits = solution_.left_limits;
+  const auto limit = std::lower_bound(limits.begin(), limits.end(), k,
+                                      [](const LeftLimit& a, Index column) { return a.column < column; });
+  return limit != limits.end() && limit->column == k ? limit->y : Vector(solution_.y.col(k));
+}
+
+Vector Interpolant::SourceAt(double time, Side side) {
+  Vector value(problem_.num_states());
+  f_.Evaluate(time, side, value);
+  return value;
+}
+
+}  // namespace dlcs
