@@ -9,6 +9,7 @@
 #include "core/analysis/laplace_section.h"
 #include "core/analysis/matrix_class.h"
 #include "core/analysis/solution_section.h"
+#include "core/analysis/time_stepping_section.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -39,6 +40,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.sections.push_back(ClassSection(problem.M));
   analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection, stop));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
+  analysis.sections.push_back(TimeSteppingSection(problem, options, matrix_class, *selection));
   if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem));
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -42,6 +43,15 @@ TimeFunction ReadSource(const Json& json, const char* key) {
 }
 
 }  // namespace
+
+std::vector<std::string> CaseNames() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(DLCS_CASES_DIR)) {
+    if (file.path().extension() == ".json") names.push_back(file.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 Case LoadCase(const std::string& name) {
   std::ifstream file(std::string(DLCS_CASES_DIR) + "/" + name + ".json");

@@ -24,6 +24,9 @@ struct Case {
   std::vector<std::pair<double, Vector>> state_jumps;  // time, dx
 };
 
+// The names of all files of tests/cases, in order.
+std::vector<std::string> CaseNames();
+
 // Reads tests/cases/`name`.json; fails the test when it cannot.
 Case LoadCase(const std::string& name);
 

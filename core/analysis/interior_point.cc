@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/analysis/interior_point.h"
+
+#include <limits>
+#include <string>
+
+#include "core/analysis/feasible_ball.h"
+#include "core/linalg/linear_program.h"
+#include "core/linalg/norms.h"
+#include "core/methods/solve_context.h"
+
+namespace dlcs {
+namespace {
+
+// The rounding of a sum of `size` with n terms.
+double RoundingOf(double size, Index n) {
+  return static_cast<double>(n + 2) * std::numeric_limits<double>::epsilon() * size;
+}
+
+bool IsInterior(const Vector& q, const Matrix& M, const Vector& v) {
+  const Vector w = q + M * v;
+  const Vector size = q.cwiseAbs() + M.cwiseAbs() * v;
+  for (Index i = 0; i < w.size(); ++i) {
+    if (!(v[i] > 0 && w[i] > RoundingOf(size[i], w.size()))) return false;
+  }
+  return true;
+}
+
+// v > 0 from y >= 0 of the ball, which is moved inwards by half of its margin; where every q is feasible, y is a direction.
+Vector PointInside(const FeasibleBall& ball, const Vector& q, const Matrix& M) {
+  Vector v = ball.y;
+  if (*ball.radius == std::numeric_limits<double>::infinity()) v *= 1 + 2 * MaxAbs(q) / (M * ball.y).minCoeff();
+  const double norm = InfinityNorm(M);
+  v.array() += norm > 0 ? (q + M * v).minCoeff() / (2 * norm) : 1;
+  return v;
+}
+
+// min t subject to uᵀq <= t, Mᵀu <= t e, Σu = 1, u >= 0, q and M scaled: t < 0 excludes strictly. Empty where there is none.
+Vector Excluder(const Vector& q, const Matrix& M) {
+  const Index n = q.size();
+  const auto scaled = [](const auto& values) { return (values / (MaxAbs(values) > 0 ? MaxAbs(values) : 1)).eval(); };
+  LinearProgram program = MakeLinearProgram(n + 2, n + 1);
+  program.rows.topLeftCorner(n, n) = scaled(M).transpose();
+  program.rows.row(n).head(n) = scaled(q).transpose();
+  program.rows.col(n).head(n + 1).setConstant(-1);
+  program.row_upper.head(n + 1).setZero();
+  program.rows.row(n + 1).head(n).setOnes();
+  program.row_lower[n + 1] = program.row_upper[n + 1] = 1;
+  program.lower[n] = -kUnbounded;
+  program.cost[n] = 1;
+  const LinearProgramSolution solution = SolveLinearProgram(program);
+  if (solution.verdict != LinearProgramVerdict::kOptimal) return {};
+  constexpr double kNoise = 1e-9;  // what CLP leaves of zeros
+  return solution.z.head(n).unaryExpr([](double u) { return u > kNoise ? u : 0.0; });
+}
+
+bool Excludes(const Vector& u, const Vector& q, const Matrix& M) {
+  if (u.size() == 0 || !(u.maxCoeff() > 0)) return false;
+  const Index n = q.size();
+  if (u.dot(q) > RoundingOf(u.dot(q.cwiseAbs()), n)) return false;
+  const Vector sums = M.transpose() * u, size = M.transpose().cwiseAbs() * u;
+  for (Index i = 0; i < n; ++i) {
+    if (sums[i] > RoundingOf(size[i], n)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Fact TestInteriorPoint(const Vector& q, const Matrix& M) {
+  const FeasibleBall ball = LargestFeasibleBall(q, M);
+  if (!ball.radius) return {Answer::kUnknown, "the linear program failed"};
+  Fact fact;
+  if (*ball.radius > 0) {
+    fact.witness.z = PointInside(ball, q, M);
+    if (IsInterior(q, M, fact.witness.z)) {
+      fact.answer = Answer::kYes;
+      fact.why = "a v > 0 leaves a margin of " + FormatNumber((q + M * fact.witness.z).minCoeff());
+      return fact;
+    }
+  }
+  fact.witness.z = Excluder(q, M);
+  if (Excludes(fact.witness.z, q, M)) {
+    fact.answer = Answer::kNo;
+    fact.why = "a weighted sum of the rows is never positive";
+    return fact;
+  }
+  return {Answer::kUnknown, "the largest margin is zero to working precision"};
+}
+
+}  // namespace dlcs
