@@ -41,7 +41,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection, stop));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   analysis.sections.push_back(TimeSteppingSection(problem, options, matrix_class, *selection));
-  if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem));
+  if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem, stop));
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();
   analysis.recommendation = *std::move(recommendation);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
@@ -18,18 +20,73 @@ constexpr int kMaxFreeSteps = 200;
 
 Matrix Exponential(const Matrix& A) { return ComputePhiFunctions(A).phi0; }
 
-// The largest t in [0, horizon] with PhiBound(t) <= limit, from below, by bisection.
-double TimeOfPhiBound(const IndexOneSystem& system, double limit, double horizon) {
-  if (PhiBound(system, horizon) <= limit) return horizon;
-  double low = 0, high = horizon;
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    (PhiBound(system, middle) <= limit ? low : high) = middle;
+// Follows d(t) = (e^{|A|t} - I)b, b = |B|e, whose norm ‖ |C| d ‖ is PhiBound(t): the matrices are nonnegative, so the row sums
+// of their product are its product with e, and nothing cancels.
+class PhiBoundSearch {
+ public:
+  PhiBoundSearch(const IndexOneSystem& system, double first_step)
+      : abs_C_(system.C.cwiseAbs()), b_(system.B.cwiseAbs().rowwise().sum()), d_(Vector::Zero(b_.size())) {
+    const Matrix Z = first_step * system.A.cwiseAbs();
+    growth_.push_back(Z * ComputePhiFunctions(Z).phi1);
   }
-  return low;
+
+  // e^{|A|2t} - I = 2D + D² for D = e^{|A|t} - I. Returns the bound for the doubled step alone.
+  double Double() {
+    const Matrix& D = growth_.back();
+    growth_.push_back(2 * D + D * D);
+    return MaxAbs(Vector(abs_C_ * (growth_.back() * b_)));
+  }
+
+  // Goes on by the step of growth matrix `level` if the bound stays below `limit`.
+  bool Advance(std::size_t level, double limit) {
+    const Vector d = d_ + growth_[level] * (b_ + d_);
+    const bool within = MaxAbs(Vector(abs_C_ * d)) <= limit;
+    if (within) d_ = d;
+    return within;
+  }
+
+  std::size_t levels() const { return growth_.size(); }
+
+ private:
+  Matrix abs_C_;
+  Vector b_, d_;
+  std::vector<Matrix> growth_;  // e^{|A|t} - I for t = first_step 2^k
+};
+
+// A lower bound of the largest t in [0, horizon] with PhiBound(t) <= limit, to about one part in 500: the binary digits of
+// t one after the other. At most kMaxDoublings products of m × m matrices; a stop leaves what is proven.
+double TimeOfPhiBound(const IndexOneSystem& system, double limit, double horizon, const std::stop_token& stop) {
+  constexpr int kDigits = 9, kMaxDoublings = 30;
+  const double A = InfinityNorm(system.A), BC = InfinityNorm(system.B) * InfinityNorm(system.C);
+  if (A == 0 || BC == 0) return horizon;
+  const double sure = std::log1p(limit / BC) / A;  // ‖C‖(e^{‖A‖t} - 1)‖B‖ <= limit
+  if (sure >= horizon || stop.stop_requested()) return std::min(sure, horizon);
+  const double step = std::ldexp(sure, -kDigits);
+  PhiBoundSearch search(system, step);
+  const auto length = [&](std::size_t level) { return std::ldexp(step, static_cast<int>(level)); };
+  for (int k = 0; k < kMaxDoublings && !stop.stop_requested() && length(search.levels() - 1) < horizon; ++k) {
+    if (!(search.Double() <= limit)) break;
+  }
+  double time = 0;
+  for (std::size_t level = search.levels(); level-- > 0;) {
+    if (time + length(level) < horizon && search.Advance(level, limit)) time += length(level);
+  }
+  return std::max(time, sure);
 }
 
-// A time until which f_i = c + r, |r(t)| <= size (e^{‖A‖t} - 1), stays positive.
+// e^{At} x for ‖A‖t <= 1 by Taylor's series, whose terms have fallen below 1e-16 ‖x‖ after 18.
+Vector ExponentialTimes(const Matrix& A, double t, Vector x) {
+  constexpr int kTerms = 19;
+  Vector term = x;
+  for (int k = 1; k <= kTerms; ++k) {
+    term = (t / k * (A * term)).eval();
+    x += term;
+  }
+  return x;
+}
+
+// A time until which f_i = c + r, |r(t)| <= size (e^{‖A‖t} - 1), stays positive; since c <= size, ‖A‖ times it is at most
+// log 2.
 double TimePositive(double value, double size, double norm_A) {
   return norm_A == 0 || size == 0 ? kInfinity : std::log1p(value / size) / norm_A;
 }
@@ -87,28 +144,29 @@ double PhiBound(const IndexOneSystem& system, double t) {
   return InfinityNorm(system.C.cwiseAbs() * growth * system.B.cwiseAbs());
 }
 
-ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double horizon) {
+ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double horizon, std::stop_token stop) {
   ShortTimeBounds bounds;
   bounds.sigma = TypeOneConstant(system.C * system.B);
   const double kept = 0.5 * bounds.sigma.value;
   if (!(kept > 0)) return bounds;
-  bounds.epsilon1 = TimeOfPhiBound(system, kept, horizon);
+  bounds.epsilon1 = TimeOfPhiBound(system, kept, horizon, stop);
   const Matrix growth = Exponential(bounds.epsilon1 * system.A.cwiseAbs());  // >= |e^{At}| up to ε_1
   bounds.sigma2 = InfinityNorm(system.C.cwiseAbs() * growth) / kept;
   bounds.sigma1 = InfinityNorm(growth) + InfinityNorm(growth * system.B.cwiseAbs()) * bounds.sigma2;
   return bounds;
 }
 
-double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start,
-                      double horizon) {
+double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start, double horizon,
+                      std::stop_token stop) {
   if (!start.in_cone.yes()) return 0;
   double time = std::min(horizon, FirstStep(system, x0, start.rows));
-  Vector x = Exponential(time * system.A) * x0;
-  for (int step = 1; step < kMaxFreeSteps && time < horizon; ++step) {
+  Vector x = x0;
+  double further = time;
+  for (int step = 1; step < kMaxFreeSteps && time < horizon && !stop.stop_requested(); ++step) {
+    x = ExponentialTimes(system.A, further, std::move(x));  // ‖A‖ further <= log 2
     const double rounding = 1e-14 * step * static_cast<double>(x.size());
-    const double further = NextStep(system, x, start.rows, rounding);
+    further = NextStep(system, x, start.rows, rounding);
     if (!(further > 1e-9 * horizon)) break;
-    x = (Exponential(std::min(further, horizon - time) * system.A) * x).eval();
     time = std::min(horizon, time + further);
   }
   return time;

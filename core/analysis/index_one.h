@@ -4,6 +4,8 @@
 #ifndef DLCS_CORE_ANALYSIS_INDEX_ONE_H_
 #define DLCS_CORE_ANALYSIS_INDEX_ONE_H_
 
+#include <stop_token>
+
 #include "core/analysis/semicopositive_constant.h"
 #include "core/analysis/semiobservability.h"
 #include "core/types.h"
@@ -40,11 +42,13 @@ double PhiBound(const IndexOneSystem& system, double t);
 // ‖∫_0^t u‖ <= σ_2 ‖x0‖ and ‖x(t)‖ <= σ_1 ‖x0‖.
 struct ShortTimeBounds {
   LowerBound sigma;     // of type I for CB; the rest is 0 where this is
-  double epsilon1 = 0;  // the largest time in [0, T] with PhiBound <= σ/2
+  double epsilon1 = 0;  // a time in [0, T] with PhiBound <= σ/2, the largest but for a part in 500
   double sigma1 = 0;    // of the whole interval
   double sigma2 = 0;
 };
-ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double horizon);
+// Cost: one set of φ-functions and at most 30 products of m × m matrices, in practice about ten; `stop` is looked at before
+// each, and a stop leaves a smaller ε_1 that is true all the same.
+ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double horizon, std::stop_token stop = {});
 
 // Up to when C e^{At} x0 >= 0 is proven, at most `horizon`; 0 where x0 is not known to lie in the
 // semiobservability cone.
@@ -56,9 +60,9 @@ ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double hori
 //
 // By Taylor at t = 0, |(C e^{At}A^k x0 - C A^k x0)_i| <= ‖C_i‖_1 (e^{‖A‖t} - 1) ‖A^k x0‖_∞, and again from
 // each time reached; the steps shrink like a geometric series towards the true time, and at most 200 are
-// taken.
-double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start,
-                      double horizon);
+// taken. Cost: 19 products of A with a vector a step. `stop` is looked at every step; what was proven till then stands.
+double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start, double horizon,
+                      std::stop_token stop = {});
 
 }  // namespace dlcs
 

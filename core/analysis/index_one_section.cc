@@ -53,7 +53,7 @@ Fact TypeOne(const Matrix& NB, const LowerBound& sigma) {
   return {Answer::kYes, absl::StrCat("the integral in the definition is at least ", sigma.value, " ‖v(t)‖²")};
 }
 
-Evidence Collect(const Problem& problem) {
+Evidence Collect(const Problem& problem, const std::stop_token& stop) {
   Evidence e{.problem = problem,
              .system = {problem.A, problem.B, problem.N},
              .NB = problem.N * problem.B,
@@ -65,11 +65,11 @@ Evidence Collect(const Problem& problem) {
              .start = {},
              .free_until = 0};
   e.stepping = ComputeSteppingBounds(e.system);
-  e.short_time = ComputeShortTimeBounds(e.system, problem.horizon);
+  e.short_time = ComputeShortTimeBounds(e.system, problem.horizon, stop);
   e.strictly = TestStrictlySemicopositive(e.NB);
   e.type_one = TypeOne(e.NB, e.short_time.sigma);
   e.start = TestSemiobservability(problem.N, problem.A, problem.x0);
-  e.free_until = FreeMotionTime(e.system, problem.x0, e.start, problem.horizon);
+  e.free_until = FreeMotionTime(e.system, problem.x0, e.start, problem.horizon, stop);
   return e;
 }
 
@@ -194,8 +194,8 @@ bool IsZeroByItsData(const TimeFunction& function) {
                      [](const TimeFunction::Piece& piece) { return std::visit(IsZero{}, piece.function); });
 }
 
-AnalysisSection IndexOneSection(const Problem& problem) {
-  const Evidence e = Collect(problem);
+AnalysisSection IndexOneSection(const Problem& problem, std::stop_token stop) {
+  const Evidence e = Collect(problem, stop);
   AnalysisSection section{"index-one", "Index one: M = 0", {}, {}, {}};
   section.findings = {
       {"nb-strictly-semicopositive", "NB strictly semicopositive: index one", e.strictly, In("(1)")},

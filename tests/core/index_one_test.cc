@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stop_token>
 #include <string>
 
 #include "core/analysis/index_one_section.h"
@@ -212,6 +213,34 @@ TEST(IndexOneTest, PhiOfLemmaEightStaysBelowItsBound) {
 }
 
 // The counterexample to one ε_2 for every x0: (δ, 1) leaves x1 >= 0 at t = δ.
+TEST(IndexOneTest, EpsilonOneIsTheTimeOfThePhiBound) {
+  LcpGenerator generator(31);
+  int inside = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    const IndexOneSystem system = RandomSystem(generator, 2 + trial % 5, 2);
+    const ShortTimeBounds bounds = ComputeShortTimeBounds(system, 10);
+    if (!(bounds.sigma.value > 0)) continue;
+    const double kept = bounds.sigma.value / 2;
+    EXPECT_LE(PhiBound(system, bounds.epsilon1), kept * (1 + 1e-12)) << trial;
+    if (bounds.epsilon1 >= 9.9) continue;
+    ++inside;
+    EXPECT_GT(PhiBound(system, 1.003 * bounds.epsilon1), kept) << trial;
+  }
+  EXPECT_GE(inside, 20);
+}
+
+TEST(IndexOneTest, BoundsOfAStoppedAnalysisAreSmallerAndTrue) {
+  LcpGenerator generator(32);
+  std::stop_source source;
+  source.request_stop();
+  const IndexOneSystem system = RandomSystem(generator, 6, 2);
+  const ShortTimeBounds full = ComputeShortTimeBounds(system, 10);
+  const ShortTimeBounds stopped = ComputeShortTimeBounds(system, 10, source.get_token());
+  ASSERT_GT(full.epsilon1, 0);
+  EXPECT_GT(stopped.epsilon1, 0);
+  EXPECT_LE(stopped.epsilon1, full.epsilon1);
+}
+
 TEST(IndexOneTest, FreeMotionEndsWhereTheStateReachesTheBoundary) {
   const IndexOneSystem system{Matrix{{0, -1}, {0, 0}}, Matrix{{1}, {0}}, Matrix{{1, 0}}};
   for (const double delta : {0.5, 1e-2, 1e-4}) {
