@@ -8,6 +8,7 @@
 #include "core/analysis/index_one_section.h"
 #include "core/analysis/laplace_section.h"
 #include "core/analysis/matrix_class.h"
+#include "core/analysis/relative_degree_section.h"
 #include "core/analysis/solution_section.h"
 #include "core/analysis/time_stepping_section.h"
 #include "core/soundness.h"
@@ -41,6 +42,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection, stop));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   analysis.sections.push_back(TimeSteppingSection(problem, options, matrix_class, *selection));
+  if (matrix_class.zero_row) analysis.sections.push_back(RelativeDegreeSection(problem, *selection));
   if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem, stop));
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();

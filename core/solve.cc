@@ -93,12 +93,18 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .certificate = CertificateBuilder(task.problem),
                        .solution = solution,
                        .started = task.started,
-                       .largest_slope = task.largest_slope};
+                       .largest_slope = task.largest_slope,
+                       .impulsive_rows = task.choice.impulsive_rows};
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.choice, context)) {
     solution.termination = Termination::kConverged;
     solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
                        std::to_string(solution.cost.steps) + " steps.";
+  }
+  if (context.first_impulse) {
+    solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " + task.choice.impulsive +
+                                ", which only impulses can keep: y grows there as the step shrinks, and what x does "
+                                "belongs to the method and not to the system.");
   }
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
@@ -174,6 +180,10 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     report.warnings.push_back(
         "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "
         "(N x + g)' = 0. This law was asked for; the system itself does not hold it.");
+  }
+  if (!task.choice.impulsive_rows.empty()) {
+    report.warnings.push_back("y reaches " + task.choice.impulsive +
+                              " through two or more integrations only: should it become active, solutions need impulses.");
   }
   observer.OnAnalysis(report);
 

@@ -172,11 +172,6 @@ std::string DescribeRows(const Semiobservability& start) {
 }
 
 void AddWarnings(const Evidence& e, AnalysisSection& section) {
-  for (Index i = 0; i < e.NB.rows(); ++i) {
-    if (!e.NB.row(i).isZero(0)) continue;
-    section.warnings.push_back(absl::StrCat("Row ", i, " of NB vanishes: constraint ", i,
-                                            " has relative degree 2 or more, and may need impulses."));
-  }
   if (!e.autonomous || !e.strictly.yes()) return;
   if (e.start.in_cone.no()) {
     section.warnings.push_back(

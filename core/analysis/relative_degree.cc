@@ -1,31 +1,68 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analysis/relative_degree.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace dlcs {
+namespace {
 
-std::optional<int> RelativeDegree(const Matrix& A, const Matrix& B, const Matrix& N) {
-  const Index num_states = A.rows();
-  const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(num_states);
-  const Matrix abs_A = A.cwiseAbs();
-  const Matrix abs_N = N.cwiseAbs();
-  Matrix power = B;             // A^{k-1} B, up to a factor
-  Matrix bound = B.cwiseAbs();  // |A|^{k-1} |B|, up to the same factor
-  for (int k = 1; k <= num_states; ++k) {
-    const double largest = bound.size() == 0 ? 0 : bound.maxCoeff();
+// The degree of one row of N, by N_i A^{k-1} and its bound |N_i| |A|^{k-1}, both up to the same factor.
+std::optional<int> DegreeOf(const Matrix& A, const Matrix& abs_A, const Matrix& B, const Matrix& abs_B,
+                            Eigen::RowVectorXd row) {
+  const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(A.rows());
+  Eigen::RowVectorXd bound = row.cwiseAbs();
+  for (int k = 1; k <= A.rows(); ++k) {
+    const double largest = bound.maxCoeff();
     if (!(largest > 0)) return std::nullopt;
     const double factor = std::exp2(-std::ilogb(largest));  // keeps high powers within range
-    power *= factor;
+    row *= factor;
     bound *= factor;
-    const Matrix markov = N * power;
-    const Matrix markov_bound = abs_N * bound;
-    if ((markov.array().abs() > rounding * k * markov_bound.array()).any()) return k;
-    power = (A * power).eval();
-    bound = (abs_A * bound).eval();
+    if (((row * B).array().abs() > rounding * k * (bound * abs_B).array()).any()) return k;
+    row = (row * A).eval();
+    bound = (bound * abs_A).eval();
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<std::optional<int>> RelativeDegrees(const Matrix& A, const Matrix& B, const Matrix& N, const Matrix& M) {
+  const Matrix abs_A = A.cwiseAbs(), abs_B = B.cwiseAbs();
+  std::vector<std::optional<int>> degrees(N.rows());
+  for (Index i = 0; i < N.rows(); ++i) {
+    degrees[i] = M.row(i).isZero(0) ? DegreeOf(A, abs_A, B, abs_B, N.row(i)) : 0;
+  }
+  return degrees;
+}
+
+std::optional<int> RelativeDegree(const Matrix& A, const Matrix& B, const Matrix& N) {
+  std::optional<int> least;
+  for (const std::optional<int>& degree : RelativeDegrees(A, B, N, Matrix::Zero(N.rows(), N.rows()))) {
+    if (degree && (!least || *degree < *least)) least = degree;
+  }
+  return least;
+}
+
+std::vector<Index> ImpulsiveRows(const std::vector<std::optional<int>>& degrees) {
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < degrees.size(); ++i) {
+    if (degrees[i] && *degrees[i] >= 2) rows.push_back(static_cast<Index>(i));
+  }
+  return rows;
+}
+
+std::string DescribeRows(const std::vector<Index>& rows, const std::vector<std::optional<int>>& degrees) {
+  constexpr std::size_t kNamed = 5;
+  std::string text = rows.size() == 1 ? "constraint " : "constraints ";
+  for (std::size_t k = 0; k < std::min(rows.size(), kNamed); ++k) {
+    if (k > 0) text += ", ";
+    text += std::to_string(rows[k]);
+    if (const auto& degree = degrees[rows[k]]) text += " (relative degree " + std::to_string(*degree) + ")";
+  }
+  if (rows.size() > kNamed) text += " and " + std::to_string(rows.size() - kNamed) + " more";
+  return text;
 }
 
 }  // namespace dlcs

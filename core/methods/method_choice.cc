@@ -2,7 +2,7 @@
 
 #include "core/methods/method_choice.h"
 
-#include <optional>
+#include <algorithm>
 
 #include "core/analysis/minor_classes.h"
 #include "core/analysis/relative_degree.h"
@@ -39,6 +39,32 @@ std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Sel
   return " has to see where " + std::string(SelectionName(selection)) +
          " jumps, by a look at all principal submatrices of M: n = " + std::to_string(M.rows()) +
          ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
+}
+
+// Constraints that y reaches through two integrations and more need impulses.
+void JudgeRelativeDegree(const Problem& problem, const Options& options, bool zero, MethodChoice& choice) {
+  const auto degrees = RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
+  const std::vector<Index> rows = ImpulsiveRows(degrees);
+  if (rows.empty()) return;
+  const int least = *degrees[*std::min_element(rows.begin(), rows.end(),
+                                               [&](Index i, Index j) { return degrees[i] < degrees[j]; })];
+  const bool all = zero && std::none_of(degrees.begin(), degrees.end(), [](const auto& degree) { return degree == 1; });
+  if (!all) {
+    choice.impulsive_rows = rows;
+    choice.impulsive = DescribeRows(rows, degrees);
+  } else if (least == 2 && options.inelastic_impact) {
+    choice.inelastic_impact = true;
+    choice.refusal.clear();
+    choice.method = Method::kTimeStepping;
+    choice.reason = "relative degree two, solved as inelastic impact, as asked for";
+  } else {
+    choice.refusal = "The system has relative degree " + std::to_string(least) +
+                     " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(least) +
+                     " integrations, so solutions need impulses and time stepping diverges like 1/h in silence. "
+                     "Model the impact explicitly, or add compliance or damping so that M or N B is not zero";
+    choice.refusal += least == 2 ? "; or ask for inelastic impacts, a law that the system itself does not hold." : ".";
+    if (rows.size() > 1) choice.refusal += " It holds " + DescribeRows(rows, degrees) + ".";
+  }
 }
 
 }  // namespace
@@ -83,22 +109,7 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     const std::string why_not = WhyNotPiecewise(problem.M, matrix_class, selection);
     if (!why_not.empty()) choice.refusal = "Newton's method (3.3)" + why_not + " Solve the steps by substitution.";
   }
-  if (matrix_class.zero && !lipschitz) {
-    const std::optional<int> degree = RelativeDegree(problem.A, problem.B, problem.N);
-    if (degree == 2 && options.inelastic_impact) {
-      choice.inelastic_impact = true;
-      choice.refusal.clear();
-      choice.method = Method::kTimeStepping;
-      choice.reason = "relative degree two, solved as inelastic impact, as asked for";
-    } else if (degree && *degree >= 2) {
-      choice.refusal = "The system has relative degree " + std::to_string(*degree) +
-                       " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(*degree) +
-                       " integrations, so solutions need impulses and time stepping diverges like 1/h in silence. "
-                       "Model the impact explicitly, or add compliance or damping so that M or N B is not zero";
-      choice.refusal +=
-          degree == 2 ? "; or ask for inelastic impacts, a law that the system itself does not hold." : ".";
-    }
-  }
+  if (matrix_class.zero_row && !lipschitz) JudgeRelativeDegree(problem, options, matrix_class.zero, choice);
   return choice;
 }
 

@@ -5,6 +5,7 @@
 #define DLCS_CORE_METHODS_METHOD_CHOICE_H_
 
 #include <string>
+#include <vector>
 
 #include "core/analysis/matrix_class.h"
 #include "core/options.h"
@@ -19,6 +20,10 @@ struct MethodChoice {
   std::string refusal;
   // Relative degree two, with inelastic impacts asked for.
   bool inelastic_impact = false;
+  // Constraints of relative degree two and more beside others of degree one or zero (core/analysis/relative_degree.h),
+  // where y is no function of x: served, as long as they do not become active.
+  std::vector<Index> impulsive_rows = {};
+  std::string impulsive = {};  // DescribeRows() of them
 };
 
 // Takes the method of the options, or chooses: laplace_iteration for P- and Z-matrices, exponential_march with exp-PC

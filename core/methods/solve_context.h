@@ -46,6 +46,11 @@ struct SolveContext {
   bool lost_least_element = false;
 
   SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
+
+  // Constraints of relative degree two and more, and the first time when y of one of them is positive.
+  std::vector<Index> impulsive_rows = {};
+  std::optional<double> first_impulse = {};
+
   // y = SOL(N x + g, M) is a function of x: one solution is meant at every state.
   bool y_is_function() const { return selection != Selection::kAny; }
   // It is a Lipschitz function, so states never jump and y may be interpolated linearly.
@@ -92,6 +97,15 @@ struct SolveContext {
     }
     certificate.Add(segment, scheme);
     recorder.Add(segment);
+    NoteImpulses(segment);
+  }
+  void NoteImpulses(const Segment& segment) {
+    if (first_impulse) return;
+    for (Index j = 1; j <= segment.steps && !first_impulse; ++j) {
+      for (const Index i : impulsive_rows) {
+        if (segment.y(i, j) > 0) first_impulse = grid.times[segment.first_node + j];
+      }
+    }
   }
 };
 
