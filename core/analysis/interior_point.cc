@@ -68,6 +68,10 @@ bool Excludes(const Vector& u, const Vector& q, const Matrix& M) {
 }  // namespace
 
 Fact TestInteriorPoint(const Vector& q, const Matrix& M) {
+  if (q.size() > kMaxInteriorPoint) {
+    return {Answer::kUnknown, "n = " + std::to_string(q.size()) + " is beyond the linear program (" +
+                                  std::to_string(kMaxInteriorPoint) + ")"};
+  }
   const FeasibleBall ball = LargestFeasibleBall(q, M);
   if (!ball.radius) return {Answer::kUnknown, "the linear program failed"};
   Fact fact;

@@ -16,6 +16,7 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
 #include "core/methods/scheme.h"
+#include "tests/support/index_one_problems.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs {
@@ -25,25 +26,7 @@ using testing::LcpGenerator;
 
 const Matrix kR{{1, 3, 0}, {0, 1, 3}, {3, 0, 1}};
 
-Problem ProblemOf(const IndexOneSystem& system, const Vector& x0) {
-  Problem problem;
-  problem.A = system.A;
-  problem.B = system.B;
-  problem.N = system.C;
-  problem.M = Matrix::Zero(system.C.rows(), system.C.rows());
-  problem.f = TimeFunction::Zero(system.A.rows());
-  problem.g = TimeFunction::Zero(system.C.rows());
-  problem.x0 = x0;
-  problem.horizon = 1;
-  return problem;
-}
-
-IndexOneSystem ExampleTen() {
-  IndexOneSystem system{Matrix::Zero(4, 4), Matrix::Zero(4, 3), Matrix::Identity(3, 4)};
-  system.A.topRightCorner(3, 1).setConstant(-1);
-  system.B.topRows(3) = kR;
-  return system;
-}
+Problem ProblemOf(const IndexOneSystem& system, const Vector& x0) { return testing::IndexOneProblem(system, x0, 1); }
 
 const Finding& FindingOf(const AnalysisSection& section, const std::string& id) {
   const auto found = std::find_if(section.findings.begin(), section.findings.end(),
@@ -260,7 +243,7 @@ TEST(IndexOneTest, FreeMotionFromTheBoundaryRunsUntilItsReturn) {
 }
 
 TEST(IndexOneSectionTest, SaysOfExampleTenThatUniquenessIsNotGuaranteed) {
-  const AnalysisSection section = IndexOneSection(ProblemOf(ExampleTen(), Vector{{0, 0, 0, 1}}));
+  const AnalysisSection section = IndexOneSection(ProblemOf(testing::ExampleTenSystem(), Vector{{0, 0, 0, 1}}));
   EXPECT_TRUE(FindingOf(section, "nb-type-one").fact.yes());
   EXPECT_TRUE(FindingOf(section, "solution-exists").fact.yes());
   EXPECT_TRUE(FindingOf(section, "semiobservable").fact.no());
@@ -270,14 +253,14 @@ TEST(IndexOneSectionTest, SaysOfExampleTenThatUniquenessIsNotGuaranteed) {
 }
 
 TEST(IndexOneSectionTest, CertifiesTheFreeMotionInsideTheCone) {
-  const AnalysisSection section = IndexOneSection(ProblemOf(ExampleTen(), Vector{{0, 0, 0, -1}}));
+  const AnalysisSection section = IndexOneSection(ProblemOf(testing::ExampleTenSystem(), Vector{{0, 0, 0, -1}}));
   EXPECT_TRUE(FindingOf(section, "short-time-unique").fact.yes());
   EXPECT_TRUE(section.warnings.empty());
   EXPECT_EQ(section.constants.back().value, 1.0);  // for the whole horizon
 }
 
 TEST(IndexOneSectionTest, KnowsCorollaryTwoAndWhereItEnds) {
-  IndexOneSystem system = ExampleTen();
+  IndexOneSystem system = testing::ExampleTenSystem();
   system.A = -3 * Matrix::Identity(4, 4);
   Problem problem = ProblemOf(system, Vector{{1, 0, 2, 5}});
   EXPECT_TRUE(FindingOf(IndexOneSection(problem), "scalar-a").fact.yes());
@@ -289,7 +272,7 @@ TEST(IndexOneSectionTest, KnowsCorollaryTwoAndWhereItEnds) {
 }
 
 TEST(IndexOneSectionTest, IsPartOfTheAnalysisAndARowOutOfReachIsNamed) {
-  IndexOneSystem system = ExampleTen();
+  IndexOneSystem system = testing::ExampleTenSystem();
   system.B.row(1).setZero();
   const auto analysis = Analyze(ProblemOf(system, Vector{{1, 1, 1, 0}}), Options{}, {});
   ASSERT_TRUE(analysis.ok()) << analysis.status();
@@ -303,7 +286,7 @@ TEST(IndexOneSectionTest, IsPartOfTheAnalysisAndARowOutOfReachIsNamed) {
 
 // (9) is the LCP of implicit Euler, whose matrix M^h is h C(I - hA)⁻¹B for M = 0.
 TEST(IndexOneTest, SchemeNineIsImplicitEuler) {
-  const IndexOneSystem system = ExampleTen();
+  const IndexOneSystem system = testing::ExampleTenSystem();
   const double h = 0.125;
   const Matrix printed = h * system.C * (Matrix::Identity(4, 4) - h * system.A).inverse() * system.B;
   const Scheme scheme = ThetaScheme(ProblemOf(system, Vector::Zero(4)), h, 0);

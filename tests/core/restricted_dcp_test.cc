@@ -10,29 +10,14 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
 #include "core/solve.h"
-#include "tests/support/lcp_problems.h"
+#include "tests/support/index_one_problems.h"
 
 namespace dlcs {
 namespace {
 
-IndexOneSystem ExampleTenSystem() {
-  IndexOneSystem system{Matrix::Zero(4, 4), Matrix::Zero(4, 3), Matrix::Identity(3, 4)};
-  system.A.topRightCorner(3, 1).setConstant(-1);
-  system.B.topRows(3) = ExampleTenDcp(1).M;
-  return system;
-}
+using testing::ExampleTenSystem;
 
-// CB an M-matrix, driven by a rotation: contacts close and open.
-IndexOneSystem DrivenMMatrix() {
-  IndexOneSystem system{Matrix::Zero(5, 5), Matrix::Zero(5, 3), Matrix::Identity(3, 5)};
-  system.A.topRightCorner(3, 2) << 1, 0.5, -1, 1, 0.3, -2;
-  system.A(3, 4) = 2;
-  system.A(4, 3) = -2;
-  system.A.topLeftCorner(3, 3) << -0.2, 0.1, 0, 0.3, -0.1, 0.2, 0, 0.1, -0.3;
-  system.B.topRows(3) << 2, -1, 0, -0.5, 2, -1, -0.5, -0.5, 1.5;
-  return system;
-}
-const Vector kDrivenStart{{0.2, 0.1, 0.3, 1, 0}};
+const Vector kDrivenStart = testing::ThreeContactsStart();
 
 RestrictedDcpSolution Solved(const IndexOneSystem& system, const Vector& x0, double t_hat, Index steps) {
   auto solution = SolveRestrictedDcp(system, x0, t_hat, steps);
@@ -44,20 +29,11 @@ RestrictedDcpSolution Solved(const IndexOneSystem& system, const Vector& x0, dou
 
 // v = ∫y by the implicit Euler steps of the system itself, (6)-(9).
 Matrix EulerIntegral(const IndexOneSystem& system, const Vector& x0, double t_hat, Index steps) {
-  Problem problem;
-  problem.A = system.A;
-  problem.B = system.B;
-  problem.N = system.C;
-  problem.M = Matrix::Zero(system.C.rows(), system.C.rows());
-  problem.f = TimeFunction::Zero(system.A.rows());
-  problem.g = TimeFunction::Zero(system.C.rows());
-  problem.x0 = x0;
-  problem.horizon = t_hat;
   Options options;
   options.method = Method::kTimeStepping;
   options.num_steps = steps;
   Observer silent;
-  const auto solution = Solve(problem, options, silent, {});
+  const auto solution = Solve(testing::IndexOneProblem(system, x0, t_hat), options, silent, {});
   EXPECT_TRUE(solution.ok() && solution->termination == Termination::kConverged);
   Matrix v = Matrix::Zero(system.C.rows(), steps + 1);
   for (Index j = 1; j <= steps; ++j) {
@@ -78,7 +54,7 @@ TEST(RestrictedDcpTest, FindsTheEvenSolutionOfExampleTen) {
 }
 
 TEST(RestrictedDcpTest, AgreesWithTimeSteppingOfTheSystemInTheLimit) {
-  const IndexOneSystem system = DrivenMMatrix();
+  const IndexOneSystem system = testing::ThreeContacts();
   double last_difference = 0, last_complementarity = 0;
   for (const Index steps : {150, 600, 2400}) {
     const RestrictedDcpSolution solution = Solved(system, kDrivenStart, 4, steps);
@@ -98,7 +74,7 @@ TEST(RestrictedDcpTest, AgreesWithTimeSteppingOfTheSystemInTheLimit) {
 
 // v is a fixed point: DCP(q + Φ(·, v'), CB), solved for that path alone, gives v back.
 TEST(RestrictedDcpTest, IsAFixedPointOfTheDcp) {
-  const RestrictedDcpSolution solution = Solved(DrivenMMatrix(), kDrivenStart, 4, 300);
+  const RestrictedDcpSolution solution = Solved(testing::ThreeContacts(), kDrivenStart, 4, 300);
   const auto again = SolveDcp(solution.dcp, 1e9);
   ASSERT_TRUE(again.ok());
   ASSERT_TRUE(again->solved) << again->message;
@@ -108,7 +84,7 @@ TEST(RestrictedDcpTest, IsAFixedPointOfTheDcp) {
 
 // Lemma 8 by parts: Φ(t, v') = ∫_0^t C A e^{A(t-τ)} B v(τ) dτ, here by Simpson's rule; and its bound.
 TEST(RestrictedDcpTest, MemoryIsPhiOfLemmaEight) {
-  const IndexOneSystem system = DrivenMMatrix();
+  const IndexOneSystem system = testing::ThreeContacts();
   const double t_hat = 1.5;
   const Index steps = 60;
   const RestrictedDcpSolution solution = Solved(system, kDrivenStart, t_hat, steps);
@@ -133,7 +109,7 @@ TEST(RestrictedDcpTest, MemoryIsPhiOfLemmaEight) {
 }
 
 TEST(RestrictedDcpTest, SaysWhatItRefusesAndWhereItFails) {
-  const IndexOneSystem system = DrivenMMatrix();
+  const IndexOneSystem system = testing::ThreeContacts();
   for (const auto& result :
        {SolveRestrictedDcp(system, kDrivenStart, 0, 10), SolveRestrictedDcp(system, kDrivenStart, 1, 0),
         SolveRestrictedDcp(system, -kDrivenStart, 1, 10), SolveRestrictedDcp(system, Vector::Ones(2), 1, 10)}) {

@@ -14,31 +14,19 @@
 #include "core/interpolant.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
+#include "tests/support/index_one_problems.h"
 
 namespace dlcs {
 namespace {
-
-Problem IndexOne(Matrix A, Matrix B, Matrix N, Vector x0, double horizon) {
-  Problem problem;
-  problem.A = std::move(A);
-  problem.B = std::move(B);
-  problem.N = std::move(N);
-  problem.M = Matrix::Zero(problem.N.rows(), problem.N.rows());
-  problem.f = TimeFunction::Zero(problem.A.rows());
-  problem.g = TimeFunction::Zero(problem.N.rows());
-  problem.x0 = std::move(x0);
-  problem.horizon = horizon;
-  return problem;
-}
 
 // x1' = x2 + y, x2' = x3, x3' = -x2, 0 <= y ⟂ x1 >= 0 from (1/2, 1, 0): without y x1 would be 1/2 + sin t, so
 // y = -cos t on [7π/6, 3π/2] and 0 elsewhere, and x1 = 1/2 + sin t + (max(0, -min over [0, t] of 1/2 + sin)).
 constexpr double kContact = 7 * std::numbers::pi / 6, kRelease = 3 * std::numbers::pi / 2;
 Problem Swing() {
-  Matrix A = Matrix::Zero(3, 3);
-  A(0, 1) = A(1, 2) = 1;
-  A(2, 1) = -1;
-  return IndexOne(A, Vector::Unit(3, 0), Vector::Unit(3, 0).transpose(), Vector{{0.5, 1, 0}}, 6);
+  IndexOneSystem system{Matrix::Zero(3, 3), Vector::Unit(3, 0), Vector::Unit(3, 0).transpose()};
+  system.A(0, 1) = system.A(1, 2) = 1;
+  system.A(2, 1) = -1;
+  return testing::IndexOneProblem(system, Vector{{0.5, 1, 0}}, 6);
 }
 Vector SwingState(double t) {
   const double lift = t < kContact ? 0 : t < kRelease ? -0.5 - std::sin(t) : 0.5;
@@ -46,16 +34,8 @@ Vector SwingState(double t) {
 }
 double SwingForce(double t) { return t > kContact && t < kRelease ? -std::cos(t) : 0; }
 
-// Three contacts with NB an M-matrix, whose drives beat against each other.
 Problem ThreeContacts() {
-  Matrix A = Matrix::Zero(5, 5);
-  A.topRightCorner(3, 2) << 1, 0.5, -1, 1, 0.3, -2;
-  A(3, 4) = 2;
-  A(4, 3) = -2;
-  A.topLeftCorner(3, 3) << -0.2, 0.1, 0, 0.3, -0.1, 0.2, 0, 0.1, -0.3;
-  Matrix B = Matrix::Zero(5, 3);
-  B.topRows(3) << 2, -1, 0, -0.5, 2, -1, -0.5, -0.5, 1.5;
-  return IndexOne(A, B, Matrix::Identity(3, 5), Vector{{0.2, 0.1, 0.3, 1, 0}}, 6);
+  return testing::IndexOneProblem(testing::ThreeContacts(), testing::ThreeContactsStart(), 6);
 }
 
 Solution March(const Problem& problem, Index steps, Method method = Method::kTimeStepping) {
