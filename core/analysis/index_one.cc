@@ -71,6 +71,7 @@ double TimeOfPhiBound(const IndexOneSystem& system, double limit, double horizon
   for (std::size_t level = search.levels(); level-- > 0;) {
     if (time + length(level) < horizon && search.Advance(level, limit)) time += length(level);
   }
+  if (time + 2 * step >= horizon && PhiBound(system, horizon) <= limit) return horizon;
   return std::max(time, sure);
 }
 
