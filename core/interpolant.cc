@@ -10,9 +10,9 @@
 namespace dlcs {
 
 absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const Solution& solution) {
-  if (!solution.interpolation || solution.times.size() < 2) {
+  if (!solution.dense_output || solution.times.size() < 2) {
     return absl::InvalidArgumentError(
-        "the solution does not hold every node of its grid: solve without output_times_only");
+        "the solution is not dense: solve without output_times_only, and without splines");
   }
   if (solution.x.rows() != problem.num_states() || solution.y.rows() != problem.num_constraints()) {
     return absl::InvalidArgumentError("the solution is not one of this problem");
@@ -49,13 +49,13 @@ Interpolant::Point Interpolant::InStep(Index k, double tau) {
   const double part = tau / (end - begin);
   const Vector x_begin = solution_.x.col(k), y_begin = solution_.y.col(k), y_end = LeftY(k + 1);
   Point point;
-  point.y = solution_.interpolation->y_is_linear ? Vector((1 - part) * y_begin + part * y_end) : y_end;
-  if (solution_.interpolation->x_is_linear) {
+  point.y = solution_.dense_output->y_is_linear ? Vector((1 - part) * y_begin + part * y_end) : y_end;
+  if (solution_.dense_output->x_is_linear) {
     point.x = (1 - part) * x_begin + part * LeftState(k + 1);
     return point;
   }
   const Vector f_begin = SourceAt(begin, Side::kRight), f_end = SourceAt(end, Side::kLeft);
-  const Vector s_begin = problem_.B * (solution_.interpolation->y_is_linear ? y_begin : y_end) + f_begin;
+  const Vector s_begin = problem_.B * (solution_.dense_output->y_is_linear ? y_begin : y_end) + f_begin;
   const Vector s = problem_.B * point.y + (1 - part) * f_begin + part * f_end;
   const PhiFunctions phi = ComputePhiFunctions(tau * problem_.A);
   point.x = phi.phi0 * x_begin + tau * (phi.phi1 * s_begin + phi.phi2 * (s - s_begin));

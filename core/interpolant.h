@@ -13,7 +13,7 @@
 
 namespace dlcs {
 
-// Evaluates a solution between its nodes as the method means it (Solution::interpolation):
+// Evaluates a solution between its nodes as the method means it (Solution::dense_output):
 //
 //     time_stepping            x linear, y_j on (t_{j-1}, t_j]: the interpolants of Theorem 7 in [Shen & Pang 2007];
 //                              with average_y both linear
@@ -24,8 +24,8 @@ namespace dlcs {
 // Keeps references to problem and solution. Not safe to share between threads, as TimeFunctionEvaluator.
 class Interpolant {
  public:
-  // Errors: InvalidArgument where the solution has no interpolation (output times only, or nothing was solved) or is not one
-  // of a problem of these shapes.
+  // Errors: InvalidArgument where the solution is not dense (output times only, splines, nothing solved) or is not one of a
+  // problem of these shapes.
   static absl::StatusOr<Interpolant> Create(const Problem& problem, const Solution& solution);
 
   struct Point {

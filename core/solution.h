@@ -53,7 +53,7 @@ struct StateJump {
 };
 
 // How the method means x and y between two consecutive nodes; core/interpolant.h evaluates them.
-struct Interpolation {
+struct DenseOutput {
   // x: linear; or the exact solution of x' = A x + B y + f for f linear between nodes and y as below.
   bool x_is_linear = false;
   // y: linear; or constant, equal to y_j on (t_{j-1}, t_j].
@@ -133,8 +133,8 @@ struct Solution {
   Matrix y;  // n × times
   std::vector<StateJump> jumps;
   std::vector<LeftLimit> left_limits;  // in the order of time; none at 0
-  // Absent where the trajectory is not dense: output times only, or a nonlinear problem.
-  std::optional<Interpolation> interpolation;
+  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or paper_iteration with splines.
+  std::optional<DenseOutput> dense_output;
 
   double step = 0;  // the longest step of the grid
   Certificate certificate;

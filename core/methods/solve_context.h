@@ -92,8 +92,9 @@ struct SolveContext {
 
   // Files a finished segment: certificate and output.
   void Add(const Segment& segment, const Scheme& scheme) {
-    if (grid.output_nodes.size() == grid.times.size()) {
-      solution.interpolation = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
+    const bool splines = solution.method == Method::kPaperIteration && options.interpolation != Interpolation::kLinear;
+    if (grid.output_nodes.size() == grid.times.size() && !splines) {
+      solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
     }
     certificate.Add(segment, scheme);
     recorder.Add(segment);

@@ -65,7 +65,7 @@ void ExpectMeetsTheNodes(const Problem& problem, const Options& options, double 
       ASSERT_LT(MaxAbs(right.x - solution.x.col(k)), 1e-15 * size_x) << time;
     }
     EXPECT_EQ(interpolant.At(time).y, solution.y.col(k));
-    if (solution.interpolation->y_is_linear) {
+    if (solution.dense_output->y_is_linear) {
       ASSERT_LE(MaxAbs(right.y - solution.y.col(k)), 1e-15 * size_y) << time;
     }
   }
@@ -179,6 +179,9 @@ TEST(InterpolantTest, NeedsEveryNode) {
   const Solution sparse = Solved(problem, options);
   EXPECT_EQ(Interpolant::Create(problem, sparse).status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(Interpolant::Create(problem, Solution{}).status().code(), absl::StatusCode::kInvalidArgument);
+  Options splines = By(Method::kPaperIteration, 20);
+  splines.interpolation = Interpolation::kCubicSpline;
+  EXPECT_FALSE(Interpolant::Create(problem, Solved(problem, splines)).ok());
   options.output_times_only = false;
   const Solution dense = Solved(problem, options);
   EXPECT_TRUE(Interpolant::Create(problem, dense).ok());
