@@ -21,12 +21,12 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // ‖A x0 + B y(N x0 + g(t)) + f(t)‖ as a function of time.
 class SpeedAtStart {
  public:
-  static absl::StatusOr<SpeedAtStart> Create(const Problem& problem, Selection selection) {
+  static absl::StatusOr<SpeedAtStart> Create(const Problem& problem, const SolutionChoice& choice) {
     auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states());
     if (!f.ok()) return f.status();
     auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints());
     if (!g.ok()) return g.status();
-    return SpeedAtStart(problem, selection, *std::move(f), *std::move(g));
+    return SpeedAtStart(problem, choice, *std::move(f), *std::move(g));
   }
 
   Vector g(double time, Side side) {
@@ -49,11 +49,11 @@ class SpeedAtStart {
   }
 
  private:
-  SpeedAtStart(const Problem& problem, Selection selection, TimeFunctionEvaluator f, TimeFunctionEvaluator g)
+  SpeedAtStart(const Problem& problem, const SolutionChoice& choice, TimeFunctionEvaluator f, TimeFunctionEvaluator g)
       : problem_(problem),
         f_(std::move(f)),
         g_(std::move(g)),
-        solver_(MakeLcpSolver(problem.M, selection, problem.selector)),
+        solver_(MakeLcpSolver(problem.M, choice)),
         basis_(problem.num_constraints(), 0) {}
 
   const Problem& problem_;
@@ -79,8 +79,8 @@ std::vector<double> SampleTimes(const Problem& problem, double end) {
 }
 
 // ρ for q0 = N x0 + g.
-std::optional<double> FeasibleRadius(const Problem& problem, Selection selection, const Vector& g) {
-  if (selection == Selection::kUnique) return kInfinity;
+std::optional<double> FeasibleRadius(const Problem& problem, const SolutionChoice& choice, const Vector& g) {
+  if (choice.selection == Selection::kUnique) return kInfinity;
   return LargestFeasibleBall(problem.N * problem.x0 + g, problem.M).radius;
 }
 
@@ -98,26 +98,26 @@ std::optional<double> RightHandSideLipschitz(const Problem& problem, const std::
   return InfinityNorm(problem.A) + *lipschitz * InfinityNorm(problem.B) * InfinityNorm(problem.N);
 }
 
-absl::StatusOr<std::optional<FirstStep>> BoundFirstStep(const Problem& problem, Selection selection, double kappa,
+absl::StatusOr<std::optional<FirstStep>> BoundFirstStep(const Problem& problem, const SolutionChoice& choice, double kappa,
                                                         double step) {
-  auto speed = SpeedAtStart::Create(problem, selection);
+  auto speed = SpeedAtStart::Create(problem, choice);
   if (!speed.ok()) return speed.status();
   const std::optional<double> c = speed->At(step, Side::kLeft);
   if (!c) return std::nullopt;
   FirstStep first{.step = step, .speed = *c, .gamma = {}, .gamma_1 = {}, .room = {}};
   if (step * kappa < 1) first.gamma = step * *c / (1 - step * kappa);
   if (3 * step * kappa < 1) first.gamma_1 = step * *c / (1 - 3 * step * kappa);
-  const auto radius = FeasibleRadius(problem, selection, speed->g(step, Side::kLeft));
+  const auto radius = FeasibleRadius(problem, choice, speed->g(step, Side::kLeft));
   if (radius) first.room = FeasibleStateRadius(*radius, 0, problem.N);
   return first;
 }
 
-absl::StatusOr<std::optional<GuaranteedInterval>> GuaranteeInterval(const Problem& problem, Selection selection,
+absl::StatusOr<std::optional<GuaranteedInterval>> GuaranteeInterval(const Problem& problem, const SolutionChoice& choice,
                                                                     double kappa) {
-  auto speed = SpeedAtStart::Create(problem, selection);
+  auto speed = SpeedAtStart::Create(problem, choice);
   if (!speed.ok()) return speed.status();
   const Vector g0 = speed->g(0, Side::kRight);
-  const auto radius = FeasibleRadius(problem, selection, g0);
+  const auto radius = FeasibleRadius(problem, choice, g0);
   const std::optional<double> c = speed->At(0, Side::kRight);
   if (!radius || !(*radius > 0) || !c) return std::nullopt;
 

@@ -32,8 +32,9 @@ class Writer {
   AnalysisSection Write() && {
     if (IsAlwaysLipschitz(selection_)) kappa_ = RightHandSideLipschitz(problem_, matrix_class_.lipschitz);
     if (kappa_) {
-      first_ = Value(BoundFirstStep(problem_, selection_, *kappa_, grid_.runs.front().step));
-      interval_ = Value(GuaranteeInterval(problem_, selection_, *kappa_));
+      const SolutionChoice choice(selection_, problem_.selector, matrix_class_);
+      first_ = Value(BoundFirstStep(problem_, choice, *kappa_, grid_.runs.front().step));
+      interval_ = Value(GuaranteeInterval(problem_, choice, *kappa_));
     }
     WriteInteriorPoint();
     WriteStep();
