@@ -62,6 +62,12 @@ bool ImageIsPositive(const Matrix& M, const Vector& z) {
   return z.minCoeff() >= 0 && ((M * z).array() > RoundingOfProduct(M, z).array()).all();
 }
 
+Matrix ZMatrixBelow(const Matrix& M) {
+  Matrix below = M.cwiseMin(0);
+  below.diagonal() = M.diagonal();
+  return below;
+}
+
 Vector PositiveImageOfMMatrix(const Matrix& Z) {
   std::vector<Index> all(static_cast<std::size_t>(Z.rows()));
   std::iota(all.begin(), all.end(), Index{0});

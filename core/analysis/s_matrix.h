@@ -19,6 +19,9 @@ Fact TestSMatrix(const Matrix& M);
 // Whether z >= 0 and Mz > 0, whatever the rounding of Mz.
 bool ImageIsPositive(const Matrix& M, const Vector& z);
 
+// The largest Z-matrix that is nowhere above M: its diagonal, and its negative entries beside it.
+Matrix ZMatrixBelow(const Matrix& M);
+
 // Some z > 0 with Zz > 0 beyond rounding, where the Z-matrix `Z` is a nonsingular M-matrix; otherwise empty.
 Vector PositiveImageOfMMatrix(const Matrix& Z);
 

@@ -45,11 +45,9 @@ void SeeDiagonal(const Matrix& M, SemicopositiveClasses& known) {
 // Mz >= Ñz for z >= 0, where Ñ is diag M with the negative entries of M beside it: what makes Ñ an M-matrix
 // makes M strictly semicopositive.
 void SeeNegativeEntries(const Matrix& M, SemicopositiveClasses& known) {
-  Matrix negative = M.cwiseMin(0);
-  if (negative.isZero(0)) known.weak = {Answer::kYes, "no entry is negative"};
+  if (M.minCoeff() >= 0) known.weak = {Answer::kYes, "no entry is negative"};
   if (known.strict.no()) return;
-  negative.diagonal() = M.diagonal();
-  Vector z = PositiveImageOfMMatrix(negative);
+  Vector z = PositiveImageOfMMatrix(ZMatrixBelow(M));
   if (z.size() == 0) return;
   Fact yes{Answer::kYes, M.minCoeff() >= 0
                              ? "nonnegative with positive diagonal"

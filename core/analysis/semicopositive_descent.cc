@@ -61,9 +61,7 @@ UpperBound SemicopositiveConstantAbove(const Matrix& M) {
   const auto take = [&best](UpperBound found) {
     if (found.value < best.value) best = std::move(found);
   };
-  Matrix negative = M.cwiseMin(0);
-  negative.diagonal() = M.diagonal();
-  const Vector opposed = PositiveImageOfMMatrix(negative);  // where (Mz)_i is small against z_i
+  const Vector opposed = PositiveImageOfMMatrix(ZMatrixBelow(M));  // where (Mz)_i is small against z_i
   for (Index k = 0; k < n; ++k) {
     std::vector<Vector> starts = {Vector::Unit(n, k), Vector::Ones(n)};
     if (opposed.size() > 0) {

@@ -64,9 +64,9 @@ std::vector<Weights> CandidateWeights(const Matrix& M) {
         {std::move(f), "symmetric after scaling rows, and strictly copositive: DME of Proposition 3"});
   }
   for (const double share : {0.5, 1.0}) {
-    Matrix negative = M.cwiseMin(0);
-    negative.diagonal() = share * M.diagonal();
-    const Vector x = PositiveImageOfMMatrix(negative), y = PositiveImageOfMMatrix(negative.transpose());
+    Matrix below = ZMatrixBelow(M);
+    below.diagonal() *= share;
+    const Vector x = PositiveImageOfMMatrix(below), y = PositiveImageOfMMatrix(below.transpose());
     if (x.size() == 0 || y.size() == 0) continue;
     candidates.push_back(
         {y.cwiseQuotient(x), "min(f_i m_ij, f_j m_ji) makes a strictly copositive matrix for some f > 0"});

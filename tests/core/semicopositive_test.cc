@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/analysis/copositive.h"
 #include "core/analysis/semicopositive_types.h"
 #include "tests/support/lcp_problems.h"
 
@@ -63,6 +64,27 @@ TEST(SemicopositiveTest, AgreesWithMMatricesAndRefutesOtherZMatrices) {
     const Matrix M = Matrix::Constant(n, n, -1) + (n - generator.Uniform(0.1, 0.9)) * Matrix::Identity(n, n);
     ExpectRefuted(M, TestStrictlySemicopositive(M));  // (M 1)_i < 0
   }
+}
+
+// Beyond n = 20 sufficient tests and one linear program are left.
+TEST(SemicopositiveTest, AnswersBeyondTheExactSize) {
+  LcpGenerator generator(2);
+  const Index n = 30;
+  const SemicopositiveClasses m_matrix = ClassifySemicopositive(generator.MMatrix(n));
+  EXPECT_TRUE(m_matrix.strict.yes() && m_matrix.weak.yes());
+  Matrix mixed = Matrix::Constant(n, n, 5) + Matrix::Identity(n, n);
+  mixed(0, 1) = -20;  // outweighed by nothing in its row, but by no other negative entry either
+  EXPECT_TRUE(ClassifySemicopositive(mixed).strict.yes());
+  EXPECT_TRUE(TestSemicopositiveTypeI(Matrix(mixed.cwiseAbs())).yes());
+  const Matrix negative = Matrix::Constant(n, n, -1) + Matrix(2 * Matrix::Identity(n, n));
+  const SemicopositiveClasses refuted = ClassifySemicopositive(negative);
+  ExpectRefuted(negative, refuted.strict);
+  ASSERT_TRUE(refuted.weak.no());
+  EXPECT_GT(refuted.weak.witness.z.minCoeff(), 0);
+  EXPECT_LT((negative * refuted.weak.witness.z).maxCoeff(), 0);
+  const CopositiveClasses forms = ClassifyCopositive(negative);
+  EXPECT_TRUE(forms.strictly_copositive.no() && forms.copositive.no());
+  EXPECT_LT(*forms.copositive.witness.value, 0);
 }
 
 }  // namespace
