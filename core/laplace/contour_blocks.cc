@@ -12,7 +12,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// e^{-42} = 1e-18, of which eigenvalues that are defective take their share: each order of a pole costs a factor of 90.
+// e^{-42} = 1e-18, of which eigenvalues that are defective take their share: each order of a pole costs a factor
+// of 90.
 constexpr double kAccuracyOfHats = 42;
 // The double pole of a ramp at zero, close to the contour, adds two orders.
 constexpr double kAccuracyOfRamps = 52;
@@ -32,9 +33,9 @@ ContourBlocks::ContourBlocks(TransferFunction transfer, double step)
 
 bool ContourBlocks::NextContour(Index n, Index first, Workers& workers, const std::stop_token& stop) {
   // Block k >= 2 is made of times k - 1 to k + 1; blocks 0 and 1, of 1 and 2, come with the first contour.
-  const auto contour = FindRangeContour(static_cast<double>(std::max<Index>(first - 1, 1)),
-                                        static_cast<double>(first + 1), first == 0 ? kAccuracyOfRamps : kAccuracyOfHats,
-                                        eigenvalues_);
+  const auto contour =
+      FindRangeContour(static_cast<double>(std::max<Index>(first - 1, 1)), static_cast<double>(first + 1),
+                       first == 0 ? kAccuracyOfRamps : kAccuracyOfHats, eigenvalues_);
   if (!contour) return false;
   nodes_ = contour->Nodes();
   const auto terms = static_cast<Index>(nodes_.size());

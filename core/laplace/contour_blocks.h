@@ -13,21 +13,23 @@
 
 namespace dlcs {
 
-// The blocks K_0, K_1, ... of core/laplace/kernel.h for steps of length h, by contours round zero and the spectrum of hA:
+// The blocks K_0, K_1, ... of core/laplace/kernel.h for steps of length h, by contours round zero and the spectrum
+// of hA:
 //
 //     K_0 = 1/(2πi) ∫ e^z z⁻² H(z/h) dz,     K_1 = 1/(2πi) ∫ (e^{2z} - 2e^z) z⁻² H(z/h) dz,
 //     K_k = 1/(2πi) ∫ e^{kz} (2 sinh(z/2)/z)² H(z/h) dz       for k >= 2,
 //
-// a hat being a second difference of ramps. A contour serves a range of times k - 1 ... k + 1, up to 16 times its first
-// (core/laplace/range_contour.h), with some 40 values of H: W blocks cost 40 log_16 W factorizations, no power and no
-// exponential of A, and then 160 n² multiplications a block.
+// a hat being a second difference of ramps. A contour serves a range of times k - 1 ... k + 1, up to 16 times its
+// first (core/laplace/range_contour.h), with some 50 values of H: W blocks cost 50 log_16 W factorizations, no
+// power and no exponential of A, and then 200 n² multiplications a block.
 class ContourBlocks {
  public:
   ContourBlocks(TransferFunction transfer, double step);
 
-  // Appends blocks to `blocks` (n × n each, side by side), which holds all before them: up to block `window` - 1, or to the last
-  // that one contour serves. Returns false, and leaves `blocks` as they are, where the spectrum has no contour for
-  // the next times or `stop` was requested (looked at every factorization). The blocks are not judged here.
+  // Appends blocks to `blocks` (n × n each, side by side), which holds all before them: up to block `window` - 1,
+  // or to the last that one contour serves. Returns false, and leaves `blocks` as they are, where the spectrum has
+  // no contour for the next times or `stop` was requested (looked at every factorization). The blocks are not
+  // judged here.
   // Threads: those of `workers`; same bits for any number.
   bool Append(Index window, Workers& workers, const std::stop_token& stop, Matrix& blocks);
 
@@ -41,7 +43,7 @@ class ContourBlocks {
   TransferFunction transfer_;
   double step_;
   Eigen::VectorXcd eigenvalues_;  // of hA
-  Index end_ = 0;  // the first block that it does not serve
+  Index end_ = 0;                 // the first block that it does not serve
   std::vector<ContourNode> nodes_;
   Matrix values_;  // weight H(z/h) for each node, real part and negative imaginary part, a block in a column
   Index contours_ = 0;

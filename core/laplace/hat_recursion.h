@@ -9,8 +9,8 @@
 
 namespace dlcs {
 
-// R h φ_2 B,  R h E^{k-1} φ_1² B (k = 1, 2, ...), one after the other: what a hat of y at a node does to R x at that node
-// and at later ones. R = N gives the blocks of the kernel, R = vᵀN one combination of their rows.
+// R h φ_2 B,  R h E^{k-1} φ_1² B (k = 1, 2, ...), one after the other: what a hat of y at a node does to R x at
+// that node and at later ones. R = N gives the blocks of the kernel, R = vᵀN one combination of their rows.
 class HatRecursion {
  public:
   // `scheme` (ExponentialPiecewiseLinear) must outlive it.

@@ -30,7 +30,8 @@ Vector CombinationOfRows(const Matrix& N, const Scheme& scheme) {
 
 }  // namespace
 
-Kernel::Kernel(const Problem& problem, const Scheme& scheme, KernelSource source, Workers& workers, KernelRecord& record)
+Kernel::Kernel(const Problem& problem, const Scheme& scheme, KernelSource source, Workers& workers,
+               KernelRecord& record)
     : problem_(problem),
       scheme_(scheme),
       source_(source),
@@ -53,16 +54,18 @@ void Kernel::Reserve(Index window, const std::stop_token& stop) {
   convolution_.SetKernel(blocks_.leftCols(count_ * n));
 }
 
-// In multiplications of a matrix product, to which the scalar work of a Schur form and of triangular solves is converted; fitted
-// to m from 30 to 200, n from 1 to 60 and windows from 64 to 2048. The two are close for dense A: contours win by a factor of two at
-// m = 200, n = 20 and 2048 blocks. The number of threads must not count, or the bits would depend on it.
+// In multiplications of a matrix product, to which the scalar work of a Schur form and of triangular solves is
+// converted; fitted to m from 30 to 200, n from 1 to 60 and windows from 64 to 2048. The two are close for dense A:
+// contours win by a factor of two at m = 200, n = 20 and 2048 blocks. The number of threads must not count, or the
+// bits would depend on it.
 bool Kernel::ContourPays(Index window) const {
   if (source_ != KernelSource::kAuto || contours_) return source_ != KernelSource::kPhiFunctions;
   const double m = static_cast<double>(problem_.num_states()), n = static_cast<double>(problem_.num_constraints());
   const double blocks = static_cast<double>(window - count_);
   const double nodes = 50 * std::ceil(std::log2(static_cast<double>(window)) / 4);
   const double recursion = (2 * m * m * n + 2 * m * n * n) * blocks;
-  const double contours = 100 * m * m * m + nodes * (12 * m * m * n + 8 * m * n * n) + (800 * n * n + 2 * m * m) * blocks;
+  const double contours =
+      100 * m * m * m + nodes * (12 * m * m * n + 8 * m * n * n) + (800 * n * n + 2 * m * m) * blocks;
   return recursion > contours;
 }
 

@@ -25,16 +25,18 @@ namespace dlcs {
 //
 //   φ-functions   by the recursion that stands above, 2m²n multiplications a block, for any spectrum;
 //   contours      each block is the inverse Laplace transform of N (zI - A)⁻¹ B against a hat
-//                 (core/laplace/contour_blocks.h): a set-up, some 40 solves a contour, and then 160 n² a block.
+//                 (core/laplace/contour_blocks.h): a set-up, some 50 solves a contour, and then 200 n² a block.
 //
 // Blocks of a contour are checked, each of them, against the recursion for one combination of their rows (2m² a
-// block). Where they differ by more than kContourTolerance of the largest block, and by more than the recursion errs itself,
-// or the spectrum has no contour, all further blocks come by the recursion, and the record says why. (For large ‖hA‖ the
-// recursion is the less accurate: each squaring of the exponential doubles its rounding, and each block adds it again.)
+// block). Where they differ by more than kContourTolerance of the largest block, and by more than the recursion
+// errs itself, or the spectrum has no contour, all further blocks come by the recursion, and the record says why.
+// (For large ‖hA‖ the recursion is the less accurate: each squaring of the exponential doubles its rounding, and
+// each block adds it again.)
 class Kernel {
  public:
   // Which way `problem` is to be served. kAuto takes contours once the blocks asked for cost more by the recursion.
-  // `problem`, `scheme` (ExponentialPiecewiseLinear), `workers` and `record`, where it is counted, must outlive the kernel.
+  // `problem`, `scheme` (ExponentialPiecewiseLinear), `workers` and `record`, where it is counted, must outlive the
+  // kernel.
   Kernel(const Problem& problem, const Scheme& scheme, KernelSource source, Workers& workers, KernelRecord& record);
 
   static constexpr double kContourTolerance = 1e-12;

@@ -10,12 +10,12 @@ namespace dlcs {
 namespace {
 
 constexpr double kRightAngle = std::numbers::pi / 2;
-constexpr double kLargestLoss = 7;   // e^7 · 1e-16 = 1e-13
+constexpr double kLargestLoss = 7;  // e^7 · 1e-16 = 1e-13
 constexpr double kDiedOut = 45;
-constexpr double kOnAxis = 1e-4;     // far from the contour by the scale of its times
+constexpr double kOnAxis = 1e-4;  // far from the contour by the scale of its times
 
-// The hyperbola for the sector α over times of ratio `ratio`, where `loss` of kLargestLoss is spent already. Zero nodes
-// where there is none.
+// The hyperbola for the sector α over times of ratio `ratio`, where `loss` of kLargestLoss is spent already. Zero
+// nodes where there is none.
 Contour BestHyperbola(double alpha, double ratio, double accuracy, double loss) {
   constexpr int kTrials = 64;
   const double room = kRightAngle - alpha;
@@ -25,10 +25,12 @@ Contour BestHyperbola(double alpha, double ratio, double accuracy, double loss) 
     const double gamma = contour.gamma, delta = room - gamma, bend = 1 - std::cos(alpha);
     // The first two conditions with equal signs, or the fourth where it is the sharper one.
     contour.mu = (kLargestLoss - loss) / (1 - std::sin(gamma));
-    if (delta > gamma * bend) contour.mu = std::min(contour.mu, accuracy * (gamma - delta) / (delta - gamma * bend));
+    if (delta > gamma * bend) {
+      contour.mu = std::min(contour.mu, accuracy * (gamma - delta) / (delta - gamma * bend));
+    }
     if (!(contour.mu > 0)) continue;
-    contour.step = 2 * std::numbers::pi *
-                   std::min(delta / (accuracy + contour.mu * bend), gamma / (accuracy + contour.mu));
+    contour.step =
+        2 * std::numbers::pi * std::min(delta / (accuracy + contour.mu * bend), gamma / (accuracy + contour.mu));
     const double last = std::acosh((1 + accuracy * ratio / contour.mu) / std::sin(gamma));
     contour.nodes = static_cast<Index>(std::ceil(last / contour.step));
     if (best.nodes == 0 || contour.nodes < best.nodes) best = contour;
@@ -73,7 +75,10 @@ std::optional<RangeContour> FindRangeContour(double begin, double least_end, dou
       const double cost = static_cast<double>(hyperbola.nodes) / std::log2(ratio);
       if (cost >= fewest) continue;
       fewest = cost;
-      best = RangeContour{.begin = begin, .end = begin * ratio, .shift = shift, .hyperbola = hyperbola,
+      best = RangeContour{.begin = begin,
+                          .end = begin * ratio,
+                          .shift = shift,
+                          .hyperbola = hyperbola,
                           .log_loss = loss + hyperbola.mu * (1 - std::sin(hyperbola.gamma))};
     }
   }

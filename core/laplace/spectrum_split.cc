@@ -51,7 +51,10 @@ ComplexMatrix SolveSylvester(const ComplexMatrix& T, Index front) {
 SpectrumSplit AllOutside(const Matrix& A, double condition) {
   const Matrix identity = Matrix::Identity(A.rows(), A.cols());
   return {.inside = Resolvent(ComplexMatrix(0, A.rows()), ComplexMatrix(0, 0), ComplexMatrix(A.rows(), 0)),
-          .basis = identity, .outside = A, .left = identity, .condition = condition};
+          .basis = identity,
+          .outside = A,
+          .left = identity,
+          .condition = condition};
 }
 
 }  // namespace

@@ -12,9 +12,9 @@
 
 namespace dlcs {
 
-// e^{tA} = (its part by the resolvent of `inside`) + basis e^{t outside} left. What Remark 2.1 of [Wu & Chen] wants circles for:
-// eigenvalues that no hyperbola (2.2) encloses for all t. A circle counts e^{λt} a second time while t is so
-// small that the hyperbola still encloses λ; here every eigenvalue is in one part for all t.
+// e^{tA} = (its part by the resolvent of `inside`) + basis e^{t outside} left. What Remark 2.1 of [Wu & Chen] wants
+// circles for: eigenvalues that no hyperbola (2.2) encloses for all t. A circle counts e^{λt} a second time while t
+// is so small that the hyperbola still encloses λ; here every eigenvalue is in one part for all t.
 struct SpectrumSplit {
   Resolvent inside;
   Matrix basis;    // m × k, orthonormal columns that span the invariant subspace of the k eigenvalues outside
@@ -25,9 +25,10 @@ struct SpectrumSplit {
   Index separated() const { return outside.rows(); }
 };
 
-// Splits a real A by `is_outside`, which must treat conjugates alike. By a complex Schur form with the eigenvalues outside ordered
-// first, and a Sylvester equation for the angle between the subspaces. Where an eigenvalue outside is so close to one
-// inside that the projector's norm exceeds kWorstCondition, or splits a conjugate pair, all of A counts as outside.
+// Splits a real A by `is_outside`, which must treat conjugates alike. By a complex Schur form with the eigenvalues
+// outside ordered first, and a Sylvester equation for the angle between the subspaces. Where an eigenvalue outside
+// is so close to one inside that the projector's norm exceeds kWorstCondition, or splits a conjugate pair, all of A
+// counts as outside.
 // Cost: the Schur form, some 100 m³, and O(m³).
 // Source: Golub and Van Loan, Matrix Computations, sections 7.6.2 and 7.6.3.
 SpectrumSplit SplitSpectrum(const Matrix& A, const std::function<bool(std::complex<double> lambda)>& is_outside);

@@ -30,7 +30,8 @@ StepWeights WeightsOfStep(Complex z, double h, size_t terms) {
   StepWeights weights;
   weights.decay = std::exp(w);
   if (std::abs(w) < 2) {
-    // k! φ_{k+1}(w) = Σ w^i k!/(k+1+i)!, the highest first, then φ_k = 1/k! + w φ_{k+1}: the recurrence upwards cancels.
+    // k! φ_{k+1}(w) = Σ w^i k!/(k+1+i)!, the highest first, then φ_k = 1/k! + w φ_{k+1}: the recurrence upwards
+    // cancels.
     Complex sum = 0, term = 1.0 / static_cast<double>(terms);
     for (size_t i = 1; std::abs(term) > 1e-18; ++i) {
       sum += term;
@@ -47,8 +48,8 @@ StepWeights WeightsOfStep(Complex z, double h, size_t terms) {
   return weights;
 }
 
-// The same for a matrix: e^{hA}, then h k! φ_{k+1}(hA) for k < `terms`. The first row of the exponential of hA bordered by
-// identities, [hA I; 0 0 I; ...], holds φ_0, φ_1, φ_2, ....
+// The same for a matrix: e^{hA}, then h k! φ_{k+1}(hA) for k < `terms`. The first row of the exponential of hA
+// bordered by identities, [hA I; 0 0 I; ...], holds φ_0, φ_1, φ_2, ....
 std::vector<Matrix> MatrixWeights(const Matrix& A, double h, size_t terms) {
   const Index k = A.rows();
   const auto blocks = static_cast<Index>(terms);
@@ -86,7 +87,8 @@ void ContourStates::PrepareInitialResponse() {
   if (context_.options.contour_for_initial_state && fits) return InitialResponseByContour(contour);
   if (context_.options.contour_for_initial_state) {
     context_.solution.warnings.push_back(
-        "The sector of the spectrum is too wide for the contour of Remark 2.3: e^{At} x0 comes from matrix exponentials.");
+        "The sector of the spectrum is too wide for the contour of Remark 2.3: e^{At} x0 comes from matrix "
+        "exponentials.");
   }
   InitialResponseByExponentials();
 }
@@ -127,8 +129,9 @@ void ContourStates::PrepareSeparatedPart() {
   const std::vector<Run>& runs = context_.grid.runs;
   for (size_t r = 0; r < runs.size(); ++r) {
     const bool same = r > 0 && runs[r].step == runs[r - 1].step;
-    separated_steps_.push_back(same ? separated_steps_.back()
-                                    : MatrixWeights(split_.outside, runs[r].step, Terms(context_.options.interpolation)));
+    separated_steps_.push_back(
+        same ? separated_steps_.back()
+             : MatrixWeights(split_.outside, runs[r].step, Terms(context_.options.interpolation)));
   }
 }
 

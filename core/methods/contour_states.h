@@ -19,16 +19,16 @@ namespace dlcs {
 //     x_j = e^{A t_j} x0 + Δv/(2πi) Σ_{p=-P..P} z'_p (z_p I - A)⁻¹ ∫_0^{t_j} e^{z_p (t_j - τ)} s̃(τ) dτ,
 //
 // at all nodes, the integral taken exactly for the interpolant s̃ of the sources. On the subspace of the
-// eigenvalues that are split off (Remark 2.1 put right) the differential equation is solved exactly for s̃ instead, by
-// φ-functions of that part of A.
+// eigenvalues that are split off (Remark 2.1 put right) the differential equation is solved exactly for s̃ instead,
+// by φ-functions of that part of A.
 class ContourStates {
  public:
-  // `context` and `split` must outlive it. Prepares e^{At} x0: by a matrix exponential a step length, or by Remark 2.3's
-  // contour where the options ask for it and the spectrum allows (else with a warning).
+  // `context` and `split` must outlive it. Prepares e^{At} x0: by a matrix exponential a step length, or by
+  // Remark 2.3's contour where the options ask for it and the spectrum allows (else with a warning).
   ContourStates(SolveContext& context, const Contour& contour, const SpectrumSplit& split);
 
-  // x at all columns (NodeColumns) for `sources`, given there. Parallel over times and contour nodes, with the same bits for
-  // any number of threads; incomplete where a stop was requested. Cost: O(J² P m).
+  // x at all columns (NodeColumns) for `sources`, given there. Parallel over times and contour nodes, with the same
+  // bits for any number of threads; incomplete where a stop was requested. Cost: O(J² P m).
   Matrix Solve(const Matrix& sources) const;
 
  private:

@@ -73,8 +73,8 @@ class Iteration {
     return y_is_solution || FailLcp(context_, LcpVerdict::kInfeasible, Time(at), "LCP(N x + g, M)");
   }
 
-  // Whether a window from `at` goes on into the next run. A run that fills much of a window is better served alone, by a
-  // convolution; in a window over several lengths of steps every iteration costs O(m²) a step.
+  // Whether a window from `at` goes on into the next run. A run that fills much of a window is better served alone,
+  // by a convolution; in a window over several lengths of steps every iteration costs O(m²) a step.
   bool Crosses(const Position& at) const {
     constexpr Index kFew = 4, kMuch = 4;  // 4 steps, a quarter
     if (at.run + 1 == runs_.size() || runs_[at.run + 1].starts_at_break) return false;
@@ -82,8 +82,8 @@ class Iteration {
     return rest < Width() && (width_is_fixed() || rest <= kFew || kMuch * rest < Width());
   }
 
-  // The window from `at` on, and where it ends: at the width, at a break point, or where the next length of steps would be
-  // one too many to be kept.
+  // The window from `at` on, and where it ends: at the width, at a break point, or where the next length of steps
+  // would be one too many to be kept.
   std::optional<Window> Gather(Position& at) {
     Window window;
     std::vector<double> lengths;
@@ -113,8 +113,8 @@ class Iteration {
     return window;
   }
 
-  // Takes one window from `at` on, shrinking it until it converges, and moves `at` to its end. Returns false when the solve has
-  // ended.
+  // Takes one window from `at` on, shrinking it until it converges, and moves `at` to its end. Returns false when
+  // the solve has ended.
   bool Advance(Position& at) {
     for (;;) {
       Position next = at;

@@ -62,15 +62,15 @@ class Iteration {
       const double contraction = k > 1 ? change / last_change : 1;
       const double tolerance = context_.options.tolerance * size;
       const bool rounding = change <= 1e-14 * size;
-      if (rounding || (k > 1 && contraction < 1 &&
-                       std::max(change, change * contraction / (1 - contraction)) <= tolerance)) {
+      if (rounding ||
+          (k > 1 && contraction < 1 && std::max(change, change * contraction / (1 - contraction)) <= tolerance)) {
         return Accept(k);
       }
       last_change = change;
     }
-    return context_.Fail(Termination::kIterationLimit, horizon,
-                         "After " + std::to_string(limit) + " iterations the change is still " +
-                             FormatNumber(last_change) + ".");
+    return context_.Fail(
+        Termination::kIterationLimit, horizon,
+        "After " + std::to_string(limit) + " iterations the change is still " + FormatNumber(last_change) + ".");
   }
 
  private:
@@ -118,7 +118,8 @@ class Iteration {
     if (!context_.largest_slope) return true;
     for (size_t r = 0; r < segments_.size(); ++r) {
       const Index first = columns_.First(r), count = columns_.Count(r);
-      const auto jump = FindSteepStep(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
+      const auto jump =
+          FindSteepStep(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
       if (!jump) continue;
       const double t = columns_.Time(first + jump->column);
       return context_.FailJump(t, DescribeSteepStep(*jump, t, *context_.largest_slope));
@@ -134,16 +135,19 @@ class Iteration {
     return next;
   }
 
-  // (2.7a), with φ of up to 32 of the times; its factors are NaN where L is not known, or eigenvalues lie outside the
-  // sector, for which the theorem has no φ.
+  // (2.7a), with φ of up to 32 of the times; its factors are NaN where L is not known, and where the theorem does
+  // not hold: eigenvalues outside the sector have no φ, and a spline can be larger than the values it goes through.
   IterationBound Bound() const {
     constexpr Index kSampledTimes = 32;
     const Index count = context_.grid.num_steps();
     std::vector<double> times;
-    for (Index k = 1; k <= count; k += std::max<Index>(1, count / kSampledTimes)) times.push_back(context_.grid.times[k]);
+    for (Index k = 1; k <= count; k += std::max<Index>(1, count / kSampledTimes)) {
+      times.push_back(context_.grid.times[k]);
+    }
     double rate = std::numeric_limits<double>::quiet_NaN();
     const auto lipschitz = context_.matrix_class.lipschitz;
-    if (lipschitz && split_.separated() == 0) {
+    const bool linear = context_.options.interpolation == Interpolation::kLinear;
+    if (lipschitz && linear && split_.separated() == 0) {
       rate = IterationRate(contour_, ResolventFactor(contour_, split_.inside, times), *lipschitz, problem_);
     }
     return IterationBound(contour_, rate, problem_.horizon);
@@ -210,20 +214,23 @@ void Record(const Contour& contour, double angle, const SpectrumSplit& split, So
   }
   if (record.choice == "Remark 2.4" && context.options.contour == ContourChoice::kAuto) {
     context.solution.warnings.push_back(
-        "The sector of the spectrum is too wide for the contour of Theorem 2.2 (max |arg(-λ)| = " + FormatNumber(angle) +
-        "). Remark 2.4 gives another one (γ = " + FormatNumber(contour.gamma) + ", μ = " + FormatNumber(contour.mu) +
-        ", Δv = " + FormatNumber(contour.step) + ") with a quadrature error of some " +
+        "The sector of the spectrum is too wide for the contour of Theorem 2.2 (max |arg(-λ)| = " +
+        FormatNumber(angle) + "). Remark 2.4 gives another one (γ = " + FormatNumber(contour.gamma) + ", μ = " +
+        FormatNumber(contour.mu) + ", Δv = " + FormatNumber(contour.step) + ") with a quadrature error of some " +
         FormatNumber(std::exp(LogSourceError(contour, angle))) + " at P = " + std::to_string(contour.nodes) + ".");
   }
   if (split.separated() > 0) {
     const bool ill_conditioned = record.nodes == 0 && split.condition > kWorstCondition;
     context.solution.warnings.push_back(
         std::to_string(split.separated()) + " of " + std::to_string(context.problem.num_states()) +
-        (ill_conditioned ? std::string(" eigenvalues of A are integrated by φ-functions, not by a contour: some lie outside every "
-                                       "sector that a contour can have, and too close to the others to be separated.")
-                         : " eigenvalues of A lie outside the sector |arg(-λ)| < " + FormatNumber(WidestSector(context.options)) +
-                               " of the contour. Their subspace is integrated by φ-functions; the circles of Remark 2.1 "
-                               "would count e^{λt} twice for small t."));
+        (ill_conditioned
+             ? std::string(
+                   " eigenvalues of A are integrated by φ-functions, not by a contour: some lie outside every "
+                   "sector that a contour can have, and too close to the others to be separated.")
+             : " eigenvalues of A lie outside the sector |arg(-λ)| < " +
+                   FormatNumber(WidestSector(context.options)) +
+                   " of the contour. Their subspace is integrated by φ-functions; the circles of Remark 2.1 "
+                   "would count e^{λt} twice for small t."));
   }
 }
 

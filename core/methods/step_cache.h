@@ -19,15 +19,16 @@ inline bool IsSameStep(double a, double b) { return std::abs(a - b) <= 1e-12 * b
 // Grids have few lengths; many odd output times must not fill the memory.
 inline constexpr size_t kCachedSteps = 8;
 
-// Runs whose steps agree to rounding share one value. The values of the kCachedSteps lengths that were asked for last are kept.
+// Runs whose steps agree to rounding share one value. The values of the kCachedSteps lengths that were asked for
+// last are kept.
 template <typename Value>
 class StepCache {
  public:
   explicit StepCache(std::function<std::unique_ptr<Value>(double step)> make) : make_(std::move(make)) {}
 
   Value& At(double step) {
-    const auto found =
-        std::find_if(values_.begin(), values_.end(), [&](const auto& entry) { return IsSameStep(entry.first, step); });
+    const auto found = std::find_if(values_.begin(), values_.end(),
+                                    [&](const auto& entry) { return IsSameStep(entry.first, step); });
     if (found != values_.end()) {
       std::rotate(found, found + 1, values_.end());
       return *values_.back().second;

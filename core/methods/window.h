@@ -17,7 +17,8 @@ namespace dlcs {
 struct StepTools {
   StepTools(SolveContext& context, double step)
       : marcher(context.problem, ExponentialPiecewiseLinear(context.problem, step), context.choice()),
-        kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers, *context.solution.kernel) {}
+        kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers,
+               *context.solution.kernel) {}
   const Scheme& scheme() const { return marcher.scheme(); }
   Marcher marcher;  // for the steps that must be marched
   Kernel kernel;
@@ -42,8 +43,8 @@ struct Window {
   // The tools that all pieces share; null where the steps have several lengths.
   StepTools* SharedTools() const;
 
-  // Fills x and y of all pieces from `start`, the state at the start of the window, and y of the window by the recursion of their
-  // schemes; returns N x + g at all columns. Cost: O(m²) a step.
+  // Fills x and y of all pieces from `start`, the state at the start of the window, and y of the window by the
+  // recursion of their schemes; returns N x + g at all columns. Cost: O(m²) a step.
   Matrix Propagate(const Problem& problem, const Vector& start);
 
   // SizeOfSums() of all pieces.

@@ -89,8 +89,8 @@ WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y
     const Index k = ++result.iterations;
     ++context_.solution.cost.iterations;
     const double lcp_begin = context_.Seconds();
-    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers, context_.stop,
-                                              window.y.rightCols(steps));
+    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers,
+                                              context_.stop, window.y.rightCols(steps));
     context_.solution.cost.lcps += steps;
     const double lcp_end = context_.Seconds();
     context_.solution.cost.seconds_lcp += lcp_end - lcp_begin;
@@ -146,8 +146,8 @@ WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y
   return result;
 }
 
-// Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any piece
-// of the function allows.
+// Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any
+// piece of the function allows.
 std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const Window& window) const {
   if (!context_.largest_slope) return std::nullopt;
   const auto jump = FindSteepStep(q, window.y, *context_.largest_slope);

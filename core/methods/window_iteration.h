@@ -26,7 +26,8 @@ class WindowIteration {
   WindowIteration(SolveContext& context, bool may_shrink);
 
   // Iterates on `window`, the `number`-th, from the state `x` and the multiplier `y` at its start, as
-  // core/methods/laplace_iteration.h says. Leaves y of the last iterate in the pieces and, when converged, x.
+  // core/methods/laplace_iteration.h says. Leaves y of the last iterate in the window and, when converged, x and y
+  // in its pieces. Reports each iterate; its bound only where all steps have one length.
   WindowResult Run(Index number, const Vector& x, const Vector& y, Window& window);
 
  private:

@@ -20,8 +20,8 @@ ComplementarityResult SolveForY(NonlinearFunctions& functions, JosephyNewton& ne
                       y);
 }
 
-SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t, const Vector& x,
-                           const Vector& y) {
+SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t,
+                           const Vector& x, const Vector& y) {
   SplittingOutcome failure;
   failure.time = t;
   failure.why = "0 <= y ⟂ g(t, x, y) >= 0 at t = " + FormatNumber(t) + " was not solved: " + result.why;

@@ -30,17 +30,17 @@ ComplementarityResult SolveForY(NonlinearFunctions& functions, JosephyNewton& ne
 
 // What `result`, the attempt to find y at time t, means for the window.
 SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t,
-                                   const Vector& x, const Vector& y);
+                           const Vector& x, const Vector& y);
 
 class WindowSources {
  public:
   // `context` must outlive it.
   explicit WindowSources(NonlinearContext& context) : context_(context) {}
 
-  // For x of `segment` at all nodes but the first: y, in `segment`, and the source s = f(t, x, y) - W x, in its f. `times` are the
-  // nodes. Raises `residual` to the largest of the y. Returns the first failure, or success as converged.
-  SplittingOutcome Evaluate(const std::vector<double>& times, const Matrix& W, Segment& segment,
-                                    double& residual);
+  // For x of `segment` at all nodes but the first: y, in `segment`, and the source s = f(t, x, y) - W x, in its f.
+  // `times` are the nodes. Raises `residual` to the largest of the y. Returns the first failure, or success as
+  // converged.
+  SplittingOutcome Evaluate(const std::vector<double>& times, const Matrix& W, Segment& segment, double& residual);
 
  private:
   // What a block of times needs for itself: formulas and LCP solvers are not shared between threads.

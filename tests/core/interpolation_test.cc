@@ -26,7 +26,9 @@ double ErrorBetweenNodes(const Grid& grid, const std::vector<InterpolatedRun>& p
     for (Index l = 0; l < grid.runs[r].steps; ++l) {
       for (const double theta : {0.0, 0.2, 0.5, 0.9, 1.0}) {
         double value = 0, power = 1;
-        for (const Matrix& coefficient : pieces[r].coefficients) value += coefficient(0, l) * std::exchange(power, power * theta);
+        for (const Matrix& coefficient : pieces[r].coefficients) {
+          value += coefficient(0, l) * std::exchange(power, power * theta);
+        }
         const double t = grid.times[grid.runs[r].first_node + l] + theta * grid.runs[r].step;
         error = NanMax(error, std::abs(value - function(t)));
       }
@@ -56,7 +58,8 @@ std::vector<Grid> Grids(Index steps) {
 TEST(InterpolationTest, ReproducesPolynomials) {
   for (const Grid& grid : Grids(7)) {
     EXPECT_LT(ErrorBetweenNodes(grid, Interpolate(Interpolation::kLinear, grid, Sampled(grid, Line)), Line), 1e-14);
-    EXPECT_LT(ErrorBetweenNodes(grid, Interpolate(Interpolation::kCubicSpline, grid, Sampled(grid, Cubic)), Cubic), 1e-13);
+    EXPECT_LT(ErrorBetweenNodes(grid, Interpolate(Interpolation::kCubicSpline, grid, Sampled(grid, Cubic)), Cubic),
+              1e-13);
   }
 }
 
@@ -87,7 +90,9 @@ TEST(InterpolationTest, DoesNotSmoothBreakPoints) {
   const auto pieces = Interpolate(Interpolation::kCubicSpline, grid, values);
   const double end = grid.runs[0].step * 0.5;
   double value = 0, power = 1;
-  for (const Matrix& c : pieces[0].coefficients) value += c(0, grid.runs[0].steps - 1) * std::exchange(power, power * 0.5);
+  for (const Matrix& c : pieces[0].coefficients) {
+    value += c(0, grid.runs[0].steps - 1) * std::exchange(power, power * 0.5);
+  }
   EXPECT_NEAR(value, Cubic(0.37 - end), 1e-13);
 }
 
@@ -97,7 +102,9 @@ TEST(InterpolationTest, TakesAParabolaOrALineWhereNodesAreFew) {
     options.num_steps = steps;
     const Grid grid = MakeGrid(1, {}, options);
     double (*function)(double) = steps == 1 ? Line : Parabola;
-    EXPECT_LT(ErrorBetweenNodes(grid, Interpolate(Interpolation::kCubicSpline, grid, Sampled(grid, function)), function), 1e-14);
+    EXPECT_LT(
+        ErrorBetweenNodes(grid, Interpolate(Interpolation::kCubicSpline, grid, Sampled(grid, function)), function),
+        1e-14);
   }
 }
 

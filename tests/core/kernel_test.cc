@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <random>
+#include <stop_token>
 #include <string>
 
 #include "core/linalg/norms.h"
@@ -79,7 +80,8 @@ TEST_P(SpectraTest, HasTheBlocksOfThePhiFunctions) {
   EXPECT_GE(by_contour.blocks_by_contour, 5);
   const double size = MaxAbs(expected.blocks().leftCols(columns));
   const double error = MaxAbs(expected.blocks().leftCols(columns) - found.blocks().leftCols(columns)) / size;
-  const double recursion_error = 1e-16 * static_cast<double>(GetParam().window) * GetParam().step * MaxAbs(GetParam().A);
+  const double recursion_error =
+      1e-16 * static_cast<double>(GetParam().window) * GetParam().step * MaxAbs(GetParam().A);
   EXPECT_LT(error, 1e-12 + recursion_error);
 }
 
@@ -99,8 +101,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Spectrum{"unstable_spiral", Oscillators({{0.5, 1}, {-1, 1}}), 0.01, 600}),
     [](const auto& test) { return std::string(test.param.name); });
 
-// Closed forms for a diagonal A: K_k = Σ_i N_i e^{(k-1)hλ_i} h φ_1(hλ_i)² B_i. The contours keep 1e-13 where the exponential of a
-// stiff A costs the recursion digits.
+// Closed forms for a diagonal A: K_k = Σ_i N_i e^{(k-1)hλ_i} h φ_1(hλ_i)² B_i. The contours keep 1e-13 where the
+// exponential of a stiff A costs the recursion digits.
 TEST(ContourKernelTest, IsMoreAccurateThanTheRecursionOnStiffSystems) {
   const Vector lambda{{-1e7, -1e4, -1, -1e-3}};
   Problem problem = WithSpectrum(Matrix::Identity(4, 4), 3);
@@ -141,6 +143,44 @@ TEST(ContourKernelTest, HasTheSameBitsHoweverItIsReservedAndForAnyNumberOfThread
   for (const Index window : {1, 16, 17, 300, 500}) grown.Reserve(window, {});
   EXPECT_EQ(record.fallback, "");
   EXPECT_TRUE((whole.blocks().leftCols(1000).array() == grown.blocks().leftCols(1000).array()).all());
+}
+
+// Few blocks come by the recursion, many by contours, which then go on from where the recursion stopped.
+TEST(ContourKernelTest, TakesTheCheaperWayByItself) {
+  Vector lambda(60);
+  for (Index i = 0; i < 60; ++i) lambda[i] = -std::pow(1.1, static_cast<double>(i));
+  const Problem problem = WithSpectrum(lambda.asDiagonal(), 5);
+  const Scheme scheme = ExponentialPiecewiseLinear(problem, 0.001);
+  Workers workers(1);
+  KernelRecord by_phi, chosen;
+  Kernel expected(problem, scheme, KernelSource::kPhiFunctions, workers, by_phi);
+  Kernel found(problem, scheme, KernelSource::kAuto, workers, chosen);
+  found.Reserve(300, {});
+  EXPECT_EQ(chosen.blocks_by_recursion, 300);
+  EXPECT_EQ(chosen.factorizations, 0);
+  found.Reserve(8000, {});
+  EXPECT_EQ(chosen.fallback, "");
+  EXPECT_EQ(chosen.blocks_by_recursion, 300);
+  EXPECT_EQ(chosen.blocks_by_contour, 7700);
+  expected.Reserve(8000, {});
+  EXPECT_LT(MaxAbs(expected.blocks() - found.blocks()), 1e-12 * MaxAbs(expected.blocks()));
+}
+
+TEST(ContourKernelTest, StopsOnRequest) {
+  const Problem problem = WithSpectrum(Diagonal(Vector{{-1, -2}}), 1);
+  const Scheme scheme = ExponentialPiecewiseLinear(problem, 0.01);
+  Workers workers(1);
+  std::stop_source source;
+  source.request_stop();
+  for (const KernelSource way : {KernelSource::kPhiFunctions, KernelSource::kContour}) {
+    KernelRecord record;
+    Kernel kernel(problem, scheme, way, workers, record);
+    kernel.Reserve(100, source.get_token());
+    EXPECT_EQ(record.factorizations + record.blocks_by_recursion, 0);
+    EXPECT_EQ(record.fallback, "");
+    kernel.Reserve(100, {});
+    EXPECT_EQ(record.blocks_by_contour + record.blocks_by_recursion, 100);
+  }
 }
 
 // A pendulum turns 200 rad in the window: its contour would lose all digits. The recursion goes on.

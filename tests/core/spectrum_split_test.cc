@@ -27,8 +27,8 @@ Matrix RandomMatrix(Index rows, Index cols, unsigned seed) {
   return Matrix::NullaryExpr(rows, cols, [&] { return normal(generator); });
 }
 
-// 1/(2πi) ∫ e^{zt}/(z - λ) dz over the hyperbola of Remark 2.3 for time t, both halves, and over the circle of radius
-// `radius` round λ: the two integrals of (2.3) for A = λ, x0 = 1 and no source.
+// 1/(2πi) ∫ e^{zt}/(z - λ) dz over the hyperbola of Remark 2.3 for time t, both halves, and over the circle of
+// radius `radius` round λ: the two integrals of (2.3) for A = λ, x0 = 1 and no source.
 Complex OverHyperbola(Complex lambda, double t) {
   Complex sum = 0;
   for (const ContourNode& node : Nodes(InitialStateContour(13))) {
@@ -49,8 +49,8 @@ Complex OverCircle(Complex lambda, double t, double radius) {
   return sum;
 }
 
-// While t is small, the hyperbola (μ/t)(...) encloses λ, whatever λ is: alone it is right, and with the circle it has e^{λt}
-// twice, a relative error of one. Once t is large it has left λ behind: then the circle is needed.
+// While t is small, the hyperbola (μ/t)(...) encloses λ, whatever λ is: alone it is right, and with the circle it
+// has e^{λt} twice, a relative error of one. Once t is large it has left λ behind: then the circle is needed.
 TEST(Remark21Test, CirclesCountEigenvaluesTwiceForSmallTimes) {
   for (const Complex lambda : {Complex(1, 0), Complex(0, 2), Complex(0.3, 1)}) {
     const auto errors = [&](double t) {
@@ -88,8 +88,10 @@ TEST(SpectrumSplitTest, TakesEveryEigenvalueOnce) {
     // (zI - A)⁻¹ is the sum of both parts, at any z.
     const Complex z(0.7, 1.3);
     const Eigen::MatrixXcd whole = (z * Eigen::MatrixXcd::Identity(m, m) - A.cast<Complex>()).inverse();
-    const Eigen::MatrixXcd outside = (z * Eigen::MatrixXcd::Identity(k, k) - split.outside.cast<Complex>()).inverse();
-    EXPECT_LT((split.inside.Inverse(z) + split.basis * outside * split.left - whole).norm(), size * whole.norm()) << seed;
+    const Eigen::MatrixXcd outside =
+        (z * Eigen::MatrixXcd::Identity(k, k) - split.outside.cast<Complex>()).inverse();
+    EXPECT_LT((split.inside.Inverse(z) + split.basis * outside * split.left - whole).norm(), size * whole.norm())
+        << seed;
   }
 }
 
