@@ -43,6 +43,10 @@ class Backend {
   virtual absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
                                                         const CallLimits& limits) = 0;
 
+  // A dynamic complementarity problem, or the certificate of a path that the caller has.
+  virtual absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request,
+                                                        const CallLimits& limits) = 0;
+
   // What is known about a problem before it is solved.
   virtual absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
                                                                     const CallLimits& limits) = 0;

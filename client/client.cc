@@ -79,7 +79,7 @@ Client::Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stu
 absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                           const CallLimits& limits) {
   const auto start = std::chrono::steady_clock::now();
-  ResultCollector collector(request.problem());
+  ResultCollector collector(request);
   Call call(limits);
   const auto reader = stub_->Solve(call.context(), request);
   for (v1::SolveEvent event; reader->Read(&event);) {
@@ -100,30 +100,34 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   return DescribeRpcError(status, address_);
 }
 
-absl::StatusOr<v1::SolveLcpResponse> Client::SolveLcp(const v1::SolveLcpRequest& request,
-                                                      const CallLimits& limits) {
+// A call with one answer, a method of the stub.
+template <typename Request, typename Response>
+absl::StatusOr<Response> Client::Ask(UnaryMethod<Request, Response> method, const Request& request,
+                                     const CallLimits& limits) {
   Call call(limits);
-  v1::SolveLcpResponse response;
-  const grpc::Status status = stub_->SolveLcp(call.context(), request, &response);
+  Response response;
+  const grpc::Status status = ((*stub_).*method)(call.context(), request, &response);
   if (!status.ok()) return DescribeRpcError(status, address_);
   return response;
+}
+
+absl::StatusOr<v1::SolveLcpResponse> Client::SolveLcp(const v1::SolveLcpRequest& request,
+                                                      const CallLimits& limits) {
+  return Ask(&v1::SolverService::Stub::SolveLcp, request, limits);
+}
+
+absl::StatusOr<v1::SolveDcpResponse> Client::SolveDcp(const v1::SolveDcpRequest& request,
+                                                      const CallLimits& limits) {
+  return Ask(&v1::SolverService::Stub::SolveDcp, request, limits);
 }
 
 absl::StatusOr<v1::AnalyzeProblemResponse> Client::AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
                                                                   const CallLimits& limits) {
-  Call call(limits);
-  v1::AnalyzeProblemResponse response;
-  const grpc::Status status = stub_->AnalyzeProblem(call.context(), request, &response);
-  if (!status.ok()) return DescribeRpcError(status, address_);
-  return response;
+  return Ask(&v1::SolverService::Stub::AnalyzeProblem, request, limits);
 }
 
 absl::StatusOr<v1::GetCapabilitiesResponse> Client::GetCapabilities(const CallLimits& limits) {
-  Call call(limits);
-  v1::GetCapabilitiesResponse response;
-  const grpc::Status status = stub_->GetCapabilities(call.context(), {}, &response);
-  if (!status.ok()) return DescribeRpcError(status, address_);
-  return response;
+  return Ask(&v1::SolverService::Stub::GetCapabilities, v1::GetCapabilitiesRequest(), limits);
 }
 
 }  // namespace dlcs::client

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "client/rpc_error.h"
+#include "server/call_session.h"
 #include "server/capabilities.h"
 #include "server/solve_session.h"
 
@@ -72,6 +73,21 @@ absl::Status Describe(const absl::Status& status) {
   return absl::Status(status.code(), DescribeViolations(bad_request));
 }
 
+// A call with one answer, `run(stop)`. As over the wire nobody reads the answer of a call that was given up.
+template <typename Response, typename Run>
+absl::StatusOr<Response> Ask(const char* what, const CallLimits& limits, const Run& run) {
+  SolveControl control;
+  const DeadlineTimer timer(limits.deadline, control);
+  const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
+  absl::StatusOr<Response> response = run(control.token());
+  if (control.cause() == StopCause::kCancelled)
+    return absl::CancelledError(fmt::format("{} was cancelled", what));
+  if (control.cause() == StopCause::kDeadline)
+    return absl::DeadlineExceededError(fmt::format("{} took longer than it was allowed", what));
+  if (!response.ok()) return Describe(response.status());
+  return response;
+}
+
 }  // namespace
 
 absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
@@ -79,7 +95,7 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
   SolveControl control;
   const DeadlineTimer timer(limits.deadline, control);
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
-  ResultCollector collector(request.problem());
+  ResultCollector collector(request);
   CallbackSink sink(collector, on_event);
   const absl::Status status = RunSolveToEnd(request, LimitsOfThisMachine(), "local", control, sink);
   if (!status.ok()) return Describe(status);
@@ -87,24 +103,22 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
 }
 
 absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRequest& request,
-                                                            const CallLimits& /*limits*/) {
-  const auto response = RunLcp(request, SessionLimits{});
-  if (!response.ok()) return Describe(response.status());
-  return response;
+                                                            const CallLimits& limits) {
+  return Ask<v1::SolveLcpResponse>(
+      "the LCP", limits, [&](std::stop_token stop) { return RunLcp(request, SessionLimits{}, stop); });
+}
+
+absl::StatusOr<v1::SolveDcpResponse> LocalBackend::SolveDcp(const v1::SolveDcpRequest& request,
+                                                            const CallLimits& limits) {
+  return Ask<v1::SolveDcpResponse>("the DCP", limits,
+                                   [&](std::stop_token) { return RunDcp(request, LimitsOfThisMachine()); });
 }
 
 absl::StatusOr<v1::AnalyzeProblemResponse> LocalBackend::AnalyzeProblem(
     const v1::AnalyzeProblemRequest& request, const CallLimits& limits) {
-  SolveControl control;
-  const DeadlineTimer timer(limits.deadline, control);
-  const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
-  auto response = RunAnalysis(request, SessionLimits{}, control.token());
-  if (!response.ok()) return Describe(response.status());
-  // As over the wire, where nobody reads the answer of a call that was given up.
-  if (control.cause() == StopCause::kCancelled) return absl::CancelledError("the analysis was cancelled");
-  if (control.cause() == StopCause::kDeadline)
-    return absl::DeadlineExceededError("the analysis took longer than it was allowed");
-  return response;
+  return Ask<v1::AnalyzeProblemResponse>("the analysis", limits, [&](std::stop_token stop) {
+    return RunAnalysis(request, SessionLimits{}, stop);
+  });
 }
 
 absl::StatusOr<v1::GetCapabilitiesResponse> LocalBackend::GetCapabilities(const CallLimits& /*limits*/) {

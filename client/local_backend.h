@@ -17,6 +17,8 @@ class LocalBackend final : public Backend {
                                     const CallLimits& limits) override;
   absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
                                                 const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request,
+                                                const CallLimits& limits) override;
   absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
                                                             const CallLimits& limits) override;
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/json_keys.h"
 #include "client/json_reader.h"
 #include "client/json_text.h"
 #include "client/time_function_json.h"
@@ -18,8 +19,13 @@ namespace {
 using nlohmann::json;
 
 const std::vector<std::string>& ProblemKeys() {
-  static const std::vector<std::string> keys = {"A", "B", "N",      "M",    "x0",          "T",
-                                                "f", "g", "pieces", "rule", "break_points"};
+  static const std::vector<std::string> keys = {"A", "B",      "N",    "M",        "x0",           "T",   "f",
+                                                "g", "pieces", "rule", "selector", "break_points", "kind"};
+  return keys;
+}
+
+const std::vector<std::string>& NonlinearKeys() {
+  static const std::vector<std::string> keys = {"kind", "f", "g", "x0", "T", "break_points", "W"};
   return keys;
 }
 
@@ -47,60 +53,84 @@ std::vector<std::string> Together(std::vector<std::string> first, const std::vec
   return first;
 }
 
-void ReadMatrixKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
-                   v1::Matrix& matrix) {
+// T and the break points, which both kinds of problems have.
+template <typename Problem>
+void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
+  if (const json* horizon = reader.Require(root, "T", "the end of time, a number above 0")) {
+    if (const auto number = reader.ReadNumber(*horizon, "T")) problem.set_horizon(*number);
+  }
+  if (root.contains("break_points")) {
+    ReadNumbersKey(root, "break_points", "", reader, *problem.mutable_break_points());
+  }
+}
+
+void ReadLinear(const json& root, JsonReader& reader, v1::Problem& problem) {
+  ReadMatrixKey(root, "A", "the m rows of the state matrix, as in [[-1, 0], [0, -2]]", reader,
+                *problem.mutable_a());
+  ReadMatrixKey(root, "B", "m rows with a value per complementarity pair", reader, *problem.mutable_b());
+  ReadMatrixKey(root, "N", "a row per complementarity pair with m values", reader, *problem.mutable_n());
+  ReadMatrixKey(root, "M", "the n rows of the complementarity matrix", reader, *problem.mutable_m());
+  ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
+  ReadTimes(root, reader, problem);
+  ReadSources(root, problem.a().dense().rows(), problem.m().dense().rows(), reader, *problem.mutable_f(),
+              *problem.mutable_g());
+  ReadRuleKeys(root, reader, problem);
+}
+
+// A list of formulas in t, x1, ... and y1, ...; a number is one too.
+void ReadFormulasKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
+                     google::protobuf::RepeatedPtrField<std::string>& formulas) {
   const json* value = reader.Require(root, key, rule);
   if (value == nullptr) return;
-  if (auto dense = reader.ReadMatrix(*value, key)) *matrix.mutable_dense() = *std::move(dense);
+  if (!value->is_array())
+    return reader.Refuse(key, fmt::format("is {}; must be {}", DescribeJson(*value), rule));
+  for (std::size_t i = 0; i < value->size(); ++i) {
+    const json& formula = (*value)[i];
+    if (formula.is_number()) {
+      formulas.Add(fmt::format("{}", formula.get<double>()));
+    } else if (const auto text = reader.ReadString(formula, fmt::format("{}[{}]", key, i))) {
+      formulas.Add(std::string(*text));
+    }
+  }
 }
 
-void ReadNumbersKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
-                    google::protobuf::RepeatedField<double>& numbers) {
-  const json* value = reader.Require(root, key, rule);
-  if (value == nullptr) return;
-  if (const auto list = reader.ReadNumbers(*value, key)) numbers.Add(list->begin(), list->end());
+void ReadNonlinear(const json& root, JsonReader& reader, v1::NonlinearProblem& problem) {
+  ReadFormulasKey(root, "f",
+                  "a list of m formulas in t, x1, x2, ... and y1, y2, ..., as in [\"x2\", \"y1-sin(x1)\"]",
+                  reader, *problem.mutable_f());
+  ReadFormulasKey(root, "g", "a list with a formula per complementarity pair, as in [\"y1+x1-1\"]", reader,
+                  *problem.mutable_g());
+  ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
+  ReadTimes(root, reader, problem);
+  if (root.contains("W")) ReadMatrixKey(root, "W", "", reader, *problem.mutable_w());
 }
 
-void ReadRuleKey(const json& root, JsonReader& reader, v1::SolutionRule* rule) {
-  if (!root.contains("rule")) return;
-  if (const auto found = reader.ReadRule(root["rule"], "rule")) *rule = *found;
-}
-
-absl::StatusOr<json> ParseObject(const std::string& text, const std::string& source,
-                                 const std::string& holds) {
-  auto root = ParseJson(text, source);
-  if (!root.ok() || root->is_object()) return root;
-  return absl::InvalidArgumentError(
-      fmt::format("{}: holds {}; must be one object {{...}} with {}", source, DescribeJson(*root), holds));
+// Whether `root` describes a nonlinear problem.
+bool IsNonlinear(const json& root, JsonReader& reader) {
+  if (!root.contains("kind") || root["kind"] == "linear") return false;
+  if (root["kind"] == "nonlinear") return true;
+  reader.Refuse("kind",
+                fmt::format("is {}; must be \"linear\" or \"nonlinear\"", DescribeJson(root["kind"])));
+  return false;
 }
 
 }  // namespace
 
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source) {
-  const auto root = ParseObject(text, source, "the keys A, B, N, M, x0 and T");
+  const auto root = ParseObject(
+      text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
   if (!root.ok()) return root.status();
 
   ProblemFile file;
-  v1::Problem& problem = file.problem;
   JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, Together(ProblemKeys(), AnnotationKeys()), "");
-  ReadMatrixKey(*root, "A", "the m rows of the state matrix, as in [[-1, 0], [0, -2]]", reader,
-                *problem.mutable_a());
-  ReadMatrixKey(*root, "B", "m rows with a value per complementarity pair", reader, *problem.mutable_b());
-  ReadMatrixKey(*root, "N", "a row per complementarity pair with m values", reader, *problem.mutable_n());
-  ReadMatrixKey(*root, "M", "the n rows of the complementarity matrix", reader, *problem.mutable_m());
-  ReadNumbersKey(*root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
-  if (const json* horizon = reader.Require(*root, "T", "the end of time, a number above 0")) {
-    if (const auto number = reader.ReadNumber(*horizon, "T")) problem.set_horizon(*number);
+  const bool nonlinear = IsNonlinear(*root, reader);
+  reader.RefuseUnknownKeys(*root, Together(nonlinear ? NonlinearKeys() : ProblemKeys(), AnnotationKeys()),
+                           "");
+  if (nonlinear) {
+    ReadNonlinear(*root, reader, file.nonlinear.emplace());
+  } else {
+    ReadLinear(*root, reader, file.problem);
   }
-  ReadSources(*root, problem.a().dense().rows(), problem.m().dense().rows(), reader, *problem.mutable_f(),
-              *problem.mutable_g());
-  if (root->contains("break_points")) {
-    ReadNumbersKey(*root, "break_points", "", reader, *problem.mutable_break_points());
-  }
-  v1::SolutionRule rule = v1::SOLUTION_RULE_UNSPECIFIED;
-  ReadRuleKey(*root, reader, &rule);
-  problem.set_rule(rule);
 
   file.annotations = json::object();
   for (const std::string& key : AnnotationKeys()) {
@@ -117,32 +147,6 @@ absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path) {
   const auto text = ReadTextFile(path);
   if (!text.ok()) return text.status();
   return ParseProblem(*text, SourceName(path));
-}
-
-absl::StatusOr<v1::SolveLcpRequest> ParseLcp(const std::string& text, const std::string& source) {
-  const auto root = ParseObject(text, source, "the keys M and q");
-  if (!root.ok()) return root.status();
-
-  v1::SolveLcpRequest request;
-  JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, {"M", "q", "rule", "name", "about", "source", "why", "expect"}, "");
-  ReadMatrixKey(*root, "M", "the n rows of the matrix of 0 <= y ⟂ q + M y >= 0", reader,
-                *request.mutable_m());
-  ReadNumbersKey(*root, "q", "the n values of the vector of 0 <= y ⟂ q + M y >= 0", reader,
-                 *request.mutable_q());
-  v1::SolutionRule rule = v1::SOLUTION_RULE_UNSPECIFIED;
-  ReadRuleKey(*root, reader, &rule);
-  request.set_rule(rule);
-
-  const absl::Status status = reader.status();
-  if (!status.ok()) return status;
-  return request;
-}
-
-absl::StatusOr<v1::SolveLcpRequest> ReadLcpFile(const std::string& path) {
-  const auto text = ReadTextFile(path);
-  if (!text.ok()) return text.status();
-  return ParseLcp(*text, SourceName(path));
 }
 
 }  // namespace dlcs::client

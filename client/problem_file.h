@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problem files: one JSON object with the matrices and sources of a system, as problem.schema.json describes.
+// Problem files: one JSON object with the matrices and sources of a system, as problem.schema.json
+// and nonlinear.schema.json describe.
 
 #ifndef DLCS_CLIENT_PROBLEM_FILE_H_
 #define DLCS_CLIENT_PROBLEM_FILE_H_
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -13,27 +15,27 @@
 namespace dlcs::client {
 
 struct ProblemFile {
-  v1::Problem problem;
-  std::string name;            // the key `name`, empty when there is none
+  v1::Problem problem;                            // empty where `nonlinear` is set
+  std::optional<v1::NonlinearProblem> nonlinear;  // of a file with "kind": "nonlinear"
+  std::string name;                               // the key `name`, empty when there is none
   nlohmann::json annotations;  // the keys that say something about the problem and are not part of it
 };
 
-// Reads the keys A B N M x0 T f g pieces rule break_points and the annotations.
+// Reads the keys A B N M x0 T f g pieces rule selector break_points and the annotations; of a nonlinear
+// problem
+// ("kind": "nonlinear") f g x0 T W break_points, where f and g are lists of formulas in t, x1, ... and y1,
+// ...
 //
-// f and g are a list with a formula or a number per component, or samples, or a piecewise polynomial; one
-// that is missing is zero. Where `pieces` is given it replaces both. Only what this format promises is judged
-// here: types, equal row lengths, known keys. Whether shapes fit together and formulas make sense is the
-// engine's to say, so that a file is refused with the same words here and by a server.
+// In a linear one f and g are a list with a formula or a number per component, or samples, or a piecewise
+// polynomial; one that is missing is zero. Where `pieces` is given it replaces both. Only what this format
+// promises is judged here: types, equal row lengths, known keys. Whether shapes fit together and formulas
+// make sense is the engine's to say, so that a file is refused with the same words here and by a server.
 //
 // `source` is the file's name for messages. Errors: InvalidArgument with one "source: place rule" per line.
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source);
 
 // The same for the file at `path`, `-` for standard input. Errors: as above and as ReadTextFile().
 absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path);
-
-// One LCP: the keys M and q, and rule where several solutions are possible.
-absl::StatusOr<v1::SolveLcpRequest> ParseLcp(const std::string& text, const std::string& source);
-absl::StatusOr<v1::SolveLcpRequest> ReadLcpFile(const std::string& path);
 
 }  // namespace dlcs::client
 

@@ -7,10 +7,13 @@
 
 namespace dlcs::client {
 
-ResultCollector::ResultCollector(const v1::Problem& problem) {
+ResultCollector::ResultCollector(const v1::SolveRequest& request) {
   // From the request and not from the analysis: an unsupported problem may end before its analysis.
-  result_.states = static_cast<std::size_t>(problem.x0_size());
-  result_.constraints = static_cast<std::size_t>(problem.m().dense().rows());
+  const v1::Problem& linear = request.problem();
+  const v1::NonlinearProblem& nonlinear = request.nonlinear();
+  result_.states = static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.x0_size() : linear.x0_size());
+  result_.constraints =
+      static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : linear.m().dense().rows());
 }
 
 void ResultCollector::Add(const v1::SolveEvent& event) {

@@ -31,7 +31,7 @@ struct SolveResult {
 // Puts the events of one solve together, in their order. Not thread-safe.
 class ResultCollector {
  public:
-  explicit ResultCollector(const v1::Problem& problem);
+  explicit ResultCollector(const v1::SolveRequest& request);
 
   void Add(const v1::SolveEvent& event);
 

@@ -67,9 +67,11 @@ v1::SolutionRule ToProto(SolutionRule rule) {
     case SolutionRule::kLeastElement:
       return v1::SOLUTION_RULE_LEAST_ELEMENT;
     case SolutionRule::kHiddenLeastElement:
+      return v1::SOLUTION_RULE_HIDDEN_LEAST_ELEMENT;
     case SolutionRule::kLeastNorm:
+      return v1::SOLUTION_RULE_LEAST_NORM;
     case SolutionRule::kMinimiser:
-      break;  // not on the wire yet
+      return v1::SOLUTION_RULE_MINIMISER;
   }
   return v1::SOLUTION_RULE_UNSPECIFIED;
 }
@@ -117,14 +119,24 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
       return SolutionRule::kUnique;
     case v1::SOLUTION_RULE_LEAST_ELEMENT:
       return SolutionRule::kLeastElement;
+    case v1::SOLUTION_RULE_HIDDEN_LEAST_ELEMENT:
+      return SolutionRule::kHiddenLeastElement;
+    case v1::SOLUTION_RULE_LEAST_NORM:
+      return SolutionRule::kLeastNorm;
+    case v1::SOLUTION_RULE_MINIMISER:
+      return SolutionRule::kMinimiser;
     default:
       break;
   }
   violations.push_back(
       {"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
-                           "2 least element)",
+                           "2 least element, 3 hidden least element, 4 least norm, 5 minimiser)",
                            static_cast<int>(rule))});
   return SolutionRule::kAuto;
+}
+
+Selector SelectorFromProto(const v1::Selector& selector, std::vector<Violation>& violations) {
+  return {MatrixFromProto(selector.c(), "selector.C", violations), VectorFromProto(selector.b())};
 }
 
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations) {
@@ -141,6 +153,19 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
   result.rule = RuleFromProto(problem.rule(), violations);
+  if (problem.has_selector()) result.selector = SelectorFromProto(problem.selector(), violations);
+  return result;
+}
+
+NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem,
+                                           std::vector<Violation>& violations) {
+  NonlinearProblem result;
+  result.f.assign(problem.f().begin(), problem.f().end());
+  result.g.assign(problem.g().begin(), problem.g().end());
+  result.x0 = VectorFromProto(problem.x0());
+  result.horizon = problem.horizon();
+  result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
+  if (problem.has_w()) result.W = MatrixFromProto(problem.w(), "W", violations);
   return result;
 }
 
@@ -193,6 +218,10 @@ v1::Problem ToProto(const Problem& problem) {
   result.set_horizon(problem.horizon);
   result.mutable_break_points()->Add(problem.break_points.begin(), problem.break_points.end());
   result.set_rule(ToProto(problem.rule));
+  if (problem.selector) {
+    *result.mutable_selector()->mutable_c() = ToProto(problem.selector->C);
+    Append(problem.selector->b, *result.mutable_selector()->mutable_b());
+  }
   return result;
 }
 

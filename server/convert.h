@@ -16,7 +16,9 @@
 #include <vector>
 
 #include "core/analyze.h"
+#include "core/dcp/dcp.h"
 #include "core/lcp/lcp.h"
+#include "core/nonlinear/nonlinear_problem.h"
 #include "core/observer.h"
 #include "core/options.h"
 #include "core/problem.h"
@@ -30,7 +32,10 @@ Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
                                    std::vector<Violation>& violations);
 SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
+Selector SelectorFromProto(const v1::Selector& selector, std::vector<Violation>& violations);
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
+NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem,
+                                           std::vector<Violation>& violations);
 // `step`, `steps` must be positive and `grid_times` not empty where set: the engine reads 0 and none as not
 // set.
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);
@@ -47,6 +52,13 @@ v1::Iterate ToProto(const IterateReport& report);
 v1::WindowFinished ToProto(const WindowOutcome& outcome);
 v1::SolveLcpResponse ToProto(const LcpResult& result);
 
+// `path` with n components at each time.
+PiecewiseLinearPath PathFromProto(const v1::PiecewiseLinearPath& path, Index n, const std::string& field,
+                                  std::vector<Violation>& violations);
+v1::PiecewiseLinearPath ToProto(const PiecewiseLinearPath& path);
+v1::DcpCertificate ToProto(const DcpCertificate& certificate);
+
+v1::Finding ToProto(const Finding& finding);
 v1::AnalysisSection ToProto(const AnalysisSection& section);
 v1::AnalyzeProblemResponse ToProto(const Analysis& analysis);
 

@@ -43,17 +43,6 @@ v1::Witness ToProto(const Witness& witness) {
   return result;
 }
 
-v1::Finding ToProto(const Finding& finding) {
-  v1::Finding result;
-  result.set_id(finding.id);
-  result.set_title(finding.title);
-  result.set_answer(ToProto(finding.fact.answer));
-  result.set_why(finding.fact.why);
-  if (!finding.fact.witness.empty()) *result.mutable_witness() = ToProto(finding.fact.witness);
-  result.set_source(finding.source);
-  return result;
-}
-
 v1::Constant ToProto(const Constant& constant) {
   v1::Constant result;
   result.set_id(constant.id);
@@ -67,6 +56,17 @@ v1::Constant ToProto(const Constant& constant) {
 }
 
 }  // namespace
+
+v1::Finding ToProto(const Finding& finding) {
+  v1::Finding result;
+  result.set_id(finding.id);
+  result.set_title(finding.title);
+  result.set_answer(ToProto(finding.fact.answer));
+  result.set_why(finding.fact.why);
+  if (!finding.fact.witness.empty()) *result.mutable_witness() = ToProto(finding.fact.witness);
+  result.set_source(finding.source);
+  return result;
+}
 
 v1::AnalysisSection ToProto(const AnalysisSection& section) {
   v1::AnalysisSection result;

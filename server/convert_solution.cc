@@ -7,24 +7,6 @@
 namespace dlcs {
 namespace {
 
-v1::LcpVerdict ToProto(LcpVerdict verdict) {
-  switch (verdict) {
-    case LcpVerdict::kSolved:
-      return v1::LCP_SOLVED;
-    case LcpVerdict::kInfeasible:
-      return v1::LCP_INFEASIBLE;
-    case LcpVerdict::kRay:
-      return v1::LCP_RAY;
-    case LcpVerdict::kPivotLimit:
-      return v1::LCP_PIVOT_LIMIT;
-    case LcpVerdict::kSingular:
-      return v1::LCP_SINGULAR;
-    case LcpVerdict::kNonFinite:
-      return v1::LCP_NON_FINITE;
-  }
-  return v1::LCP_VERDICT_UNSPECIFIED;
-}
-
 v1::Certificate ToProto(const Certificate& certificate) {
   v1::Certificate result;
   result.set_node_residual(certificate.node_residual);
@@ -133,18 +115,6 @@ v1::WindowFinished ToProto(const WindowOutcome& outcome) {
   result.set_accepted(outcome.accepted);
   result.set_marched(outcome.marched);
   result.set_why(outcome.why);
-  return result;
-}
-
-v1::SolveLcpResponse ToProto(const LcpResult& lcp) {
-  v1::SolveLcpResponse result;
-  result.set_verdict(ToProto(lcp.verdict));
-  Append(lcp.y, *result.mutable_y());
-  Append(lcp.w, *result.mutable_w());
-  result.set_residual(lcp.residual);
-  result.set_pivots(lcp.pivots);
-  result.set_method(lcp.method);
-  result.set_message(lcp.message);
   return result;
 }
 

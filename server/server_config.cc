@@ -58,6 +58,7 @@ SessionLimits LimitsOf(const ServerConfig& config) {
   limits.max_constraints = config.max_constraints;
   limits.max_steps = config.max_steps;
   limits.max_result_bytes = config.max_result_bytes;
+  limits.max_answer_bytes = kMaxAnswerBytes;
   limits.max_threads = config.threads;
   return limits;
 }

@@ -41,6 +41,9 @@ absl::Status Validate(const ServerConfig& config);
 // `config` with the numbers of this machine in place of 0.
 ServerConfig Resolved(ServerConfig config);
 
+// Of an answer that is not streamed: receivers refuse messages above 4 MB unless they were told otherwise.
+inline constexpr std::int64_t kMaxAnswerBytes = 3'000'000;
+
 // The part that one session is told. `config` is resolved.
 SessionLimits LimitsOf(const ServerConfig& config);
 

@@ -34,8 +34,8 @@ std::string NewSolveId() {
 
 void LogSolve(const std::string& id, const PreparedSolve& prepared, const FinishedSolve& finished) {
   const Solution& solution = finished.solution();
-  spdlog::info("{}: {} states, {} constraints, {} steps, {}, {}, {:.3f} s", id, prepared.problem.num_states(),
-               prepared.problem.num_constraints(), solution.cost.steps, MethodName(solution.method),
+  spdlog::info("{}: {} states, {} constraints, {} steps, {}, {}, {:.3f} s", id, prepared.num_states(),
+               prepared.num_constraints(), solution.cost.steps, MethodName(solution.method),
                v1::Termination_Name(finished.termination()), solution.cost.seconds_total);
 }
 

@@ -3,18 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
-#include <vector>
 
-#include "core/analysis/matrix_class.h"
-#include "core/analyze.h"
-#include "core/lcp/lcp.h"
+#include "core/nonlinear/solve_nonlinear.h"
 #include "core/observer.h"
 #include "core/solve.h"
 #include "fmt/format.h"
 #include "server/convert.h"
-#include "server/errors.h"
+#include "server/request_check.h"
 
 namespace dlcs {
 namespace {
@@ -22,61 +18,33 @@ namespace {
 // A chunk stays below 1 MB: a quarter of what receivers accept by default, with room for the other fields.
 constexpr Index kMaxChunkDoubles = (1'000'000 - 1'000) / sizeof(double);
 
-Index DoublesPerTime(const Problem& problem) { return 1 + problem.num_states() + problem.num_constraints(); }
-
 // An upper bound of the number of steps, as a double because T / step may be anything.
-double CountSteps(const Problem& problem, const Options& options) {
+double CountSteps(double horizon, std::size_t break_points, const Options& options) {
   double steps = static_cast<double>(options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps);
-  if (options.step > 0) steps = std::ceil(problem.horizon / options.step);
+  if (options.step > 0) steps = std::ceil(horizon / options.step);
   if (!options.grid_times.empty()) steps = static_cast<double>(options.grid_times.size()) + 1;
-  return steps + static_cast<double>(BreakPoints(problem).size() + options.output_times.size());
+  return steps + static_cast<double>(break_points + options.output_times.size());
 }
 
-absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {
-  if (asked <= static_cast<double>(limit)) return absl::OkStatus();
-  return LimitExceeded(name, limit, static_cast<std::int64_t>(std::min(asked, 9e18)));
+double CountSteps(const Problem& problem, const Options& options) {
+  return CountSteps(problem.horizon, BreakPoints(problem).size(), options);
+}
+double CountSteps(const NonlinearProblem& problem, const Options& options) {
+  return CountSteps(problem.horizon, problem.break_points.size(), options);
 }
 
-// What the engine will find wrong when it is asked to run, named as on the wire.
-std::vector<Violation> AllViolations(const Problem& problem, const Options& options) {
-  std::vector<Violation> violations = Validate(problem);
-  for (Violation& violation : Validate(options, problem.horizon)) {
-    violations.push_back({WireOptionName(violation.field), std::move(violation.description)});
-  }
-  return violations;
+absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
+                                     std::stop_token stop) {
+  return Solve(problem, options, observer, std::move(stop));
+}
+absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options,
+                                     Observer& observer, std::stop_token stop) {
+  return SolveNonlinear(problem, options, observer, std::move(stop));
 }
 
-// Converts and checks what every call about a problem brings.
-absl::StatusOr<PreparedSolve> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
-                                        const SessionLimits& limits) {
-  PreparedSolve read;
-  std::vector<Violation> violations;
-  read.problem = ProblemFromProto(problem, violations);
-  read.options = OptionsFromProto(options, violations);
-  if (!violations.empty()) return InvalidRequest(violations);
-
-  absl::Status limit =
-      CheckLimit("max_states", static_cast<double>(read.problem.num_states()), limits.max_states);
-  limit.Update(CheckLimit("max_constraints", static_cast<double>(read.problem.num_constraints()),
-                          limits.max_constraints));
-  if (!limit.ok()) return limit;
-
-  violations = AllViolations(read.problem, read.options);
-  if (!violations.empty()) return InvalidRequest(violations);
-  return read;
-}
-
-// The engine's own InvalidArgument ("field: description", one per line) with its violations singly.
-absl::Status FromEngine(const absl::Status& status) {
-  if (status.code() != absl::StatusCode::kInvalidArgument) return status;
-  std::vector<Violation> violations;
-  std::istringstream lines{std::string(status.message())};
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t colon = std::min(line.find(": "), line.size());
-    violations.push_back({WireOptionName(line.substr(0, colon)),
-                          colon < line.size() ? line.substr(colon + 2) : std::string()});
-  }
-  return InvalidRequest(violations);
+absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {
+  if (request.has_nonlinear()) return ReadSound(request.nonlinear(), request.options(), limits);
+  return ReadSound(request.problem(), request.options(), limits);
 }
 
 // Numbers the events of one solve and turns what the engine reports into them.
@@ -138,15 +106,23 @@ void SolveControl::Stop(StopCause cause) {
   source_.request_stop();
 }
 
+Index PreparedSolve::num_states() const {
+  return std::visit([](const auto& problem) { return problem.num_states(); }, system);
+}
+Index PreparedSolve::num_constraints() const {
+  return std::visit([](const auto& problem) { return problem.num_constraints(); }, system);
+}
+
 absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits) {
-  absl::StatusOr<PreparedSolve> sound = ReadSound(request.problem(), request.options(), limits);
+  absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
-  PreparedSolve& prepared = *sound;
-  const Problem& problem = prepared.problem;
+  PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0};
   Options& options = prepared.options;
 
-  const double steps = CountSteps(problem, options);
-  const double bytes = (steps + 1) * static_cast<double>(DoublesPerTime(problem)) * sizeof(double);
+  const double steps =
+      std::visit([&](const auto& problem) { return CountSteps(problem, options); }, prepared.system);
+  const auto doubles_per_time = static_cast<double>(1 + prepared.num_states() + prepared.num_constraints());
+  const double bytes = (steps + 1) * doubles_per_time * sizeof(double);
   absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
   limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
   if (!limit.ok()) return limit;
@@ -155,7 +131,7 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   if (limits.max_threads > 0 && (options.num_threads == 0 || options.num_threads > limits.max_threads)) {
     options.num_threads = limits.max_threads;
   }
-  return sound;
+  return prepared;
 }
 
 FinishedSolve::FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence)
@@ -192,7 +168,9 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
                                        const SolveControl& control, SolveSink& sink) {
   EventWriter writer(sink);
   writer.Accept(solve_id);
-  absl::StatusOr<Solution> solution = Solve(prepared.problem, prepared.options, writer, control.token());
+  absl::StatusOr<Solution> solution = std::visit(
+      [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token()); },
+      prepared.system);
   if (!solution.ok()) return FromEngine(solution.status());
   return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
 }
@@ -205,35 +183,6 @@ absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits&
   if (!finished.ok()) return finished.status();
   while (std::optional<v1::SolveEvent> event = finished->NextEvent()) sink.Accept(*std::move(event));
   return absl::OkStatus();
-}
-
-absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
-                                                       const SessionLimits& limits, std::stop_token stop) {
-  const absl::StatusOr<PreparedSolve> read = ReadSound(request.problem(), request.options(), limits);
-  if (!read.ok()) return read.status();
-  const absl::StatusOr<Analysis> analysis = Analyze(read->problem, read->options, std::move(stop));
-  if (!analysis.ok()) return FromEngine(analysis.status());
-  return ToProto(*analysis);
-}
-
-absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
-                                            const std::stop_token& stop) {
-  std::vector<Violation> violations;
-  const Matrix M = MatrixFromProto(request.m(), "M", violations);
-  const SolutionRule rule = RuleFromProto(request.rule(), violations);
-  const Vector q = Eigen::Map<const Vector>(request.q().data(), request.q_size());
-  if (!violations.empty()) return InvalidRequest(violations);
-  if (absl::Status limit =
-          CheckLimit("max_constraints", static_cast<double>(M.rows()), limits.max_constraints);
-      !limit.ok()) {
-    return limit;
-  }
-
-  const absl::StatusOr<LcpResult> result = SolveLcp(M, q, LcpRequest{.rule = rule}, stop);
-  if (!result.ok()) return FromEngine(result.status());
-  v1::SolveLcpResponse response = ToProto(*result);
-  response.set_matrix_class(result->matrix_class);
-  return response;
 }
 
 }  // namespace dlcs

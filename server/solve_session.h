@@ -10,30 +10,21 @@
 
 #include <atomic>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <variant>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/nonlinear/nonlinear_problem.h"
 #include "core/options.h"
 #include "core/problem.h"
 #include "core/solution.h"
 #include "dlcs/v1/solver.pb.h"
+#include "server/request_check.h"
 
 namespace dlcs {
-
-// What a session may use. The defaults limit nothing.
-struct SessionLimits {
-  std::int64_t max_states = std::numeric_limits<std::int64_t>::max();
-  std::int64_t max_constraints = std::numeric_limits<std::int64_t>::max();
-  std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
-  // Bytes of the trajectory at all nodes, (1 + m + n) doubles each: what the engine holds while it solves,
-  // even when fewer output times are asked for.
-  std::int64_t max_result_bytes = std::numeric_limits<std::int64_t>::max();
-  int max_threads = 0;  // 0: all of the machine
-};
 
 enum class StopCause { kNone, kCancelled, kDeadline, kShutdown };
 
@@ -58,9 +49,12 @@ class SolveSink {
 
 // A request that may run: converted, within the limits, and sound.
 struct PreparedSolve {
-  Problem problem;
+  std::variant<Problem, NonlinearProblem> system;
   Options options;
   std::int64_t result_bytes = 0;  // as SessionLimits::max_result_bytes counts them, an upper bound
+
+  Index num_states() const;
+  Index num_constraints() const;
 };
 
 // Converts and checks `request`.
@@ -100,16 +94,6 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
 // All of it for a caller in the same process: prepare, run, and hand every event to `sink`, summary last.
 absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,
                            const std::string& solve_id, const SolveControl& control, SolveSink& sink);
-
-// One linear complementarity problem. Errors: as PrepareSolve, fields "M", "q", "rule"; Cancelled when `stop` is
-// triggered.
-absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
-                                            const std::stop_token& stop = {});
-
-// What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then holds the
-// sections that were finished, and a warning. Errors: as PrepareSolve, without the limits of a trajectory.
-absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
-                                                       const SessionLimits& limits, std::stop_token stop);
 
 }  // namespace dlcs
 

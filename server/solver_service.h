@@ -25,6 +25,8 @@ class SolverService final : public v1::SolverService::CallbackService {
                                                   const v1::SolveRequest* request) override;
   grpc::ServerUnaryReactor* SolveLcp(grpc::CallbackServerContext* context, const v1::SolveLcpRequest* request,
                                      v1::SolveLcpResponse* response) override;
+  grpc::ServerUnaryReactor* SolveDcp(grpc::CallbackServerContext* context, const v1::SolveDcpRequest* request,
+                                     v1::SolveDcpResponse* response) override;
   grpc::ServerUnaryReactor* AnalyzeProblem(grpc::CallbackServerContext* context,
                                            const v1::AnalyzeProblemRequest* request,
                                            v1::AnalyzeProblemResponse* response) override;
@@ -43,6 +45,10 @@ class SolverService final : public v1::SolverService::CallbackService {
   int solves() const { return admission_.solves(); }
 
  private:
+  // A call whose `run(stop)` gives a StatusOr of the response.
+  template <typename Response, typename Run>
+  grpc::ServerUnaryReactor* Answer(const char* name, Response& response, Run run);
+
   const ServerConfig config_;
   CallRegistry calls_;
   Admission admission_;

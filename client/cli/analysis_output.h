@@ -26,13 +26,17 @@ struct Asked {
   std::string grid = {};                                // of --grid, where it was given
 };
 
-// Head, sections, recommendation, warnings, in lines of `width` letters at most where words allow it. Yes
-// comes before no, and what is unknown last in one line each, cut to the width: the whole is in the JSON.
-void PrintAnalysisTable(const std::string& name, const Asked& asked,
-                        const v1::AnalyzeProblemResponse& analysis, int width, std::FILE* out);
+// How much of an analysis is printed: every finding, witness, constant and source, or what a person reads
+// first. Briefly, answers that follow from others stand in one line, and so does what is unknown.
+enum class Detail { kBrief, kWhole };
 
-// One section of it, its warnings last.
-void PrintSection(const v1::AnalysisSection& section, int width, std::FILE* out);
+// What the matrix is, which solution is meant, what to run, and what to take care of; then the sections. In
+// lines of `width` letters at most where words allow it. Yes comes before no, and what is unknown last.
+void PrintAnalysisTable(const std::string& name, const Asked& asked,
+                        const v1::AnalyzeProblemResponse& analysis, Detail detail, int width, std::FILE* out);
+
+// One section of it, without its warnings.
+void PrintSection(const v1::AnalysisSection& section, Detail detail, int width, std::FILE* out);
 
 // The command that follows the recommendation: `dlcs solve FILE --method ... --step ...`.
 std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& options);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -22,7 +24,8 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
     PrintAnalysisJson(name, analysis, out);
   } else {
     const Asked asked = {.source = command.problem_path, .rule = command.rule, .grid = command.grid};
-    PrintAnalysisTable(name, asked, analysis, WidthOf(out), out);
+    PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out),
+                       out);
   }
 }
 
@@ -31,6 +34,13 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
 ExitCode Run(const AnalyzeCommand& command) {
   const auto file = ReadProblemFile(command.problem_path);
   if (!file.ok()) return Complain(file.status(), kBadInput);
+  if (file->nonlinear) {
+    return Complain(
+        absl::InvalidArgumentError(fmt::format("{}: a nonlinear problem; dlcs solve says what it finds "
+                                               "about g, an analysis is for linear ones",
+                                               SourceName(command.problem_path))),
+        kBadInput);
+  }
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
     auto created = AtomicFile::Create(command.output);

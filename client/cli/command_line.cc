@@ -87,6 +87,7 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   AddRule(app, command.rule);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
+  app.add_flag("--verbose", command.verbose, "The table with every finding, witness, constant and source");
   app.add_option("--output", command.output,
                  "Write the analysis there, whole or not at all, instead of printing it")
       ->type_name("FILE");
@@ -100,9 +101,28 @@ void AddLcp(CLI::App& main, LcpCommand& command) {
       ->type_name("FILE");
   AddServer(app, command.server);
   AddRule(app, command.rule);
+  app.add_flag("--all", command.all, "All basic solutions too, for at most 16 pairs");
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.footer(fmt::format("{}\n\n{}", kLcpExamples, kExitCodes));
+}
+
+void AddDcp(CLI::App& main, DcpCommand& command) {
+  CLI::App& app = *main.add_subcommand("dcp", "Solve a dynamic complementarity problem, or measure a path");
+  app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")
+      ->required()
+      ->type_name("FILE");
+  AddServer(app, command.server);
+  CLI::Option* step = AddNumber(
+      app, "--step", "H", Positive(), [&](double v) { command.step = v; },
+      "Length of a step between the nodes of q, at most (a thousandth of its time)");
+  app.add_option("--check", command.check,
+                 "Measure this path v instead of solving: JSON with times and values")
+      ->type_name("FILE")
+      ->excludes(step);
+  AddDeadline(app, command.deadline_s);
+  AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
+  app.footer(fmt::format("{}\n\n{}", kDcpExamples, kExitCodes));
 }
 
 void AddModel(CLI::App& main, ModelCommand& command) {
@@ -186,7 +206,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, analyze, lcp, model or capabilities";
+    return "say what to do: solve, analyze, lcp, dcp, model or capabilities";
   }
   return error.what();
 }
@@ -205,6 +225,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   SolveCommand solve;
   AnalyzeCommand analyze;
   LcpCommand lcp;
+  DcpCommand dcp;
   ModelCommand model;
   CapabilitiesCommand capabilities;
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.",
@@ -215,6 +236,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddSolve(app, solve);
   AddAnalyze(app, analyze);
   AddLcp(app, lcp);
+  AddDcp(app, dcp);
   AddModel(app, model);
   AddCapabilities(app, capabilities);
 
@@ -233,6 +255,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("solve")) return solve;
   if (app.got_subcommand("analyze")) return analyze;
   if (app.got_subcommand("lcp")) return lcp;
+  if (app.got_subcommand("dcp")) return dcp;
   if (app.got_subcommand("model")) return model;
   return capabilities;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line of `dlcs` in words, and the only file that includes CLI11 (it is heavy to compile).
+// The command line of `dlcs` in words.
 
 #ifndef DLCS_CLIENT_CLI_COMMAND_LINE_H_
 #define DLCS_CLIENT_CLI_COMMAND_LINE_H_
@@ -13,8 +13,8 @@ namespace dlcs::client {
 
 // A command to run, or the exit code when there is nothing more to do: help or the version was printed, or
 // the options break a rule and that was said on standard error.
-using ParsedCommandLine =
-    std::variant<ExitCode, SolveCommand, AnalyzeCommand, LcpCommand, ModelCommand, CapabilitiesCommand>;
+using ParsedCommandLine = std::variant<ExitCode, SolveCommand, AnalyzeCommand, LcpCommand, DcpCommand,
+                                       ModelCommand, CapabilitiesCommand>;
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv);
 

@@ -33,6 +33,7 @@ struct AnalyzeCommand {
   std::string grid;          // --grid as it was typed
   std::optional<v1::SolutionRule> rule;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
+  bool verbose = false;                        // everything that is known, in the table too
   std::string output;                          // empty is standard output
   double deadline_s = 600;
 };
@@ -41,6 +42,16 @@ struct LcpCommand {
   std::string path;
   std::string server;
   std::optional<v1::SolutionRule> rule;
+  bool all = false;                            // all basic solutions too
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  double deadline_s = 60;
+};
+
+struct DcpCommand {
+  std::string path;
+  std::string check;  // file of a path to measure; empty solves
+  double step = 0;    // 0 takes the default of the service
+  std::string server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
   double deadline_s = 60;
 };
@@ -60,6 +71,7 @@ struct CapabilitiesCommand {
 ExitCode Run(const SolveCommand& command);
 ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
+ExitCode Run(const DcpCommand& command);
 ExitCode Run(const ModelCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 

@@ -17,6 +17,7 @@ inline constexpr const char* kMainExamples =
     "  dlcs solve circuit.json --server localhost:50051   the same on a server (start one with dlcsd)\n"
     "  dlcs analyze circuit.json                          what is known before solving, and how to solve\n"
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
+    "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
     "  dlcs solve --help                                  all options, more examples";
 
 inline constexpr const char* kSolveExamples =
@@ -24,6 +25,10 @@ inline constexpr const char* kSolveExamples =
     "    x' = A x + B y + f(t),  0 <= y, N x + g(t) + M y >= 0 complementary,  x(0) = x0,  t in [0, T]\n"
     "as in {\"A\": [[-1]], \"B\": [[1]], \"N\": [[1]], \"M\": [[1]], \"x0\": [0], \"T\": 5, \"f\": "
     "[\"sin(t)\"], \"g\": [\"-1\"]}\n"
+    "With \"kind\": \"nonlinear\" it holds f, g, x0 and T of x' = f(t, x, y), 0 <= y, g(t, x, y) >= 0 "
+    "complementary:\n"
+    "    {\"kind\": \"nonlinear\", \"f\": [\"-x1**3+y1\"], \"g\": [\"x1+y1-sin(t)\"], \"x0\": [1], \"T\": "
+    "5}\n"
     "\n"
     "Examples:\n"
     "  dlcs solve circuit.json --steps 100000 --estimate-error\n"
@@ -46,11 +51,24 @@ inline constexpr const char* kAnalyzeExamples =
 inline constexpr const char* kLcpExamples =
     "Finds y with 0 <= y, w = q + M y >= 0, y complementary to w. The file holds one JSON object, as in\n"
     "    {\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}\n"
-    "and may hold a \"rule\" (auto, unique, least-element).\n"
+    "and may hold a \"rule\" (as --rule) and, for the rule minimiser, a \"selector\" with C and b.\n"
     "\n"
     "Examples:\n"
     "  dlcs lcp lcp.json\n"
-    "  dlcs lcp lcp.json --rule least-element --format json";
+    "  dlcs lcp lcp.json --rule least-norm --format json\n"
+    "  dlcs lcp lcp.json --all";
+
+inline constexpr const char* kDcpExamples =
+    "Finds v, nondecreasing with v(0) = 0, such that w = q + M v >= 0 and the integral of w_i dv_i is 0 for "
+    "all\n"
+    "i, by time stepping. q is linear between nodes; a time that stands twice is a jump. As in\n"
+    "    {\"M\": [[1, 3, 0], [0, 1, 3], [3, 0, 1]], \"q\": {\"times\": [0, 1], \"values\": [[0, 0, 0], [-1, "
+    "-1, "
+    "-1]]}}\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs dcp dcp.json --step 1e-3\n"
+    "  dlcs dcp dcp.json --check v.json";
 
 inline constexpr const char* kModelExamples =
     "Prints a problem file, and on standard error what is known of the model. `input-output` is the dynamic\n"

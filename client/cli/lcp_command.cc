@@ -4,10 +4,10 @@
 
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
-#include "client/cli/result_output.h"
+#include "client/cli/lcp_output.h"
 #include "client/cli/run_support.h"
 #include "client/json_text.h"
-#include "client/problem_file.h"
+#include "client/lcp_file.h"
 
 namespace dlcs::client {
 
@@ -15,6 +15,7 @@ ExitCode Run(const LcpCommand& command) {
   auto request = ReadLcpFile(command.path);
   if (!request.ok()) return Complain(request.status(), kBadInput);
   if (command.rule) request->set_rule(*command.rule);
+  request->set_all_basic_solutions(command.all);
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 

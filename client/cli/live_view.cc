@@ -81,8 +81,9 @@ void LiveView::OnEvent(const v1::SolveEvent& event) {
 void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   std::string lipschitz;
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
-  PrintLine(fmt::format("{} states, {} complementarity pairs; M: {}{}", analysis.states(),
-                        analysis.constraints(), analysis.matrix_class(), lipschitz));
+  PrintLine(fmt::format("{} states, {} complementarity pairs; {}{}{}", analysis.states(),
+                        analysis.constraints(), settings_.nonlinear ? "" : "M: ", analysis.matrix_class(),
+                        lipschitz));
   PrintLine(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
   PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
                         settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));

@@ -38,6 +38,7 @@ class LiveView {
     int width = 100;             // letters in a line of the terminal
     double horizon = 1;          // T, the end of the bar
     bool warnings = true;        // show those of the analysis; a result that is printed has them too
+    bool nonlinear = false;      // then the class is not that of M, and says of what
     bool default_steps = false;  // nobody chose the step: say so
   };
 

@@ -26,7 +26,8 @@ ExitCode Run(const ModelCommand& command) {
     output = *std::move(created);
   }
 
-  PrintSection(model->section, WidthOf(stderr), stderr);
+  PrintSection(model->section, Detail::kBrief, WidthOf(stderr), stderr);
+  for (const std::string& warning : model->section.warnings()) fmt::print(stderr, "dlcs: {}\n", warning);
   fmt::print(output ? output->stream() : stdout, "{}\n", model->file.dump(2));
   const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);

@@ -135,16 +135,4 @@ void PrintJson(const std::string& name, const SolveResult& result, std::FILE* ou
   fmt::print(out, "\n}}\n");
 }
 
-void PrintLcpJson(const v1::SolveLcpResponse& response, std::FILE* out) {
-  const ordered_json root = {{"verdict", VerdictName(response.verdict())},
-                             {"message", response.message()},
-                             {"y", List(response.y())},
-                             {"w", List(response.w())},
-                             {"residual", response.residual()},
-                             {"pivots", response.pivots()},
-                             {"method", response.method()},
-                             {"matrix_class", response.matrix_class()}};
-  fmt::print(out, "{}\n", Dump(root));
-}
-
 }  // namespace dlcs::client

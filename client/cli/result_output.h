@@ -27,10 +27,6 @@ void PrintCsv(const SolveResult& result, std::FILE* out);
 // further blocks.
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
 
-// One LCP: as JSON (verdict, message, y, w, residual, pivots, method, matrix_class), or in words.
-void PrintLcpJson(const v1::SolveLcpResponse& response, std::FILE* out);
-void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out);
-
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_CLI_RESULT_OUTPUT_H_

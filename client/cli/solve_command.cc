@@ -23,16 +23,24 @@ namespace {
 // Rows of the table when no times were asked for.
 constexpr int kTableIntervals = 10;
 
-v1::SolveRequest MakeRequest(const SolveCommand& command, const v1::Problem& problem) {
+double Horizon(const v1::SolveRequest& request) {
+  return request.has_nonlinear() ? request.nonlinear().horizon() : request.problem().horizon();
+}
+
+v1::SolveRequest MakeRequest(const SolveCommand& command, const ProblemFile& file) {
   v1::SolveRequest request;
-  *request.mutable_problem() = problem;
+  if (file.nonlinear) {
+    *request.mutable_nonlinear() = *file.nonlinear;
+  } else {
+    *request.mutable_problem() = file.problem;
+    if (command.rule) request.mutable_problem()->set_rule(*command.rule);
+  }
   *request.mutable_options() = command.options;
-  if (command.rule) request.mutable_problem()->set_rule(*command.rule);
-  if (command.format == OutputFormat::kTable && command.options.output_times().empty() &&
-      problem.horizon() > 0) {
+  const double horizon = Horizon(request);
+  if (command.format == OutputFormat::kTable && command.options.output_times().empty() && horizon > 0) {
     for (int k = 0; k <= kTableIntervals; ++k) {
-      request.mutable_options()->add_output_times(
-          k == kTableIntervals ? problem.horizon() : problem.horizon() * k / kTableIntervals);
+      request.mutable_options()->add_output_times(k == kTableIntervals ? horizon
+                                                                       : horizon * k / kTableIntervals);
     }
   }
   return request;
@@ -96,8 +104,9 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
                                   Backend& backend, std::stop_token stop) {
   LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
                          .width = WidthOf(stderr),
-                         .horizon = request.problem().horizon(),
+                         .horizon = Horizon(request),
                          .warnings = command.format != OutputFormat::kTable || !command.output.empty(),
+                         .nonlinear = request.has_nonlinear(),
                          .default_steps = !HasStep(command.options)});
   const EventCallback show = [&view](const v1::SolveEvent& event) { view.OnEvent(event); };
   return backend.Solve(
@@ -110,6 +119,11 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
 ExitCode Run(const SolveCommand& command) {
   const auto file = ReadProblemFile(command.problem_path);
   if (!file.ok()) return Complain(file.status(), kBadInput);
+  if (file->nonlinear && command.rule) {
+    return Complain(
+        absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies"),
+        kBadInput);
+  }
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
     auto created = AtomicFile::Create(command.output);
@@ -121,7 +135,7 @@ ExitCode Run(const SolveCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
-  const auto result = Watch(command, MakeRequest(command, file->problem), **backend, interrupt.token());
+  const auto result = Watch(command, MakeRequest(command, *file), **backend, interrupt.token());
   const std::string source = SourceName(command.problem_path);
   if (!result.ok()) return ComplainAboutCall(result.status(), source);
 

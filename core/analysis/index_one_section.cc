@@ -128,6 +128,14 @@ Constant Bound(std::string id, std::string symbol, std::string title, double val
   return constant;
 }
 
+// Without its value where it bounds a system that moves by itself only.
+Constant OfAutonomous(Constant constant, const Evidence& e) {
+  if (e.autonomous) return constant;
+  constant.value.reset();
+  constant.why = kNotAutonomous;
+  return constant;
+}
+
 void AddConstants(const Evidence& e, AnalysisSection& section) {
   using enum ConstantKind;
   const LowerBound& sigma = e.stepping.sigma;
@@ -137,18 +145,24 @@ void AddConstants(const Evidence& e, AnalysisSection& section) {
             In("(3)")),
       Bound("step-bound", "h̄", "steps up to this have a solution", e.stepping.step, kLowerBound, sigma,
             "keeps half of σ for N(I - hA)⁻¹B", In("Theorem 7(a)")),
-      Bound("rho-u", "ρ_u", "‖y‖ of a step <= ρ_u ‖x‖ before it, h <= h̄", e.stepping.rho_u, kUpperBound,
-            sigma, "from half of σ", In("(10)")),
-      Bound("psi-x", "ψ_x", "a step moves x by at most h ψ_x ‖x‖, h <= h̄", e.stepping.psi_x, kUpperBound,
-            sigma, "from ρ_u", In("(11)")),
+      OfAutonomous(Bound("rho-u", "ρ_u", "‖y‖ of a step <= ρ_u ‖x‖ before it, h <= h̄", e.stepping.rho_u,
+                         kUpperBound, sigma, "from half of σ", In("(10)")),
+                   e),
+      OfAutonomous(Bound("psi-x", "ψ_x", "a step moves x by at most h ψ_x ‖x‖, h <= h̄", e.stepping.psi_x,
+                         kUpperBound, sigma, "from ρ_u", In("(11)")),
+                   e),
       Bound("sigma-type-one", "σ_I", "σ of type I, for all times", type_one.value, kLowerBound, type_one,
             type_one.why, In("Proposition 3")),
-      Bound("epsilon-1", "ε_1", "until when σ_1 and σ_2 hold", e.short_time.epsilon1, kLowerBound, type_one,
-            "the bound of Φ in Lemma 8 is at most half of σ_I until then", In("Theorem 9(a)")),
-      Bound("sigma-1", "σ_1", "‖x(t)‖ <= σ_1 ‖x0‖ until ε_1", e.short_time.sigma1, kUpperBound, type_one,
-            "from σ_2", In("Theorem 9(a)")),
-      Bound("sigma-2", "σ_2", "‖∫y‖ <= σ_2 ‖x0‖ until ε_1", e.short_time.sigma2, kUpperBound, type_one,
-            "from half of σ_I", In("Theorem 9(a)"))};
+      OfAutonomous(
+          Bound("epsilon-1", "ε_1", "until when σ_1 and σ_2 hold", e.short_time.epsilon1, kLowerBound,
+                type_one, "the bound of Φ in Lemma 8 is at most half of σ_I until then", In("Theorem 9(a)")),
+          e),
+      OfAutonomous(Bound("sigma-1", "σ_1", "‖x(t)‖ <= σ_1 ‖x0‖ until ε_1", e.short_time.sigma1, kUpperBound,
+                         type_one, "from σ_2", In("Theorem 9(a)")),
+                   e),
+      OfAutonomous(Bound("sigma-2", "σ_2", "‖∫y‖ <= σ_2 ‖x0‖ until ε_1", e.short_time.sigma2, kUpperBound,
+                         type_one, "from half of σ_I", In("Theorem 9(a)")),
+                   e)};
   Constant free_until{"free-until",
                       "ε_2",
                       "N e^{At} x0 >= 0 is proven until then",
@@ -160,7 +174,7 @@ void AddConstants(const Evidence& e, AnalysisSection& section) {
     free_until.value = e.free_until;
   else
     free_until.why = "x0 is not known to lie in the semiobservability cone";
-  section.constants.push_back(std::move(free_until));
+  section.constants.push_back(OfAutonomous(std::move(free_until), e));
 }
 
 std::string DescribeRows(const Semiobservability& start) {

@@ -17,19 +17,20 @@ namespace {
 absl::Status CheckPath(const PiecewiseLinearPath& path, Index size, const char* name) {
   const std::vector<double>& times = path.times;
   if (times.empty() || times.front() != 0)
-    return absl::InvalidArgumentError(absl::StrCat(name, ".times must start at 0"));
+    return absl::InvalidArgumentError(absl::StrCat(name, ".times: must start at 0"));
   if (path.values.rows() != size || path.values.cols() != static_cast<Index>(times.size())) {
-    return absl::InvalidArgumentError(absl::StrCat(name, ".values must be ", size, " × ", times.size(),
-                                                   ", not ", path.values.rows(), " × ", path.values.cols()));
+    return absl::InvalidArgumentError(absl::StrCat(name, ".values: ", path.values.rows(), " × ",
+                                                   path.values.cols(), "; must be ", size, " × ",
+                                                   times.size()));
   }
   if (!path.values.allFinite())
-    return absl::InvalidArgumentError(absl::StrCat(name, ".values must be finite"));
+    return absl::InvalidArgumentError(absl::StrCat(name, ".values: must be finite"));
   for (std::size_t k = 1; k < times.size(); ++k) {
     const bool thrice = k > 1 && times[k] == times[k - 2];
     if (!std::isfinite(times[k]) || times[k] < times[k - 1] || thrice) {
       return absl::InvalidArgumentError(
-          absl::StrCat(name, ".times[", k, "] = ", times[k],
-                       ": times must be finite and increasing, at most two the same"));
+          absl::StrCat(name, ".times[", k, "]: ", times[k],
+                       "; times must be finite and increasing, at most two the same"));
     }
   }
   return absl::OkStatus();
@@ -38,7 +39,7 @@ absl::Status CheckPath(const PiecewiseLinearPath& path, Index size, const char* 
 absl::Status CheckProblem(const DcpProblem& problem) {
   const Index size = problem.M.rows();
   if (size == 0 || problem.M.cols() != size || !problem.M.allFinite()) {
-    return absl::InvalidArgumentError("M must be square, not empty and finite");
+    return absl::InvalidArgumentError("M: must be square, not empty and finite");
   }
   return CheckPath(problem.q, size, "q");
 }
@@ -95,8 +96,8 @@ absl::StatusOr<DcpCertificate> CheckDcpSolution(const DcpProblem& problem, const
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
   if (absl::Status status = CheckPath(v, problem.M.rows(), "v"); !status.ok()) return status;
   if (v.times.back() != problem.q.times.back()) {
-    return absl::InvalidArgumentError(absl::StrCat("v ends at ", v.times.back(), " and q at ",
-                                                   problem.q.times.back(), ": they must end together"));
+    return absl::InvalidArgumentError(absl::StrCat("v: ends at ", v.times.back(), " and q at ",
+                                                   problem.q.times.back(), "; they must end together"));
   }
   Vector v_before = v.values.col(0);
   Vector w_before = problem.q.values.col(0) + problem.M * v_before;
@@ -123,8 +124,8 @@ absl::StatusOr<DcpCertificate> CheckDcpSolution(const DcpProblem& problem, const
 absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step) {
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
   if (!(max_step > 0))
-    return absl::InvalidArgumentError(absl::StrCat("max_step = ", max_step, " must be positive"));
-  if (problem.q.values.col(0).minCoeff() < 0) return absl::InvalidArgumentError("q(0) must be >= 0");
+    return absl::InvalidArgumentError(absl::StrCat("max_step: ", max_step, "; must be positive"));
+  if (problem.q.values.col(0).minCoeff() < 0) return absl::InvalidArgumentError("q: q(0) must be >= 0");
   const Index size = problem.M.rows();
   const auto selection = SelectRule(SolutionRule::kAuto, Classify(problem.M));
   if (!selection.ok()) return selection.status();

@@ -37,6 +37,8 @@ struct DcpCertificate {
   double complementarity = 0;  // max_i |∫ w_i dv_i|
 };
 
+// Errors of all: InvalidArgument, "field: description".
+
 // Measures `v`, any piecewise linear path with n entries over the same time as q, against `problem`.
 // Errors: InvalidArgument for shapes, times and non-finite entries. Cost: O(n²) for each node of q or v.
 absl::StatusOr<DcpCertificate> CheckDcpSolution(const DcpProblem& problem, const PiecewiseLinearPath& v);

@@ -5,29 +5,18 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+
+#include "tests/client/printed.h"
 
 namespace dlcs::client {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-template <typename Print>
-std::string Printed(const Print& print) {
-  char* text = nullptr;
-  std::size_t size = 0;
-  std::FILE* stream = open_memstream(&text, &size);
-  print(stream);
-  std::fclose(stream);
-  const std::string result(text, size);
-  std::free(text);
-  return result;
-}
 
 v1::Finding& AddFinding(v1::AnalysisSection& section, const char* id, v1::Answer answer,
                         const std::string& why) {
@@ -83,45 +72,71 @@ v1::AnalyzeProblemResponse Example() {
   return analysis;
 }
 
-TEST(AnalysisTableTest, ReadsFromTheStrongestToTheUnknown) {
-  const std::string text = Printed(
-      [](std::FILE* out) { PrintAnalysisTable("case", {.source = "case.json"}, Example(), 100, out); });
-  EXPECT_THAT(text, HasSubstr("case: 2 states, 1 pair, T = 4\n"));
+std::string Table(const v1::AnalyzeProblemResponse& analysis, Detail detail, int width = 100) {
+  return Printed([&](std::FILE* out) {
+    PrintAnalysisTable("case", {.source = "case.json"}, analysis, detail, width, out);
+  });
+}
+
+TEST(AnalysisTableTest, SaysFirstWhatToRunAndWhatToTakeCareOf) {
+  const std::string text = Table(Example(), Detail::kBrief);
+  EXPECT_THAT(text, HasSubstr("case: 2 states, 1 pair, T = 4\n"
+                              "  M          Z-matrix\n"
+                              "  Solution   the least element (M is a Z-matrix)\n"
+                              "  Run        dlcs solve case.json --method exponential-march --step 0.001\n"
+                              "             It serves every class.\n"
+                              "  Take care  The state at 0 is inconsistent.\n"));
+}
+
+TEST(AnalysisTableTest, TellsEverythingWhereAsked) {
+  const std::string text = Table(Example(), Detail::kWhole);
   EXPECT_LT(text.find("z-matrix"), text.find("p-matrix"));
   EXPECT_LT(text.find("p-matrix"), text.find("s-matrix"));
   EXPECT_THAT(text, HasSubstr("a principal minor is negative [S = {0, 2}: value -2.5] [(2.1) of [X]]"));
+  EXPECT_THAT(text, HasSubstr("n = 40 is beyond the exact test"));
   EXPECT_THAT(text, HasSubstr("  κ <= 8       Lipschitz constant\n"));
   EXPECT_THAT(text, HasSubstr("  L = inf      constant\n"));
   EXPECT_THAT(text, HasSubstr("  v not known  comparison; M is no P-matrix\n"));
-  EXPECT_THAT(text, HasSubstr("\n  dlcs solve case.json --method exponential-march --step 0.001\n"));
-  EXPECT_THAT(text, HasSubstr("- The state at 0 is inconsistent."));
 }
 
-TEST(AnalysisTableTest, SaysWhatIsUnknownInOneLineCutToTheWidth) {
-  for (const int width : {48, 50, 60}) {
-    v1::AnalyzeProblemResponse analysis = Example();
-    analysis.mutable_sections(0)->mutable_findings(0)->set_why(
-        "κκκκκκκκ κκκκκκκκκκ κκκκκκκκκκκκ κκκκκκκκκκκκκκκ");
-    const std::string text = Printed(
-        [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "f.json"}, analysis, width, out); });
-    const std::size_t begin = text.find("  unknown");
-    const std::string line = text.substr(begin, text.find('\n', begin) - begin);
-    std::size_t letters = 0;
-    for (const char c : line) letters += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-    EXPECT_LE(letters, static_cast<std::size_t>(width)) << line;
-    EXPECT_EQ(line.substr(line.size() - 3), "…") << line;
-  }
+TEST(AnalysisTableTest, LeavesWitnessesAndSourcesToThoseWhoAsk) {
+  const std::string text = Table(Example(), Detail::kBrief);
+  EXPECT_THAT(text, HasSubstr("  no       p-matrix  a principal minor is negative\n"));
+  EXPECT_THAT(text, HasSubstr("  κ <= 8   Lipschitz constant\n"));
+  EXPECT_THAT(text, HasSubstr("  unknown  s-matrix; v\n"));
+  EXPECT_THAT(text, HasSubstr("--verbose"));
+}
+
+TEST(AnalysisTableTest, PutsWhatFollowsInOneLine) {
+  v1::AnalyzeProblemResponse analysis = Example();
+  v1::AnalysisSection& section = *analysis.mutable_sections(0);
+  section.clear_findings();
+  AddFinding(section, "p", v1::ANSWER_YES, "all minors are positive");
+  AddFinding(section, "p0", v1::ANSWER_YES, "a P-matrix");
+  AddFinding(section, "q", v1::ANSWER_YES, "a P-matrix")
+      .set_title("Q-matrix: LCP(q, M) has a solution for every q");
+  AddFinding(section, "z", v1::ANSWER_NO, "M[0][1] is positive");
+  AddFinding(section, "m", v1::ANSWER_NO, "M[0][1] is positive");
+  const std::string text = Table(analysis, Detail::kBrief);
+  EXPECT_THAT(
+      text,
+      HasSubstr("  yes      p-matrix   all minors are positive\n  yes      hence p0-matrix, Q-matrix\n"));
+  EXPECT_THAT(text, HasSubstr("  no       z-matrix   M[0][1] is positive\n  no       hence m-matrix\n"));
+  EXPECT_THAT(Table(analysis, Detail::kWhole),
+              HasSubstr("(LCP(q, M) has a solution for every q) a P-matrix"));
 }
 
 TEST(AnalysisTableTest, KeepsToTheWidthOfTheTerminal) {
-  for (const int width : {60, 80, 100}) {
-    std::istringstream lines(Printed(
-        [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "f.json"}, Example(), width, out); }));
-    for (std::string line; std::getline(lines, line);) {
-      if (line.find("dlcs solve") != std::string::npos) continue;  // a command is copied whole
-      std::size_t letters = 0;
-      for (const char c : line) letters += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-      EXPECT_LE(letters, static_cast<std::size_t>(width)) << line;
+  for (const Detail detail : {Detail::kBrief, Detail::kWhole}) {
+    for (const int width : {60, 80, 100}) {
+      std::istringstream lines(Table(Example(), detail, width));
+      for (std::string line; std::getline(lines, line);) {
+        if (line.find("dlcs solve") != std::string::npos) continue;  // a command is copied whole
+        if (line.find("--verbose") != std::string::npos) continue;
+        std::size_t letters = 0;
+        for (const char c : line) letters += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+        EXPECT_LE(letters, static_cast<std::size_t>(width)) << line;
+      }
     }
   }
 }
@@ -129,9 +144,8 @@ TEST(AnalysisTableTest, KeepsToTheWidthOfTheTerminal) {
 TEST(AnalysisTableTest, SaysWhyNoMethodServes) {
   v1::AnalyzeProblemResponse analysis = Example();
   analysis.mutable_recommendation()->set_refusal("The relative degree is 3.");
-  const std::string text = Printed(
-      [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "case.json"}, analysis, 100, out); });
-  EXPECT_THAT(text, HasSubstr("The relative degree is 3."));
+  const std::string text = Table(analysis, Detail::kBrief);
+  EXPECT_THAT(text, HasSubstr("  No method  The relative degree is 3.\n"));
   EXPECT_THAT(text, Not(HasSubstr("dlcs solve")));
 }
 

@@ -15,6 +15,7 @@
 
 #include "client/cli/result_output.h"
 #include "client/client.h"
+#include "client/lcp_file.h"
 #include "client/local_backend.h"
 #include "client/problem_file.h"
 #include "server/dlcs_server.h"

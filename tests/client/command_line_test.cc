@@ -164,6 +164,20 @@ TEST(CommandLineTest, TakesStandardInput) {
   EXPECT_EQ(std::get<LcpCommand>(outcome.parsed).path, "-");
 }
 
+TEST(CommandLineTest, TakesTheOptionsOfLcpsAndDcps) {
+  const Outcome lcp = Parse({"lcp", "l.json", "--all", "--rule", "hidden-least-element"});
+  ASSERT_TRUE(std::holds_alternative<LcpCommand>(lcp.parsed)) << lcp.err;
+  EXPECT_TRUE(std::get<LcpCommand>(lcp.parsed).all);
+  EXPECT_EQ(std::get<LcpCommand>(lcp.parsed).rule, v1::SOLUTION_RULE_HIDDEN_LEAST_ELEMENT);
+  const Outcome dcp = Parse({"dcp", "d.json", "--step", "0.25"});
+  ASSERT_TRUE(std::holds_alternative<DcpCommand>(dcp.parsed)) << dcp.err;
+  EXPECT_EQ(std::get<DcpCommand>(dcp.parsed).step, 0.25);
+  EXPECT_EQ(std::get<DcpCommand>(Parse({"dcp", "d.json", "--check", "v.json"}).parsed).check, "v.json");
+  const Outcome analyze = Parse({"analyze", "p.json", "--verbose"});
+  ASSERT_TRUE(std::holds_alternative<AnalyzeCommand>(analyze.parsed)) << analyze.err;
+  EXPECT_TRUE(std::get<AnalyzeCommand>(analyze.parsed).verbose);
+}
+
 TEST(CommandLineTest, ReadsNegativeNumbersAsValues) {
   EXPECT_THAT(Refused({"solve", "p.json", "--theta", "-0.5"}), HasSubstr("\"-0.5\" is not between 0 and 1"));
   EXPECT_THAT(Refused({"solve", "p.json", "--theta", "-.5"}), HasSubstr("\"-.5\" is not between 0 and 1"));
@@ -186,6 +200,7 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
               HasSubstr("did you mean laplace-iteration?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}),
               HasSubstr("did you mean least-element?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastnorm"}), HasSubstr("did you mean least-norm?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step-solver", "newtn"}), HasSubstr("did you mean newton?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--format", "jsn"}), HasSubstr("did you mean json?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));
@@ -193,9 +208,12 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
 }
 
 TEST(CommandLineTest, RefusesWhatIsMissing) {
-  EXPECT_THAT(Refused({}), HasSubstr("solve, analyze, lcp, model or capabilities"));
+  EXPECT_THAT(Refused({}), HasSubstr("solve, analyze, lcp, dcp, model or capabilities"));
   EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
+  EXPECT_THAT(Refused({"dcp", "d.json", "--step", "-1"}), HasSubstr("\"-1\" is not a number above 0"));
+  EXPECT_THAT(Refused({"dcp", "d.json", "--step", "1", "--check", "v.json"}), HasSubstr("--check"));
+  EXPECT_THAT(Refused({"lcp", "l.json", "--al"}), HasSubstr("did you mean --all?"));
   EXPECT_THAT(Refused({"lcp", "l.json", "--format", "csv"}), HasSubstr("table, json"));
 }
 
@@ -203,6 +221,7 @@ TEST(CommandLineTest, ExplainsItself) {
   for (const std::vector<const char*>& arguments : {std::vector<const char*>{"--help"},
                                                     {"solve", "--help"},
                                                     {"lcp", "--help"},
+                                                    {"dcp", "--help"},
                                                     {"capabilities", "--help"}}) {
     const Outcome outcome = Parse(arguments);
     ASSERT_TRUE(std::holds_alternative<ExitCode>(outcome.parsed));

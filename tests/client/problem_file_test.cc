@@ -245,19 +245,46 @@ TEST(ProblemFileTest, RefusesFilesThatCannotBeRead) {
   EXPECT_THAT(std::string(folder.status().message()), HasSubstr("Is a directory"));
 }
 
-TEST(LcpFileTest, ReadsMatrixVectorAndRule) {
-  const auto request =
-      ParseLcp(R"({"M": [[2, 1], [0, 1]], "q": [-1, 3], "rule": "least-element"})", "l.json");
-  ASSERT_TRUE(request.ok()) << request.status();
-  EXPECT_THAT(request->m().dense().values(), ElementsAre(2, 1, 0, 1));
-  EXPECT_THAT(request->q(), ElementsAre(-1, 3));
-  EXPECT_EQ(request->rule(), v1::SOLUTION_RULE_LEAST_ELEMENT);
+TEST(ProblemFileTest, ReadsRuleAndSelector) {
+  const auto file = ParseProblem(
+      Example({{"rule", "minimiser"}, {"selector", {{"C", {{1}, {2}}}, {"b", {3, 4}}}}}), "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->problem.rule(), v1::SOLUTION_RULE_MINIMISER);
+  EXPECT_EQ(file->problem.selector().c().dense().rows(), 2);
+  EXPECT_THAT(file->problem.selector().b(), ElementsAre(3, 4));
+  EXPECT_THAT(ErrorOf(Example({{"selector", {{"D", 1}}}})),
+              AllOf(HasSubstr("selector"), HasSubstr("\"D\""), HasSubstr("\"b\"")));
+  EXPECT_THAT(ErrorOf(Example({{"selector", 3}})), HasSubstr("p.json: selector is a number (3)"));
 }
 
-TEST(LcpFileTest, RefusesTheKeysOfOtherFiles) {
-  const auto request = ParseLcp(R"({"M": [[2]], "x0": [-1]})", "l.json");
-  EXPECT_THAT(std::string(request.status().message()),
-              AllOf(HasSubstr("l.json: \"x0\" is not a known key"), HasSubstr("\"q\" is missing")));
+constexpr const char* kNonlinear = R"json({"kind": "nonlinear", "name": "stop", "f": ["x2", "-x1-y1"],
+    "g": ["y1-40*(x1-0.5)"], "x0": [0, 1], "T": 2, "break_points": [1], "W": [[0, 1], [-1, 0]]})json";
+
+TEST(NonlinearFileTest, ReadsFormulasTimesAndSplitting) {
+  const auto file = ParseProblem(kNonlinear, "n.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->name, "stop");
+  ASSERT_TRUE(file->nonlinear);
+  EXPECT_THAT(file->nonlinear->f(), ElementsAre("x2", "-x1-y1"));
+  EXPECT_THAT(file->nonlinear->g(), ElementsAre("y1-40*(x1-0.5)"));
+  EXPECT_THAT(file->nonlinear->x0(), ElementsAre(0, 1));
+  EXPECT_EQ(file->nonlinear->horizon(), 2);
+  EXPECT_THAT(file->nonlinear->break_points(), ElementsAre(1));
+  EXPECT_THAT(file->nonlinear->w().dense().values(), ElementsAre(0, 1, -1, 0));
+}
+
+TEST(NonlinearFileTest, NamesWhatIsWrong) {
+  const auto error_with = [](const nlohmann::json& changes) {
+    nlohmann::json root = nlohmann::json::parse(kNonlinear);
+    root.merge_patch(changes);
+    return ErrorOf(root.dump());
+  };
+  EXPECT_THAT(error_with({{"f", nullptr}}), HasSubstr("\"f\" is missing"));
+  EXPECT_THAT(error_with({{"g", "y1"}}), HasSubstr("p.json: g is a string"));
+  EXPECT_THAT(error_with({{"f", {"x2", true}}}), HasSubstr("f[1]"));
+  EXPECT_THAT(error_with({{"M", {{1}}}}), HasSubstr("\"M\" is not a known key"));
+  EXPECT_THAT(error_with({{"kind", "odd"}}), HasSubstr("kind is a string (\"odd\"); must be"));
+  EXPECT_THAT(ErrorOf(Example({{"kind", "linear"}, {"W", {{1}}}})), HasSubstr("\"W\" is not a known key"));
 }
 
 }  // namespace

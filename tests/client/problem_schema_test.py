@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The schema of problem files: every case passes it, and files that the reader refuses do not.
+"""The schemas of files: every case and example passes its own, and files that the reader refuses do not.
 
-    problem_schema_test.py SCHEMA CASES_FOLDER
+    problem_schema_test.py FOLDER_OF_SCHEMAS CASES_FOLDER EXAMPLES_FOLDER
 """
 
 import copy
@@ -12,18 +12,57 @@ import unittest
 
 import jsonschema
 
-SCHEMA_FILE, CASES = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-SCHEMA = json.loads(SCHEMA_FILE.read_text())
+SCHEMAS, CASES, EXAMPLES = (pathlib.Path(folder) for folder in sys.argv[1:4])
+SCHEMA = json.loads((SCHEMAS / "problem.schema.json").read_text())
+DCP = json.loads((SCHEMAS / "dcp.schema.json").read_text())
+NONLINEAR = json.loads((SCHEMAS / "nonlinear.schema.json").read_text())
 EXAMPLE = {"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}
 
 
-def passes(problem):
-    return jsonschema.Draft7Validator(SCHEMA).is_valid(problem)
+def passes(problem, schema=SCHEMA):
+    return jsonschema.Draft7Validator(schema).is_valid(problem)
+
+
+def schema_of(content):
+    """The schema that says what a file is, None for what has none (paths, models)."""
+    if content.get("kind") == "nonlinear":
+        return NONLINEAR
+    if "q" in content and "M" in content:
+        return DCP
+    return SCHEMA if "x0" in content else None
 
 
 class ProblemSchemaTest(unittest.TestCase):
     def test_is_a_schema(self):
-        jsonschema.Draft7Validator.check_schema(SCHEMA)
+        for schema in (SCHEMA, DCP, NONLINEAR):
+            jsonschema.Draft7Validator.check_schema(schema)
+
+    def test_every_example_passes(self):
+        kinds = set()
+        for example in sorted(EXAMPLES.glob("*.json")):
+            content = json.loads(example.read_text())
+            schema = schema_of(content)
+            if schema is not None:
+                kinds.add(schema["title"])
+                with self.subTest(example=example.name):
+                    jsonschema.validate(content, schema)
+        self.assertEqual(len(kinds), 3)
+
+    def test_mistakes_in_a_dcp_do_not_pass(self):
+        example = {"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}
+        self.assertTrue(passes(example, DCP))
+        for key, value in (("M", [1]), ("q", [0, 1]), ("q", {"times": [0, 1]}), ("q", {"times": [-1], "values": [[0]]}),
+                           ("T", 1)):
+            with self.subTest(key=key, value=value):
+                self.assertFalse(passes({**example, key: value}, DCP))
+
+    def test_mistakes_in_a_nonlinear_problem_do_not_pass(self):
+        example = {"kind": "nonlinear", "f": ["y1"], "g": ["y1+x1", ], "x0": [1], "T": 1}
+        self.assertTrue(passes(example, NONLINEAR))
+        self.assertFalse(passes(example))
+        for key, value in (("kind", "linear"), ("f", "y1"), ("f", []), ("g", [[1]]), ("T", 0), ("A", [[1]]), ("W", [1])):
+            with self.subTest(key=key, value=value):
+                self.assertFalse(passes({**example, key: value}, NONLINEAR))
 
     def test_every_case_passes(self):
         cases = sorted(CASES.glob("*.json"))
@@ -37,6 +76,7 @@ class ProblemSchemaTest(unittest.TestCase):
                        {"breaks": [0, 1], "coefficients": [[[1], [2]]]}):
             with self.subTest(source=source):
                 self.assertTrue(passes({**EXAMPLE, "f": source}))
+                self.assertTrue(passes({**EXAMPLE, "rule": "minimiser", "selector": {"C": [[1]], "b": [0]}}))
                 self.assertTrue(passes({**EXAMPLE, "pieces": [{"t0": 0, "g": source}]}))
 
     def test_every_required_key_is_required(self):
@@ -49,7 +89,7 @@ class ProblemSchemaTest(unittest.TestCase):
     def test_mistakes_do_not_pass(self):
         for key, value in (("A", [1]), ("A", []), ("N", [["x"]]), ("x0", 1), ("T", "1"), ("T", 0), ("f", "t"),
                            ("g", [[1]]), ("f", {"times": [0]}), ("pieces", []), ("pieces", [{"f": [1]}]),
-                           ("rule", "least"), ("breakpoints", [1]), ("name", 7)):
+                           ("rule", "least"), ("selector", {"C": [[1]]}), ("kind", "nonlinear"), ("breakpoints", [1]), ("name", 7)):
             with self.subTest(key=key, value=value):
                 self.assertFalse(passes({**EXAMPLE, key: value}))
 

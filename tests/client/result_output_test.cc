@@ -6,12 +6,12 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+
+#include "tests/client/printed.h"
 
 namespace dlcs::client {
 namespace {
@@ -19,17 +19,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::string Printed(const std::function<void(std::FILE*)>& print) {
-  char* text = nullptr;
-  std::size_t size = 0;
-  std::FILE* stream = open_memstream(&text, &size);
-  print(stream);
-  std::fclose(stream);
-  const std::string printed(text, size);
-  std::free(text);
-  return printed;
-}
 
 // Two states, one pair, three times; the numbers do not end in binary.
 SolveResult Example() {
@@ -169,22 +158,6 @@ TEST(ResultTableTest, BreaksWideSystemsIntoBlocks) {
   }
   EXPECT_GT(heads, 2);
   EXPECT_THAT(all, AllOf(HasSubstr(" x1 "), HasSubstr(" x30"), HasSubstr(" y2")));
-}
-
-TEST(LcpOutputTest, PrintsTheSolutionInBothForms) {
-  v1::SolveLcpResponse response;
-  response.set_verdict(v1::LCP_SOLVED);
-  response.add_y(0.1);
-  response.add_w(0);
-  response.set_residual(1e-17);
-  response.set_matrix_class("P-matrix");
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintLcpJson(response, out); }));
-  EXPECT_EQ(root["verdict"], "SOLVED");
-  EXPECT_EQ(root["y"], nlohmann::json({0.1}));
-  EXPECT_EQ(root["w"], nlohmann::json({0.0}));
-  EXPECT_EQ(root["residual"], 1e-17);
-  EXPECT_THAT(Printed([&](std::FILE* out) { PrintLcpTable(response, out); }),
-              AllOf(HasSubstr("SOLVED"), HasSubstr("0.1"), HasSubstr("1.0e-17")));
 }
 
 }  // namespace

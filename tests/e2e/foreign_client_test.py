@@ -157,6 +157,61 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual(response.verdict, pb.LCP_SOLVED)
         self.assertEqual(list(response.y), [0.5, 0])
 
+    def test_lists_all_solutions_of_an_lcp(self):
+        # y_1 + y_2 = 1, y >= 0: two basic solutions and what lies between them.
+        request = pb.SolveLcpRequest(m=dense([[1, 1], [1, 1]]), q=[-1, -1], rule=pb.SOLUTION_RULE_MINIMISER,
+                                     selector=pb.Selector(c=dense([[1, 0]]), b=[0.25]), all_basic_solutions=True)
+        response = self.stub.SolveLcp(request, timeout=60)
+        self.assertAlmostEqual(response.y[0], 0.25, delta=1e-12)
+        self.assertAlmostEqual(response.y[1], 0.75, delta=1e-12)
+        self.assertEqual(list(response.sets.j), [0, 1])
+        self.assertTrue(response.all.complete)
+        self.assertEqual(sorted(tuple(solution.y) for solution in response.all.solutions), [(0, 1), (1, 0)])
+        self.assertEqual([list(face.basis) for face in response.all.faces], [[0, 1]])
+
+    def test_solves_and_measures_a_dcp(self):
+        # Example 10 of Shen & Pang: v = t (1, 1, 1)/4 is one solution, growing one component at a time another.
+        m = dense([[1, 3, 0], [0, 1, 3], [3, 0, 1]])
+        q = pb.PiecewiseLinearPath(times=[0, 1], values=[0, 0, 0, -1, -1, -1])
+        solved = self.stub.SolveDcp(pb.SolveDcpRequest(m=m, q=q, max_step=0.125), timeout=60)
+        self.assertTrue(solved.solved)
+        self.assertEqual(solved.unique.answer, pb.ANSWER_UNKNOWN)
+        for k, t in enumerate(solved.v.times):
+            for value in solved.v.values[3 * k:3 * k + 3]:
+                self.assertAlmostEqual(value, t / 4, delta=1e-14)
+        other = pb.PiecewiseLinearPath(times=[0])
+        values = [[0, 0, 0]]
+        for k in range(-30, 1):
+            s = 2.0 ** k
+            row = [0, 0, 0]
+            row[k % 3], row[(k - 1) % 3], row[(k - 2) % 3] = s / 7, 4 * s / 7, 2 * s / 7
+            other.times.append(s)
+            values.append(row)
+        other.values.extend(value for row in values for value in row)
+        measured = self.stub.SolveDcp(pb.SolveDcpRequest(m=m, q=q, check=other), timeout=60)
+        self.assertFalse(measured.HasField("v"))
+        self.assertEqual(measured.certificate.start, 0)
+        self.assertGreaterEqual(measured.certificate.least_increase, 0)
+        self.assertGreaterEqual(measured.certificate.least_w, -1e-15)
+        self.assertLess(measured.certificate.complementarity, 1e-15)
+        self.assertNotAlmostEqual(other.values[-3], 0.25, delta=0.01)
+
+    def test_solves_a_nonlinear_problem(self):
+        # x1' = -x1 + y1, 0 <= y1 and y1 + y1^3 + x1 - 1 >= 0 complementary: y1 = 0 and x1 = 2 e^{-t} while x1 >= 1.
+        problem = pb.NonlinearProblem(f=["-x1+y1"], g=["y1+y1**3+x1-1"], x0=[2], horizon=2)
+        request = pb.SolveRequest(nonlinear=problem, options=pb.SolveOptions(steps=500, output_times=[0.5, 2]))
+        events = list(self.stub.Solve(request, timeout=60))
+        kinds = [event.WhichOneof("kind") for event in events]
+        self.assertEqual(kinds[-1], "summary")
+        self.assertIn("iterate", kinds)
+        self.assertEqual(events[-1].summary.termination, pb.CONVERGED)
+        chunk = events[kinds.index("trajectory")].trajectory
+        self.assertEqual(list(chunk.times), [0.5, 2])
+        self.assertAlmostEqual(chunk.x[0], 2 * math.exp(-0.5), delta=1e-6)
+        x, y = chunk.x[1], chunk.y[1]
+        self.assertGreater(y, 0)
+        self.assertAlmostEqual(y + y ** 3 + x - 1, 0, delta=1e-9)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

@@ -73,6 +73,53 @@ TEST(ConvertTest, ProblemSurvivesTheRoundTrip) {
   EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), wire)) << wire.DebugString();
 }
 
+TEST(ConvertTest, EveryRuleAndItsSelectorSurviveTheRoundTrip) {
+  Problem problem = EveryKindOfPiece();
+  for (const SolutionRule rule :
+       {SolutionRule::kAuto, SolutionRule::kUnique, SolutionRule::kLeastElement,
+        SolutionRule::kHiddenLeastElement, SolutionRule::kLeastNorm, SolutionRule::kMinimiser}) {
+    problem.rule = rule;
+    std::vector<Violation> violations;
+    const Problem back = ProblemFromProto(ToProto(problem), violations);
+    EXPECT_THAT(violations, IsEmpty());
+    EXPECT_EQ(back.rule, rule);
+    EXPECT_FALSE(back.selector);
+  }
+  problem.selector = Selector{Matrix::Constant(2, 1, 3), Vector::LinSpaced(2, 1, 2)};
+  std::vector<Violation> violations;
+  const Problem back = ProblemFromProto(ToProto(problem), violations);
+  EXPECT_THAT(violations, IsEmpty());
+  ASSERT_TRUE(back.selector);
+  EXPECT_EQ(back.selector->C, problem.selector->C);
+  EXPECT_EQ(back.selector->b, problem.selector->b);
+}
+
+TEST(ConvertTest, ReadsANonlinearProblem) {
+  v1::NonlinearProblem wire;
+  wire.add_f("x2");
+  wire.add_f("-x1");
+  wire.add_g("y1+x1");
+  wire.add_x0(1);
+  wire.add_x0(2);
+  wire.set_horizon(3);
+  wire.add_break_points(0.5);
+  std::vector<Violation> violations;
+  NonlinearProblem problem = NonlinearProblemFromProto(wire, violations);
+  EXPECT_THAT(violations, IsEmpty());
+  EXPECT_THAT(problem.f, ElementsAre("x2", "-x1"));
+  EXPECT_THAT(problem.g, ElementsAre("y1+x1"));
+  EXPECT_EQ(problem.x0, Vector::LinSpaced(2, 1, 2));
+  EXPECT_EQ(problem.horizon, 3);
+  EXPECT_THAT(problem.break_points, ElementsAre(0.5));
+  EXPECT_FALSE(problem.W);
+  *wire.mutable_w() = testing::DenseMatrix(2, 2, {1, 2, 3, 4});
+  problem = NonlinearProblemFromProto(wire, violations);
+  EXPECT_EQ((*problem.W)(0, 1), 2);
+  *wire.mutable_w() = testing::DenseMatrix(2, 2, {1, 2, 3});
+  NonlinearProblemFromProto(wire, violations);
+  EXPECT_THAT(violations, ElementsAre(Field(&Violation::field, "W")));
+}
+
 TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   Options options;
   options.method = Method::kPaperIteration;

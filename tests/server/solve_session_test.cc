@@ -207,35 +207,5 @@ TEST(SolveSessionTest, TheCauseOfAStopIsTold) {
   }
 }
 
-TEST(RunLcpTest, SolvesOne) {
-  v1::SolveLcpRequest request;
-  *request.mutable_m() = testing::DenseMatrix(2, 2, {2, 1, 1, 2});
-  request.add_q(-5);
-  request.add_q(-6);
-  const auto response = RunLcp(request, SessionLimits());
-  ASSERT_TRUE(response.ok()) << response.status();
-  EXPECT_EQ(response->verdict(), v1::LCP_SOLVED);
-  EXPECT_NEAR(response->y(0), 4.0 / 3, 1e-14);
-  EXPECT_NEAR(response->y(1), 7.0 / 3, 1e-14);
-  EXPECT_THAT(response->matrix_class(), HasSubstr("P"));
-}
-
-TEST(RunLcpTest, NamesWhatIsWrong) {
-  v1::SolveLcpRequest request;
-  *request.mutable_m() = testing::DenseMatrix(2, 2, {2, NAN, 1, 2});
-  request.add_q(std::numeric_limits<double>::infinity());
-  const absl::Status status = RunLcp(request, SessionLimits()).status();
-  EXPECT_THAT(Fields(status), ::testing::ElementsAre("M[0][1]", "q", "q[0]"));
-
-  *request.mutable_m() = testing::DenseMatrix(1, 1, {-1});
-  request.set_q(0, 1);
-  request.set_rule(v1::SOLUTION_RULE_UNIQUE);
-  EXPECT_THAT(Fields(RunLcp(request, SessionLimits()).status()), ::testing::ElementsAre("rule"));
-
-  SessionLimits limits;
-  limits.max_constraints = 0;
-  EXPECT_EQ(RunLcp(request, limits).status().code(), absl::StatusCode::kResourceExhausted);
-}
-
 }  // namespace
 }  // namespace dlcs

@@ -126,8 +126,8 @@ TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
 
 TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {
   // Both read until both have a hundred iterates: solved one after the other, the first would have ended
-  // before. Windows of 300 steps make fewer events than a reader takes: of those of single steps, windows alone
-  // fill the mailbox and hardly an iterate is left.
+  // before. Windows of 300 steps make fewer events than a reader takes: of those of single steps, windows
+  // alone fill the mailbox and hardly an iterate is left.
   constexpr int kEnough = 100;
   v1::SolveRequest request = testing::ChattyRequest(3'000'000 / testing::kSlowness);
   request.mutable_options()->set_window_steps(300);
@@ -285,6 +285,69 @@ TEST_F(SolverServiceTest, SolvesSingleLcps) {
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(response.verdict(), v1::LCP_SOLVED);
   EXPECT_NEAR(response.y(0), 4.0 / 3, 1e-14);
+}
+
+TEST_F(SolverServiceTest, SolvesDcpsAndKeepsAnswersReceivable) {
+  v1::SolveDcpRequest request;
+  *request.mutable_m() = testing::DenseMatrix(1, 1, {1});
+  for (const double t : {0.0, 1.0}) {
+    request.mutable_q()->add_times(t);
+    request.mutable_q()->add_values(-t);
+  }
+  const auto ask = [&](v1::SolveDcpResponse& response) {
+    grpc::ClientContext context;
+    testing::SetDeadline(context, seconds(10));
+    return stub_->SolveDcp(&context, request, &response);
+  };
+  v1::SolveDcpResponse response;
+  const grpc::Status status = ask(response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(response.solved());
+  EXPECT_NEAR(response.v().values(response.v().values_size() - 1), 1, 1e-12);
+  request.set_max_step(1e-6);  // 16 MB
+  EXPECT_EQ(ask(response).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+// x1' = -x1 + y1, 0 <= y1 ⟂ y1 + y1^3 + x1 - 1 >= 0: y1 = 0 where x1 >= 1.
+TEST_F(SolverServiceTest, StreamsANonlinearSolve) {
+  v1::SolveRequest request;
+  v1::NonlinearProblem& problem = *request.mutable_nonlinear();
+  problem.add_f("-x1+y1");
+  problem.add_g("y1+y1**3+x1-1");
+  problem.add_x0(2);
+  problem.set_horizon(2);
+  request.mutable_options()->set_steps(400);
+  const Outcome outcome = testing::Solve(*stub_, request);
+  ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
+  EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
+  EXPECT_GT(Count(outcome.events, v1::SolveEvent::kIterate), 0);
+  const v1::Summary& summary = outcome.events.back().summary();
+  EXPECT_EQ(summary.termination(), v1::CONVERGED);
+  EXPECT_LT(summary.certificate().node_residual(), 1e-9);
+  for (const v1::SolveEvent& event : outcome.events) {
+    if (!event.has_trajectory()) continue;
+    const v1::TrajectoryChunk& chunk = event.trajectory();
+    for (int k = 0; k < chunk.times_size(); ++k) {
+      const double x = chunk.x(k), y = chunk.y(k);
+      EXPECT_GE(y, 0);
+      EXPECT_NEAR(std::min(y, y + y * y * y + x - 1), 0, 1e-9);
+      if (chunk.times(k) < std::log(2.0) - 0.01) {
+        EXPECT_NEAR(x, 2 * std::exp(-chunk.times(k)), 1e-5);
+      }
+    }
+  }
+}
+
+TEST_F(SolverServiceTest, NamesTheFormulaOfANonlinearProblemThatDoesNotParse) {
+  v1::SolveRequest request;
+  v1::NonlinearProblem& problem = *request.mutable_nonlinear();
+  problem.add_f("-x1+y1");
+  problem.add_g("y1+x2");
+  problem.add_x0(2);
+  problem.set_horizon(2);
+  const Outcome outcome = testing::Solve(*stub_, request);
+  EXPECT_EQ(outcome.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(outcome.status.error_message(), HasSubstr("g[0]"));
 }
 
 TEST_F(SolverServiceTest, AnalysesAndRecommendsWhatThenSolves) {

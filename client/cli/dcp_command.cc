@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cstdio>
+
+#include "client/cli/atomic_file.h"
+#include "client/cli/commands.h"
+#include "client/cli/lcp_output.h"
+#include "client/cli/run_support.h"
+#include "client/json_text.h"
+#include "client/lcp_file.h"
+
+namespace dlcs::client {
+
+ExitCode Run(const DcpCommand& command) {
+  auto request = ReadDcpFile(command.path);
+  if (!request.ok()) return Complain(request.status(), kBadInput);
+  request->set_max_step(command.step);
+  const bool measures = !command.check.empty();
+  if (measures) {
+    const auto path = ReadPathFile(command.check);
+    if (!path.ok()) return Complain(path.status(), kBadInput);
+    *request->mutable_check() = *path;
+  }
+  const auto backend = MakeBackend(command.server);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  const auto response = (*backend)->SolveDcp(
+      *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
+  if (command.format == OutputFormat::kJson) {
+    PrintDcpJson(*response, measures, stdout);
+  } else {
+    PrintDcpTable(*response, measures, WidthOf(stdout), stdout);
+  }
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  return measures || response->solved() ? kSolved : kNoAnswer;
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <string>
+#include <vector>
+
+#include "client/cli/columns.h"
+#include "client/cli/lcp_output.h"
+#include "client/cli/words.h"
+#include "client/names.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr std::size_t kWidth = 80;
+
+// "{1, 3}": counted from 1, as the columns.
+template <typename Indices>
+std::string Set(const Indices& indices) {
+  std::vector<int> from_one;
+  for (const int i : indices) from_one.push_back(i + 1);
+  return fmt::format("{{{}}}", fmt::join(from_one, ", "));
+}
+
+void PrintSets(const v1::SolveLcpResponse& response, std::FILE* out) {
+  if (!response.has_sets()) return;
+  const v1::IndexSets& sets = response.sets();
+  fmt::print(out, "\nIndex sets\n  J (y > 0)      {}\n  I (w > 0)      {}\n  K (y = w = 0)  {}\n",
+             Set(sets.j()), Set(sets.i()),
+             sets.k().empty() ? "{}: not degenerate" : Set(sets.k()) + ": degenerate");
+  if (!response.only_choice()) fmt::print(out, "  Other solutions serve the rule as well.\n");
+}
+
+void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
+  fmt::print(out, "\n{}{}\n", Count(all.solutions_size(), "basic solution"),
+             all.complete() ? "" : "; the search was not complete");
+  for (const v1::BasicSolution& solution : all.solutions()) {
+    fmt::print(out, "  y = {}, w = {}{}\n", Listed(solution.y()), Listed(solution.w()),
+               solution.sets().k().empty() ? "" : ", degenerate");
+  }
+  for (const v1::SolutionFace& face : all.faces()) {
+    fmt::print(out, "  {} with w = 0 on {}, nearest to 0: y = {}\n",
+               face.point() ? "the point" : "a continuum", Set(face.basis()), Listed(face.nearest()));
+  }
+  if (all.complete() && all.faces().empty()) fmt::print(out, "There are no other solutions.\n");
+}
+
+}  // namespace
+
+void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
+  fmt::print(out, "{}{}{}\n", VerdictName(response.verdict()), response.message().empty() ? "" : ": ",
+             response.message());
+  fmt::print(out, "M: {}; method {}, {}\n", response.matrix_class(), response.method(),
+             Count(response.pivots(), "pivot"));
+  if (!response.rule().empty()) fmt::print(out, "Rule: {}\n", response.rule());
+  if (!response.y().empty()) {
+    const auto rows = static_cast<std::size_t>(response.y_size());
+    std::vector<Column> columns;
+    columns.push_back(MakeColumn("i", rows, [](std::size_t i) { return static_cast<double>(i + 1); }));
+    columns.push_back(MakeColumn("y", rows, [&](std::size_t i) { return response.y(static_cast<int>(i)); }));
+    if (response.w_size() == response.y_size()) {
+      columns.push_back(
+          MakeColumn("w", rows, [&](std::size_t i) { return response.w(static_cast<int>(i)); }));
+    }
+    PrintColumns(columns, rows, kWidth, out);
+    fmt::print(out, "\nResidual of min(y, w): {:.1e}\n", response.residual());
+  }
+  PrintSets(response, out);
+  if (response.has_all()) PrintAll(response.all(), out);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys that several kinds of files share.
+
+#ifndef DLCS_CLIENT_JSON_KEYS_H_
+#define DLCS_CLIENT_JSON_KEYS_H_
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/json_reader.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// The object that `text` holds. Errors: InvalidArgument where it is no JSON, or no object with what it should
+// hold: "the keys M and q".
+absl::StatusOr<nlohmann::json> ParseObject(const std::string& text, const std::string& source,
+                                           const std::string& holds);
+
+// Each reads a key that must be there; `rule` says what it means.
+void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std::string& rule,
+                   JsonReader& reader, v1::Matrix& matrix);
+void ReadNumbersKey(const nlohmann::json& root, const std::string& key, const std::string& rule,
+                    JsonReader& reader, google::protobuf::RepeatedField<double>& numbers);
+
+// The keys `rule` and `selector` of a problem or an LCP, where there are any.
+void ReadSelectorKey(const nlohmann::json& root, JsonReader& reader, v1::Selector& selector);
+template <typename Request>
+void ReadRuleKeys(const nlohmann::json& root, JsonReader& reader, Request& request) {
+  if (root.contains("rule")) {
+    if (const auto rule = reader.ReadRule(root["rule"], "rule")) request.set_rule(*rule);
+  }
+  if (root.contains("selector")) ReadSelectorKey(root, reader, *request.mutable_selector());
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_JSON_KEYS_H_

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/call_session.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/analyze.h"
+#include "core/dcp/dcp.h"
+#include "core/lcp/lcp.h"
+#include "fmt/format.h"
+#include "server/convert.h"
+#include "server/errors.h"
+
+namespace dlcs {
+namespace {
+
+// A step that is not given is this part of the time of q.
+constexpr double kDefaultDcpSteps = 1000;
+
+absl::Status CheckDcpSize(const DcpProblem& problem, double max_step, const SessionLimits& limits) {
+  const double steps =
+      std::ceil(problem.q.times.back() / max_step) + static_cast<double>(problem.q.times.size());
+  const double bytes = (steps + 1) * static_cast<double>(1 + problem.M.rows()) * sizeof(double);
+  absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
+  limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
+  limit.Update(CheckLimit("max_answer_bytes", bytes, limits.max_answer_bytes));
+  return limit;
+}
+
+v1::SolveDcpResponse MakeResponse(const DcpCertificate& certificate, const Fact& unique) {
+  v1::SolveDcpResponse response;
+  *response.mutable_certificate() = ToProto(certificate);
+  *response.mutable_unique() =
+      ToProto(Finding{"dcp-unique", "one solution for every q with q(0) >= 0", unique, ""});
+  return response;
+}
+
+absl::StatusOr<v1::SolveDcpResponse> Measure(const DcpProblem& problem, const PiecewiseLinearPath& v) {
+  const absl::StatusOr<DcpCertificate> certificate = CheckDcpSolution(problem, v);
+  if (!certificate.ok()) return FromEngine(certificate.status());
+  return MakeResponse(*certificate, TestDcpUniqueness(problem.M));
+}
+
+absl::StatusOr<v1::SolveDcpResponse> Step(const DcpProblem& problem, double max_step,
+                                          const SessionLimits& limits) {
+  const double horizon = problem.q.times.empty() ? 0 : problem.q.times.back();
+  const bool takes_time = std::isfinite(horizon) && horizon > 0;
+  if (max_step == 0) max_step = takes_time ? horizon / kDefaultDcpSteps : 1;
+  if (max_step > 0 && takes_time) {
+    if (absl::Status limit = CheckDcpSize(problem, max_step, limits); !limit.ok()) return limit;
+  }
+  const absl::StatusOr<DcpSolution> solution = SolveDcp(problem, max_step);
+  if (!solution.ok()) return FromEngine(solution.status());
+  v1::SolveDcpResponse response = MakeResponse(solution->certificate, solution->unique);
+  response.set_solved(solution->solved);
+  response.set_message(solution->message);
+  *response.mutable_v() = ToProto(solution->v);
+  return response;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
+                                            std::stop_token stop) {
+  std::vector<Violation> violations;
+  const Matrix M = MatrixFromProto(request.m(), "M", violations);
+  LcpRequest how;
+  how.rule = RuleFromProto(request.rule(), violations);
+  if (request.has_selector()) how.selector = SelectorFromProto(request.selector(), violations);
+  how.all_basic_solutions = request.all_basic_solutions();
+  if (!violations.empty()) return InvalidRequest(violations);
+  if (absl::Status limit =
+          CheckLimit("max_constraints", static_cast<double>(M.rows()), limits.max_constraints);
+      !limit.ok()) {
+    return limit;
+  }
+  const Vector q = Eigen::Map<const Vector>(request.q().data(), request.q_size());
+  const absl::StatusOr<LcpResult> result = SolveLcp(M, q, how, stop);
+  if (!result.ok()) return FromEngine(result.status());
+  return ToProto(*result);
+}
+
+absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits) {
+  std::vector<Violation> violations;
+  DcpProblem problem;
+  problem.M = MatrixFromProto(request.m(), "M", violations);
+  if (!violations.empty()) return InvalidRequest(violations);
+  problem.q = PathFromProto(request.q(), problem.M.rows(), "q", violations);
+  PiecewiseLinearPath check;
+  if (request.has_check()) check = PathFromProto(request.check(), problem.M.rows(), "check", violations);
+  if (!violations.empty()) return InvalidRequest(violations);
+  if (absl::Status limit =
+          CheckLimit("max_constraints", static_cast<double>(problem.M.rows()), limits.max_constraints);
+      !limit.ok()) {
+    return limit;
+  }
+  return request.has_check() ? Measure(problem, check) : Step(problem, request.max_step(), limits);
+}
+
+absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
+                                                       const SessionLimits& limits, std::stop_token stop) {
+  const absl::StatusOr<SoundSystem> read = ReadSound(request.problem(), request.options(), limits);
+  if (!read.ok()) return read.status();
+  const absl::StatusOr<Analysis> analysis =
+      Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
+  if (!analysis.ok()) return FromEngine(analysis.status());
+  return ToProto(*analysis);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The calls with one answer, from the request on the wire to the response on the wire, without any RPC in
+// them. The server runs them on its threads, the command line in its process. All errors carry google.rpc
+// details (server/errors.h).
+
+#ifndef DLCS_SERVER_CALL_SESSION_H_
+#define DLCS_SERVER_CALL_SESSION_H_
+
+#include <stop_token>
+
+#include "absl/status/statusor.h"
+#include "dlcs/v1/solver.pb.h"
+#include "server/request_check.h"
+
+namespace dlcs {
+
+// One linear complementarity problem. Errors: InvalidArgument with every violation (fields as in SolveLcp()),
+// ResourceExhausted naming the limit, Cancelled.
+absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
+                                            std::stop_token stop);
+
+// One dynamic complementarity problem, or the certificate of a path. Errors: as RunLcp; not interrupted.
+absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits);
+
+// What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then
+// holds the sections that were finished, and a warning. Errors: as ReadSound().
+absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
+                                                       const SessionLimits& limits, std::stop_token stop);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_CALL_SESSION_H_

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every call checks before the engine starts: that a request converts, is sound and within the limits.
+
+#ifndef DLCS_SERVER_REQUEST_CHECK_H_
+#define DLCS_SERVER_REQUEST_CHECK_H_
+
+#include <cstdint>
+#include <limits>
+#include <variant>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/nonlinear/nonlinear_problem.h"
+#include "core/options.h"
+#include "core/problem.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs {
+
+// What a session may use. The defaults limit nothing.
+struct SessionLimits {
+  std::int64_t max_states = std::numeric_limits<std::int64_t>::max();
+  std::int64_t max_constraints = std::numeric_limits<std::int64_t>::max();
+  std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
+  // Bytes of the trajectory at all nodes, (1 + m + n) doubles each: what the engine holds while it solves,
+  // even when fewer output times are asked for.
+  std::int64_t max_result_bytes = std::numeric_limits<std::int64_t>::max();
+  // Bytes of the answer of a call that is not streamed.
+  std::int64_t max_answer_bytes = std::numeric_limits<std::int64_t>::max();
+  int max_threads = 0;  // 0: all of the machine
+};
+
+// OK, or ResourceExhausted naming the limit.
+absl::Status CheckLimit(const char* name, double asked, std::int64_t limit);
+
+struct SoundSystem {
+  std::variant<Problem, NonlinearProblem> system;
+  Options options;
+};
+
+// Converts and checks what every call about a system brings.
+// Errors: InvalidArgument with every violation found (those of the conversion first and alone, since the
+// other checks presuppose shapes); ResourceExhausted naming the limit.
+absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
+                                      const SessionLimits& limits);
+absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
+                                      const SessionLimits& limits);
+
+// The engine's own InvalidArgument ("field: description", one per line) with its violations singly; any other
+// status as it is.
+absl::Status FromEngine(const absl::Status& status);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_REQUEST_CHECK_H_
