@@ -38,11 +38,12 @@ std::vector<std::string> WordNames(const google::protobuf::EnumDescriptor& enume
   return names;
 }
 
-std::optional<int> ParseWord(const google::protobuf::EnumDescriptor& enumeration, const std::string& word,
-                             std::string_view prefix) {
+template <typename Enum>
+std::optional<Enum> Parse(const google::protobuf::EnumDescriptor& enumeration, const std::string& word,
+                          std::string_view prefix) {
   for (int i = 0; i < enumeration.value_count(); ++i) {
     const int number = enumeration.value(i)->number();
-    if (WordName(enumeration, number, prefix) == word) return number;
+    if (WordName(enumeration, number, prefix) == word) return static_cast<Enum>(number);
   }
   return std::nullopt;
 }
@@ -50,6 +51,9 @@ std::optional<int> ParseWord(const google::protobuf::EnumDescriptor& enumeration
 constexpr std::string_view kMethodPrefix = "METHOD_";
 constexpr std::string_view kRulePrefix = "SOLUTION_RULE_";
 constexpr std::string_view kStepSolverPrefix = "STEP_SOLVER_";
+constexpr std::string_view kKernelSourcePrefix = "KERNEL_SOURCE_";
+constexpr std::string_view kInterpolationPrefix = "INTERPOLATION_";
+constexpr std::string_view kContourChoicePrefix = "CONTOUR_CHOICE_";
 
 }  // namespace
 
@@ -58,9 +62,7 @@ std::string MethodName(v1::Method method) {
 }
 
 std::optional<v1::Method> ParseMethod(const std::string& name) {
-  const auto number = ParseWord(*v1::Method_descriptor(), name, kMethodPrefix);
-  if (!number) return std::nullopt;
-  return static_cast<v1::Method>(*number);
+  return Parse<v1::Method>(*v1::Method_descriptor(), name, kMethodPrefix);
 }
 
 std::vector<std::string> MethodNames() { return WordNames(*v1::Method_descriptor(), kMethodPrefix); }
@@ -70,9 +72,7 @@ std::string RuleName(v1::SolutionRule rule) {
 }
 
 std::optional<v1::SolutionRule> ParseRule(const std::string& name) {
-  const auto number = ParseWord(*v1::SolutionRule_descriptor(), name, kRulePrefix);
-  if (!number) return std::nullopt;
-  return static_cast<v1::SolutionRule>(*number);
+  return Parse<v1::SolutionRule>(*v1::SolutionRule_descriptor(), name, kRulePrefix);
 }
 
 std::vector<std::string> RuleNames() { return WordNames(*v1::SolutionRule_descriptor(), kRulePrefix); }
@@ -82,13 +82,47 @@ std::string StepSolverName(v1::StepSolver step_solver) {
 }
 
 std::optional<v1::StepSolver> ParseStepSolver(const std::string& name) {
-  const auto number = ParseWord(*v1::StepSolver_descriptor(), name, kStepSolverPrefix);
-  if (!number) return std::nullopt;
-  return static_cast<v1::StepSolver>(*number);
+  return Parse<v1::StepSolver>(*v1::StepSolver_descriptor(), name, kStepSolverPrefix);
 }
 
 std::vector<std::string> StepSolverNames() {
   return WordNames(*v1::StepSolver_descriptor(), kStepSolverPrefix);
+}
+
+std::string KernelSourceName(v1::KernelSource kernel) {
+  return WordName(*v1::KernelSource_descriptor(), kernel, kKernelSourcePrefix);
+}
+
+std::optional<v1::KernelSource> ParseKernelSource(const std::string& name) {
+  return Parse<v1::KernelSource>(*v1::KernelSource_descriptor(), name, kKernelSourcePrefix);
+}
+
+std::vector<std::string> KernelSourceNames() {
+  return WordNames(*v1::KernelSource_descriptor(), kKernelSourcePrefix);
+}
+
+std::string InterpolationName(v1::Interpolation interpolation) {
+  return WordName(*v1::Interpolation_descriptor(), interpolation, kInterpolationPrefix);
+}
+
+std::optional<v1::Interpolation> ParseInterpolation(const std::string& name) {
+  return Parse<v1::Interpolation>(*v1::Interpolation_descriptor(), name, kInterpolationPrefix);
+}
+
+std::vector<std::string> InterpolationNames() {
+  return WordNames(*v1::Interpolation_descriptor(), kInterpolationPrefix);
+}
+
+std::string ContourChoiceName(v1::ContourChoice choice) {
+  return WordName(*v1::ContourChoice_descriptor(), choice, kContourChoicePrefix);
+}
+
+std::optional<v1::ContourChoice> ParseContourChoice(const std::string& name) {
+  return Parse<v1::ContourChoice>(*v1::ContourChoice_descriptor(), name, kContourChoicePrefix);
+}
+
+std::vector<std::string> ContourChoiceNames() {
+  return WordNames(*v1::ContourChoice_descriptor(), kContourChoicePrefix);
 }
 
 std::string TerminationName(v1::Termination termination) {

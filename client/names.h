@@ -27,6 +27,21 @@ std::string StepSolverName(v1::StepSolver step_solver);
 std::optional<v1::StepSolver> ParseStepSolver(const std::string& name);
 std::vector<std::string> StepSolverNames();
 
+// "auto", "phi-functions", "contour".
+std::string KernelSourceName(v1::KernelSource kernel);
+std::optional<v1::KernelSource> ParseKernelSource(const std::string& name);
+std::vector<std::string> KernelSourceNames();
+
+// "auto", "linear", "cubic-spline".
+std::string InterpolationName(v1::Interpolation interpolation);
+std::optional<v1::Interpolation> ParseInterpolation(const std::string& name);
+std::vector<std::string> InterpolationNames();
+
+// "auto", "theorem-2-2", "remark-2-4".
+std::string ContourChoiceName(v1::ContourChoice choice);
+std::optional<v1::ContourChoice> ParseContourChoice(const std::string& name);
+std::vector<std::string> ContourChoiceNames();
+
 // "CONVERGED", "INFEASIBLE", ...
 std::string TerminationName(v1::Termination termination);
 

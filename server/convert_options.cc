@@ -30,6 +30,11 @@ Method MethodFromProto(v1::Method method, std::vector<Violation>& violations) {
   return Method::kAuto;
 }
 
+// An enumerator of a newer version, with those that this one knows.
+Violation Unknown(const char* field, int number, const char* known) {
+  return {field, fmt::format("{}; this server does not know it ({})", number, known)};
+}
+
 StepSolver StepSolverFromProto(v1::StepSolver step_solver, std::vector<Violation>& violations) {
   switch (step_solver) {
     case v1::STEP_SOLVER_UNSPECIFIED:
@@ -40,9 +45,7 @@ StepSolver StepSolverFromProto(v1::StepSolver step_solver, std::vector<Violation
     default:
       break;
   }
-  violations.push_back({"step_solver", fmt::format("{}; this server does not know such a way to solve a step "
-                                                   "(1 substitution, 2 Newton's method)",
-                                                   static_cast<int>(step_solver))});
+  violations.push_back(Unknown("step_solver", step_solver, "1 substitution, 2 Newton's method"));
   return StepSolver::kSubstitution;
 }
 
@@ -54,6 +57,84 @@ v1::StepSolver ToProto(StepSolver step_solver) {
       return v1::STEP_SOLVER_NEWTON;
   }
   return v1::STEP_SOLVER_UNSPECIFIED;
+}
+
+KernelSource KernelFromProto(v1::KernelSource kernel, std::vector<Violation>& violations) {
+  switch (kernel) {
+    case v1::KERNEL_SOURCE_UNSPECIFIED:
+      return KernelSource::kAuto;
+    case v1::KERNEL_SOURCE_PHI_FUNCTIONS:
+      return KernelSource::kPhiFunctions;
+    case v1::KERNEL_SOURCE_CONTOUR:
+      return KernelSource::kContour;
+    default:
+      break;
+  }
+  violations.push_back(Unknown("kernel", kernel, "0 the cheaper, 1 phi-functions, 2 contour"));
+  return KernelSource::kAuto;
+}
+
+v1::KernelSource ToProto(KernelSource kernel) {
+  switch (kernel) {
+    case KernelSource::kAuto:
+      return v1::KERNEL_SOURCE_UNSPECIFIED;
+    case KernelSource::kPhiFunctions:
+      return v1::KERNEL_SOURCE_PHI_FUNCTIONS;
+    case KernelSource::kContour:
+      return v1::KERNEL_SOURCE_CONTOUR;
+  }
+  return v1::KERNEL_SOURCE_UNSPECIFIED;
+}
+
+Interpolation InterpolationFromProto(v1::Interpolation interpolation, std::vector<Violation>& violations) {
+  switch (interpolation) {
+    case v1::INTERPOLATION_UNSPECIFIED:
+    case v1::INTERPOLATION_LINEAR:
+      return Interpolation::kLinear;
+    case v1::INTERPOLATION_CUBIC_SPLINE:
+      return Interpolation::kCubicSpline;
+    default:
+      break;
+  }
+  violations.push_back(Unknown("interpolation", interpolation, "1 linear, 2 cubic spline"));
+  return Interpolation::kLinear;
+}
+
+v1::Interpolation ToProto(Interpolation interpolation) {
+  switch (interpolation) {
+    case Interpolation::kLinear:
+      return v1::INTERPOLATION_LINEAR;
+    case Interpolation::kCubicSpline:
+      return v1::INTERPOLATION_CUBIC_SPLINE;
+  }
+  return v1::INTERPOLATION_UNSPECIFIED;
+}
+
+ContourChoice ContourChoiceFromProto(v1::ContourChoice choice, std::vector<Violation>& violations) {
+  switch (choice) {
+    case v1::CONTOUR_CHOICE_UNSPECIFIED:
+      return ContourChoice::kAuto;
+    case v1::CONTOUR_CHOICE_THEOREM_2_2:
+      return ContourChoice::kTheorem22;
+    case v1::CONTOUR_CHOICE_REMARK_2_4:
+      return ContourChoice::kRemark24;
+    default:
+      break;
+  }
+  violations.push_back(Unknown("contour.choice", choice, "0 automatic, 1 Theorem 2.2, 2 Remark 2.4"));
+  return ContourChoice::kAuto;
+}
+
+v1::ContourChoice ToProto(ContourChoice choice) {
+  switch (choice) {
+    case ContourChoice::kAuto:
+      return v1::CONTOUR_CHOICE_UNSPECIFIED;
+    case ContourChoice::kTheorem22:
+      return v1::CONTOUR_CHOICE_THEOREM_2_2;
+    case ContourChoice::kRemark24:
+      return v1::CONTOUR_CHOICE_REMARK_2_4;
+  }
+  return v1::CONTOUR_CHOICE_UNSPECIFIED;
 }
 
 }  // namespace
@@ -83,6 +164,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.step_solver = StepSolverFromProto(options.step_solver(), violations);
   result.average_y = options.average_y();
   result.window_steps = options.window_steps();
+  result.kernel = KernelFromProto(options.kernel(), violations);
   if (options.tolerance() != 0) result.tolerance = options.tolerance();
   result.max_iterations = options.max_iterations();
   const v1::Contour& contour = options.contour();
@@ -90,7 +172,9 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.contour_gamma = contour.gamma();
   result.contour_mu = contour.mu();
   result.contour_step = contour.step();
+  result.contour = ContourChoiceFromProto(contour.choice(), violations);
   result.contour_for_initial_state = contour.for_initial_state();
+  result.interpolation = InterpolationFromProto(options.interpolation(), violations);
   result.project_initial_state = options.project_initial_state();
   result.inelastic_impact = options.inelastic_impact();
   result.estimate_error = options.estimate_error();
@@ -111,6 +195,7 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_step_solver(ToProto(options.step_solver));
   result.set_average_y(options.average_y);
   result.set_window_steps(options.window_steps);
+  result.set_kernel(ToProto(options.kernel));
   result.set_tolerance(options.tolerance);
   result.set_max_iterations(options.max_iterations);
   v1::Contour& contour = *result.mutable_contour();
@@ -119,6 +204,8 @@ v1::SolveOptions ToProto(const Options& options) {
   contour.set_mu(options.contour_mu);
   contour.set_step(options.contour_step);
   contour.set_for_initial_state(options.contour_for_initial_state);
+  contour.set_choice(ToProto(options.contour));
+  result.set_interpolation(ToProto(options.interpolation));
   result.set_project_initial_state(options.project_initial_state);
   result.set_inelastic_impact(options.inelastic_impact);
   result.set_estimate_error(options.estimate_error);
@@ -147,6 +234,7 @@ std::string WireOptionName(const std::string& core_field) {
       {"num_steps", "steps"},
       {"num_threads", "threads"},
       {"num_contour_nodes", "contour.nodes"},
+      {"contour", "contour.choice"},
       {"contour_gamma", "contour.gamma"},
       {"contour_mu", "contour.mu"},
       {"contour_step", "contour.step"},

@@ -47,6 +47,30 @@ v1::NewtonRecord ToProto(const NewtonRecord& record) {
   return result;
 }
 
+v1::KernelRecord ToProto(const KernelRecord& record) {
+  v1::KernelRecord result;
+  result.set_blocks_by_recursion(record.blocks_by_recursion);
+  result.set_blocks_by_contour(record.blocks_by_contour);
+  result.set_contours(record.contours);
+  result.set_factorizations(record.factorizations);
+  result.set_contour_error(record.contour_error);
+  result.set_fallback(record.fallback);
+  return result;
+}
+
+v1::ContourRecord ToProto(const ContourRecord& record) {
+  v1::ContourRecord result;
+  result.set_nodes(record.nodes);
+  result.set_gamma(record.gamma);
+  result.set_mu(record.mu);
+  result.set_step(record.step);
+  result.set_choice(record.choice);
+  result.set_sector_angle(record.sector_angle);
+  result.set_log10_error(record.log10_error);
+  result.set_separated(record.separated);
+  return result;
+}
+
 }  // namespace
 
 v1::Termination ToProto(Termination termination) {
@@ -146,6 +170,8 @@ v1::Summary SummaryToProto(const Solution& solution) {
   *result.mutable_cost() = ToProto(solution.cost);
   result.set_times(static_cast<Index>(solution.times.size()));
   if (solution.newton) *result.mutable_newton() = ToProto(*solution.newton);
+  if (solution.kernel) *result.mutable_kernel() = ToProto(*solution.kernel);
+  if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
   return result;
 }
 

@@ -36,6 +36,10 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (options.average_y()) command += " --average-y";
   if (options.window_steps() == -1) command += " --window whole";
   if (options.window_steps() > 0) command += fmt::format(" --window {}", options.window_steps());
+  if (options.kernel() != unset.kernel()) command += " --kernel " + KernelSourceName(options.kernel());
+  if (options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE) command += " --interpolation cubic-spline";
+  if (options.contour().choice() != unset.contour().choice())
+    command += " --contour " + ContourChoiceName(options.contour().choice());
   if (options.project_initial_state()) command += " --project-initial-state";
   if (options.inelastic_impact()) command += " --inelastic-impact";
   return command;

@@ -60,6 +60,26 @@ ordered_json NewtonJson(const v1::NewtonRecord& newton) {
           {"contraction", OrNull(newton.has_contraction(), newton.contraction())}};
 }
 
+ordered_json KernelJson(const v1::KernelRecord& kernel) {
+  return {{"blocks_by_recursion", kernel.blocks_by_recursion()},
+          {"blocks_by_contour", kernel.blocks_by_contour()},
+          {"contours", kernel.contours()},
+          {"factorizations", kernel.factorizations()},
+          {"contour_error", kernel.contour_error()},
+          {"fallback", kernel.fallback()}};
+}
+
+ordered_json ContourJson(const v1::ContourRecord& contour) {
+  return {{"nodes", contour.nodes()},
+          {"gamma", contour.gamma()},
+          {"mu", contour.mu()},
+          {"step", contour.step()},
+          {"choice", contour.choice()},
+          {"sector_angle", contour.sector_angle()},
+          {"log10_error", contour.log10_error()},
+          {"separated", contour.separated()}};
+}
+
 ordered_json JumpsJson(const v1::Summary& summary) {
   ordered_json jumps = ordered_json::array();
   for (const v1::StateJump& jump : summary.jumps()) {
@@ -85,6 +105,8 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"seconds", s.cost().seconds_total()},
           {"certificate", CertificateJson(s.certificate())},
           {"cost", CostJson(s.cost())},
+          {"kernel", s.has_kernel() ? KernelJson(s.kernel()) : ordered_json(nullptr)},
+          {"contour", s.has_contour() ? ContourJson(s.contour()) : ordered_json(nullptr)},
           {"newton", s.has_newton() ? NewtonJson(s.newton()) : ordered_json(nullptr)},
           {"jumps", JumpsJson(s)}};
 }

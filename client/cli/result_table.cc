@@ -81,6 +81,32 @@ void PrintNewton(const v1::Summary& summary, std::FILE* out) {
   }
 }
 
+// Where the kernel of the Laplace iteration, or the integrals of the paper's, come from.
+void PrintContours(const v1::Summary& summary, std::FILE* out) {
+  const v1::KernelRecord& kernel = summary.kernel();
+  if (kernel.blocks_by_contour() > 0 || !kernel.fallback().empty()) {
+    fmt::print(out, "\nKernel\n  {} by contours, {} by recursion; {}, {}, error {:.1e}\n",
+               Count(kernel.blocks_by_contour(), "block"), kernel.blocks_by_recursion(),
+               Count(kernel.contours(), "contour"), Count(kernel.factorizations(), "factorization"),
+               kernel.contour_error());
+    if (!kernel.fallback().empty()) fmt::print(out, "  contours given up: {}\n", kernel.fallback());
+  }
+  if (!summary.has_contour()) return;
+  const v1::ContourRecord& contour = summary.contour();
+  fmt::print(out, "\nContour ({})\n", contour.choice());
+  if (contour.nodes() > 0) {
+    fmt::print(
+        out,
+        "  P = {}, gamma {:.4g}, mu {:.4g}, step {:.4g}; for the sector of {:.3g}, error near 10^{:.1f}\n",
+        contour.nodes(), contour.gamma(), contour.mu(), contour.step(), contour.sector_angle(),
+        contour.log10_error());
+  }
+  if (contour.separated() > 0) {
+    fmt::print(out, "  {} outside the sector, by matrix functions instead\n",
+               Count(contour.separated(), "eigenvalue"));
+  }
+}
+
 void PrintCost(const v1::Cost& cost, std::FILE* out) {
   if (cost.lcps() == 0) {  // ended before its first step, or without telling
     fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
@@ -107,6 +133,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   PrintJumps(summary, out);
   if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
   PrintNewton(summary, out);
+  PrintContours(summary, out);
   PrintCost(summary.cost(), out);
 }
 

@@ -17,7 +17,7 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kOptionNames = {{
     {"method", "--method"},
     {"steps", "--steps"},
     {"step", "--step"},
@@ -26,6 +26,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kOptionN
     {"step_solver", "--step-solver"},
     {"average_y", "--average-y"},
     {"window_steps", "--window"},
+    {"kernel", "--kernel"},
+    {"interpolation", "--interpolation"},
+    {"contour.choice", "--contour"},
     {"tolerance", "--iteration-tolerance"},
     {"max_iterations", "--max-iterations"},
     {"contour.nodes", "--contour-nodes"},

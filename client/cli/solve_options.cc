@@ -71,6 +71,16 @@ void AddMethod(CLI::App& app, v1::SolveOptions& options) {
          "--window", [&](const std::string& text) { options.set_window_steps(ParseWindow(text)); },
          "laplace-iteration: steps of a window; auto adapts (default), whole takes the horizon at once")
       ->type_name("auto|whole|STEPS");
+  AddWord<v1::KernelSource>(
+      app, "--kernel", KernelSourceNames(), ParseKernelSource,
+      [&](v1::KernelSource kernel) { options.set_kernel(kernel); },
+      "laplace-iteration: the kernel from phi-functions of h A or from its transfer function on contours; "
+      "auto "
+      "takes the cheaper");
+  AddWord<v1::Interpolation>(
+      app, "--interpolation", InterpolationNames(), ParseInterpolation,
+      [&](v1::Interpolation interpolation) { options.set_interpolation(interpolation); },
+      "paper-iteration: y and f between nodes; linear (default) or a cubic spline");
   AddNumber(
       app, "--iteration-tolerance", "TOL", Within("above 0 and at most 1", 1e-300, 1),
       [&](double v) { options.set_tolerance(v); },
@@ -82,6 +92,12 @@ void AddMethod(CLI::App& app, v1::SolveOptions& options) {
 }
 
 void AddContour(CLI::App& app, v1::SolveOptions& options) {
+  AddWord<v1::ContourChoice>(
+      app, "--contour", ContourChoiceNames(), ParseContourChoice,
+      [&](v1::ContourChoice choice) { options.mutable_contour()->set_choice(choice); },
+      "paper-iteration: the parameters of Theorem 2.2, or those of Remark 2.4 for the sector of the "
+      "spectrum; auto "
+      "takes the first where it serves");
   AddNumber(
       app, "--contour-nodes", "P", WholeAtLeast("a whole number of at least 1", 1),
       [&](double v) { options.mutable_contour()->set_nodes(static_cast<std::int32_t>(std::min(v, 2e9))); },

@@ -75,6 +75,12 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
                                       "--step-solver",
                                       "newton",
                                       "--average-y",
+                                      "--kernel",
+                                      "phi-functions",
+                                      "--interpolation",
+                                      "cubic-spline",
+                                      "--contour",
+                                      "remark-2-4",
                                       "--rule",
                                       "least-element",
                                       "--project-initial-state",
@@ -111,6 +117,9 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
   EXPECT_EQ(options.theta(), 0.5);
   EXPECT_EQ(options.step_solver(), v1::STEP_SOLVER_NEWTON);
   EXPECT_TRUE(options.average_y());
+  EXPECT_EQ(options.kernel(), v1::KERNEL_SOURCE_PHI_FUNCTIONS);
+  EXPECT_EQ(options.interpolation(), v1::INTERPOLATION_CUBIC_SPLINE);
+  EXPECT_EQ(options.contour().choice(), v1::CONTOUR_CHOICE_REMARK_2_4);
   EXPECT_EQ(command.rule, v1::SOLUTION_RULE_LEAST_ELEMENT);
   EXPECT_TRUE(options.project_initial_state());
   EXPECT_TRUE(options.estimate_error());
@@ -201,6 +210,11 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}),
               HasSubstr("did you mean least-element?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastnorm"}), HasSubstr("did you mean least-norm?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--kernel", "phi"}), HasSubstr("did you mean phi-functions?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--interpolation", "cubic"}),
+              HasSubstr("did you mean cubic-spline?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--contour", "theorem-2.2"}),
+              HasSubstr("did you mean theorem-2-2?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step-solver", "newtn"}), HasSubstr("did you mean newton?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--format", "jsn"}), HasSubstr("did you mean json?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));

@@ -100,6 +100,24 @@ TEST(DlcsProgramTest, SolvesStepsByNewtonsMethodAndShowsItsRate) {
             1e-6);
 }
 
+TEST(DlcsProgramTest, TakesTheKernelFromContoursWithTheSameAnswer) {
+  const auto root = [](const std::string& kernel) {
+    return nlohmann::json::parse(
+        SolveText(kEasy,
+                  "--quiet --steps 200 --at 4 --format json --method laplace-iteration --kernel " + kernel)
+            .out);
+  };
+  const nlohmann::json phi = root("phi-functions"), contour = root("contour");
+  EXPECT_EQ(phi["kernel"]["blocks_by_contour"], 0);
+  EXPECT_GT(contour["kernel"]["blocks_by_contour"].get<int>(), 0);
+  EXPECT_EQ(contour["kernel"]["fallback"], "");
+  EXPECT_NEAR(phi["x"][0][0].get<double>(), contour["x"][0][0].get<double>(), 1e-10);
+  const ProgramOutcome paper = SolveText(
+      kEasy, "--quiet --steps 50 --method paper-iteration --interpolation cubic-spline --contour remark-2-4");
+  EXPECT_EQ(paper.code, 0) << paper.err;
+  EXPECT_THAT(paper.out, HasSubstr("Contour (Remark 2.4)"));
+}
+
 TEST(DlcsProgramTest, RefusesNewtonAndAveragingWithoutTheirMethod) {
   for (const std::string option : {"--step-solver newton", "--average-y"}) {
     const ProgramOutcome outcome = SolveText(kEasy, option);

@@ -129,6 +129,9 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.theta = 0.5;
   options.step_solver = StepSolver::kNewton;
   options.average_y = true;
+  options.kernel = KernelSource::kContour;
+  options.interpolation = Interpolation::kCubicSpline;
+  options.contour = ContourChoice::kRemark24;
   options.window_steps = Options::kWholeHorizon;
   options.tolerance = 1e-9;
   options.max_iterations = 12;
@@ -151,6 +154,9 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   EXPECT_TRUE(back.inelastic_impact);
   EXPECT_EQ(back.step_solver, StepSolver::kNewton);
   EXPECT_TRUE(back.average_y);
+  EXPECT_EQ(back.kernel, KernelSource::kContour);
+  EXPECT_EQ(back.interpolation, Interpolation::kCubicSpline);
+  EXPECT_EQ(back.contour, ContourChoice::kRemark24);
   EXPECT_EQ(back.window_steps, options.window_steps);
   EXPECT_EQ(back.tolerance, options.tolerance);
   EXPECT_EQ(back.num_threads, options.num_threads);
@@ -184,12 +190,18 @@ TEST(ConvertTest, NodesOfTheGridSurviveTheRoundTrip) {
   EXPECT_THAT(violations, ElementsAre(Field(&Violation::field, "grid_times")));
 }
 
-TEST(ConvertTest, RefusesAStepSolverOfANewerVersion) {
+TEST(ConvertTest, RefusesChoicesOfANewerVersion) {
   v1::SolveOptions options;
   options.set_step_solver(static_cast<v1::StepSolver>(77));
+  options.set_kernel(static_cast<v1::KernelSource>(78));
+  options.set_interpolation(static_cast<v1::Interpolation>(79));
+  options.mutable_contour()->set_choice(static_cast<v1::ContourChoice>(80));
   std::vector<Violation> violations;
   OptionsFromProto(options, violations);
-  ASSERT_THAT(violations, ElementsAre(Field(&Violation::field, "step_solver")));
+  ASSERT_THAT(
+      violations,
+      ElementsAre(Field(&Violation::field, "step_solver"), Field(&Violation::field, "kernel"),
+                  Field(&Violation::field, "contour.choice"), Field(&Violation::field, "interpolation")));
   EXPECT_THAT(violations[0].description, HasSubstr("77"));
 }
 
@@ -265,9 +277,29 @@ TEST(ConvertTest, NewtonsMethodIsToldWhereItRan) {
   EXPECT_EQ(SummaryToProto(solution).newton().contraction(), 0.25);
 }
 
+TEST(ConvertTest, KernelAndContourAreToldWhereTheyServed) {
+  Solution solution;
+  EXPECT_FALSE(SummaryToProto(solution).has_kernel());
+  EXPECT_FALSE(SummaryToProto(solution).has_contour());
+  solution.kernel.emplace();
+  solution.kernel->blocks_by_contour = 4;
+  solution.kernel->fallback = "inaccurate";
+  solution.contour.emplace();
+  solution.contour->nodes = 25;
+  solution.contour->separated = 2;
+  solution.contour->choice = "Remark 2.4";
+  const v1::Summary summary = SummaryToProto(solution);
+  EXPECT_EQ(summary.kernel().blocks_by_contour(), 4);
+  EXPECT_EQ(summary.kernel().fallback(), "inaccurate");
+  EXPECT_EQ(summary.contour().nodes(), 25);
+  EXPECT_EQ(summary.contour().separated(), 2);
+  EXPECT_EQ(summary.contour().choice(), "Remark 2.4");
+}
+
 TEST(ConvertTest, OptionNamesAreThoseOfTheWire) {
   EXPECT_EQ(WireOptionName("num_steps"), "steps");
   EXPECT_EQ(WireOptionName("contour_mu"), "contour.mu");
+  EXPECT_EQ(WireOptionName("contour"), "contour.choice");
   EXPECT_EQ(WireOptionName("output_times[3]"), "output_times[3]");
   EXPECT_EQ(WireOptionName("step"), "step");
 }
