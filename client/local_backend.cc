@@ -110,8 +110,9 @@ absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRe
 
 absl::StatusOr<v1::SolveDcpResponse> LocalBackend::SolveDcp(const v1::SolveDcpRequest& request,
                                                             const CallLimits& limits) {
-  return Ask<v1::SolveDcpResponse>("the DCP", limits,
-                                   [&](std::stop_token) { return RunDcp(request, LimitsOfThisMachine()); });
+  return Ask<v1::SolveDcpResponse>("the DCP", limits, [&](std::stop_token stop) {
+    return RunDcp(request, LimitsOfThisMachine(), stop);
+  });
 }
 
 absl::StatusOr<v1::AnalyzeProblemResponse> LocalBackend::AnalyzeProblem(

@@ -45,14 +45,14 @@ absl::StatusOr<v1::SolveDcpResponse> Measure(const DcpProblem& problem, const Pi
 }
 
 absl::StatusOr<v1::SolveDcpResponse> Step(const DcpProblem& problem, double max_step,
-                                          const SessionLimits& limits) {
+                                          const SessionLimits& limits, std::stop_token stop) {
   const double horizon = problem.q.times.empty() ? 0 : problem.q.times.back();
   const bool takes_time = std::isfinite(horizon) && horizon > 0;
   if (max_step == 0) max_step = takes_time ? horizon / kDefaultDcpSteps : 1;
   if (max_step > 0 && takes_time) {
     if (absl::Status limit = CheckDcpSize(problem, max_step, limits); !limit.ok()) return limit;
   }
-  const absl::StatusOr<DcpSolution> solution = SolveDcp(problem, max_step);
+  const absl::StatusOr<DcpSolution> solution = SolveDcp(problem, max_step, std::move(stop));
   if (!solution.ok()) return FromEngine(solution.status());
   v1::SolveDcpResponse response = MakeResponse(solution->certificate, solution->unique);
   response.set_solved(solution->solved);
@@ -83,7 +83,8 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
   return ToProto(*result);
 }
 
-absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits) {
+absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits,
+                                            std::stop_token stop) {
   std::vector<Violation> violations;
   DcpProblem problem;
   problem.M = MatrixFromProto(request.m(), "M", violations);
@@ -97,7 +98,8 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
       !limit.ok()) {
     return limit;
   }
-  return request.has_check() ? Measure(problem, check) : Step(problem, request.max_step(), limits);
+  if (request.has_check()) return Measure(problem, check);
+  return Step(problem, request.max_step(), limits, std::move(stop));
 }
 
 absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,

@@ -19,8 +19,9 @@ namespace dlcs {
 absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
                                             std::stop_token stop);
 
-// One dynamic complementarity problem, or the certificate of a path. Errors: as RunLcp; not interrupted.
-absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits);
+// One dynamic complementarity problem, or the certificate of a path, which is not interrupted. Errors: as RunLcp.
+absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits,
+                                            std::stop_token stop);
 
 // What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then
 // holds the sections that were finished, and a warning. Errors: as ReadSound().

@@ -42,7 +42,7 @@ grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*,
                                                   const v1::SolveDcpRequest* request,
                                                   v1::SolveDcpResponse* response) {
   return Answer("dcp", *response,
-                [=, this](std::stop_token) { return RunDcp(*request, environment_.limits); });
+                [=, this](std::stop_token stop) { return RunDcp(*request, environment_.limits, stop); });
 }
 
 grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext*,

@@ -121,7 +121,7 @@ absl::StatusOr<DcpCertificate> CheckDcpSolution(const DcpProblem& problem, const
   return certificate;
 }
 
-absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step) {
+absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step, std::stop_token stop) {
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
   if (!(max_step > 0))
     return absl::InvalidArgumentError(absl::StrCat("max_step: ", max_step, "; must be positive"));
@@ -139,6 +139,7 @@ absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step)
   Vector v = Vector::Zero(size), z(size);
   Basis basis(static_cast<std::size_t>(size), 0);
   for (std::size_t j = 1; j < times.size(); ++j) {
+    if (stop.stop_requested()) return absl::CancelledError("stopped on request");
     const Vector q = ValueAt(problem.q, times[j], times[j] == times[j - 1]);
     const double sizes = MaxAbs(q) + InfinityNorm(problem.M) * MaxAbs(v);
     const LcpVerdict verdict =

@@ -32,21 +32,23 @@ absl::Status Check(const IndexOneSystem& system, const Vector& x0, double t_hat,
   return absl::OkStatus();
 }
 
-// What (12) is made of on a uniform grid: column j of `q` is C e^{A t_j} x0; F_k as in the header.
+// What (12) is made of on a uniform grid: column j of `q` is C e^{A t_j} x0; F_k as in the header. Unfinished where
+// `stop` was requested.
 struct Memory {
   Matrix CB;
   Matrix q;
   std::vector<Matrix> F;
 };
 
-Memory MakeMemory(const IndexOneSystem& system, const Vector& x0, double h, Index steps) {
+Memory MakeMemory(const IndexOneSystem& system, const Vector& x0, double h, Index steps,
+                  const std::stop_token& stop) {
   const PhiFunctions phi = ComputePhiFunctions(h * system.A);
   Memory memory{.CB = system.C * system.B, .q = Matrix(system.C.rows(), steps + 1), .F = {}};
   memory.F.reserve(steps);
   Matrix response = phi.phi1 * system.B;  // e^{khA} φ_1 B
   Vector x = x0;
   memory.q.col(0) = system.C * x;
-  for (Index k = 0; k < steps; ++k) {
+  for (Index k = 0; k < steps && !stop.stop_requested(); ++k) {
     memory.F.push_back(system.C * response - memory.CB);
     response = (phi.phi0 * response).eval();
     x = (phi.phi0 * x).eval();
@@ -61,7 +63,8 @@ absl::StatusOr<RestrictedDcpSolution> SolveRestrictedDcp(const IndexOneSystem& s
                                                          Index steps, std::stop_token stop) {
   if (absl::Status status = Check(system, x0, t_hat, steps); !status.ok()) return status;
   const double h = t_hat / static_cast<double>(steps);
-  const Memory memory = MakeMemory(system, x0, h, steps);
+  const Memory memory = MakeMemory(system, x0, h, steps, stop);
+  if (stop.stop_requested()) return absl::CancelledError("stopped on request");
   const Index n = memory.CB.rows();
   const Matrix implicit = memory.CB + memory.F.front();
   const auto selection = SelectRule(SolutionRule::kAuto, Classify(implicit));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stop_token>
 
 #include "core/analysis/semicopositive.h"
 #include "core/analysis/semicopositive_constant.h"
@@ -175,6 +176,9 @@ TEST(DcpTest, SaysWhatItRefusesAndWhereItFails) {
   problem.q.values.col(0).setConstant(-1);
   EXPECT_EQ(SolveDcp(problem, 1).status().code(), absl::StatusCode::kInvalidArgument);
   problem = {Matrix::Constant(1, 1, -1), {{0, 1, 2}, Matrix{{1, 0, -1}}}};
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_EQ(SolveDcp(ExampleTenDcp(1), 0.1, source.get_token()).status().code(), absl::StatusCode::kCancelled);
   const auto failed = SolveDcp(problem, 1);
   ASSERT_TRUE(failed.ok());
   EXPECT_FALSE(failed->solved);

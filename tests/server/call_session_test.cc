@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -124,7 +125,7 @@ v1::SolveDcpRequest Falling() {
 TEST(RunDcpTest, SolvesAndCertifies) {
   v1::SolveDcpRequest request = Falling();
   request.set_max_step(0.5);
-  const auto response = RunDcp(request, SessionLimits());
+  const auto response = RunDcp(request, SessionLimits(), {});
   ASSERT_TRUE(response.ok()) << response.status();
   EXPECT_TRUE(response->solved());
   EXPECT_THAT(response->v().times(), ElementsAre(0, 0.5, 1, 1.5, 2));
@@ -134,7 +135,7 @@ TEST(RunDcpTest, SolvesAndCertifies) {
 }
 
 TEST(RunDcpTest, TakesAThousandStepsWhereNoneIsGiven) {
-  const auto response = RunDcp(Falling(), SessionLimits());
+  const auto response = RunDcp(Falling(), SessionLimits(), {});
   ASSERT_TRUE(response.ok()) << response.status();
   EXPECT_EQ(response->v().times_size(), 1001);
 }
@@ -146,7 +147,7 @@ TEST(RunDcpTest, MeasuresAPathInsteadOfSolving) {
     request.mutable_check()->add_times(t);
     request.mutable_check()->add_values(2 * t);
   }
-  const auto response = RunDcp(request, SessionLimits());
+  const auto response = RunDcp(request, SessionLimits(), {});
   ASSERT_TRUE(response.ok()) << response.status();
   EXPECT_FALSE(response->has_v());
   EXPECT_DOUBLE_EQ(response->certificate().complementarity(), 4);
@@ -154,25 +155,31 @@ TEST(RunDcpTest, MeasuresAPathInsteadOfSolving) {
   EXPECT_GT(response->certificate().least_increase(), 0);
 }
 
+TEST(RunDcpTest, StopsOnRequest) {
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_EQ(RunDcp(Falling(), SessionLimits(), source.get_token()).status().code(), absl::StatusCode::kCancelled);
+}
+
 TEST(RunDcpTest, NamesWhatIsWrong) {
   v1::SolveDcpRequest request = Falling();
   request.mutable_q()->add_values(0);
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits()).status()), ElementsAre("q"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q"));
   request = Falling();
   request.mutable_q()->set_times(0, 1);
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits()).status()), ElementsAre("q.times"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q.times"));
   request = Falling();
   request.mutable_q()->set_values(0, -1);
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits()).status()), ElementsAre("q"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q"));
   request = Falling();
   request.set_max_step(-1);
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits()).status()), ElementsAre("max_step"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("max_step"));
   request = Falling();
   request.clear_m();
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits()).status()), ElementsAre("M"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("M"));
   request = Falling();
   request.mutable_q()->set_times(1, std::numeric_limits<double>::infinity());
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits()).status()), ElementsAre("q.times[1]"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q.times[1]"));
 }
 
 TEST(RunDcpTest, KeepsToTheLimits) {
@@ -180,16 +187,16 @@ TEST(RunDcpTest, KeepsToTheLimits) {
   request.set_max_step(1e-300);
   SessionLimits limits;
   limits.max_steps = 1000;
-  EXPECT_EQ(RunDcp(request, limits).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(RunDcp(request, limits, {}).status().code(), absl::StatusCode::kResourceExhausted);
   request.set_max_step(1e-3);
   limits = {};
   limits.max_answer_bytes = 1000;
-  const absl::Status status = RunDcp(request, limits).status();
+  const absl::Status status = RunDcp(request, limits, {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_answer_bytes"));
   limits = {};
   limits.max_constraints = 0;
-  EXPECT_EQ(RunDcp(request, limits).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(RunDcp(request, limits, {}).status().code(), absl::StatusCode::kResourceExhausted);
 }
 
 }  // namespace
