@@ -25,7 +25,11 @@ SemidefiniteProblem DrawSemidefinite(LcpGenerator& generator, int round, Index m
       break;
   }
   problem.q = generator.SolvableQ(problem.M, round % 3 == 0, &problem.known);
-  if (round % 4 == 3) problem.q[1] = problem.q[0];
+  if (round % 4 == 3) {  // the same slack for both, zero if one of them is active
+    const Vector& y = problem.known;
+    const double w = y[0] > 0 || y[1] > 0 ? 0 : (problem.q + problem.M * y)[0];
+    problem.q[0] = problem.q[1] = w - problem.M.row(0) * y;
+  }
   return problem;
 }
 

@@ -12,7 +12,7 @@ namespace dlcs::testing {
 struct SemidefiniteProblem {
   Matrix M;  // positive semidefinite
   Vector q;
-  Vector known;  // a solution, except in the last of the four kinds
+  Vector known;  // a solution
 };
 
 // By `round` mod 4, with n in [2, max_size]: skew; symmetric of low rank; neither, of low rank; with one constraint
