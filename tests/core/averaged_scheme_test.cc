@@ -6,12 +6,14 @@
 
 #include "core/linalg/norms.h"
 #include "core/methods/scheme.h"
-#include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
+
+using testing::SolveWith;
 
 Options Averaged(Index steps, StepSolver step_solver = StepSolver::kSubstitution) {
   Options options;
@@ -20,13 +22,6 @@ Options Averaged(Index steps, StepSolver step_solver = StepSolver::kSubstitution
   options.num_steps = steps;
   options.step_solver = step_solver;
   return options;
-}
-
-Solution SolveWith(const Problem& problem, const Options& options) {
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : Solution{};
 }
 
 double ErrorOnExampleFourOne(const Solution& solution) {

@@ -9,6 +9,7 @@
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -26,12 +27,7 @@ Solution SolveCase(const Case& the_case, Method method, Index steps) {
   options.output_times = ReferenceTimes(the_case);
   options.output_times_only = true;
   options.project_initial_state = true;
-  Observer silent;
-  auto solution = Solve(the_case.problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  if (!solution.ok()) return {};
-  EXPECT_EQ(solution->termination, Termination::kConverged) << the_case.name << ": " << solution->message;
-  return *std::move(solution);
+  return testing::SolveToEnd(the_case.problem, options);
 }
 
 CaseError Error(const Case& the_case, Method method, Index steps) {

@@ -11,6 +11,7 @@
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -36,10 +37,7 @@ Solution Solved(const Problem& problem, Index steps) {
   Options options;
   options.num_steps = steps;
   options.inelastic_impact = true;
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : Solution{};
+  return testing::SolveWith(problem, options);
 }
 
 TEST(InelasticImpactTest, AMassFallsAndStays) {

@@ -11,18 +11,14 @@
 #include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
 
 Solution Solved(const Problem& problem, Options options) {
-  Observer silent;
   options.project_initial_state = true;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  if (!solution.ok()) return {};
-  EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
-  return *std::move(solution);
+  return testing::SolveToEnd(problem, options);
 }
 
 Options By(Method method, Index steps) {

@@ -6,22 +6,19 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <random>
 #include <stop_token>
 #include <string>
 
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/problems.h"
+#include "tests/support/random_matrix.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
 
-Matrix RandomMatrix(Index rows, Index cols, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, cols, [&] { return normal(generator); });
-}
+using testing::RandomMatrix;
 
 // A with the blocks of `spectrum` on its diagonal, seen through a random matrix; B and N random.
 Problem WithSpectrum(const Matrix& spectrum, Index n) {
@@ -223,8 +220,7 @@ TEST(ContourKernelTest, GivesTheIterationTheSameAnswer) {
     options.method = Method::kLaplaceIteration;
     options.num_steps = 400;
     options.kernel = source;
-    Observer silent;
-    return *Solve(testing::FourVariableEasy(), options, silent, {});
+    return testing::SolveWith(testing::FourVariableEasy(), options);
   };
   const Solution expected = solve(KernelSource::kPhiFunctions), found = solve(KernelSource::kContour);
   ASSERT_EQ(found.termination, Termination::kConverged) << found.message;

@@ -17,6 +17,7 @@
 #include "core/solve.h"
 #include "tests/support/lcp_problems.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -38,10 +39,7 @@ Solution SolveByNewton(const Problem& problem, double step) {
   options.method = Method::kTimeStepping;
   options.step_solver = StepSolver::kNewton;
   options.step = step;
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : Solution{};
+  return testing::SolveWith(problem, options);
 }
 
 bool IsSolvable(const Problem& problem, const Vector& q) {

@@ -11,12 +11,14 @@
 
 #include "core/analysis/newton_bounds.h"
 #include "core/linalg/norms.h"
-#include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
+
+using testing::SolveWith;
 
 Options TimeSteppingBy(StepSolver step_solver, Index steps, double theta = 0) {
   Options options;
@@ -25,13 +27,6 @@ Options TimeSteppingBy(StepSolver step_solver, Index steps, double theta = 0) {
   options.num_steps = steps;
   options.theta = theta;
   return options;
-}
-
-Solution SolveWith(const Problem& problem, const Options& options) {
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : Solution{};
 }
 
 // The two ways to solve a step end at the same time with the same trajectory.

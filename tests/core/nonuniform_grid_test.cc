@@ -12,6 +12,7 @@
 #include "core/methods/grid.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -36,12 +37,7 @@ class NonuniformGridTest : public ::testing::TestWithParam<Subject> {
     full.output_times = ReferenceTimes(the_case_);
     full.output_times_only = true;
     full.project_initial_state = true;
-    Observer silent;
-    auto solution = Solve(the_case_.problem, full, silent, {});
-    EXPECT_TRUE(solution.ok()) << solution.status();
-    if (!solution.ok()) return {};
-    EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
-    return *std::move(solution);
+    return testing::SolveToEnd(the_case_.problem, full);
   }
   CaseError Error(const Solution& solution) {
     return ErrorOf(the_case_, solution.times, solution.x, solution.y);

@@ -10,18 +10,12 @@
 #include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
 
-Solution SolveWith(const Problem& problem, Options options) {
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  if (!solution.ok()) return {};
-  EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
-  return *std::move(solution);
-}
+using testing::SolveToEnd;
 
 Options On(Method method, Index steps, Index nodes = 25) {
   Options options;
@@ -43,10 +37,10 @@ TEST_P(PaperIterationTest, AgreesWithLaplaceIterationToTheAccuracyOfItsContour) 
   Problem problem = testing::LoadCase(GetParam().name).problem;
   problem.horizon = GetParam().horizon;
   const Index steps = 50;
-  const Solution reference = SolveWith(problem, On(Method::kLaplaceIteration, steps));
+  const Solution reference = SolveToEnd(problem, On(Method::kLaplaceIteration, steps));
   const double scale = MaxAbs(reference.x);
   const auto error = [&](Index nodes) {
-    const Solution solution = SolveWith(problem, On(Method::kPaperIteration, steps, nodes));
+    const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, steps, nodes));
     if (solution.termination != Termination::kConverged) return std::nan("");
     return MaxAbs(solution.x - reference.x) / scale;
   };
@@ -65,9 +59,9 @@ INSTANTIATE_TEST_SUITE_P(Sectorial, PaperIterationTest,
 
 TEST(PaperIterationTest, TakesTheContourOfRemark23ForTheInitialState) {
   Options options = On(Method::kPaperIteration, 40, 25);
-  const Solution exact = SolveWith(testing::FourVariableEasy(), options);
+  const Solution exact = SolveToEnd(testing::FourVariableEasy(), options);
   options.contour_for_initial_state = true;
-  const Solution contour = SolveWith(testing::FourVariableEasy(), options);
+  const Solution contour = SolveToEnd(testing::FourVariableEasy(), options);
   EXPECT_LT(MaxAbs(exact.x - contour.x), 1e-10);
   EXPECT_GT(MaxAbs(exact.x - contour.x), 0);
 }
@@ -92,8 +86,8 @@ TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
     problem.A = subject.A;
     problem.M += 4 * Matrix::Identity(4, 4);  // solvable for every state
     problem.horizon = 0.5;
-    const Solution exact = SolveWith(problem, On(Method::kLaplaceIteration, 32));
-    const Solution solution = SolveWith(problem, On(Method::kPaperIteration, 32, 100));
+    const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 32));
+    const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, 32, 100));
     EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-7 * MaxAbs(exact.x));
     ASSERT_TRUE(solution.contour.has_value());
     EXPECT_EQ(solution.contour->separated, subject.separated);
@@ -114,8 +108,8 @@ TEST(PaperIterationTest, ServesTheCasesWithSpectraOutsideTheSector) {
     const auto refused = Solve(problem, On(Method::kLaplaceIteration, 10), silent, {});
     ASSERT_TRUE(refused.ok());
     if (refused->termination == Termination::kUnsupported) continue;
-    const Solution exact = SolveWith(problem, On(Method::kLaplaceIteration, 40));
-    const Solution solution = SolveWith(problem, On(Method::kPaperIteration, 40, 100));
+    const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 40));
+    const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, 40, 100));
     EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-7 * MaxAbs(exact.x));
   }
 }
@@ -131,7 +125,7 @@ TEST(PaperIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
     const auto error = [&](Index steps) {
       Options options = On(Method::kPaperIteration, steps, 150);
       options.interpolation = interpolation;
-      const Solution solution = SolveWith(problem, options);
+      const Solution solution = SolveToEnd(problem, options);
       double worst = 0;
       for (size_t k = 0; k < solution.times.size(); ++k) {
         EXPECT_GT(solution.y(0, k), 0.5);
@@ -157,7 +151,7 @@ TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
   Options finest = On(Method::kLaplaceIteration, 12800, 49);
   finest.output_times_only = true;
   finest.output_times = {0.3, 0.6, 0.9, 1.2, 1.5};
-  const Solution reference = SolveWith(problem, finest);
+  const Solution reference = SolveToEnd(problem, finest);
   EXPECT_GT(MaxAbs(reference.y), 0.1);
   // Kinks fall at other places of a step on every grid: the largest error of some grids is regular.
   const auto error = [&](Interpolation interpolation, Index steps) {
@@ -167,7 +161,7 @@ TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
       options.method = Method::kPaperIteration;
       options.num_steps = steps + more;
       options.interpolation = interpolation;
-      worst = NanMax(worst, MaxAbs(SolveWith(problem, options).x - reference.x));
+      worst = NanMax(worst, MaxAbs(SolveToEnd(problem, options).x - reference.x));
     }
     return worst;
   };
@@ -179,11 +173,11 @@ TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
 
 TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
   const Problem easy = testing::FourVariableEasy();
-  const Solution exact = SolveWith(easy, On(Method::kLaplaceIteration, 32));
+  const Solution exact = SolveToEnd(easy, On(Method::kLaplaceIteration, 32));
   for (const ContourChoice choice : {ContourChoice::kAuto, ContourChoice::kTheorem22, ContourChoice::kRemark24}) {
     Options options = On(Method::kPaperIteration, 32, 64);
     options.contour = choice;
-    const Solution solution = SolveWith(easy, options);
+    const Solution solution = SolveToEnd(easy, options);
     EXPECT_EQ(solution.contour->choice, choice == ContourChoice::kRemark24 ? "Remark 2.4" : "Theorem 2.2");
     EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-5 * MaxAbs(exact.x));
     // Γ of Theorem 2.2 has γ = 0.794; Remark 2.4 leaves γ to the sector.
@@ -195,10 +189,10 @@ TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
   wide.horizon = 0.5;
   Options options = On(Method::kPaperIteration, 32, 64);
   options.contour = ContourChoice::kTheorem22;
-  const Solution split = SolveWith(wide, options);
+  const Solution split = SolveToEnd(wide, options);
   EXPECT_EQ(split.contour->separated, 2);
   EXPECT_EQ(split.contour->choice, "Theorem 2.2");
-  EXPECT_LT(MaxAbs(split.x - SolveWith(wide, On(Method::kLaplaceIteration, 32)).x), 1e-5);
+  EXPECT_LT(MaxAbs(split.x - SolveToEnd(wide, On(Method::kLaplaceIteration, 32)).x), 1e-5);
 }
 
 // Eigenvalues -1 ± 2.5i, α = 1.19: Theorem 2.2's contour leaves them out, Remark 2.4's does not.
@@ -208,8 +202,8 @@ TEST(PaperIterationTest, TakesAnotherContourForAWideSector) {
   problem.horizon = 0.5;
   Options options = On(Method::kPaperIteration, 32, 100);
   options.contour_for_initial_state = true;
-  const Solution exact = SolveWith(problem, On(Method::kLaplaceIteration, 32));
-  const Solution solution = SolveWith(problem, options);
+  const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 32));
+  const Solution solution = SolveToEnd(problem, options);
   EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-4 * MaxAbs(exact.x));
   EXPECT_GT(MaxAbs(solution.x - exact.x), 0);
   ASSERT_EQ(solution.warnings.size(), 2u);
@@ -220,9 +214,9 @@ TEST(PaperIterationTest, TakesAnotherContourForAWideSector) {
 TEST(PaperIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
   Options options = On(Method::kPaperIteration, 60, 16);
   options.num_threads = 1;
-  const Solution one = SolveWith(testing::FourVariableEasy(), options);
+  const Solution one = SolveToEnd(testing::FourVariableEasy(), options);
   options.num_threads = 3;
-  const Solution many = SolveWith(testing::FourVariableEasy(), options);
+  const Solution many = SolveToEnd(testing::FourVariableEasy(), options);
   EXPECT_TRUE((one.x.array() == many.x.array()).all());
 }
 

@@ -10,8 +10,8 @@
 
 #include "core/analyze.h"
 #include "core/linalg/norms.h"
-#include "core/solve.h"
 #include "tests/support/lcp_problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -104,10 +104,7 @@ Problem DriftAndFallingMass(double M, double horizon) {
 Solution Solved(const Problem& problem, Index steps) {
   Options options;
   options.num_steps = steps;
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : Solution{};
+  return testing::SolveWith(problem, options);
 }
 
 bool Tells(const std::vector<std::string>& warnings, const std::string& what) {

@@ -9,25 +9,18 @@
 
 #include "core/analysis/matrix_class.h"
 #include "core/linalg/norms.h"
-#include "core/solve.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
 
 using std::numbers::pi;
+using testing::SolveToEnd;
 
 Problem Signorini(const SignoriniModel& model) {
   auto problem = MakeSignoriniProblem(model);
   EXPECT_TRUE(problem.ok()) << problem.status();
   return *std::move(problem);
-}
-
-Solution SolveWith(const Problem& problem, const Options& options) {
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
-  return *std::move(solution);
 }
 
 TEST(SignoriniTest, HasTheEigenvaluesOfTheDiscreteLaplacian) {
@@ -87,17 +80,17 @@ TEST(SignoriniTest, IterationMarchAndPaperAgreeAsInSectionFour) {
     Options options;
     options.num_steps = 100;
     options.method = Method::kExponentialMarch;
-    const Solution march = SolveWith(problem, options);
+    const Solution march = SolveToEnd(problem, options);
     options.method = Method::kLaplaceIteration;
     options.window_steps = Options::kWholeHorizon;
-    const Solution iteration = SolveWith(problem, options);
+    const Solution iteration = SolveToEnd(problem, options);
     EXPECT_LE(MaxAbs(iteration.x - march.x), 1e-10);
     EXPECT_LE(iteration.certificate.node_residual, 1e-10);
     // The printed stop (4.8): min{h, Δx²}/10 from the converged solution, here by the contour with its P
     // = 25.
     options.method = Method::kPaperIteration;
     options.tolerance = 1e-4;
-    const Solution paper = SolveWith(problem, options);
+    const Solution paper = SolveToEnd(problem, options);
     EXPECT_LE(MaxAbs(paper.x - march.x), 1e-3) << coefficient;
     // The membrane works both ways: solvent flows somewhere, and is shut off elsewhere.
     EXPECT_GT(march.y.maxCoeff(), 0.1);

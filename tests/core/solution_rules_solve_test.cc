@@ -12,6 +12,8 @@
 #include "core/observer.h"
 #include "core/solve.h"
 #include "tests/support/lcp_problems.h"
+#include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -24,30 +26,13 @@ Solution SolveWith(const Problem& problem, Method method, Index steps) {
   Options options;
   options.method = method;
   options.num_steps = steps;
-  Observer silent;
-  const auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *solution : Solution();
+  return testing::SolveWith(problem, options);
 }
 
-// Example 4.1 of [Chen & Xiang] with the parameters of its closed form, B as listed below (4.9).
 Problem Example41() {
-  Problem problem;
-  problem.A = Matrix{{-1, 0}, {0, -2}};
-  problem.B = Matrix{{-3, 0, 0, 3}, {0, 1.3, 1.3, 0}};
-  problem.N = Matrix{{-1, 0}, {0, 1}, {0, 1}, {1, 0}};
-  problem.M = testing::ChenXiangExample41();
-  problem.f = TimeFunction::Formulas({"1.2*sin(10*t)", "0"});
-  problem.g = TimeFunction::Zero(4);
-  problem.x0 = Vector{{0.0, 1}};
-  problem.horizon = 1;
+  Problem problem = testing::ExampleFourOne();
   problem.rule = SolutionRule::kLeastElement;
   return problem;
-}
-
-Vector Example41At(double t) {
-  const double x1 = (4.8 * std::sin(10 * t) - 12 * std::cos(10 * t)) / 116 + 3.0 / 29 * std::exp(-4 * t);
-  return Vector{{x1, std::exp(-2 * t)}};
 }
 
 double ErrorOf(const Solution& solution, const std::function<Vector(double)>& exact) {
@@ -70,7 +55,7 @@ TEST(SolutionRulesInSolvesTest, LeastElementTimeSteppingFollowsTheClosedFormOfEx
       const double x1 = solution.x(0, k);
       EXPECT_LE((solution.y.col(k) - Vector{{std::max(x1, 0.0), 0, 0, std::max(-x1, 0.0)}}).norm(), 1e-13);
     }
-    const double error = ErrorOf(solution, Example41At);
+    const double error = ErrorOf(solution, testing::ExampleFourOneExact);
     EXPECT_LE(error, 5.0 / static_cast<double>(steps));
     if (last > 0) {
       EXPECT_NEAR(last / error, 2, 0.1);

@@ -10,22 +10,17 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <random>
 
 #include "core/laplace/contour.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
+#include "tests/support/random_matrix.h"
 
 namespace dlcs {
 namespace {
 
+using testing::RandomMatrix;
 using Complex = std::complex<double>;
-
-Matrix RandomMatrix(Index rows, Index cols, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, cols, [&] { return normal(generator); });
-}
 
 // 1/(2πi) ∫ e^{zt}/(z - λ) dz over the hyperbola of Remark 2.3 for time t, both halves, and over the circle of
 // radius `radius` round λ: the two integrals of (2.3) for A = λ, x0 = 1 and no source.

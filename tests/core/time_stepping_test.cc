@@ -8,8 +8,8 @@
 
 #include "core/linalg/norms.h"
 #include "core/methods/scheme.h"
-#include "core/solve.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -19,10 +19,7 @@ Solution Step(const Problem& problem, Index steps, double theta = 0) {
   options.method = Method::kTimeStepping;
   options.num_steps = steps;
   options.theta = theta;
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : Solution{};
+  return testing::SolveWith(problem, options);
 }
 
 TEST(TimeSteppingTest, ReproducesTheCoupledMatricesPrintedForFourVariables) {

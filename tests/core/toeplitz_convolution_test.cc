@@ -4,18 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "core/linalg/norms.h"
+#include "tests/support/random_matrix.h"
 
 namespace dlcs {
 namespace {
 
-Matrix Random(Index rows, Index columns, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::normal_distribution<double> normal;
-  return Matrix::NullaryExpr(rows, columns, [&] { return normal(generator); });
-}
+using testing::RandomMatrix;
 
 Matrix SumByDefinition(const Matrix& blocks, const Matrix& d) {
   const Index n = d.rows();
@@ -30,8 +25,8 @@ TEST(ToeplitzConvolutionTest, MatchesTheDefinitionForShortAndLongWindows) {
   Workers workers(2);
   for (const Index n : {1, 2, 5, 20}) {
     for (const Index window : {1, 2, 31, 128, 129, 800}) {
-      const Matrix blocks = Random(n, n * window, 1);
-      const Matrix d = Random(n, window, 2);
+      const Matrix blocks = RandomMatrix(n, n * window, 1);
+      const Matrix d = RandomMatrix(n, window, 2);
       ToeplitzConvolution convolution(n);
       convolution.SetKernel(blocks);
       const double scale = static_cast<double>(n * window);
@@ -43,19 +38,19 @@ TEST(ToeplitzConvolutionTest, MatchesTheDefinitionForShortAndLongWindows) {
 
 TEST(ToeplitzConvolutionTest, TakesAWindowShorterThanTheKernel) {
   Workers workers(1);
-  const Matrix blocks = Random(2, 2 * 1500, 3);
+  const Matrix blocks = RandomMatrix(2, 2 * 1500, 3);
   ToeplitzConvolution convolution(2);
   convolution.SetKernel(blocks);
   for (const Index window : {1100, 60, 1500, 1100}) {
-    const Matrix d = Random(2, window, 4);
+    const Matrix d = RandomMatrix(2, window, 4);
     EXPECT_LT(MaxAbs(convolution.Apply(d, workers) - SumByDefinition(blocks, d)), 1e-11) << window;
   }
 }
 
 TEST(ToeplitzConvolutionTest, HasTheSameBitsForAnyNumberOfThreads) {
   for (const Index window : {100, 2000}) {
-    const Matrix blocks = Random(3, 3 * window, 5);
-    const Matrix d = Random(3, window, 6);
+    const Matrix blocks = RandomMatrix(3, 3 * window, 5);
+    const Matrix d = RandomMatrix(3, window, 6);
     Matrix first;
     for (const int threads : {1, 2, 4}) {
       Workers workers(threads);

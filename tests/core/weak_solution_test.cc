@@ -13,8 +13,8 @@
 #include "core/analysis/semicopositive.h"
 #include "core/interpolant.h"
 #include "core/linalg/norms.h"
-#include "core/solve.h"
 #include "tests/support/index_one_problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -42,12 +42,7 @@ Solution March(const Problem& problem, Index steps, Method method = Method::kTim
   Options options;
   options.method = method;
   options.num_steps = steps;
-  Observer silent;
-  auto solution = Solve(problem, options, silent, {});
-  EXPECT_TRUE(solution.ok()) << solution.status();
-  if (!solution.ok()) return {};
-  EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
-  return *std::move(solution);
+  return testing::SolveToEnd(problem, options);
 }
 
 using TestFunction = std::function<double(double)>;

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/solving.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "core/solve.h"
+
+namespace dlcs::testing {
+
+Solution SolveWith(const Problem& problem, const Options& options) {
+  Observer silent;
+  auto solution = Solve(problem, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+Solution SolveToEnd(const Problem& problem, const Options& options) {
+  Solution solution = SolveWith(problem, options);
+  EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  return solution;
+}
+
+}  // namespace dlcs::testing
