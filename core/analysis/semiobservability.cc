@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analysis/semiobservability.h"
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "absl/strings/str_cat.h"
@@ -49,11 +51,13 @@ Sign Classify(double value, double error) {
   return value == 0 && error == 0 ? Sign::kZero : Sign::kUndecided;
 }
 
-Fact DecideCone(const std::vector<LexicographicRow>& rows) {
-  Fact fact{Answer::kYes, "the first nonzero entry of every row of (Cx0, CAx0, ...) is positive"};
+// `yes` unless a row has one of the `wrong` signs, which is then the witness and `verdict` on it, or is undecided.
+Fact Decide(const std::vector<LexicographicRow>& rows, const char* yes, std::initializer_list<Sign> wrong,
+            const char* verdict) {
+  Fact fact{Answer::kYes, yes};
   for (Index i = 0; i < static_cast<Index>(rows.size()); ++i) {
-    if (rows[i].sign == Sign::kNegative) {
-      fact = {Answer::kNo, absl::StrCat(DescribeRow(rows[i], i), " is negative")};
+    if (std::find(wrong.begin(), wrong.end(), rows[i].sign) != wrong.end()) {
+      fact = {Answer::kNo, absl::StrCat(DescribeRow(rows[i], i), verdict)};
       fact.witness.indices = {i};
       fact.witness.value = rows[i].value;
       return fact;
@@ -65,20 +69,13 @@ Fact DecideCone(const std::vector<LexicographicRow>& rows) {
   return fact;
 }
 
+Fact DecideCone(const std::vector<LexicographicRow>& rows) {
+  return Decide(rows, "the first nonzero entry of every row of (Cx0, CAx0, ...) is positive", {Sign::kNegative},
+                " is negative");
+}
+
 Fact DecideUnobservable(const std::vector<LexicographicRow>& rows) {
-  Fact fact{Answer::kYes, "C A^k x0 = 0 for all k, exactly"};
-  for (Index i = 0; i < static_cast<Index>(rows.size()); ++i) {
-    if (rows[i].sign == Sign::kNegative || rows[i].sign == Sign::kPositive) {
-      fact = {Answer::kNo, absl::StrCat(DescribeRow(rows[i], i), " is not zero")};
-      fact.witness.indices = {i};
-      fact.witness.value = rows[i].value;
-      return fact;
-    }
-    if (rows[i].sign == Sign::kUndecided) {
-      fact = {Answer::kUnknown, absl::StrCat(DescribeRow(rows[i], i), " is zero up to rounding")};
-    }
-  }
-  return fact;
+  return Decide(rows, "C A^k x0 = 0 for all k, exactly", {Sign::kNegative, Sign::kPositive}, " is not zero");
 }
 
 }  // namespace
