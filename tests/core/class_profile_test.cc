@@ -239,5 +239,13 @@ TEST(ClassProfileTest, DrawsTheConclusionsBetweenClasses) {
   EXPECT_GT(no, 200);
 }
 
+TEST(QuadraticFormTest, ProvesSemidefinitenessByADominantDiagonal) {
+  // The diode bridge: rank one, so no pivot and no eigenvalue decides.
+  const Matrix bridge{{0.001, 0.001, -1, 0}, {0.001, 0.001, 0, -1}, {1, 0, 0, 0}, {0, 1, 0, 0}};
+  EXPECT_EQ(ClassifyQuadraticForm(bridge).positive_semidefinite.answer, Answer::kYes);
+  const Matrix below{{0.001, 0.0010000000000000002}, {0.0010000000000000002, 0.001}};
+  EXPECT_NE(ClassifyQuadraticForm(below).positive_semidefinite.answer, Answer::kYes);
+}
+
 }  // namespace
 }  // namespace dlcs
