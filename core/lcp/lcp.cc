@@ -17,6 +17,7 @@
 #include "core/lcp/hidden_least_element.h"
 #include "core/lcp/least_norm.h"
 #include "core/lcp/minimiser.h"
+#include "core/linalg/norms.h"
 #include "core/problem_checks.h"
 #include "core/soundness.h"
 
@@ -29,6 +30,15 @@ using Known = ComplementarySolver::Known;
 // or 1, are taken for rounding: a right-hand side that should be zero came out of somebody's arithmetic as
 // -1e-17.
 constexpr double kNoise = 1e-15;
+// Far more than rounding leaves of a solution, relative to q, and to M y: numbers overflowed or underflowed on the way.
+constexpr double kLostOfQ = 1e-2;
+constexpr double kLostOfMy = 1e-8;
+
+bool IsLost(const Matrix& M, const Vector& q, const LcpResult& result) {
+  const double size = MaxAbs(q);
+  return !(result.residual <= kLostOfQ * size + 10 * kNoise * std::max(1.0, size) +
+                                  kLostOfMy * MaxAbs(M) * MaxAbs(result.y));
+}
 
 absl::Status Validate(const Matrix& M, const Vector& q, const LcpRequest& request) {
   const Index n = M.rows();
@@ -130,13 +140,21 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
   if (result.verdict != LcpVerdict::kSolved && has_noise) {
     result.verdict = solver->Solve(q, Vector::Constant(q.size(), noise), basis, result.y);
   }
-  const bool solved = result.verdict == LcpVerdict::kSolved;
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);
+  const bool lost = result.verdict == LcpVerdict::kSolved && IsLost(M, q, result);
+  if (lost) {
+    result.verdict = LcpVerdict::kSingular;
+    result.y.setZero();
+    result.w = q;
+    result.residual = LcpResidual(M, q, result.y);
+  }
+  const bool solved = result.verdict == LcpVerdict::kSolved;
   const LcpAccount account = solver->Account();
   result.pivots = account.pivots;
   result.method = account.method;
-  result.message = absl::StrCat(solved ? "solved" : account.message, "; M: ", matrix_class.description);
+  result.message = solved ? "solved" : account.message;
+  if (lost) result.message = "the entries of M and q are too far apart in size: what was found is no solution";
   if (solved) {
     result.sets = FindIndexSets(M, q, result.y);
     result.only_choice = solver->IsOnlyChoice();

@@ -89,6 +89,13 @@ TEST(SolveLcpTest, SaysThatNothingIsFeasible) {
   EXPECT_EQ(SolveLcp(skew, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
 }
 
+TEST(SolveLcpTest, CallsNothingASolutionThatOverflowed) {
+  const auto result = SolveLcp(Matrix{{1e-300}}, Vector{{-1e300}}, LcpRequest{});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->verdict, LcpVerdict::kSingular);
+  EXPECT_THAT(result->message, HasSubstr("too far apart"));
+}
+
 TEST(SolveLcpTest, FindsASolutionWhoseActiveBlockIsSingular) {
   // y = (0, 1) solves, but no complementary basis does: all diagonal entries and the determinant vanish.
   const Matrix M{{0, 1}, {0, 0}};
