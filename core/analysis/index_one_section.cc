@@ -177,11 +177,15 @@ void AddConstants(const Evidence& e, AnalysisSection& section) {
   section.constants.push_back(OfAutonomous(std::move(free_until), e));
 }
 
+constexpr Index kMaxDescribedRows = 4;
+
 std::string DescribeRows(const Semiobservability& start) {
   std::string text;
-  for (Index i = 0; i < static_cast<Index>(start.rows.size()); ++i) {
+  const Index rows = static_cast<Index>(start.rows.size()), shown = std::min(rows, kMaxDescribedRows);
+  for (Index i = 0; i < shown; ++i) {
     absl::StrAppend(&text, text.empty() ? "" : "; ", DescribeRow(start.rows[i], i));
   }
+  if (shown < rows) absl::StrAppend(&text, "; … ", rows, " rows in all");
   return text;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "core/analysis/laplace_bounds.h"
 #include "core/analysis/laplace_start.h"
 #include "core/laplace/contour_choice.h"
@@ -59,7 +60,12 @@ class Writer {
     finding.fact.answer = unique || least ? Answer::kYes : Answer::kNo;
     finding.fact.why = unique  ? "M is a P-matrix, so this holds for every q"
                        : least ? "the least element for a Z-matrix, where FEA(q, M) is not empty"
-                               : "the rule selects no solution of LCP(q, M) by itself: the iterations do not apply";
+                               : "no rule selects a solution of LCP(q, M), so y is no function of the state";
+    if (selection_ == Selection::kHiddenLeastElement) {
+      finding.fact = {Answer::kYes, "the least element of the cone pos X for a hidden Z-matrix"};
+    } else if (!unique && !least && selection_ != Selection::kAny) {
+      finding.fact = {Answer::kUnknown, absl::StrCat(SelectionName(selection_), " may jump where the state moves")};
+    }
     section_.findings.push_back(finding);
     return unique || least;
   }

@@ -13,14 +13,14 @@ namespace dlcs {
 namespace {
 
 std::string Describe(const MatrixClass& known, bool skew) {
-  if (known.zero) return "M = 0 (index one where NB allows)";
+  if (known.zero) return "zero (index one where N B allows)";
   if (known.p.yes() && known.z.yes()) return "P- and Z-matrix (nonsingular M-matrix)";
   if (known.p.yes()) return absl::StrCat("P-matrix (", known.p.why, ")");
   if (known.z.yes()) return absl::StrCat("Z-matrix, not a P-matrix (", known.p.why, ")");
   const std::string open = known.p.answer == Answer::kUnknown ? "; whether P is unknown" : "";
   if (skew) return "skew-symmetric, hence positive semidefinite";
   if (known.positive_semidefinite.yes()) return absl::StrCat("positive semidefinite, neither P nor Z", open);
-  if (!open.empty()) return absl::StrCat("no class known: not Z, not positive semidefinite", open);
+  if (!open.empty()) return absl::StrCat("of no known class: not Z, not positive semidefinite", open);
   return "neither P, nor Z, nor positive semidefinite";
 }
 

@@ -125,7 +125,7 @@ Fact TestPMatrix(const Matrix& M) {
   if (IsNonsingularMMatrix(ComparisonMatrix(M))) {
     return {Answer::kYes,
             z ? "a Z-matrix with positive pivots (nonsingular M-matrix)"
-              : "an H-matrix with positive diagonal (diagonally dominant after column scaling)"};
+              : "an H-matrix with positive diagonal: diagonally dominant after column scaling"};
   }
   if (z && M.rows() > kMaxExactSize) {
     Fact leading = LeadingMinors(M);

@@ -84,7 +84,7 @@ std::string DescribeRow(const LexicographicRow& row, Index index) {
   if (row.sign == Sign::kZero) return absl::StrCat("row ", index, ": all entries vanish");
   const std::string power = row.power == 0 ? "" : row.power == 1 ? "A " : absl::StrCat("A^", row.power, " ");
   return absl::StrCat("row ", index, ": (C ", power, "x0)[", index, "] = ", row.value,
-                      row.power > 0 ? " (scaled)" : "", ", rounding at most ", row.error, ",");
+                      row.error > 0 ? absl::StrCat(" ± ", row.error) : "", row.power > 0 ? " (scaled)" : "");
 }
 
 Semiobservability TestSemiobservability(const Matrix& C, const Matrix& A, const Vector& x0) {

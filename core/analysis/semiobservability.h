@@ -39,7 +39,7 @@ struct Semiobservability {
 // O(m²) for each of the at most m powers. Source: section 5.2 of [Shen & Pang 2007].
 Semiobservability TestSemiobservability(const Matrix& C, const Matrix& A, const Vector& x0);
 
-// One line for each row: "row 2: (C A x0)_2 = -1 (rounding at most 0)".
+// One line for each row: "row 2: (C A x0)[2] = -1 ± 1e-16 (scaled)", with the bound of its rounding error.
 std::string DescribeRow(const LexicographicRow& row, Index index);
 
 }  // namespace dlcs

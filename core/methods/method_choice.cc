@@ -85,11 +85,11 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.method = Method::kExponentialMarch;
     choice.reason =
         std::string(SelectionName(selection)) +
-        " need not be a Lipschitz function of x: each step is solved coupled, and exp-PC steps take any class";
+        " need not be a Lipschitz function of x: each step is solved for x and y together";
   } else {
     choice.method = Method::kExponentialMarch;
-    choice.reason = "M (" + matrix_class.description +
-                    ") does not make y a function of x: each step is solved coupled, and exp-PC steps take any class";
+    choice.reason = "M is " + matrix_class.description +
+                    ": it does not make y a function of x, and each step is solved for x and y together";
   }
 
   if (iterates && !lipschitz) {

@@ -23,7 +23,7 @@ SumFacts JudgeSums(const Vector& sums, const std::string& what) {
   Index largest = 0, smallest = 0;
   const double high = sums.maxCoeff(&largest), low = sums.minCoeff(&smallest);
   const auto fact = [&](bool holds, Index at, double value) {
-    const std::string why = what + " " + std::to_string(at) + " of C sums to " + NumberText(value);
+    const std::string why = what + " " + std::to_string(at) + " of C sums to " + FormatNumber(value);
     Fact result{holds ? Answer::kYes : Answer::kNo, why};
     result.witness.indices = {at};
     result.witness.value = value;
@@ -147,7 +147,7 @@ AnalysisSection InputOutputSection(const InputOutputModel& model) {
                         .source = kSource},
                        {.id = "step-bound",
                         .symbol = "1/(3κ)",
-                        .title = "Step below which Newton's method converges",
+                        .title = "with shorter steps Newton's method converges",
                         .value = facts.step_bound,
                         .why = why,
                         .source = kSource}};
