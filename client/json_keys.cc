@@ -57,4 +57,39 @@ absl::StatusOr<json> ParseObject(const std::string& text, const std::string& sou
       fmt::format("{}: holds {}; must be one object {{...}} with {}", source, DescribeJson(*root), holds));
 }
 
+FileKind KindOf(const json& root) {
+  const auto has = [&root](const char* key) { return root.contains(key); };
+  if (root.contains("kind") || (has("N") && has("x0"))) return FileKind::kSystem;
+  if (has("C") && has("d")) return FileKind::kModel;
+  if (has("M") && has("q")) return root["q"].is_object() ? FileKind::kDcp : FileKind::kLcp;
+  if ((has("times") && has("values")) || (has("v") && root["v"].is_object())) return FileKind::kPath;
+  return FileKind::kUnknown;
+}
+
+absl::Status CheckKind(const json& root, FileKind kind, const std::string& source) {
+  const FileKind found = KindOf(root);
+  const char* what = nullptr;
+  switch (found) {
+    case FileKind::kUnknown:
+      break;
+    case FileKind::kSystem:
+      what = "a system of differential equations with complementarity; run dlcs solve or dlcs analyze with it";
+      break;
+    case FileKind::kLcp:
+      what = "one linear complementarity problem; run dlcs lcp with it";
+      break;
+    case FileKind::kDcp:
+      what = "a dynamic complementarity problem; run dlcs dcp with it";
+      break;
+    case FileKind::kPath:
+      what = "a path; it goes with dlcs dcp --check";
+      break;
+    case FileKind::kModel:
+      what = "an input-output model; make a problem of it with dlcs model input-output";
+      break;
+  }
+  if (found == kind || what == nullptr) return absl::OkStatus();
+  return absl::InvalidArgumentError(fmt::format("{}: holds {}", source, what));
+}
+
 }  // namespace dlcs::client

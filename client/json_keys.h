@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/json_reader.h"
 #include "dlcs/v1/solver.pb.h"
@@ -17,6 +18,12 @@ namespace dlcs::client {
 // hold: "the keys M and q".
 absl::StatusOr<nlohmann::json> ParseObject(const std::string& text, const std::string& source,
                                            const std::string& holds);
+
+// What a file holds, as far as its keys tell.
+enum class FileKind { kUnknown, kSystem, kLcp, kDcp, kPath, kModel };
+FileKind KindOf(const nlohmann::json& root);
+// OK unless `root` is clearly of another kind than `kind`; the error says which command takes it.
+absl::Status CheckKind(const nlohmann::json& root, FileKind kind, const std::string& source);
 
 // Each reads a key that must be there; `rule` says what it means.
 void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std::string& rule,

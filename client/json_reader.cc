@@ -62,9 +62,10 @@ void JsonReader::Refuse(const std::string& path, const std::string& rule) {
 }
 
 void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
-                                   const std::string& path) {
+                                   const std::string& path, const std::vector<std::string>& notes) {
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    if (std::find(notes.begin(), notes.end(), key) != notes.end()) continue;
     const std::optional<std::string> nearest = NearestName(key, known);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
     Refuse(fmt::format("\"{}\"", Shortened(key)),

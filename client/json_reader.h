@@ -28,8 +28,9 @@ class JsonReader {
   void Refuse(const std::string& path, const std::string& rule);
 
   // Notes every key of `object` that is not `known`, with the nearest known one. `path` is empty at the top.
+  // `notes` may stand there too, and are not told.
   void RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
-                         const std::string& path);
+                         const std::string& path, const std::vector<std::string>& notes = {});
 
   // The value of a key that must be there, or null and a note.
   const nlohmann::json* Require(const nlohmann::json& object, const std::string& key,

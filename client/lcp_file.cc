@@ -45,6 +45,8 @@ absl::StatusOr<v1::SolveLcpRequest> ParseLcp(const std::string& text, const std:
   const auto root = ParseObject(text, source, "the keys M and q");
   if (!root.ok()) return root.status();
 
+  if (absl::Status kind = CheckKind(*root, FileKind::kLcp, source); !kind.ok()) return kind;
+
   v1::SolveLcpRequest request;
   JsonReader reader(source);
   reader.RefuseUnknownKeys(*root, {"M", "q", "rule", "selector", "name", "about", "source", "why", "expect"},
@@ -69,6 +71,10 @@ absl::StatusOr<v1::SolveLcpRequest> ReadLcpFile(const std::string& path) {
 absl::StatusOr<v1::SolveDcpRequest> ParseDcp(const std::string& text, const std::string& source) {
   const auto root = ParseObject(text, source, "the keys M and q");
   if (!root.ok()) return root.status();
+
+  if (KindOf(*root) != FileKind::kLcp) {  // else q is wrong, and the reader says how
+    if (absl::Status kind = CheckKind(*root, FileKind::kDcp, source); !kind.ok()) return kind;
+  }
 
   v1::SolveDcpRequest request;
   JsonReader reader(source);
@@ -96,6 +102,10 @@ absl::StatusOr<v1::PiecewiseLinearPath> ReadPathFile(const std::string& path) {
   const std::string source = SourceName(path);
   const auto root = ParseObject(*text, source, "the keys times and values");
   if (!root.ok()) return root.status();
+  if (!root->contains("times") && !root->contains("v")) {
+    if (absl::Status kind = CheckKind(*root, FileKind::kPath, source); !kind.ok()) return kind;
+  }
+
   v1::PiecewiseLinearPath wire;
   JsonReader reader(source);
   const auto v = root->find("v");

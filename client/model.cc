@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "client/json_keys.h"
 #include "client/json_reader.h"
 #include "client/json_text.h"
 #include "client/time_function_json.h"
@@ -43,6 +44,7 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
     model.horizon = reader.ReadNumber(*value, "T").value_or(0);
   v1::TimeFunction f, g;
   const int commodities = static_cast<int>(model.C.rows());
+  if (commodities == 0) return model;  // C was refused, and says how long f must be
   ReadSources(root, commodities, commodities, reader, f, g);
   std::vector<Violation> violations;
   model.f = TimeFunctionFromProto(f, commodities, "f", violations);
@@ -52,7 +54,11 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
 
 ordered_json Rows(const Matrix& matrix) {
   ordered_json rows = ordered_json::array();
-  for (const auto& row : matrix.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+  for (const auto& row : matrix.rowwise()) {
+    std::vector<double> values(row.begin(), row.end());
+    for (double& value : values) value += 0.0;  // -0.0 becomes 0.0
+    rows.push_back(values);
+  }
   return rows;
 }
 
@@ -95,6 +101,7 @@ absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const 
         fmt::format("{}: holds {}; must be one object {{...}} with the keys C, A, B, d and T", source,
                     DescribeJson(*root)));
   }
+  if (absl::Status kind = CheckKind(*root, FileKind::kModel, source); !kind.ok()) return kind;
   JsonReader reader(source);
   reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f", "name", "about", "source"}, "");
   const InputOutputModel model = ReadModel(*root, reader);

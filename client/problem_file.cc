@@ -48,11 +48,6 @@ const std::vector<std::string>& AnnotationKeys() {
   return keys;
 }
 
-std::vector<std::string> Together(std::vector<std::string> first, const std::vector<std::string>& second) {
-  first.insert(first.end(), second.begin(), second.end());
-  return first;
-}
-
 // T and the break points, which both kinds of problems have.
 template <typename Problem>
 void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
@@ -120,12 +115,12 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
   const auto root = ParseObject(
       text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
   if (!root.ok()) return root.status();
+  if (absl::Status kind = CheckKind(*root, FileKind::kSystem, source); !kind.ok()) return kind;
 
   ProblemFile file;
   JsonReader reader(source);
   const bool nonlinear = IsNonlinear(*root, reader);
-  reader.RefuseUnknownKeys(*root, Together(nonlinear ? NonlinearKeys() : ProblemKeys(), AnnotationKeys()),
-                           "");
+  reader.RefuseUnknownKeys(*root, nonlinear ? NonlinearKeys() : ProblemKeys(), "", AnnotationKeys());
   if (nonlinear) {
     ReadNonlinear(*root, reader, file.nonlinear.emplace());
   } else {

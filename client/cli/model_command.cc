@@ -14,6 +14,20 @@
 
 namespace dlcs::client {
 
+namespace {
+
+// A key on each line, a matrix in one: as people write such files.
+void PrintFile(const nlohmann::ordered_json& file, std::FILE* out) {
+  const char* before = "{";
+  for (const auto& [key, value] : file.items()) {
+    fmt::print(out, "{}\n  {}: {}", before, nlohmann::json(key).dump(), value.dump());
+    before = ",";
+  }
+  fmt::print(out, "\n}}\n");
+}
+
+}  // namespace
+
 ExitCode Run(const ModelCommand& command) {
   const auto text = ReadTextFile(command.path);
   if (!text.ok()) return Complain(text.status(), kBadInput);
@@ -28,7 +42,7 @@ ExitCode Run(const ModelCommand& command) {
 
   PrintSection(model->section, Detail::kBrief, WidthOf(stderr), stderr);
   for (const std::string& warning : model->section.warnings()) fmt::print(stderr, "dlcs: {}\n", warning);
-  fmt::print(output ? output->stream() : stdout, "{}\n", model->file.dump(2));
+  PrintFile(model->file, output ? output->stream() : stdout);
   const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
 }
