@@ -70,13 +70,11 @@ std::string Meaning(const v1::Finding& finding) {
   return colon == std::string::npos ? "" : finding.title().substr(colon + 2);
 }
 
+// No column where one of the titles is too long for it.
 std::size_t LabelWidth(const v1::AnalysisSection& section) {
   std::size_t width = 0;
-  for (const v1::Finding& finding : section.findings()) {
-    if (const std::size_t letters = LetterCount(Label(finding)); letters <= kLongestTitle)
-      width = std::max(width, letters);
-  }
-  return width;
+  for (const v1::Finding& finding : section.findings()) width = std::max(width, LetterCount(Label(finding)));
+  return width <= kLongestTitle ? width : 0;
 }
 
 // "  yes      P-matrix   ...", the text in a column of its own.

@@ -36,8 +36,8 @@ ExitCode Run(const AnalyzeCommand& command) {
   if (!file.ok()) return Complain(file.status(), kBadInput);
   if (file->nonlinear) {
     return Complain(
-        absl::InvalidArgumentError(fmt::format("{}: a nonlinear problem; dlcs solve says what it finds "
-                                               "about g, an analysis is for linear ones",
+        absl::InvalidArgumentError(fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
+                                               "dlcs solve takes it and says what it finds about g",
                                                SourceName(command.problem_path))),
         kBadInput);
   }

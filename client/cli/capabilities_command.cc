@@ -9,6 +9,7 @@
 
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
+#include "client/cli/paragraphs.h"
 #include "client/cli/run_support.h"
 
 namespace dlcs::client {
@@ -42,16 +43,17 @@ void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& 
   fmt::print(out, "{}: dlcs {}, {} threads per solve\n\n", server.empty() ? "this process" : server,
              response.version(), response.threads());
   fmt::print(out, "Methods\n");
+  Paragraphs paper(WidthOf(out), out);
   for (const auto& method : response.methods()) {
-    fmt::print(out, "  {:<18}{}\n", method.name(), method.description());
+    paper.Print(fmt::format("  {:<19}", method.name()), method.description());
   }
   fmt::print(out, "\nLimits\n");
-  fmt::print(out, "  states             {}\n", LimitText(response.max_states()));
-  fmt::print(out, "  pairs              {}\n", LimitText(response.max_constraints()));
-  fmt::print(out, "  steps              {}\n", LimitText(response.max_steps()));
-  fmt::print(out, "  bytes of a result  {}\n", LimitText(response.max_result_bytes()));
-  fmt::print(out, "  bytes of a request {}\n", LimitText(response.max_message_bytes()));
-  fmt::print(out, "  solves at once     {}\n", LimitText(response.max_concurrent_solves()));
+  fmt::print(out, "  states              {}\n", LimitText(response.max_states()));
+  fmt::print(out, "  pairs               {}\n", LimitText(response.max_constraints()));
+  fmt::print(out, "  steps               {}\n", LimitText(response.max_steps()));
+  fmt::print(out, "  bytes of a result   {}\n", LimitText(response.max_result_bytes()));
+  fmt::print(out, "  bytes of a request  {}\n", LimitText(response.max_message_bytes()));
+  fmt::print(out, "  solves at once      {}\n", LimitText(response.max_concurrent_solves()));
 }
 
 }  // namespace

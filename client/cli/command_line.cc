@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -130,7 +131,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
   app.add_option("KIND", "The kind of model")
       ->required()
       ->type_name("input-output")
-      ->check(CLI::IsMember({"input-output"}));
+      ->check(CLI::IsMember({"input-output"}).description(""));
   app.add_option("FILE", command.path, "JSON file of the model; - reads standard input")
       ->required()
       ->type_name("FILE");
@@ -166,6 +167,23 @@ std::vector<std::string> WithNegativeNumbersTied(int argc, const char* const* ar
     }
   }
   return arguments;
+}
+
+// CLI11 breaks no lines: what stands behind the column of the options' names gets lines of 70 letters.
+void BreakDescriptions(CLI::App& app) {
+  constexpr std::size_t kLetters = 70;
+  for (CLI::Option* option : app.get_options()) {
+    std::istringstream words(option->get_description());
+    std::string text;
+    std::size_t letters = 0;  // of the last line
+    for (std::string word; words >> word;) {
+      const bool fits = letters + 1 + word.size() <= kLetters;
+      if (!text.empty()) text += fits ? " " : "\n";
+      letters = (text.empty() || !fits ? 0 : letters + 1) + word.size();
+      text += word;
+    }
+    option->description(text);
+  }
 }
 
 // The options that `app` and its command know, for "did you mean".
@@ -239,6 +257,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddDcp(app, dcp);
   AddModel(app, model);
   AddCapabilities(app, capabilities);
+  for (CLI::App* command : app.get_subcommands({})) BreakDescriptions(*command);
 
   const std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
   try {

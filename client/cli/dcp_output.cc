@@ -54,10 +54,10 @@ void PrintDcpTable(const v1::SolveDcpResponse& response, bool measured, int widt
   if (measured || response.solved()) {
     const v1::DcpCertificate& c = response.certificate();
     fmt::print(out, "{}Certificate\n", measured ? "" : "\n");
-    fmt::print(out, "  v starts at 0            off by {:.1e}\n", c.start());
-    fmt::print(out, "  v does not decrease      least increase {:.1e}\n", c.least_increase());
-    fmt::print(out, "  w = q + M v >= 0         least w {:.1e}\n", c.least_w());
-    fmt::print(out, "  the integral of w dv = 0 largest {:.1e}\n", c.complementarity());
+    fmt::print(out, "  v starts at 0             off by {:.1e}\n", c.start());
+    fmt::print(out, "  v does not decrease       least increase {:.1e}\n", c.least_increase());
+    fmt::print(out, "  w = q + M v >= 0          least w {:.1e}\n", c.least_w());
+    fmt::print(out, "  integral of w_i dv_i = 0  largest {:.1e}\n", c.complementarity());
   }
   const v1::Finding& unique = response.unique();
   fmt::print(out, "\nOne solution for every q with q(0) >= 0: {} ({})\n", AnswerName(unique.answer()),

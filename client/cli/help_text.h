@@ -7,9 +7,8 @@
 namespace dlcs::client {
 
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file, "
-    "option,\n"
-    "problem); 3 the service failed, or the solve was cancelled or ran out of time.";
+    "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file,\n"
+    "option, problem); 3 the service failed, or the solve was cancelled or ran out of time.";
 
 inline constexpr const char* kMainExamples =
     "Examples:\n"
@@ -18,15 +17,17 @@ inline constexpr const char* kMainExamples =
     "  dlcs analyze circuit.json                          what is known before solving, and how to solve\n"
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
     "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
+    "  dlcs model input-output economy.json               a model of a whole field to a problem file\n"
     "  dlcs solve --help                                  all options, more examples";
 
 inline constexpr const char* kSolveExamples =
     "A problem file is one JSON object with the keys A B N M x0 T and f and g (or pieces), of\n"
     "    x' = A x + B y + f(t),  0 <= y, N x + g(t) + M y >= 0 complementary,  x(0) = x0,  t in [0, T]\n"
-    "as in {\"A\": [[-1]], \"B\": [[1]], \"N\": [[1]], \"M\": [[1]], \"x0\": [0], \"T\": 5, \"f\": "
-    "[\"sin(t)\"], \"g\": [\"-1\"]}\n"
-    "With \"kind\": \"nonlinear\" it holds f, g, x0 and T of x' = f(t, x, y), 0 <= y, g(t, x, y) >= 0 "
-    "complementary:\n"
+    "as in\n    {\"A\": [[-1]], \"B\": [[1]], \"N\": [[1]], \"M\": [[1]], \"x0\": [0], \"T\": 5, \"f\": "
+    "[\"sin(t)\"],\n     \"g\": [\"-1\"]}\n"
+    "With \"kind\": \"nonlinear\" it holds f, g, x0 and T of\n"
+    "    x' = f(t, x, y),  0 <= y, g(t, x, y) >= 0 complementary,  x(0) = x0,  t in [0, T]\n"
+    "as in\n"
     "    {\"kind\": \"nonlinear\", \"f\": [\"-x1**3+y1\"], \"g\": [\"x1+y1-sin(t)\"], \"x0\": [1], \"T\": "
     "5}\n"
     "\n"
@@ -59,20 +60,18 @@ inline constexpr const char* kLcpExamples =
     "  dlcs lcp lcp.json --all";
 
 inline constexpr const char* kDcpExamples =
-    "Finds v, nondecreasing with v(0) = 0, such that w = q + M v >= 0 and the integral of w_i dv_i is 0 for "
-    "all\n"
-    "i, by time stepping. q is linear between nodes; a time that stands twice is a jump. As in\n"
-    "    {\"M\": [[1, 3, 0], [0, 1, 3], [3, 0, 1]], \"q\": {\"times\": [0, 1], \"values\": [[0, 0, 0], [-1, "
-    "-1, "
-    "-1]]}}\n"
+    "Finds v, nondecreasing with v(0) = 0, such that w = q + M v >= 0 and the integral of w_i dv_i is 0\n"
+    "for all i, by time stepping. q is linear between nodes; a time that stands twice is a jump. As in\n"
+    "    {\"M\": [[1, 3, 0], [0, 1, 3], [3, 0, 1]],\n"
+    "     \"q\": {\"times\": [0, 1], \"values\": [[0, 0, 0], [-1, -1, -1]]}}\n"
     "\n"
     "Examples:\n"
     "  dlcs dcp dcp.json --step 1e-3\n"
     "  dlcs dcp dcp.json --check v.json";
 
 inline constexpr const char* kModelExamples =
-    "Prints a problem file, and on standard error what is known of the model. `input-output` is the dynamic\n"
-    "economy x' = A x + B y + f(t), 0 <= y, (I - C) y - x >= 0 complementary, x(0) = d, as in\n"
+    "Prints a problem file, and on standard error what is known of the model. `input-output` is the\n"
+    "dynamic economy x' = A x + B y + f(t), 0 <= y, (I - C) y - x >= 0 complementary, x(0) = d, as in\n"
     "    {\"C\": [[0.2]], \"A\": [[-1]], \"B\": [[0.5]], \"d\": [1], \"T\": 5, \"f\": [\"1+sin(t)\"]}\n"
     "\n"
     "Examples:\n"

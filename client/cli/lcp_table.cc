@@ -7,13 +7,14 @@
 
 #include "client/cli/columns.h"
 #include "client/cli/lcp_output.h"
+#include "client/cli/paragraphs.h"
 #include "client/cli/words.h"
 #include "client/names.h"
 
 namespace dlcs::client {
 namespace {
 
-constexpr std::size_t kWidth = 80;
+constexpr std::size_t kWidth = 100;
 
 // "{1, 3}": counted from 1, as the columns.
 template <typename Indices>
@@ -33,7 +34,8 @@ void PrintSets(const v1::SolveLcpResponse& response, std::FILE* out) {
 }
 
 void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
-  fmt::print(out, "\n{}{}\n", Count(all.solutions_size(), "basic solution"),
+  fmt::print(out, "\n{}{}\n",
+             all.solutions().empty() ? "No basic solution" : Count(all.solutions_size(), "basic solution"),
              all.complete() ? "" : "; the search was not complete");
   for (const v1::BasicSolution& solution : all.solutions()) {
     fmt::print(out, "  y = {}, w = {}{}\n", Listed(solution.y()), Listed(solution.w()),
@@ -43,18 +45,22 @@ void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
     fmt::print(out, "  {} with w = 0 on {}, nearest to 0: y = {}\n",
                face.point() ? "the point" : "a continuum", Set(face.basis()), Listed(face.nearest()));
   }
-  if (all.complete() && all.faces().empty()) fmt::print(out, "There are no other solutions.\n");
+  if (all.complete() && all.faces().empty()) {
+    fmt::print(out, "There {}.\n", all.solutions().empty() ? "is no other solution either" : "are no other solutions");
+  }
 }
 
 }  // namespace
 
 void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
-  fmt::print(out, "{}{}{}\n", VerdictName(response.verdict()), response.message().empty() ? "" : ": ",
-             response.message());
-  fmt::print(out, "M: {}; method {}, {}\n", response.matrix_class(), response.method(),
-             Count(response.pivots(), "pivot"));
-  if (!response.rule().empty()) fmt::print(out, "Rule: {}\n", response.rule());
-  if (!response.y().empty()) {
+  Paragraphs paper(static_cast<int>(kWidth), out);
+  // The message of a solution says no more than the verdict.
+  const std::string message = response.verdict() == v1::LCP_SOLVED ? "" : response.message();
+  paper.Print("", fmt::format("{}{}{}", VerdictName(response.verdict()), message.empty() ? "" : ": ", message));
+  paper.Print("M       ", response.matrix_class());
+  if (!response.rule().empty()) paper.Print("Rule    ", response.rule());
+  paper.Print("Method  ", fmt::format("{}, {}", response.method(), Count(response.pivots(), "pivot")));
+  if (response.verdict() == v1::LCP_SOLVED && !response.y().empty()) {
     const auto rows = static_cast<std::size_t>(response.y_size());
     std::vector<Column> columns;
     columns.push_back(MakeColumn("i", rows, [](std::size_t i) { return static_cast<double>(i + 1); }));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/cli/paragraphs.h"
 #include "client/cli/words.h"
 #include "client/names.h"
 
@@ -81,14 +82,14 @@ void LiveView::OnEvent(const v1::SolveEvent& event) {
 void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   std::string lipschitz;
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
-  PrintLine(fmt::format("{} states, {} complementarity pairs; {}{}{}", analysis.states(),
-                        analysis.constraints(), settings_.nonlinear ? "" : "M: ", analysis.matrix_class(),
+  PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"),
+                        Count(analysis.constraints(), "pair"), settings_.nonlinear ? "" : "M: ", analysis.matrix_class(),
                         lipschitz));
-  PrintLine(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
+  PrintText(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
   PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
                         settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));
   if (!settings_.warnings) return;
-  for (const std::string& warning : analysis.warnings()) PrintLine("warning: " + warning);
+  for (const std::string& warning : analysis.warnings()) PrintText("warning: " + warning);
 }
 
 void LiveView::OnIterate(const v1::Iterate& iterate) {
@@ -140,6 +141,11 @@ void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
 void LiveView::PrintLine(const std::string& line) {
   ClearBar();
   fmt::print(out_, "{}\n", line);
+}
+
+void LiveView::PrintText(const std::string& text) {
+  ClearBar();
+  Paragraphs(settings_.width, out_).Print("", text);
 }
 
 void LiveView::DrawBar() {

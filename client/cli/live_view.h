@@ -57,6 +57,7 @@ class LiveView {
   void OnIterate(const v1::Iterate& iterate);
   void OnWindowFinished(const v1::WindowFinished& outcome);
   void PrintLine(const std::string& line);
+  void PrintText(const std::string& text);  // in lines of the width
   void PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted& window);
   void PrintHiddenIterate();
   void DrawBar();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/columns.h"
+#include "client/cli/paragraphs.h"
 #include "client/cli/result_output.h"
 #include "client/cli/words.h"
 #include "client/names.h"
@@ -107,16 +108,22 @@ void PrintContours(const v1::Summary& summary, std::FILE* out) {
   }
 }
 
-void PrintCost(const v1::Cost& cost, std::FILE* out) {
+// "; 0.01 s (...)" follows what was counted; a method without windows counts none.
+void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
   if (cost.lcps() == 0) {  // ended before its first step, or without telling
     fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
     return;
   }
-  fmt::print(out, "\n{}, {}, {}, {}", Count(cost.steps(), "step"), Count(cost.windows(), "window"),
-             Count(cost.iterations(), "iteration"), Count(cost.lcps(), "LCP"));
-  if (cost.marched_steps() > 0) fmt::print(out, ", {} marched", Count(cost.marched_steps(), "step"));
-  fmt::print(out, "; {:.2g} s ({:.2g} s set-up, {:.2g} s LCPs, {:.2g} s linear algebra)\n",
-             cost.seconds_total(), cost.seconds_setup(), cost.seconds_lcp(), cost.seconds_linear());
+  std::string counts = Count(cost.steps(), "step");
+  if (cost.windows() > 0) counts += ", " + Count(cost.windows(), "window");
+  if (cost.iterations() > 0) counts += ", " + Count(cost.iterations(), "iteration");
+  counts += ", " + Count(cost.lcps(), "LCP");
+  if (cost.marched_steps() > 0) counts += fmt::format(", {} marched", Count(cost.marched_steps(), "step"));
+  std::string seconds = fmt::format("{:.2g} s set-up", cost.seconds_setup());
+  if (cost.seconds_lcp() > 0) seconds += fmt::format(", {:.2g} s LCPs", cost.seconds_lcp());
+  if (cost.seconds_linear() > 0) seconds += fmt::format(", {:.2g} s linear algebra", cost.seconds_linear());
+  fmt::print(out, "\n");
+  Paragraphs(width, out).Print("", fmt::format("{}; {:.2g} s ({})", counts, cost.seconds_total(), seconds));
 }
 
 }  // namespace
@@ -124,9 +131,11 @@ void PrintCost(const v1::Cost& cost, std::FILE* out) {
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out) {
   const v1::Summary& summary = result.summary;
   fmt::print(out, "{}: {}\n", name, TerminationName(summary.termination()));
-  if (!summary.message().empty()) fmt::print(out, "{}\n", summary.message());
-  fmt::print(out, "Method {}: {}\n", MethodName(summary.method()), summary.reason());
-  for (const std::string& warning : summary.warnings()) fmt::print(out, "Warning: {}\n", warning);
+  Paragraphs paper(width, out);
+  if (!summary.message().empty()) paper.Print("", summary.message());
+  paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()), summary.reason().empty() ? "" : ": ",
+                              summary.reason()));
+  for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
@@ -134,7 +143,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
   PrintNewton(summary, out);
   PrintContours(summary, out);
-  PrintCost(summary.cost(), out);
+  PrintCost(summary.cost(), width, out);
 }
 
 }  // namespace dlcs::client

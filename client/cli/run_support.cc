@@ -65,7 +65,7 @@ absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server) 
 }
 
 int WidthOf(std::FILE* stream) {
-  constexpr int kWidthWithoutTerminal = 110;
+  constexpr int kWidthWithoutTerminal = 100;
   winsize size{};
   const bool known = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
   return known ? size.ws_col : kWidthWithoutTerminal;

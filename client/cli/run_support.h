@@ -17,7 +17,7 @@ namespace dlcs::client {
 // The server at `server`, or this process when that is empty. Errors: InvalidArgument (not HOST:PORT).
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server);
 
-// Letters in a line of the terminal behind `stream`, or 110 where it is none.
+// Letters in a line of the terminal behind `stream`, or 100 where it is none.
 int WidthOf(std::FILE* stream);
 
 // Prints each line of the message behind "dlcs: " on standard error. `code` is handed through.

@@ -79,6 +79,20 @@ const char* Advice(v1::Termination termination) {
   }
 }
 
+// Options of one method, where another solved: they changed nothing, and who gave them should know.
+void PrintUnused(const v1::SolveOptions& options, v1::Method used) {
+  const auto unused = [used](bool given, const char* option, v1::Method owner) {
+    if (!given || used == owner || used == v1::METHOD_UNSPECIFIED) return;
+    fmt::print(stderr, "dlcs: {} changed nothing: it is for {}, and {} solved\n", option, MethodName(owner),
+               MethodName(used));
+  };
+  unused(options.theta() != 0, "--theta", v1::METHOD_TIME_STEPPING);
+  unused(options.window_steps() != 0, "--window", v1::METHOD_LAPLACE_ITERATION);
+  unused(options.kernel() != 0, "--kernel", v1::METHOD_LAPLACE_ITERATION);
+  unused(options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE, "--interpolation", v1::METHOD_PAPER_ITERATION);
+  unused(options.has_contour(), "--contour", v1::METHOD_PAPER_ITERATION);
+}
+
 void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
   if (summary.termination() == v1::CONVERGED) return;
   const bool table_says_it = command.format == OutputFormat::kTable && command.output.empty();
@@ -142,6 +156,7 @@ ExitCode Run(const SolveCommand& command) {
   const absl::Status delivered =
       Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  if (!command.quiet) PrintUnused(command.options, result->summary.method());
   PrintVerdict(command, result->summary);
   return ExitCodeOf(result->summary.termination());
 }

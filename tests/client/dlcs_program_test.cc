@@ -282,6 +282,25 @@ TEST(DlcsProgramTest, NamesWhatIsWrongWithAModel) {
   EXPECT_EQ(RunDlcs("model growth x.json").code, 2);
 }
 
+TEST(DlcsProgramTest, SendsAFileOfAnotherKindToItsCommand) {
+  const std::string lcp = R"(echo '{"M": [[1]], "q": [-1]}' | )";
+  EXPECT_THAT(RunDlcs("solve -", lcp).err, HasSubstr("holds one linear complementarity problem; run dlcs lcp"));
+  const std::string dcp = R"(echo '{"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}' | )";
+  EXPECT_THAT(RunDlcs("analyze -", dcp).err, HasSubstr("run dlcs dcp"));
+  EXPECT_THAT(RunDlcs("lcp -", dcp).err, HasSubstr("run dlcs dcp"));
+  EXPECT_THAT(RunDlcs("dcp -", R"(echo '{"kind": "nonlinear"}' | )").err, HasSubstr("run dlcs solve"));
+  EXPECT_THAT(RunDlcs("solve -", R"(echo '{"C": [[0.5]], "d": [1]}' | )").err, HasSubstr("dlcs model"));
+}
+
+TEST(DlcsProgramTest, SaysWhichOptionsChangedNothing) {
+  const std::string problem =
+      R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}' | )";
+  const ProgramOutcome outcome = RunDlcs("solve - --interpolation cubic-spline", problem);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("--interpolation changed nothing: it is for paper-iteration"));
+  EXPECT_EQ(RunDlcs("solve - --interpolation cubic-spline --quiet", problem).err, "");
+}
+
 TEST(DlcsProgramTest, SolvesAnLcp) {
   const ProgramOutcome outcome =
       RunDlcs("lcp - --format json", R"(echo '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' | )");
