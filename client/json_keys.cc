@@ -73,7 +73,8 @@ absl::Status CheckKind(const json& root, FileKind kind, const std::string& sourc
     case FileKind::kUnknown:
       break;
     case FileKind::kSystem:
-      what = "a system of differential equations with complementarity; run dlcs solve or dlcs analyze with it";
+      what =
+          "a system of differential equations with complementarity; run dlcs solve or dlcs analyze with it";
       break;
     case FileKind::kLcp:
       what = "one linear complementarity problem; run dlcs lcp with it";

@@ -35,11 +35,11 @@ ExitCode Run(const AnalyzeCommand& command) {
   const auto file = ReadProblemFile(command.problem_path);
   if (!file.ok()) return Complain(file.status(), kBadInput);
   if (file->nonlinear) {
-    return Complain(
-        absl::InvalidArgumentError(fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
-                                               "dlcs solve takes it and says what it finds about g",
-                                               SourceName(command.problem_path))),
-        kBadInput);
+    return Complain(absl::InvalidArgumentError(
+                        fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
+                                    "dlcs solve takes it and says what it finds about g",
+                                    SourceName(command.problem_path))),
+                    kBadInput);
   }
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {

@@ -46,7 +46,8 @@ void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
                face.point() ? "the point" : "a continuum", Set(face.basis()), Listed(face.nearest()));
   }
   if (all.complete() && all.faces().empty()) {
-    fmt::print(out, "There {}.\n", all.solutions().empty() ? "is no other solution either" : "are no other solutions");
+    fmt::print(out, "There {}.\n",
+               all.solutions().empty() ? "is no other solution either" : "are no other solutions");
   }
 }
 
@@ -56,7 +57,8 @@ void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
   Paragraphs paper(static_cast<int>(kWidth), out);
   // The message of a solution says no more than the verdict.
   const std::string message = response.verdict() == v1::LCP_SOLVED ? "" : response.message();
-  paper.Print("", fmt::format("{}{}{}", VerdictName(response.verdict()), message.empty() ? "" : ": ", message));
+  paper.Print("",
+              fmt::format("{}{}{}", VerdictName(response.verdict()), message.empty() ? "" : ": ", message));
   paper.Print("M       ", response.matrix_class());
   if (!response.rule().empty()) paper.Print("Rule    ", response.rule());
   paper.Print("Method  ", fmt::format("{}, {}", response.method(), Count(response.pivots(), "pivot")));

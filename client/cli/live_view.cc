@@ -83,8 +83,8 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   std::string lipschitz;
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"),
-                        Count(analysis.constraints(), "pair"), settings_.nonlinear ? "" : "M: ", analysis.matrix_class(),
-                        lipschitz));
+                        Count(analysis.constraints(), "pair"),
+                        settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
   PrintText(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
   PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
                         settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));

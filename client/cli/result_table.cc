@@ -133,8 +133,8 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   fmt::print(out, "{}: {}\n", name, TerminationName(summary.termination()));
   Paragraphs paper(width, out);
   if (!summary.message().empty()) paper.Print("", summary.message());
-  paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()), summary.reason().empty() ? "" : ": ",
-                              summary.reason()));
+  paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()),
+                              summary.reason().empty() ? "" : ": ", summary.reason()));
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);

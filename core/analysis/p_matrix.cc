@@ -123,9 +123,8 @@ Fact TestPMatrix(const Matrix& M) {
   if (Fact small = SmallMinors(M); small.answer == Answer::kNo) return small;
   const bool z = IsZMatrix(M);
   if (IsNonsingularMMatrix(ComparisonMatrix(M))) {
-    return {Answer::kYes,
-            z ? "a Z-matrix with positive pivots (nonsingular M-matrix)"
-              : "an H-matrix with positive diagonal: diagonally dominant after column scaling"};
+    return {Answer::kYes, z ? "a Z-matrix with positive pivots (nonsingular M-matrix)"
+                            : "an H-matrix with positive diagonal: diagonally dominant after column scaling"};
   }
   if (z && M.rows() > kMaxExactSize) {
     Fact leading = LeadingMinors(M);

@@ -32,8 +32,8 @@ std::vector<Index> NonzeroRows(const Matrix& M) {
   return rows;
 }
 
-// Whether no diagonal entry of `sum` is below the sum of the others of its row in size, which makes it positive
-// semidefinite. One such entry is compared without rounding; of several the sum is taken too large.
+// Whether no diagonal entry of `sum` is below the sum of the others of its row in size, which makes it
+// positive semidefinite. One such entry is compared without rounding; of several the sum is taken too large.
 bool IsDiagonallyDominant(const Matrix& sum) {
   for (Index i = 0; i < sum.rows(); ++i) {
     double others = 0;
@@ -49,7 +49,8 @@ bool IsDiagonallyDominant(const Matrix& sum) {
   return true;
 }
 
-// Yes where the rows of `sum` that are not zero make a positive definite matrix, or where the diagonal dominates.
+// Yes where the rows of `sum` that are not zero make a positive definite matrix, or where the diagonal
+// dominates.
 std::optional<Fact> SemidefiniteByRows(const Matrix& sum) {
   const std::vector<Index> rows = NonzeroRows(sum);
   if (rows.empty()) return Fact{Answer::kYes, "its symmetric part is zero"};

@@ -284,7 +284,8 @@ TEST(DlcsProgramTest, NamesWhatIsWrongWithAModel) {
 
 TEST(DlcsProgramTest, SendsAFileOfAnotherKindToItsCommand) {
   const std::string lcp = R"(echo '{"M": [[1]], "q": [-1]}' | )";
-  EXPECT_THAT(RunDlcs("solve -", lcp).err, HasSubstr("holds one linear complementarity problem; run dlcs lcp"));
+  EXPECT_THAT(RunDlcs("solve -", lcp).err,
+              HasSubstr("holds one linear complementarity problem; run dlcs lcp"));
   const std::string dcp = R"(echo '{"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}' | )";
   EXPECT_THAT(RunDlcs("analyze -", dcp).err, HasSubstr("run dlcs dcp"));
   EXPECT_THAT(RunDlcs("lcp -", dcp).err, HasSubstr("run dlcs dcp"));
