@@ -38,7 +38,9 @@ struct IterateReport {
   Index iteration = 0;       // from 1 within the window
   double change = 0;         // max-norm over the window of the change of N x + g (paper_iteration: of x)
   double lcp_residual = 0;   // max over time points of ‖min(y, w)‖_∞
-  // log10 of the a-priori bound of `change`; absent where no Lipschitz constant of the LCP is known.
+  // log10 of the a-priori bound of `change`. Absent where no Lipschitz constant of the LCP is known; from
+  // laplace_iteration for windows over several lengths of steps; from paper_iteration for cubic splines and
+  // where eigenvalues are split off; and where the bound is not finite.
   std::optional<double> log10_bound;
   double seconds = 0;        // since the solve began
 };
