@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of formulas in `t`, and in states x1 ... xm and constraints y1 ... yn where there are any: reads a text as Python reads it and writes it again in the part of
-// muParser's language on which both agree.
+// The grammar of formulas in `t`, and in states x1 ... xm and constraints y1 ... yn where there are any: reads a text
+// as Python reads it and writes it again in the part of muParser's language on which both agree.
 //
 //     comparison := sum (("<" | "<=" | ">" | ">=" | "==" | "!=") sum)*
 //     sum        := product (("+" | "-") product)*
 //     product    := signed (("*" | "/") signed)*
 //     signed     := ("+" | "-")* power
 //     power      := primary (("**" | "^") signed)?
-//     primary    := number | "t" | "pi" | "e" | "x" index | "y" index | function "(" comparison ("," comparison)* ")" | "("
-//     comparison ")"
+//     primary    := number | "t" | "pi" | "e" | "x" index | "y" index | function "(" comparison ("," comparison)* ")"
+//                 | "(" comparison ")"
 //
 // muParser's own reading differs in places (`**`, --t, a < b < c) and is wider in others (assignments, `?:`,
 // lists), so nothing reaches it that was not read here first.

@@ -24,8 +24,8 @@ namespace dlcs {
 // Keeps references to problem and solution. Not safe to share between threads, as TimeFunctionEvaluator.
 class Interpolant {
  public:
-  // Errors: InvalidArgument where the solution is not dense (output times only, splines, nothing solved) or is not one of a
-  // problem of these shapes.
+  // Errors: InvalidArgument where the solution is not dense (output times only, splines, nothing solved) or is not one
+  // of a problem of these shapes.
   static absl::StatusOr<Interpolant> Create(const Problem& problem, const Solution& solution);
 
   struct Point {

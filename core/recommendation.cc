@@ -93,11 +93,11 @@ void RecommendStep(const Trials& trials, Recommendation& recommendation) {
   options.num_steps = RoundNumberOfSteps(steps);
   recommendation.predicted_error =
       error * std::pow(static_cast<double>(trials.finest) / static_cast<double>(options.num_steps), trials.order());
-  std::string reason = std::to_string(options.num_steps) + " steps: trials with " + std::to_string(trials.finest / 2) +
-                       " and " + std::to_string(trials.finest) + " differ by " + FormatNumber(trials.differences.back()) +
-                       " of the size of x, the order seen is " + FormatNumber(std::round(10 * trials.order()) / 10) +
-                       ", so the error in x should be about " + FormatNumber(*recommendation.predicted_error) +
-                       " of its size";
+  std::string reason =
+      std::to_string(options.num_steps) + " steps: trials with " + std::to_string(trials.finest / 2) +
+      " and " + std::to_string(trials.finest) + " differ by " + FormatNumber(trials.differences.back()) +
+      " of the size of x, the order seen is " + FormatNumber(std::round(10 * trials.order()) / 10) +
+      ", so the error in x should be about " + FormatNumber(*recommendation.predicted_error) + " of its size";
   if (static_cast<double>(options.num_steps) > 10.0 * static_cast<double>(trials.finest)) {
     reason += " (extrapolated: check it with the error estimate)";
   }

@@ -33,10 +33,10 @@ inline constexpr double kRecommendedAccuracy = 1e-3;
 
 // Recommends options for `problem` (sound), keeping what `options` set already: method, step and all else.
 //
-// The step comes from trial solves with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p, the
-// finer errs by d / (2^p - 1), and the number of steps for kRecommendedAccuracy follows. Trials end when the accuracy is
-// reached or their time (about half a second) is used up; what was extrapolated over more than a factor of ten is said
-// to be so. An inconsistent start is taken with its jump, and that is said.
+// The step comes from trial solves with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p,
+// the finer errs by d / (2^p - 1), and the number of steps for kRecommendedAccuracy follows. Trials end when the
+// accuracy is reached or their time (about half a second) is used up; what was extrapolated over more than a factor of
+// ten is said to be so. An inconsistent start is taken with its jump, and that is said.
 // Errors: InvalidArgument as Solve(). `stop` ends the trials.
 absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop);
 

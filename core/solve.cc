@@ -102,9 +102,10 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        std::to_string(solution.cost.steps) + " steps.";
   }
   if (context.first_impulse) {
-    solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " + task.choice.impulsive +
-                                ", which only impulses can keep: y grows there as the step shrinks, and what x does "
-                                "belongs to the method and not to the system.");
+    solution.warnings.push_back(
+        "y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " + task.choice.impulsive +
+        ", which only impulses can keep: y grows there as the step shrinks, and what x does "
+        "belongs to the method and not to the system.");
   }
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
@@ -182,8 +183,9 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
         "(N x + g)' = 0. This law was asked for; the system itself does not hold it.");
   }
   if (!task.choice.impulsive_rows.empty()) {
-    report.warnings.push_back("y reaches " + task.choice.impulsive +
-                              " through two or more integrations only: should it become active, solutions need impulses.");
+    report.warnings.push_back(
+        "y reaches " + task.choice.impulsive +
+        " through two or more integrations only: should it become active, solutions need impulses.");
   }
   observer.OnAnalysis(report);
 

@@ -21,8 +21,8 @@ namespace dlcs {
 // a rule, with every violation in the message ("field: description", one per line; Validate() gives them
 // singly).
 // Threads: at most options.num_threads, and the result has the same bits for any number.
-// `stop` is looked at before every LCP, every block of the kernel and every term of a contour; the matrix functions of the
-// set-up, O(m³), are not interrupted.
+// `stop` is looked at before every LCP, every block of the kernel and every term of a contour; the matrix functions of
+// the set-up, O(m³), are not interrupted.
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
                                std::stop_token stop);
 

@@ -15,7 +15,7 @@ namespace dlcs {
 enum class Answer { kNo, kYes, kUnknown };
 const char* AnswerName(Answer answer);  // "no", "yes", "unknown"
 
-// What a caller can check for himself, by arithmetic alone. Which parts are set stands with the test that gave the fact.
+// What a caller can check for himself, by arithmetic alone. Which parts are set is said by the test that gave it.
 struct Witness {
   std::vector<Index> indices;   // S, increasing: the principal submatrix M_SS is meant
   std::optional<double> value;  // of the minor det M_SS, of the form zᵀMz, ...

@@ -20,8 +20,8 @@ constexpr int kMaxFreeSteps = 200;
 
 Matrix Exponential(const Matrix& A) { return ComputePhiFunctions(A).phi0; }
 
-// Follows d(t) = (e^{|A|t} - I)b, b = |B|e, whose norm ‖ |C| d ‖ is PhiBound(t): the matrices are nonnegative, so the row sums
-// of their product are its product with e, and nothing cancels.
+// Follows d(t) = (e^{|A|t} - I)b, b = |B|e, whose norm ‖ |C| d ‖ is PhiBound(t): the matrices are nonnegative, so the
+// row sums of their product are its product with e, and nothing cancels.
 class PhiBoundSearch {
  public:
   PhiBoundSearch(const IndexOneSystem& system, double first_step)
@@ -53,8 +53,8 @@ class PhiBoundSearch {
   std::vector<Matrix> growth_;  // e^{|A|t} - I for t = first_step 2^k
 };
 
-// A lower bound of the largest t in [0, horizon] with PhiBound(t) <= limit, to about one part in 500: the binary digits of
-// t one after the other. At most kMaxDoublings products of m × m matrices; a stop leaves what is proven.
+// A lower bound of the largest t in [0, horizon] with PhiBound(t) <= limit, to about one part in 500: the binary digits
+// of t one after the other. At most kMaxDoublings products of m × m matrices; a stop leaves what is proven.
 double TimeOfPhiBound(const IndexOneSystem& system, double limit, double horizon, const std::stop_token& stop) {
   constexpr int kDigits = 9, kMaxDoublings = 30;
   const double A = InfinityNorm(system.A), BC = InfinityNorm(system.B) * InfinityNorm(system.C);
@@ -86,8 +86,8 @@ Vector ExponentialTimes(const Matrix& A, double t, Vector x) {
   return x;
 }
 
-// A time until which f_i = c + r, |r(t)| <= size (e^{‖A‖t} - 1), stays positive; since c <= size, ‖A‖ times it is at most
-// log 2.
+// A time until which f_i = c + r, |r(t)| <= size (e^{‖A‖t} - 1), stays positive; since c <= size, ‖A‖ times it is at
+// most log 2.
 double TimePositive(double value, double size, double norm_A) {
   return norm_A == 0 || size == 0 ? kInfinity : std::log1p(value / size) / norm_A;
 }

@@ -46,8 +46,8 @@ struct ShortTimeBounds {
   double sigma1 = 0;    // of the whole interval
   double sigma2 = 0;
 };
-// Cost: one set of φ-functions and at most 30 products of m × m matrices, in practice about ten; `stop` is looked at before
-// each, and a stop leaves a smaller ε_1 that is true all the same.
+// Cost: one set of φ-functions and at most 30 products of m × m matrices, in practice about ten; `stop` is looked at
+// before each, and a stop leaves a smaller ε_1 that is true all the same.
 ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double horizon, std::stop_token stop = {});
 
 // Up to when C e^{At} x0 >= 0 is proven, at most `horizon`; 0 where x0 is not known to lie in the

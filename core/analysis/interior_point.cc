@@ -26,7 +26,7 @@ bool IsInterior(const Vector& q, const Matrix& M, const Vector& v) {
   return true;
 }
 
-// v > 0 from y >= 0 of the ball, which is moved inwards by half of its margin; where every q is feasible, y is a direction.
+// v > 0 from y >= 0 of the ball, moved inwards by half of its margin; where every q is feasible, y is a direction.
 Vector PointInside(const FeasibleBall& ball, const Vector& q, const Matrix& M) {
   Vector v = ball.y;
   if (*ball.radius == std::numeric_limits<double>::infinity()) v *= 1 + 2 * MaxAbs(q) / (M * ball.y).minCoeff();
@@ -35,7 +35,7 @@ Vector PointInside(const FeasibleBall& ball, const Vector& q, const Matrix& M) {
   return v;
 }
 
-// min t subject to uᵀq <= t, Mᵀu <= t e, Σu = 1, u >= 0, q and M scaled: t < 0 excludes strictly. Empty where there is none.
+// min t subject to uᵀq <= t, Mᵀu <= t e, Σu = 1, u >= 0, q and M scaled: t < 0 excludes strictly. Empty if none.
 Vector Excluder(const Vector& q, const Matrix& M) {
   const Index n = q.size();
   const auto scaled = [](const auto& values) { return (values / (MaxAbs(values) > 0 ? MaxAbs(values) : 1)).eval(); };

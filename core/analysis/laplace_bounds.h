@@ -48,14 +48,14 @@ class IterationBound {
 // step, so with r = L κ h the factor is r^k C(W + k - 1, k), which tends to (L κ t)^k/k!.
 double LogReducedFactor(double rate, double window, int k);
 
-// The window W with r W <= 1 (at least a step, at most `most`), on which the reduced iteration contracts from the start.
+// The window W with r W <= 1 (at least a step, at most `most`), on which the reduced iteration contracts at once.
 double RecommendedWindow(double rate, double most);
 
 // The smallest k for which LogReducedFactor() is below log `tolerance`; absent for r >= 1, where one step may diverge.
 std::optional<double> ReducedIterationsFor(double rate, double window, double tolerance);
 
-// max over `times` of  t ∫_0^1 ‖Q_t(σ) - e^{tσA}‖_∞ dσ,  where Q_t(σ) = Σ_p weight_p e^{z_p σ} (z_p I - tA)⁻¹ stands for
-// e^{tσA} in (2.5): a source of size 1 then errs by no more at those times, the Err_max of (2.12) as a number.
+// max over `times` of  t ∫_0^1 ‖Q_t(σ) - e^{tσA}‖_∞ dσ,  where Q_t(σ) = Σ_p weight_p e^{z_p σ} (z_p I - tA)⁻¹ stands
+// for e^{tσA} in (2.5): a source of size 1 then errs by no more at those times, the Err_max of (2.12) as a number.
 // The integral is summed at points even in log σ. Cost: O(m³ + P m²) for each of 128 points and each time.
 double SourceQuadratureError(const Contour& contour, const Resolvent& resolvent, const Matrix& A,
                              const std::vector<double>& times);

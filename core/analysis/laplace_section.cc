@@ -48,14 +48,15 @@ class Writer {
   }
 
  private:
-  void AddConstant(std::string id, std::string symbol, std::string title, std::optional<double> value, ConstantKind kind,
-                   std::string why, std::string source) {
+  void AddConstant(std::string id, std::string symbol, std::string title, std::optional<double> value,
+                   ConstantKind kind, std::string why, std::string source) {
     section_.constants.push_back({std::move(id), std::move(symbol), std::move(title), value, kind, std::move(why),
                                   std::move(source)});
   }
 
   bool WriteLipschitz() {
-    Finding finding{"lipschitz", "y is a Lipschitz function of the state", {}, "Lemma 2.1 and Lemma 3.1 of [Wu & Chen]"};
+    Finding finding{
+        "lipschitz", "y is a Lipschitz function of the state", {}, "Lemma 2.1 and Lemma 3.1 of [Wu & Chen]"};
     const bool unique = selection_ == Selection::kUnique, least = selection_ == Selection::kLeastElement;
     finding.fact.answer = unique || least ? Answer::kYes : Answer::kNo;
     finding.fact.why = unique  ? "M is a P-matrix, so this holds for every q"
@@ -79,9 +80,12 @@ class Writer {
                 "largest |arg(-λ)|", "(2.1a) of [Wu & Chen]");
     Finding finding{"sector", "The spectrum of A lies inside the contour", {}, "Theorem 2.2 of [Wu & Chen]"};
     finding.fact.answer = sectorial_ ? Answer::kYes : Answer::kNo;
-    finding.fact.why = "α = " + FormatNumber(alpha) + (sectorial_ ? " is" : " is not") +
-                       " smaller than π/2 - γ = " + FormatNumber(allowed) +
-                       (sectorial_ ? "" : "; laplace-iteration does not depend on it, and paper-iteration splits off what lies outside");
+    finding.fact.why =
+        "α = " + FormatNumber(alpha) + (sectorial_ ? " is" : " is not") +
+        " smaller than π/2 - γ = " + FormatNumber(allowed) +
+        (sectorial_
+             ? ""
+             : "; laplace-iteration does not depend on it, and paper-iteration splits off what lies outside");
     section_.findings.push_back(finding);
   }
 
@@ -109,24 +113,26 @@ class Writer {
       error = SourceQuadratureError(contour_, resolvent, problem_.A, Halvings(problem_.horizon, 4));
       why = "of a source B y + f of size 1, measured at four times from T downwards";
     }
-    AddConstant("quadrature-error", "Err_max", "error of the contour quadrature in x", error, ConstantKind::kEstimate, why,
-                "(2.8), (2.12) of [Wu & Chen]");
+    AddConstant("quadrature-error", "Err_max", "error of the contour quadrature in x", error,
+                ConstantKind::kEstimate, why, "(2.8), (2.12) of [Wu & Chen]");
     return error;
   }
 
   void WriteIterations(double rate, std::optional<double> quadrature) {
     IterationBound bound(contour_, rate, problem_.horizon);
-    AddConstant("iterations", "k", "iterations of paper-iteration that are enough", bound.IterationsFor(options_.tolerance),
-                ConstantKind::kUpperBound,
-                "over [0, T] as one window, for an error of " + FormatNumber(options_.tolerance) + " of the first",
-                "(2.7a) of [Wu & Chen]");
+    AddConstant(
+        "iterations", "k", "iterations of paper-iteration that are enough",
+        bound.IterationsFor(options_.tolerance), ConstantKind::kUpperBound,
+        "over [0, T] as one window, for an error of " + FormatNumber(options_.tolerance) + " of the first",
+        "(2.7a) of [Wu & Chen]");
     const double amplification = bound.LogAmplification() / std::log(10.0);
     AddConstant("log10-amplification", "log₁₀ Σ F_r", "what an error of each iteration can grow by, as a power of ten",
                 amplification, ConstantKind::kUpperBound, "", "(2.14a) of [Wu & Chen]");
     if (!quadrature) return;
-    AddConstant("log10-accuracy", "log₁₀ |x*_P - x|", "accuracy of the converged x, as a power of ten, without the O(h) of (2.18)",
-                std::log10(*quadrature) + amplification, ConstantKind::kEstimate, "for sources B y + f of size 1",
-                "(2.8), (2.18) of [Wu & Chen]");
+    AddConstant("log10-accuracy", "log₁₀ |x*_P - x|",
+                "accuracy of the converged x, as a power of ten, without the O(h) of (2.18)",
+                std::log10(*quadrature) + amplification, ConstantKind::kEstimate,
+                "for sources B y + f of size 1", "(2.8), (2.18) of [Wu & Chen]");
   }
 
   void WriteStart(double rate) {
@@ -137,12 +143,15 @@ class Writer {
     if (!start.failure.empty()) return;
     AddConstant("beta", "β", "how far x may move on [0, T*]", start.beta, ConstantKind::kEstimate, why,
                 "(3.5) of [Wu & Chen]");
-    AddConstant("c-0", "C_0", "how far the first iterate moves on [0, T*]", start.first_move, ConstantKind::kEstimate,
-                "sup ‖x^1 - x0‖ itself; the printed ‖e^{At}‖‖x0‖ is at least ‖x0‖ for every T*", "(3.6) of [Wu & Chen]");
-    AddConstant("t-star", "T*", "interval on which all iterates are feasible", start.t_star, ConstantKind::kEstimate, why,
-                "Theorem 3.2 of [Wu & Chen]");
+    AddConstant("c-0", "C_0", "how far the first iterate moves on [0, T*]", start.first_move,
+                ConstantKind::kEstimate,
+                "sup ‖x^1 - x0‖ itself; the printed ‖e^{At}‖‖x0‖ is at least ‖x0‖ for every T*",
+                "(3.6) of [Wu & Chen]");
+    AddConstant("t-star", "T*", "interval on which all iterates are feasible", start.t_star,
+                ConstantKind::kEstimate, why, "Theorem 3.2 of [Wu & Chen]");
     AddConstant("t-star-from-x0", "T*₀", "the same, without the last term of (3.6)", start.t_star_from_x0,
-                ConstantKind::kEstimate, "the start x^0 = x0 makes that term zero", "proof of Theorem 3.2 of [Wu & Chen]");
+                ConstantKind::kEstimate, "the start x^0 = x0 makes that term zero",
+                "proof of Theorem 3.2 of [Wu & Chen]");
     if (start.t_star_from_x0 < problem_.horizon) {
       section_.warnings.push_back("The iteration from a constant start is guaranteed to stay feasible on [0, " +
                                   FormatNumber(start.t_star_from_x0) +

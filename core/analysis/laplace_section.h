@@ -11,11 +11,13 @@
 
 namespace dlcs {
 
-// The conditions and constants of [Wu & Chen] for `problem` with the contour, step and tolerance of `options`: whether the
-// iterations apply; α, φ, Θ_1, Θ_max and L̃; the iterations of paper_iteration over the whole horizon (2.7a); the error of its
-// quadrature (2.8); for Z-matrices ρ, β, C_0 and T* of Theorem 3.2; κ, window and iterations per window of laplace_iteration.
+// The conditions and constants of [Wu & Chen] for `problem` with the contour, step and tolerance of `options`: whether
+// the iterations apply; α, φ, Θ_1, Θ_max and L̃; the iterations of paper_iteration over the whole horizon (2.7a); the
+// error of its quadrature (2.8); for Z-matrices ρ, β, C_0 and T* of Theorem 3.2; κ, window and iterations per window of
+// laplace_iteration.
 //
-// For more than kMaxLaplaceStates states only whether the iterations apply. Quadrature errors for up to kMaxQuadratureStates.
+// For more than kMaxLaplaceStates states only whether the iterations apply. Quadrature errors for up to
+// kMaxQuadratureStates.
 // Cost: a complex Schur form, 16 (P + 1) resolvents, one set of φ-functions per step length: O(m³) each.
 AnalysisSection LaplaceSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                Selection selection);

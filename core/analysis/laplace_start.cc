@@ -19,8 +19,8 @@ namespace {
 
 constexpr Index kSteps = 256;
 
-// Fills x^1 of `segment` from its first column `x`, for y^1 = SOL(N x0 + g, M); cuts the segment before the first node whose
-// LCP has no solution. Returns whether any node is left.
+// Fills x^1 of `segment` from its first column `x`, for y^1 = SOL(N x0 + g, M); cuts the segment before the first node
+// whose LCP has no solution. Returns whether any node is left.
 bool FirstIterate(const Problem& problem, const Scheme& scheme, LcpBatch& batch, Workers& workers, const Vector& x,
                   Segment& segment) {
   const Matrix constant = problem.x0.replicate(1, segment.steps + 1);

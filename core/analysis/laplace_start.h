@@ -17,10 +17,10 @@ bool SatisfiesThreeSix(double first_move, double a, double beta);
 
 // Theorem 3.2 for growing T, on 256 steps of [0, T] and the nodes of the break points.
 //
-// C_0 is meant to bound ‖x^1 - x0‖. As printed it holds ‖e^{At}‖‖x0‖ in place of ‖(e^{At} - I) x0‖, which is at least ‖x0‖
-// however short T is, and no bound where e^{At} x0 turns against x0. Here C_0 is sup ‖x^1(t) - x0‖ itself.
+// C_0 is meant to bound ‖x^1 - x0‖. As printed it holds ‖e^{At}‖‖x0‖ in place of ‖(e^{At} - I) x0‖, which is at least
+// ‖x0‖ however short T is, and no bound where e^{At} x0 turns against x0. Here C_0 is sup ‖x^1(t) - x0‖ itself.
 //
-// The last term of (3.6) is the distance ‖x^0 - x0‖ of the start, which the theorem chooses as 0: C_0 e^a < β is enough.
+// The last term of (3.6) is the distance ‖x^0 - x0‖ of the start, which the theorem sets to 0: C_0 e^a < β is enough.
 struct GuaranteedStart {
   std::optional<double> radius;  // ρ: FEA(q, M) is not empty for ‖q - (N x0 + g(0))‖_∞ <= ρ; may be infinite
   double beta = 0;               // β of (3.5) at T* (printed form)
@@ -30,8 +30,8 @@ struct GuaranteedStart {
   std::string failure;           // why nothing is known: no LCP at 0, a source that is not finite; then all is 0
 };
 
-// `rate` is L̃ Θ_max. Nothing is iterated: the first iterate is one propagation of y^1 = SOL(N x0 + g(t), M). Cost: one set of
-// φ-functions for each step length, 257 LCPs, two linear programs. Sampled at nodes, so an estimate.
+// `rate` is L̃ Θ_max. Nothing is iterated: the first iterate is one propagation of y^1 = SOL(N x0 + g(t), M). Cost: one
+// set of φ-functions for each step length, 257 LCPs, two linear programs. Sampled at nodes, so an estimate.
 GuaranteedStart MeasureGuaranteedStart(const Problem& problem, Selection selection, double rate);
 
 }  // namespace dlcs

@@ -98,8 +98,8 @@ std::optional<double> RightHandSideLipschitz(const Problem& problem, const std::
   return InfinityNorm(problem.A) + *lipschitz * InfinityNorm(problem.B) * InfinityNorm(problem.N);
 }
 
-absl::StatusOr<std::optional<FirstStep>> BoundFirstStep(const Problem& problem, const SolutionChoice& choice, double kappa,
-                                                        double step) {
+absl::StatusOr<std::optional<FirstStep>> BoundFirstStep(const Problem& problem, const SolutionChoice& choice,
+                                                        double kappa, double step) {
   auto speed = SpeedAtStart::Create(problem, choice);
   if (!speed.ok()) return speed.status();
   const std::optional<double> c = speed->At(step, Side::kLeft);
@@ -112,7 +112,8 @@ absl::StatusOr<std::optional<FirstStep>> BoundFirstStep(const Problem& problem, 
   return first;
 }
 
-absl::StatusOr<std::optional<GuaranteedInterval>> GuaranteeInterval(const Problem& problem, const SolutionChoice& choice,
+absl::StatusOr<std::optional<GuaranteedInterval>> GuaranteeInterval(const Problem& problem,
+                                                                    const SolutionChoice& choice,
                                                                     double kappa) {
   auto speed = SpeedAtStart::Create(problem, choice);
   if (!speed.ok()) return speed.status();

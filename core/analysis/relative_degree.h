@@ -12,8 +12,8 @@
 
 namespace dlcs {
 
-// For each row i of w = N x + g + M y: how many integrations lie between y and w_i. 0 where row i of M is not zero; else
-// the smallest k in 1, …, m with N_i A^{k-1} B != 0; absent where there is none, and none beyond m either
+// For each row i of w = N x + g + M y: how many integrations lie between y and w_i. 0 where row i of M is not zero;
+// else the smallest k in 1, …, m with N_i A^{k-1} B != 0; absent where there is none, and none beyond m either
 // (Cayley-Hamilton): then y never acts on w_i, and the data alone decide whether w_i >= 0.
 //
 // An entry counts as zero when it is below the rounding of its own sum, (|N| |A|^{k-1} |B|)_ij, so the answer does not
@@ -30,8 +30,8 @@ std::optional<int> RelativeDegree(const Matrix& A, const Matrix& B, const Matrix
 // The rows of degree two and more, increasing.
 std::vector<Index> ImpulsiveRows(const std::vector<std::optional<int>>& degrees);
 
-// "constraint 2 (relative degree 3)", "constraints 0 (relative degree 2), 3 (relative degree 2)"; without a degree where it is
-// absent. At most five of `rows` are named.
+// "constraint 2 (relative degree 3)", "constraints 0 (relative degree 2), 3 (relative degree 2)"; without a degree
+// where it is absent. At most five of `rows` are named.
 std::string DescribeRows(const std::vector<Index>& rows, const std::vector<std::optional<int>>& degrees);
 
 }  // namespace dlcs

@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// The section "relative-degree", for M with zero rows: the degree of each such constraint, with warnings for those of degree
-// two and more and for those that y never reaches (core/analysis/relative_degree.h), unless y is a function of x.
+// The section "relative-degree", for M with zero rows: the degree of each such constraint, with warnings from degree
+// two on and where y never reaches it (core/analysis/relative_degree.h), unless y is a function of x.
 AnalysisSection RelativeDegreeSection(const Problem& problem, Selection selection);
 
 }  // namespace dlcs

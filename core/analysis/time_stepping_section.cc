@@ -104,7 +104,8 @@ class Writer {
       norms = "‖A‖ = " + FormatNumber(InfinityNorm(problem_.A)) + ", 𝓛 = " + FormatNumber(*matrix_class_.lipschitz) +
               ", ‖B‖ = " + FormatNumber(InfinityNorm(problem_.B)) + ", ‖N‖ = " + FormatNumber(InfinityNorm(problem_.N));
     }
-    Add("kappa", "κ", "Lipschitz constant of the right-hand side", kappa_, ConstantKind::kUpperBound, norms, "section 3");
+    Add("kappa", "κ", "Lipschitz constant of the right-hand side", kappa_, ConstantKind::kUpperBound, norms,
+        "section 3");
     Add("contraction-step", "1/κ", "shorter steps have one solution", below_kappa, ConstantKind::kLowerBound, why,
         "Lemma 3.1");
     Add("newton-bound", "1/(3κ)", "with shorter steps Newton's method converges", below_three_kappa,
@@ -136,8 +137,8 @@ class Writer {
     } else if (interval_) {
       until = interval_->interval;
       if (interval_->sampled) kind = ConstantKind::kEstimate;
-      why = "T = " + FormatNumber(interval_->horizon) + ", γ = " + FormatNumber(interval_->gamma) + " in (4.2), c_0 = " +
-            FormatNumber(interval_->speed);
+      why = "T = " + FormatNumber(interval_->horizon) + ", γ = " + FormatNumber(interval_->gamma) +
+            " in (4.2), c_0 = " + FormatNumber(interval_->speed);
     }
     Add("t-0", "T_0", "until then there is one solution", until, kind, why, "Theorem 4.1");
   }

@@ -11,10 +11,10 @@
 
 namespace dlcs {
 
-// The section "time-stepping": κ, the step bounds 1/κ and 1/(3κ), γ and γ_1 of the first step on the grid of `options`, (4.1),
-// whether Newton's method is sure to converge with these steps, and T_0 of Theorem 4.1, all of [Chen & Xiang 2013]. For a
-// sound problem of any class: what is not known is absent, with the reason. A longer step is allowed; where Newton's
-// method is asked for, a warning says that nothing is guaranteed.
+// The section "time-stepping": κ, the step bounds 1/κ and 1/(3κ), γ and γ_1 of the first step on the grid of `options`,
+// (4.1), whether Newton's method is sure to converge with these steps, and T_0 of Theorem 4.1, all of [Chen & Xiang
+// 2013]. For a sound problem of any class: what is not known is absent, with the reason. A longer step is allowed;
+// where Newton's method is asked for, a warning says that nothing is guaranteed.
 // Cost: 258 LCPs at x0, up to seven linear programs of n rows.
 AnalysisSection TimeSteppingSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                     Selection selection);

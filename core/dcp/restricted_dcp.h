@@ -32,8 +32,8 @@ struct RestrictedDcpSolution {
 // The memory of (12) is summed as it stands: no state is kept. First order in v. `solved` is false where an LCP has no
 // solution; for strictly semicopositive CB every one has for h <= h̄ of Theorem 7(a). Of several solutions any is
 // taken: see TestDcpUniqueness().
-// Errors: InvalidArgument for shapes, entries that are not finite, t̂ <= 0, steps < 1, or C x0 >= 0 not true; Cancelled where
-// `stop`, looked at every step, was requested. Cost: O(steps² n²) + O(steps m² n), one LCP a step.
+// Errors: InvalidArgument for shapes, entries that are not finite, t̂ <= 0, steps < 1, or C x0 >= 0 not true; Cancelled
+// where `stop`, looked at every step, was requested. Cost: O(steps² n²) + O(steps m² n), one LCP a step.
 absl::StatusOr<RestrictedDcpSolution> SolveRestrictedDcp(const IndexOneSystem& system, const Vector& x0, double t_hat,
                                                          Index steps, std::stop_token stop = {});
 

@@ -25,8 +25,8 @@ struct Contour {
 // source term of a sectorial A.
 Contour SourceContour(Index nodes);
 
-// Remark 2.3 of [Wu & Chen] for e^{At} x0: μ = 4.4921 P, γ = 1.1721, Δv = 1.0818/P; error O(e^{-2.32 P}), until rounding
-// grows like e^{0.35 P} 1e-16: best at P = 13 with some 1e-14.
+// Remark 2.3 of [Wu & Chen] for e^{At} x0: μ = 4.4921 P, γ = 1.1721, Δv = 1.0818/P; error O(e^{-2.32 P}), until
+// rounding grows like e^{0.35 P} 1e-16: best at P = 13 with some 1e-14.
 // Source: [Weideman & Trefethen 2007] Parabolic and hyperbolic contours for computing the Bromwich integral.
 // Math. Comp. 76, 1341-1356.
 Contour InitialStateContour(Index nodes);

@@ -9,15 +9,16 @@
 
 namespace dlcs {
 
-// Remark 2.4 of [Wu & Chen]: γ, μ and Δv = h for which the source term of an A with its spectrum in |arg(-λ)| <= `sector_angle`
-// (below π/2) is least wrong at P = `nodes`. Minimises the largest of three parts of the error, in logarithms, over μ <= 4:
+// Remark 2.4 of [Wu & Chen]: γ, μ and Δv = h for which the source term of an A with its spectrum in
+// |arg(-λ)| <= `sector_angle` (below π/2) is least wrong at P = `nodes`. Minimises over μ <= 4 the largest of three
+// parts of the error, in logarithms:
 //
 //     -2π (π/2 - α - γ)/h        the contour may be moved by this much before it meets the sector,
 //     μ - 2πγ/h                  and by γ to the other side, where it is a vertical line through μ,
 //     log(2/(μ sin γ)) - hP      what is cut off: ∫ |z'/z²| beyond the last node; near τ = t nothing decays faster.
 //
-// For large P this is δ√P with δ -> √(π(π/2 - α)), h = δ/√P, γ -> (π/2 - α)/2: 2.22 for α = 0 (the paper's 2.06 has a larger
-// μ), 1.08 for α = 1.2, 0.47 for α = 1.5.
+// For large P this is δ√P with δ -> √(π(π/2 - α)), h = δ/√P, γ -> (π/2 - α)/2: 2.22 for α = 0 (the paper's 2.06 has a
+// larger μ), 1.08 for α = 1.2, 0.47 for α = 1.5.
 Contour BestSourceContour(Index nodes, double sector_angle);
 // The largest of the three, for any contour: log of the error, but for a factor of moderate size.
 double LogSourceError(const Contour& contour, double sector_angle);
@@ -25,9 +26,9 @@ double LogSourceError(const Contour& contour, double sector_angle);
 // Whose parameters those of ContourFor() are.
 const char* ContourSource(const Options& options, double sector_angle);
 
-// The contour of paper_iteration, by options.contour. Left to itself: Theorem 2.2's parameters where `sector_angle` + γ < π/2, else
-// those of Remark 2.4 (up to kWidestSector, beyond which P would have to be in the hundreds). Those that `options` give take
-// their place.
+// The contour of paper_iteration, by options.contour. Left to itself: Theorem 2.2's parameters where
+// `sector_angle` + γ < π/2, else those of Remark 2.4 (up to kWidestSector, beyond which P would have to be in the
+// hundreds). Those that `options` give take their place.
 Contour ContourFor(const Options& options, double sector_angle);
 inline constexpr double kWidestSector = 1.2;
 

@@ -56,8 +56,8 @@ void Kernel::Reserve(Index window, const std::stop_token& stop) {
 
 // In multiplications of a matrix product, to which the scalar work of a Schur form and of triangular solves is
 // converted; fitted to m from 30 to 200, n from 1 to 60 and windows from 64 to 2048. For dense A the two are close: at
-// m = 200 and 2048 blocks contours take 1.6 s for 2.4 s with n = 60, the same time with n = 20, and more with n = 5. The
-// number of threads must not count, or the bits would depend on it.
+// m = 200 and 2048 blocks contours take 1.6 s for 2.4 s with n = 60, the same time with n = 20, and more with n = 5.
+// The number of threads must not count, or the bits would depend on it.
 bool Kernel::ContourPays(Index window) const {
   if (source_ != KernelSource::kAuto || contours_) return source_ != KernelSource::kPhiFunctions;
   const double m = static_cast<double>(problem_.num_states()), n = static_cast<double>(problem_.num_constraints());

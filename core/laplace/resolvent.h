@@ -46,8 +46,8 @@ class Resolvent {
   ComplexMatrix from_;
 };
 
-// The largest |arg(-λ)| over the eigenvalues of A, in [0, π]; eigenvalues up to `zero`, or below 1e-14 of the largest, count
-// as zero, which lies in every sector.
+// The largest |arg(-λ)| over the eigenvalues of A, in [0, π]; eigenvalues up to `zero`, or below 1e-14 of the largest,
+// count as zero, which lies in every sector.
 double SectorAngle(const Eigen::VectorXcd& eigenvalues, double zero = 0);
 
 }  // namespace dlcs

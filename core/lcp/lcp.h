@@ -115,15 +115,15 @@ class LcpSolver {
 
 // The solver of LCP(q, M) for `choice`: principal pivoting with kept factors (kUnique), Chandrasekaran
 // (kLeastElement), the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive
-// semidefinite), a quadratic program or enumeration (kMinimiser, and kLeastNorm for small M of other classes), Lemke with
-// lexicographic ratio test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for larger
-// n (kAny). The choice is taken on trust: M must be what SelectRule() asks for, `choice` hold what its selection needs.
+// semidefinite), a quadratic program or enumeration (kMinimiser, and kLeastNorm for small M of other classes), Lemke
+// with lexicographic ratio test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for
+// larger n (kAny). The choice is taken on trust: M must be what SelectRule() asks for, `choice` complete.
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice);
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on
 // M: the returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found
-// (core/lcp/coupled_least_element.h, core/lcp/coupled_selection.h). kInfeasible only when LCP(q, M + K) has no solution.
-// Nothing is asked of M + K.
+// (core/lcp/coupled_least_element.h, core/lcp/coupled_selection.h). kInfeasible only when LCP(q, M + K) has no
+// solution. Nothing is asked of M + K.
 std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice);
 
 }  // namespace dlcs

@@ -35,8 +35,8 @@ struct Grid {
 // both parts are cut anew. An output time within 1e-9 steps of a node is that node.
 //
 // With options.grid_times these are the nodes, and 0, `horizon`, the break points and the output times besides; of
-// times that agree to rounding one is a node, a break point before an output time before a grid time. Consecutive steps that agree to the rounding of their times make one run.
-// `options` must have passed Validate().
+// times that agree to rounding one is a node, a break point before an output time before a grid time. Consecutive steps
+// that agree to the rounding of their times make one run. `options` must have passed Validate().
 Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options);
 
 // The same grid with every step halved; output nodes stay at their times.

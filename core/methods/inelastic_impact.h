@@ -9,7 +9,7 @@
 namespace dlcs {
 
 // For M = 0 and N B = 0 with no row of N A B zero, y acts on the gap w = N x + g through its velocity
-// v = w' = N A x + N f + g' alone. On each step, with C the constraints that are in contact (closed and not separating):
+// v = w' = N A x + N f + g' alone. On each step, with C the constraints in contact (closed, not separating):
 //
 //     x_j = E x_{j-1} + h φ_1 B y_j + (terms of f),    y_C from  0 <= y_C ⟂ v_C(t_j) >= 0,   y = 0 elsewhere,
 //

@@ -19,12 +19,12 @@ namespace dlcs {
 // [Wu & Chen] with the hats of the interpolant integrated exactly: it needs N x only, so an iteration is
 // independent of the number of states, and A may have any spectrum.
 //
-// A window ends at a break point. It goes across steps of unequal length (up to kCachedSteps lengths), where a run of equal
-// ones would be short for it: then the states are computed in every iteration, O(m²) a step.
+// A window ends at a break point. It goes across steps of unequal length (up to kCachedSteps lengths), where a run of
+// equal ones would be short for it: then the states are computed in every iteration, O(m²) a step.
 //
 // Windows start with L κ W h near 1, are halved when the iteration diverges or leaves the feasible set,
-// and grow again on success; a single step that still fails is marched with LCP(M + K_0). With a fixed width or the whole
-// horizon in the options, the failure ends the solve instead (kDiverged, kIterationLimit).
+// and grow again on success; a single step that still fails is marched with LCP(M + K_0). With a fixed width or the
+// whole horizon in the options, the failure ends the solve instead (kDiverged, kIterationLimit).
 // Requires a Lipschitz y (P-matrix, or Z-matrix with the least element). Returns whether the end was reached.
 // Threads: those of context.workers; same bits for any number.
 bool LaplaceIteration(SolveContext& context);

@@ -49,8 +49,8 @@ class Marcher {
 
   // Marches all steps of `segment`, whose sources are given and whose x and y hold the start in column 0, filling
   // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
-  // done, fewer than all also where `stop` was requested (looked at every step). Counts what it finds in `departures`; a
-  // scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
+  // done, fewer than all also where `stop` was requested (looked at every step). Counts what it finds in `departures`;
+  // a scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
   // Cost: 2m² + 3mn and one warm LCP a step.
   LcpVerdict March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved);
 

@@ -12,7 +12,7 @@ namespace dlcs {
 // [0, T] at once and from x^0 = x0:
 //
 //     y_j^{k+1} = SOL(N x_j^k + g_j, M),
-//     x_j^{k+1} = e^{A t_j} x0 + Δv/(2πi) Σ_{p=-P..P} z'_p (z_p I - A)⁻¹ ∫_0^{t_j} e^{z_p (t_j - τ)} (B ỹ^{k+1} + f̃) dτ
+//     x_j^{k+1} = e^{A t_j} x0 + Δv/(2πi) Σ_{p=-P..P} z'_p (z_p I - A)⁻¹ ∫_0^{t_j} e^{z_p (t_j - τ)} (Bỹ^{k+1} + f̃) dτ
 //
 // with ỹ, f̃ piecewise linear, or cubic splines by options.interpolation (Remark 2.5), and the nodes z_p = z(v_p) of
 // the contour (2.2), a different contour for each t_j. Parallel over times and contour nodes; same bits for any

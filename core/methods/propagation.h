@@ -9,8 +9,8 @@
 
 namespace dlcs {
 
-// Fills the columns 1.. of x of `segment` from its first column, y and f, by the recursion of an exp-PL `scheme`. All four
-// hold segment.steps + 1 columns.
+// Fills the columns 1.. of x of `segment` from its first column, y and f, by the recursion of an exp-PL `scheme`. All
+// four hold segment.steps + 1 columns.
 void Propagate(const Scheme& scheme, Segment& segment);
 
 }  // namespace dlcs

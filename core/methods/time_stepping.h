@@ -8,13 +8,13 @@
 
 namespace dlcs {
 
-// The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule in x and y.
+// The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule.
 Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step);
 
 // Marches (1.3) of [Chen & Xiang 2013]; with θ = 0 and the least element it is ILETS (1.8).
 //
 // By substitution: one LCP(q, M^h) a step with M^h = h N (I - h(1-θ)A)⁻¹ B + M. It asks nothing of M, so it
-// solves every class. The solution rule is judged on M: where M^h leaves the class of M, the solution carries a warning.
+// solves every class. The solution rule is judged on M: where M^h leaves the class of M, the solution has a warning.
 //
 // By Newton's method (3.3), core/methods/newton_step.h, where y is a function of x; the solution carries its rate,
 // and warnings where h is beyond 1/(3κ), and where steps had to be solved by substitution after all.

@@ -118,9 +118,10 @@ absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const O
   if (selection == Selection::kAny && !free.empty()) {
     Solution refused;
     refused.termination = Termination::kUnsupported;
-    refused.message = "y" + std::to_string(free.front() + 1) +
-                      " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
-                      "(5.2) cannot start: only a step that couples x and y means anything here.";
+    refused.message =
+        "y" + std::to_string(free.front() + 1) +
+        " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
+        "(5.2) cannot start: only a step that couples x and y means anything here.";
     refused.failure_time = 0;
     refused.method = Method::kLaplaceIteration;
     refused.warnings = report.warnings;

@@ -130,7 +130,8 @@ TEST(DlcsProgramTest, RefusesNewtonAndAveragingWithoutTheirMethod) {
 
 TEST(DlcsProgramTest, LandsInelasticallyOnlyWhereAskedTo) {
   constexpr const char* kFall =
-      R"json('{"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], "T": 2, "f": [0, -1]}')json";
+      R"json('{"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], )json"
+      R"json("T": 2, "f": [0, -1]}')json";
   EXPECT_EQ(SolveText(kFall, "--quiet").code, 1);
   const ProgramOutcome outcome =
       SolveText(kFall, "--inelastic-impact --steps 2000 --at 1,2 --format json --quiet");
@@ -176,7 +177,8 @@ TEST(DlcsProgramTest, ExitsWithTwoOnBadInput) {
 
 TEST(DlcsProgramTest, NamesFileAndFieldOfAProblemThatBreaksARule) {
   const ProgramOutcome outcome = SolveText(
-      R"json('{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": -4, "f": ["sin(x)"], "g": [-1]}')json",
+      R"json('{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": -4, )json"
+      R"json("f": ["sin(x)"], "g": [-1]}')json",
       "");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.err,

@@ -95,7 +95,8 @@ TEST(ComplementarySolverTest, SolvesTinyCoupledBlocks) {
       const Vector q = generator.SolvableQ(K / h, k % 4 < 2, &y) * h;
       Basis basis = RandomBasis(generator, n);
       Vector found(n);
-      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-16 * h), basis, found), LcpVerdict::kSolved) << solver->Account().message;
+      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-16 * h), basis, found), LcpVerdict::kSolved)
+          << solver->Account().message;
       EXPECT_LE((found - y).lpNorm<Eigen::Infinity>(), 1e-9);
       EXPECT_LE(LcpResidual(K, q, found), AllowedResidual(K, q, found, 1e-16 * h));
     }
@@ -121,7 +122,8 @@ TEST(ComplementarySolverTest, SolvesTinyBlocksNextToEntriesOfSizeOne) {
       const std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(M, K, Selection::kAny);
       Basis basis = RandomBasis(generator, n);
       Vector y(n);
-      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-15), basis, y), LcpVerdict::kSolved) << solver->Account().message;
+      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-15), basis, y), LcpVerdict::kSolved)
+          << solver->Account().message;
       EXPECT_LE(LcpResidual(M + K, q, y), AllowedResidual(M + K, q, y, 1e-15));
       Basis again = basis;
       Vector y_again(n);
@@ -147,7 +149,8 @@ TEST(ComplementarySolverTest, KeepsItsPromiseInAnyUnits) {
     ComplementarySolver solver(M, Known::kNothing);
     Basis basis = RandomBasis(generator, n);
     Vector y(n);
-    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 0), basis, y), LcpVerdict::kSolved) << k << " " << solver.Account().message;
+    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 0), basis, y), LcpVerdict::kSolved)
+        << k << " " << solver.Account().message;
     EXPECT_LE(LcpResidual(M, q, y), AllowedResidual(M, q, y, 0)) << k;
     // In the units of the inner problem it is as good.
     const Vector inner_y = y.cwiseProduct(scale);

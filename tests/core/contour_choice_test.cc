@@ -53,8 +53,8 @@ TEST_P(ContourChoiceTest, ConvergesAtTheRateOfItsSector) {
 
 INSTANTIATE_TEST_SUITE_P(Sectors, ContourChoiceTest, ::testing::Values(0.3, 0.5, 0.7, 0.8, 1.0, 1.2, 1.4, 1.5));
 
-// The rate 2.06 of Theorem 2.2 holds near α = 0 only: the contour comes close to a wide sector before α reaches π/2 - γ, and
-// beyond it does not converge.
+// The rate 2.06 of Theorem 2.2 holds near α = 0 only: the contour comes close to a wide sector before α reaches
+// π/2 - γ, and beyond it does not converge.
 TEST(ContourChoiceTest, BeatsTheContourOfTheoremTwoTwoForWideSectors) {
   EXPECT_LT(LargestError(SourceContour(100), 0.0), std::exp(-2.06 * 10));
   EXPECT_GT(LargestError(SourceContour(100), 0.7), 1e-4);

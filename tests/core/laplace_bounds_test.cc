@@ -32,7 +32,8 @@ TEST(LaplaceBoundsTest, ResolventFactorOfANormalMatrixIsTheDistanceToItsSpectrum
   const Contour contour = SourceContour(9);
   double expected = 0;
   for (const ContourNode& node : Nodes(contour)) {
-    for (const double lambda : {-1.0, -10.0}) expected = std::max(expected, std::abs(node.z / 2.0 / (node.z / 2.0 - lambda)));
+    for (const double lambda : {-1.0, -10.0})
+      expected = std::max(expected, std::abs(node.z / 2.0 / (node.z / 2.0 - lambda)));
   }
   EXPECT_NEAR(ResolventFactor(contour, Resolvent(A), {2.0}), expected, 1e-13);
 }
@@ -83,7 +84,8 @@ TEST(LaplaceBoundsTest, SourceQuadratureErrorBoundsAMeasuredErrorAndFallsLikeThe
     const Contour contour = SourceContour(nodes);
     predicted.push_back(SourceQuadratureError(contour, resolvent, A, {1.0}));
     std::complex<double> sum = 0;
-    for (const ContourNode& node : Nodes(contour)) sum += node.weight * (std::exp(node.z) - 1.0) / node.z / (node.z + 3.0);
+    for (const ContourNode& node : Nodes(contour))
+      sum += node.weight * (std::exp(node.z) - 1.0) / node.z / (node.z + 3.0);
     const double measured = std::abs(sum.real() - (1 - std::exp(-3.0)) / 3);
     EXPECT_LE(measured, predicted.back()) << nodes;
     EXPECT_LT(predicted.back(), 100 * std::exp(-2.06 * std::sqrt(static_cast<double>(nodes))));
@@ -131,8 +133,9 @@ TEST(LaplaceStartTest, ThreeSixIsItsDefinition) {
   EXPECT_TRUE(SatisfiesThreeSix(1e6, 50, std::numeric_limits<double>::infinity()));
 }
 
-// x' = x + y, 0 <= y ⟂ -x + c - y >= 0 with x0 = 0: M = -1 is a Z-matrix, FEA(q) = [0, q] for q >= 0, so ρ = c = β; y = 0 is
-// the least element and x^1 = 0 = x: nothing moves, and β a < β ends T* at 1/(L̃ Θ_max), while C_0 e^a < β never ends.
+// x' = x + y, 0 <= y ⟂ -x + c - y >= 0 with x0 = 0: M = -1 is a Z-matrix, FEA(q) = [0, q] for q >= 0, so ρ = c = β;
+// y = 0 is the least element and x^1 = 0 = x: nothing moves, and β a < β ends T* at 1/(L̃ Θ_max), while C_0 e^a < β
+// never ends.
 TEST(LaplaceStartTest, MatchesAHandComputation) {
   Problem problem = testing::Scalar(-1, 0.5, 0, 1);
   problem.M(0, 0) = -1;

@@ -138,7 +138,8 @@ TEST(NewtonBoundsTest, PerturbationsInTheBallStaySolvable) {
 }
 
 // The iterates u^0, u^1, ... of (3.3) as printed, by a loop of its own; θ = 0.
-std::vector<Vector> NewtonIterates(const Problem& problem, double h, const Vector& start, const Vector& f, const Vector& g) {
+std::vector<Vector> NewtonIterates(const Problem& problem, double h, const Vector& start, const Vector& f,
+                                   const Vector& g) {
   const Index m = problem.num_states(), n = problem.num_constraints();
   const auto solver = MakeLcpSolver(problem.M, kLeast);
   std::vector<Vector> iterates = {start};
@@ -212,8 +213,8 @@ TEST(NewtonBoundsTest, SolvesByNewtonOnTheGuaranteedInterval) {
   }
 }
 
-// As printed, (iii) of Theorem 4.1 asks h < 1/(3κ) alone. Here 3hκ = 0.9 and (4.1) holds, but the first iterate u = 1 is
-// beyond 0.9, where LCP(N u + g, M) has no solution: γ_1 must lie in the feasible ball, as Lemma 3.1 assumes.
+// As printed, (iii) of Theorem 4.1 asks h < 1/(3κ) alone. Here 3hκ = 0.9 and (4.1) holds, but the first iterate u = 1
+// is beyond 0.9, where LCP(N u + g, M) has no solution: γ_1 must lie in the feasible ball, as Lemma 3.1 assumes.
 TEST(NewtonBoundsTest, ShortStepsAreNotEnoughAtTheEdgeOfTheFeasibleStates) {
   Problem problem;
   problem.A = Matrix::Zero(1, 1);

@@ -123,8 +123,8 @@ TEST(NewtonStepTest, ConvergesToTheClosedFormOfExampleFourOneWithOrderOne) {
   }
 }
 
-// x' = -2x - 10 - Σ b_i y_i, y_i = (x - k_i)⁺, from x = 1: the first step of length 1/10 ends at 0 and crosses all the kinks
-// k_i = 4^{-i} that crowd there.
+// x' = -2x - 10 - Σ b_i y_i, y_i = (x - k_i)⁺, from x = 1: the first step of length 1/10 ends at 0 and crosses all the
+// kinks k_i = 4^{-i} that crowd there.
 Problem CrowdedKinks() {
   constexpr Index n = 20;
   Problem problem;
@@ -240,8 +240,8 @@ Problem RandomPProblem(Index m, Index n) {
   return problem;
 }
 
-// At a point where y has a kink, V is the derivative of F at points as near as one likes: it is in ∂F. Theorem 3.1, Case 1:
-// N has full row rank, so that u can be moved where (I - D)(q(u) - q) > 0.
+// At a point where y has a kink, V is the derivative of F at points as near as one likes: it is in ∂F. Theorem 3.1,
+// Case 1: N has full row rank, so that u can be moved where (I - D)(q(u) - q) > 0.
 TEST(NewtonStepTest, MatrixIsALimitOfDerivatives) {
   std::srand(5);
   constexpr Index n = 4, m = 5;
@@ -261,8 +261,9 @@ TEST(NewtonStepTest, MatrixIsALimitOfDerivatives) {
   }
 }
 
-// Theorem 3.1, Case 2: without full row rank no u need move (q_i)_{i not in J} upwards. The proof then changes N, N_ℓ -> N with
-// full row rank: V is the limit of matrices V_ℓ of ∂F_ℓ. That makes it a limit of derivatives of other functions F_ℓ.
+// Theorem 3.1, Case 2: without full row rank no u need move (q_i)_{i not in J} upwards. The proof then changes N,
+// N_ℓ -> N with full row rank: V is the limit of matrices V_ℓ of ∂F_ℓ. That makes it a limit of derivatives of other
+// functions F_ℓ.
 TEST(NewtonStepTest, MatrixIsALimitOfDerivativesForNearbyNWithoutFullRowRank) {
   std::srand(6);
   for (const Index n : {4, 7}) {  // 7 > m: rank(N) <= m < n, the augmented case
@@ -291,8 +292,9 @@ TEST(NewtonStepTest, MatrixIsALimitOfDerivativesForNearbyNWithoutFullRowRank) {
   }
 }
 
-// With q = (u, -u) no u makes both components larger: where J is empty V = I is the derivative of F nowhere near u = 0, and
-// not in ∂F: F(u) = u - u⁻/4 + u⁺/2 has ∂F(0) = [5/4, 3/2]. Theorem 3.1 is false as printed; Theorem 3.2 does not need it.
+// With q = (u, -u) no u makes both components larger: where J is empty V = I is the derivative of F nowhere near u = 0,
+// and not in ∂F: F(u) = u - u⁻/4 + u⁺/2 has ∂F(0) = [5/4, 3/2]. Theorem 3.1 is false as printed; Theorem 3.2 holds
+// without it.
 TEST(NewtonStepTest, MatrixNeedNotBeAGeneralizedJacobianWithoutFullRowRank) {
   Problem problem;
   problem.A = Matrix::Zero(1, 1);

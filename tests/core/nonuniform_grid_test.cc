@@ -81,20 +81,23 @@ TEST_P(NonuniformGridTest, UnequalStepsAreAsAccurate) {
   EXPECT_LT(unequal.certificate.node_residual, 1e-9 * unequal.certificate.lcp_scale);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Methods, NonuniformGridTest,
-    ::testing::Values(Subject{"z_least", Method::kLaplaceIteration, 200}, Subject{"z_least", Method::kExponentialMarch, 200},
-                      Subject{"z_least", Method::kTimeStepping, 200}, Subject{"z_least", Method::kPaperIteration, 100},
-                      Subject{"saturated_pd", Method::kLaplaceIteration, 300},
-                      Subject{"saturated_pd", Method::kExponentialMarch, 300},
-                      Subject{"rlcd", Method::kExponentialMarch, 2000}, Subject{"rlcd", Method::kTimeStepping, 4000},
-                      Subject{"relay_sliding", Method::kExponentialMarch, 500},
-                      Subject{"diode_bridge_cap", Method::kTimeStepping, 2000}),
-    [](const auto& test) {
-      std::string name = std::string(test.param.name) + "_" + MethodName(test.param.method);
-      std::replace(name.begin(), name.end(), '-', '_');
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Methods, NonuniformGridTest,
+                         ::testing::Values(Subject{"z_least", Method::kLaplaceIteration, 200},
+                                           Subject{"z_least", Method::kExponentialMarch, 200},
+                                           Subject{"z_least", Method::kTimeStepping, 200},
+                                           Subject{"z_least", Method::kPaperIteration, 100},
+                                           Subject{"saturated_pd", Method::kLaplaceIteration, 300},
+                                           Subject{"saturated_pd", Method::kExponentialMarch, 300},
+                                           Subject{"rlcd", Method::kExponentialMarch, 2000},
+                                           Subject{"rlcd", Method::kTimeStepping, 4000},
+                                           Subject{"relay_sliding", Method::kExponentialMarch, 500},
+                                           Subject{"diode_bridge_cap", Method::kTimeStepping, 2000}),
+                         [](const auto& test) {
+                           std::string name =
+                               std::string(test.param.name) + "_" + MethodName(test.param.method);
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 // Half the steps are halved steps: the error estimate knows the grid.
 TEST(NonuniformGridErrorTest, IsEstimatedOnHalvedSteps) {

@@ -79,8 +79,9 @@ TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
   spiral << 0.5, 2, 0.1, -2, 0.5, 0, 0, 0, -3;
   nilpotent << 0, 1, 0, 0, 0, 0, 0, 0.2, -1;
   all << 1, 3, 0, -3, 1, 1, 0, 0, 2;
-  for (const Subject& subject : {Subject{"oscillator", oscillator, 2}, Subject{"unstable", unstable, 1},
-                                 Subject{"spiral", spiral, 2}, Subject{"nilpotent", nilpotent, 0}, Subject{"all", all, 3}}) {
+  for (const Subject& subject :
+       {Subject{"oscillator", oscillator, 2}, Subject{"unstable", unstable, 1}, Subject{"spiral", spiral, 2},
+        Subject{"nilpotent", nilpotent, 0}, Subject{"all", all, 3}}) {
     SCOPED_TRACE(subject.name);
     Problem problem = testing::FourVariableEasy();
     problem.A = subject.A;
@@ -143,8 +144,8 @@ TEST(PaperIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
   EXPECT_LT(cubic, linear / 50);
 }
 
-// The same with y = max(0, -(x + g)), which leaves and meets zero between nodes: x'' is continuous, y' is not, and the spline
-// gains nothing (Remark 2.5).
+// The same with y = max(0, -(x + g)), which leaves and meets zero between nodes: x'' is continuous, y' is not, and the
+// spline gains nothing (Remark 2.5).
 TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
   Problem problem = testing::Scalar(-1, 0, 0, 1.5);
   problem.g = TimeFunction::Formulas({"-1.2*sin(7*t)"});

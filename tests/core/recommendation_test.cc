@@ -39,8 +39,8 @@ TEST_P(RecommendationTest, IsFollowedAndWorks) {
   const auto solution = Solve(the_case.problem, options, silent, {});
   ASSERT_TRUE(solution.ok()) << solution.status();
   ASSERT_EQ(solution->termination, Termination::kConverged) << solution->message;
-  // The recommendation promises 1e-3 of each component at 65 times, from differences of trials; a factor of three for what
-  // differences do not see.
+  // The recommendation promises 1e-3 of each component at 65 times, from differences of trials; a factor of three for
+  // what differences do not see.
   const CaseError error = ErrorOf(the_case, solution->times, solution->x, solution->y);
   EXPECT_LT(error.x, 3 * kRecommendedAccuracy) << options.num_steps << " steps";
   EXPECT_LT(solution->certificate.node_residual, 1e-9 * solution->certificate.lcp_scale);

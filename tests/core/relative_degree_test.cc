@@ -83,8 +83,8 @@ TEST(RelativeDegreeTest, GivesEveryRowItsOwnDegree) {
   }
 }
 
-// A reflected drift x1' = y1 - 1 over 0, beside a mass that falls on the floor at t = √(2/9.81) = 0.45: rows 0 and 1 of w have
-// degrees 1 and 2. `M` of the first row is 0, or a spring.
+// A reflected drift x1' = y1 - 1 over 0, beside a mass that falls on the floor at t = √(2/9.81) = 0.45: rows 0 and 1 of
+// w have degrees 1 and 2. `M` of the first row is 0, or a spring.
 Problem DriftAndFallingMass(double M, double horizon) {
   Problem problem;
   problem.A = Matrix::Zero(3, 3);

@@ -200,7 +200,7 @@ TEST(SolutionRulesInSolvesTest, IterationRefusesTheLeastNormOfExample21AtItsTie)
 }
 
 // M is hidden Z, and neither Z nor P. Its LCP has the solutions (0, max(-q2, 0)) and (q1, 0), each least for some X
-// (HiddenLeastElementTest.DependsOnX). q = (4, x - 1): x' = -x + y2 = 1 - 2x with the first, x' = -x + 2 with the other.
+// (HiddenLeastElementTest.DependsOnX). q = (4, x - 1): x' = -x + y2 = 1 - 2x with the first, -x + 2 with the other.
 Problem HiddenZProblem() {
   Problem problem;
   problem.A = Matrix{{-1}};

@@ -137,8 +137,8 @@ TEST(SolveNonlinear, EstimatesItsError) {
   EXPECT_NEAR(*solution.certificate.estimated_error_x / HarvestError(solution), 1, 0.25);
 }
 
-// Van der Pol's oscillator against a stop at x1 = 1 that yields like a hardening spring; the second opinion is Runge and
-// Kutta's method with y from its own scalar equation.
+// Van der Pol's oscillator against a stop at x1 = 1 that yields like a hardening spring; the second opinion is Runge
+// and Kutta's method with y from its own scalar equation.
 TEST(SolveNonlinear, AgreesWithRungeKuttaOnAnOscillatorWithAStop) {
   NonlinearProblem problem;
   problem.f = {"x2", "(1 - x1**2)*x2 - x1 - y1"};
@@ -184,7 +184,7 @@ TEST(SolveNonlinear, ConvergesSuperlinearlyOnAWindow) {
   ASSERT_EQ(solution->termination, Termination::kConverged) << solution->message;
   const std::vector<double>& c = observer.changes;
   ASSERT_GT(c.size(), 10u);
-  // Contraction over the first and the last third, as geometric means: y switches between iterates, so single ones jump.
+  // Contraction over the first and the last third, as geometric means: single ones jump where y switches.
   const size_t third = c.size() / 3, last = c.size() - 1;
   EXPECT_LT(c[last] / c[last - third], std::pow(0.5, third) * c[third] / c[0]);
   // The law of Picard, (Λ T)^k / k!, with |d/dx f(x, y(x))| <= 2 √½ < Λ = 1.5 between 0.1 and √½.

@@ -131,8 +131,8 @@ TEST(SolveTest, TakesPiecewiseSourcesFromTheRightSide) {
   }
 }
 
-// A Z-matrix that is singular and positive semidefinite: 0 <= y ⟂ x + L y >= 0 has a solution only for x1 + x2 >= 0, and the
-// state is driven there at t = ln 2 and held by y. x' = -x + y + f.
+// A Z-matrix that is singular and positive semidefinite: 0 <= y ⟂ x + L y >= 0 has a solution only for x1 + x2 >= 0,
+// and the state is driven there at t = ln 2 and held by y. x' = -x + y + f.
 Problem SingularZ(double start) {
   Problem problem;
   problem.A = -Matrix::Identity(2, 2);

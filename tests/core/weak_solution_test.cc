@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Theorem 7 (b), (c) of [Shen & Pang 2007]: for M = 0 and NB strictly semicopositive the interpolants of the scheme (6)-(9), x
-// piecewise linear and y piecewise constant, converge to a weak solution, x uniformly and y weakly in L².
+// Theorem 7 (b), (c) of [Shen & Pang 2007]: for M = 0 and NB strictly semicopositive the interpolants of the scheme
+// (6)-(9), x piecewise linear and y piecewise constant, converge to a weak solution, x uniformly and y weakly in L².
 
 #include <gtest/gtest.h>
 
@@ -145,7 +145,9 @@ TEST(WeakSolutionTest, AgreesWithAnotherSchemeInTheLimit) {
     auto a = Interpolant::Create(problem, euler), b = Interpolant::Create(problem, exact);
     ASSERT_TRUE(a.ok() && b.ok());
     const double difference_x = MaxAbs(euler.x - exact.x);
-    const auto y_of = [](Interpolant& interpolant) { return [&](double t) { return interpolant.Limit(t, Side::kLeft).y; }; };
+    const auto y_of = [](Interpolant& interpolant) {
+      return [&](double t) { return interpolant.Limit(t, Side::kLeft).y; };
+    };
     const double difference_y = MaxAbs(WeakIntegrals(3, problem.horizon, 9600, y_of(*a)) -
                                        WeakIntegrals(3, problem.horizon, 9600, y_of(*b)));
     if (last_x > 0) {

@@ -17,8 +17,8 @@ namespace dlcs::testing {
 Problem ExampleFourOne();
 Vector ExampleFourOneExact(double t);
 
-// The small example (4.2) of [Wu & Chen], M a Z-matrix and no P-matrix, with f = (√|1-cos t²|, 3 cos 3πt, √|1-cos 3t²|) and
-// x0 = (0, -1/2, -1/2); the matrices reproduce the printed M^h. Its x0 and g are not legible in print.
+// The small example (4.2) of [Wu & Chen], M a Z-matrix and no P-matrix, with f = (√|1-cos t²|, 3 cos 3πt, √|1-cos 3t²|)
+// and x0 = (0, -1/2, -1/2); the matrices reproduce the printed M^h. Its x0 and g are not legible in print.
 // Hard: g = 2 + (-1, 1, 1, -1) t e^{-t/2}; x(1) ≈ (0.091747, -0.200648, 0.497778), no whole-window iteration converges.
 Problem FourVariableHard();
 // Easy: g = (3, 3/2, 2, 3/2) + t e^{-t/2} (1, 1, 1, 1); the whole-window iteration converges.
