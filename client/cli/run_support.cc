@@ -17,8 +17,9 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 25> kOptionNames = {{
     {"method", "--method"},
+    {"all_basic_solutions", "--all"},
     {"steps", "--steps"},
     {"step", "--step"},
     {"output_times", "--at"},

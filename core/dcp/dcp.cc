@@ -10,18 +10,22 @@
 #include "core/analysis/p_matrix.h"
 #include "core/lcp/lcp.h"
 #include "core/linalg/norms.h"
+#include "core/number_text.h"
 
 namespace dlcs {
 namespace {
 
 absl::Status CheckPath(const PiecewiseLinearPath& path, Index size, const char* name) {
   const std::vector<double>& times = path.times;
-  if (times.empty() || times.front() != 0)
-    return absl::InvalidArgumentError(absl::StrCat(name, ".times: must start at 0"));
+  if (times.empty()) return absl::InvalidArgumentError(absl::StrCat(name, ".times: none; must start at 0"));
+  if (times.front() != 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, ".times[0]: ", NumberText(times.front()), "; must be 0"));
+  }
   if (path.values.rows() != size || path.values.cols() != static_cast<Index>(times.size())) {
-    return absl::InvalidArgumentError(absl::StrCat(name, ".values: ", path.values.rows(), " × ",
-                                                   path.values.cols(), "; must be ", size, " × ",
-                                                   times.size()));
+    return absl::InvalidArgumentError(absl::StrCat(name, ".values: ", path.values.rows(), " values at ",
+                                                   path.values.cols(), " times; must be n = ", size,
+                                                   " (from M) at ", times.size(), " times"));
   }
   if (!path.values.allFinite())
     return absl::InvalidArgumentError(absl::StrCat(name, ".values: must be finite"));
@@ -125,7 +129,10 @@ absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step,
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
   if (!(max_step > 0))
     return absl::InvalidArgumentError(absl::StrCat("max_step: ", max_step, "; must be positive"));
-  if (problem.q.values.col(0).minCoeff() < 0) return absl::InvalidArgumentError("q: q(0) must be >= 0");
+  if (Index i = 0; problem.q.values.col(0).minCoeff(&i) < 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "q.values[0][", i, "]: ", NumberText(problem.q.values(i, 0)), "; q(0) must be >= 0, for v(0) = 0"));
+  }
   const Index size = problem.M.rows();
   const auto selection = SelectRule(SolutionRule::kAuto, Classify(problem.M));
   if (!selection.ok()) return selection.status();

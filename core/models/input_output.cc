@@ -2,6 +2,7 @@
 #include "core/models/input_output.h"
 
 #include <Eigen/LU>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -80,10 +81,16 @@ Finding MakeFinding(const char* id, const char* title, const Fact& fact, const c
 
 absl::StatusOr<Problem> MakeInputOutputProblem(const InputOutputModel& model) {
   const Index n = model.C.rows();
-  if (n == 0 || model.C.cols() != n)
-    return absl::InvalidArgumentError("C: must be square with at least one row");
-  if (!model.C.allFinite() || model.C.minCoeff() < 0) {
-    return absl::InvalidArgumentError("C: every entry must be finite and at least 0");
+  if (n == 0 || model.C.cols() != n) {
+    return absl::InvalidArgumentError("C: " + std::to_string(n) + "x" + std::to_string(model.C.cols()) +
+                                      "; must be square with at least one row");
+  }
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < n; ++j) {
+      if (std::isfinite(model.C(i, j)) && model.C(i, j) >= 0) continue;
+      return absl::InvalidArgumentError("C[" + std::to_string(i) + "][" + std::to_string(j) + "]: " +
+                                        NumberText(model.C(i, j)) + "; must be finite and at least 0");
+    }
   }
   Problem problem;
   problem.A = model.A;

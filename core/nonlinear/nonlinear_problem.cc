@@ -55,7 +55,7 @@ absl::Status CheckSound(const NonlinearProblem& problem, const Options& options)
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
   if (options.method != Method::kAuto && options.method != Method::kLaplaceIteration) {
     violations.push_back(
-        {"method", "nonlinear problems are solved by the laplace iteration only; must be that or auto"});
+        {"method", "nonlinear problems are solved by laplace-iteration only; must be that or auto"});
   }
   return StatusOf(violations);
 }

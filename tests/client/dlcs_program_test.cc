@@ -273,7 +273,7 @@ TEST(DlcsProgramTest, NamesWhatIsWrongWithAModel) {
   const ProgramOutcome negative = RunDlcs(
       "model input-output -", R"(echo '{"C": [[-1]], "A": [[-1]], "B": [[1]], "d": [1], "T": 1}' | )");
   EXPECT_EQ(negative.code, 2);
-  EXPECT_THAT(negative.err, HasSubstr("standard input: C: "));
+  EXPECT_THAT(negative.err, HasSubstr("standard input: C[0][0]: -1; must"));
   const ProgramOutcome demand = RunDlcs(
       "model input-output -", R"(echo '{"C": [[0.5]], "A": [[-1]], "B": [[1]], "d": [1, 2], "T": 1}' | )");
   EXPECT_EQ(demand.code, 2);
@@ -353,7 +353,7 @@ TEST(DlcsProgramTest, NamesWhatIsWrongWithADcp) {
   const ProgramOutcome start =
       RunDlcs("dcp -", R"(echo '{"M": [[1]], "q": {"times": [0], "values": [[-1]]}}' | )");
   EXPECT_EQ(start.code, 2);
-  EXPECT_THAT(start.err, HasSubstr("standard input: q: q(0) must be >= 0"));
+  EXPECT_THAT(start.err, HasSubstr("standard input: q.values[0][0]: -1; q(0) must be >= 0"));
   const std::string sound = R"(echo '{"M": [[0]], "q": {"times": [0, 1], "values": [[0], [-1]]}}' | )";
   const ProgramOutcome none = RunDlcs("dcp -", sound);
   EXPECT_EQ(none.code, 1);

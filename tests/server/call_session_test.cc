@@ -167,10 +167,10 @@ TEST(RunDcpTest, NamesWhatIsWrong) {
   EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q"));
   request = Falling();
   request.mutable_q()->set_times(0, 1);
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q.times"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q.times[0]"));
   request = Falling();
   request.mutable_q()->set_values(0, -1);
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q.values[0][0]"));
   request = Falling();
   request.set_max_step(-1);
   EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("max_step"));
