@@ -133,8 +133,11 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   fmt::print(out, "{}: {}\n", name, TerminationName(summary.termination()));
   Paragraphs paper(width, out);
   if (!summary.message().empty()) paper.Print("", summary.message());
-  paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()),
-                              summary.reason().empty() ? "" : ": ", summary.reason()));
+  // A refusal speaks for itself: no method was at work, and no step taken.
+  const bool refused = summary.termination() == v1::UNSUPPORTED && summary.cost().lcps() == 0;
+  if (!refused)
+    paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()),
+                                summary.reason().empty() ? "" : ": ", summary.reason()));
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
@@ -143,7 +146,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
   PrintNewton(summary, out);
   PrintContours(summary, out);
-  PrintCost(summary.cost(), width, out);
+  if (!refused) PrintCost(summary.cost(), width, out);
 }
 
 }  // namespace dlcs::client

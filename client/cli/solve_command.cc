@@ -80,7 +80,7 @@ const char* Advice(v1::Termination termination) {
 }
 
 // Options of one method, where another solved: they changed nothing, and who gave them should know.
-void PrintUnused(const v1::SolveOptions& options, v1::Method used) {
+void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinear) {
   const auto unused = [used](bool given, const char* option, v1::Method owner) {
     if (!given || used == owner || used == v1::METHOD_UNSPECIFIED) return;
     fmt::print(stderr, "dlcs: {} changed nothing: it is for {}, and {} solved\n", option, MethodName(owner),
@@ -92,6 +92,13 @@ void PrintUnused(const v1::SolveOptions& options, v1::Method used) {
   unused(options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE, "--interpolation",
          v1::METHOD_PAPER_ITERATION);
   unused(options.has_contour(), "--contour", v1::METHOD_PAPER_ITERATION);
+  const auto linear_only = [nonlinear](bool given, const char* option) {
+    if (given && nonlinear)
+      fmt::print(stderr, "dlcs: {} changed nothing: it is for linear problems\n", option);
+  };
+  linear_only(options.kernel() != 0, "--kernel");
+  linear_only(options.project_initial_state(), "--project-initial-state");
+  linear_only(options.inelastic_impact(), "--inelastic-impact");
 }
 
 void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
@@ -157,7 +164,7 @@ ExitCode Run(const SolveCommand& command) {
   const absl::Status delivered =
       Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
-  if (!command.quiet) PrintUnused(command.options, result->summary.method());
+  if (!command.quiet) PrintUnused(command.options, result->summary.method(), file->nonlinear.has_value());
   PrintVerdict(command, result->summary);
   return ExitCodeOf(result->summary.termination());
 }
