@@ -16,12 +16,10 @@ namespace {
 
 constexpr std::size_t kWidth = 100;
 
-// "{1, 3}": counted from 1, as the columns.
+// "{0, 2}": counted from 0, as entries are in files, JSON and messages.
 template <typename Indices>
 std::string Set(const Indices& indices) {
-  std::vector<int> from_one;
-  for (const int i : indices) from_one.push_back(i + 1);
-  return fmt::format("{{{}}}", fmt::join(from_one, ", "));
+  return fmt::format("{{{}}}", fmt::join(indices, ", "));
 }
 
 void PrintSets(const v1::SolveLcpResponse& response, std::FILE* out) {
@@ -65,7 +63,7 @@ void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
   if (response.verdict() == v1::LCP_SOLVED && !response.y().empty()) {
     const auto rows = static_cast<std::size_t>(response.y_size());
     std::vector<Column> columns;
-    columns.push_back(MakeColumn("i", rows, [](std::size_t i) { return static_cast<double>(i + 1); }));
+    columns.push_back(MakeColumn("i", rows, [](std::size_t i) { return static_cast<double>(i); }));
     columns.push_back(MakeColumn("y", rows, [&](std::size_t i) { return response.y(static_cast<int>(i)); }));
     if (response.w_size() == response.y_size()) {
       columns.push_back(
