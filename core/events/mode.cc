@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/events/mode.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <optional>
+#include <utility>
+
+namespace dlcs {
+namespace {
+
+// Below this reciprocal condition number a matrix does not determine y.
+constexpr double kSingular = 1e-12;
+
+// -matrix⁻¹, absent where it is singular to working precision, measured after its rows were scaled to size one: rows have
+// units of their own.
+std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
+  const Index size = matrix.rows();
+  if (size == 0) return Matrix(0, 0);
+  const Vector size_of_rows = matrix.cwiseAbs().rowwise().maxCoeff();
+  if (!(size_of_rows.minCoeff() > 0)) return std::nullopt;
+  const Vector scale = size_of_rows.cwiseInverse();
+  const Eigen::PartialPivLU<Matrix> factor(scale.asDiagonal() * matrix);
+  if (!(factor.rcond() > kSingular)) return std::nullopt;
+  return -factor.inverse() * scale.asDiagonal();
+}
+
+// The rows U₁ᵀ and U₀ᵀ of an orthogonal matrix with U₀ᵀ M_SS = 0 and U₁ᵀ M_SS of full rank.
+struct RowSpaces {
+  Matrix range;
+  Matrix null;
+};
+
+RowSpaces SplitRows(const Matrix& M_SS) {
+  const Eigen::JacobiSVD<Matrix> svd(M_SS, Eigen::ComputeFullU);
+  const Vector& values = svd.singularValues();
+  Index rank = 0;
+  while (rank < values.size() && values[rank] > kSingular * values[0]) ++rank;
+  const Index size = M_SS.rows();
+  return {svd.matrixU().leftCols(rank).transpose(), svd.matrixU().rightCols(size - rank).transpose()};
+}
+
+// Columns S of an identity: selects, and puts back.
+Matrix Selector(Index n, const std::vector<Index>& S) {
+  Matrix selector = Matrix::Zero(n, static_cast<Index>(S.size()));
+  for (std::size_t p = 0; p < S.size(); ++p) selector(S[p], static_cast<Index>(p)) = 1;
+  return selector;
+}
+
+bool DetermineMultipliers(const Problem& problem, Mode& mode) {
+  const std::vector<Index>& S = mode.active;
+  const Matrix selector = Selector(problem.num_constraints(), S);
+  const Matrix M_SS = problem.M(S, S);
+  const Matrix N_S = problem.N(S, Eigen::all);
+  if (const auto inverse = NegativeInverse(M_SS)) {
+    const Matrix map = selector * *inverse;
+    mode.y.state = map * N_S;
+    mode.y.g = map * selector.transpose();
+    return true;
+  }
+  const RowSpaces rows = SplitRows(M_SS);
+  const Matrix B_S = problem.B(Eigen::all, S);
+  const Index rank = rows.range.rows();
+  const Index size = static_cast<Index>(S.size());
+  Matrix system(size, size);
+  system << rows.range * M_SS, rows.null * N_S * B_S;
+  const auto inverse = NegativeInverse(system);
+  if (!inverse) return false;
+  const Matrix of_range = selector * inverse->leftCols(rank);
+  const Matrix of_null = selector * inverse->rightCols(size - rank) * rows.null;
+  mode.y.state = of_range * rows.range * N_S + of_null * N_S * problem.A;
+  mode.y.f = of_null * N_S;
+  mode.y.g = of_range * rows.range * selector.transpose();
+  mode.y.slope = of_null * selector.transpose();
+  mode.rows = rows.null * N_S;
+  mode.rows_g = rows.null * selector.transpose();
+  // Along B_S in directions that M_SS does not feel: the columns of the inverse that belong to the null rows.
+  mode.correction = -B_S * inverse->rightCols(size - rank);
+  return true;
+}
+
+// y on S, and w = N x + g + M y elsewhere.
+LinearOutput MakeGuard(const Problem& problem, const Mode& mode) {
+  const Index n = problem.num_constraints();
+  LinearOutput guard;
+  guard.state = problem.N + problem.M * mode.y.state;
+  guard.g = Matrix::Identity(n, n) + problem.M * mode.y.g;
+  if (mode.differentiated()) {
+    guard.f = problem.M * mode.y.f;
+    guard.slope = problem.M * mode.y.slope;
+  }
+  for (const Index i : mode.active) {
+    guard.state.row(i) = mode.y.state.row(i);
+    guard.g.row(i) = mode.y.g.row(i);
+    if (!mode.differentiated()) continue;
+    guard.f.row(i) = mode.y.f.row(i);
+    guard.slope.row(i) = mode.y.slope.row(i);
+  }
+  return guard;
+}
+
+}  // namespace
+
+std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active) {
+  auto mode = std::make_unique<Mode>();
+  mode->active = std::move(active);
+  if (!DetermineMultipliers(problem, *mode)) return nullptr;
+  mode->guard = MakeGuard(problem, *mode);
+  mode->dynamics = problem.A + problem.B * mode->y.state;
+  if (!mode->active.empty()) mode->source_g = problem.B * mode->y.g;
+  if (mode->differentiated()) {
+    const Index m = problem.num_states();
+    mode->source_f = Matrix::Identity(m, m) + problem.B * mode->y.f;
+    mode->source_slope = problem.B * mode->y.slope;
+  }
+  const Eigen::ComplexSchur<Matrix> schur(mode->dynamics);
+  if (schur.info() != Eigen::Success) return nullptr;
+  mode->vectors = schur.matrixU();
+  mode->triangle = schur.matrixT();
+  return mode;
+}
+
+}  // namespace dlcs
