@@ -31,6 +31,12 @@ class Sources {
   std::optional<NonFinite> Sample(const Grid& grid, const Run& run, Index first_step, Index steps,
                                   Segment& segment);
 
+  // One value of f (m entries) or g (n entries), finite or not.
+  void F(double t, Side side, Eigen::Ref<Vector> value) { f_.Evaluate(t, side, value); }
+  void G(double t, Side side, Eigen::Ref<Vector> value) { g_.Evaluate(t, side, value); }
+  Index num_states() const { return f_.size(); }
+  Index num_constraints() const { return g_.size(); }
+
  private:
   Sources(TimeFunctionEvaluator f, TimeFunctionEvaluator g) : f_(std::move(f)), g_(std::move(g)) {}
 

@@ -76,6 +76,9 @@ Case LoadCase(const std::string& name) {
   for (const Json& jump : json.value("state_jumps", Json::array())) {
     result.state_jumps.emplace_back(jump.at("t").get<double>(), ReadVector(jump.at("dx")));
   }
+  if (json.contains("switchings")) result.num_switchings = json.at("switchings").get<std::size_t>();
+  result.switching_times = json.value("switching_times_first", std::vector<double>());
+  result.reference_accuracy = json.value("reference_self_diff", 0.0);
   return result;
 }
 

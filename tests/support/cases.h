@@ -4,6 +4,7 @@
 #ifndef DLCS_TESTS_SUPPORT_CASES_H_
 #define DLCS_TESTS_SUPPORT_CASES_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Case {
   std::vector<Reference> references;
   bool y_is_unique = false;
   std::vector<std::pair<double, Vector>> state_jumps;  // time, dx
+  std::optional<std::size_t> num_switchings;
+  std::vector<double> switching_times;  // the first ones
+  double reference_accuracy = 0;        // by how much the references change when refined
 };
 
 // The names of all files of tests/cases, in order.

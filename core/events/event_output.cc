@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/events/event_output.h"
+
+#include <algorithm>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+
+EventOutput::EventOutput(const Problem& problem, const Grid& grid) : problem_(problem), grid_(grid) {
+  const auto nodes = static_cast<Index>(grid.times.size());
+  segment_.x.resize(problem.num_states(), nodes);
+  segment_.y.resize(problem.num_constraints(), nodes);
+  Certificate& c = certificate_;
+  c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
+  c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
+}
+
+void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end) {
+  const auto nodes = static_cast<Index>(grid_.times.size());
+  for (; next_node_ < nodes && grid_.times[next_node_] < end; ++next_node_) {
+    const double s = std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
+    const LegendreVector at = LegendreValues(s);
+    segment_.x.col(next_node_) = step.x * at;
+    segment_.y.col(next_node_) = (step.y * at).cwiseMax(0);
+  }
+
+  const LegendreVector at_end = LegendreValues(s_end);
+  const Vector x = step.x * at_end;
+  const Vector y = step.y * at_end;
+  const Vector w = problem_.N * x + sources.g * at_end + problem_.M * y;
+  Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
+  certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x));
+
+  const LegendreVector at_check = LegendreValues(sources.check_s);
+  const Vector x_check = step.x * at_check;
+  const Vector y_check = step.y * at_check;
+  const Vector w_check = problem_.N * x_check + sources.g_at_check + problem_.M * y_check;
+  Measure(y_check, w_check, certificate_.midpoint_residual, certificate_.midpoint_complementarity);
+  const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
+  const Vector x_slope = step.x * (2 / sources.length * (GetLegendreBasis().derivative * at_check));
+  certificate_.ode_defect = NanMax(certificate_.ode_defect, MaxAbs(x_slope - slope));
+  certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
+}
+
+void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
+                             const Vector& w) {
+  const auto nodes = static_cast<Index>(grid_.times.size());
+  for (; next_node_ < nodes && grid_.times[next_node_] < end; ++next_node_) {
+    const double part = (grid_.times[next_node_] - begin) / (end - begin);
+    segment_.x.col(next_node_) = (1 - part) * x_begin + part * x_end;
+    segment_.y.col(next_node_) = y;
+  }
+  Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
+  certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x_end));
+}
+
+void EventOutput::AddEnd(const Vector& x, const Vector& y) {
+  if (next_node_ == static_cast<Index>(grid_.times.size())) return;
+  segment_.x.col(next_node_) = x;
+  segment_.y.col(next_node_) = y;
+  ++next_node_;
+}
+
+const Segment& EventOutput::Finish() {
+  segment_.steps = std::max<Index>(0, next_node_ - 1);
+  segment_.x.conservativeResize(Eigen::NoChange, next_node_);
+  segment_.y.conservativeResize(Eigen::NoChange, next_node_);
+  return segment_;
+}
+
+void EventOutput::Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
+                          double& complementarity) {
+  residual = NanMax(residual, NaturalResidual(y, w));
+  complementarity = NanMax(complementarity, std::abs(y.dot(w)));
+  certificate_.lcp_scale = NanMax(certificate_.lcp_scale, NanMax(MaxAbs(y), MaxAbs(w)));
+}
+
+}  // namespace dlcs

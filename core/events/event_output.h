@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes the trajectory at the nodes of the grid from the steps, and measures how well they satisfy the system.
+
+#ifndef DLCS_CORE_EVENTS_EVENT_OUTPUT_H_
+#define DLCS_CORE_EVENTS_EVENT_OUTPUT_H_
+
+#include "core/events/smooth_step.h"
+#include "core/events/step_sources.h"
+#include "core/methods/grid.h"
+#include "core/methods/segment.h"
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+class EventOutput {
+ public:
+  // Keeps references.
+  EventOutput(const Problem& problem, const Grid& grid);
+
+  // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value at an event is
+  // that behind it.
+  void AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end);
+  // A step of the coupled march: x linear, y constant. `w` is that at the end.
+  void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y, const Vector& w);
+  // The last node.
+  void AddEnd(const Vector& x, const Vector& y);
+
+  // All nodes so far as columns, sources left out.
+  const Segment& Finish();
+
+  // Nodes are the ends of steps, midpoints the times inside them where the sources were looked at once more.
+  const Certificate& certificate() const { return certificate_; }
+
+ private:
+  void Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
+               double& complementarity);
+
+  const Problem& problem_;
+  const Grid& grid_;
+  Segment segment_;
+  Index next_node_ = 0;
+  Certificate certificate_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENTS_EVENT_OUTPUT_H_

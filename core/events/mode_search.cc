@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/events/mode_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+// The steps of the search, as powers of 64 times this part of the scale.
+constexpr double kFirstPart = 1.0 / 1024;
+constexpr std::array<int, ModeSearch::kAttempts> kPowers = {0, -1, -2, 1, 2, -3};
+// w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than rounding.
+constexpr double kSearchTolerance = 2e-15;
+// A step below this part of t would hardly be one: t + h is rounded.
+constexpr double kLeastOfTime = 1e-14;
+// Modes are kept until there are so many, and then all forgotten.
+constexpr std::size_t kKeptModes = 256;
+
+}  // namespace
+
+ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSampler& sources)
+    : problem_(problem),
+      sources_(sources),
+      abs_N_(problem.N.cwiseAbs()),
+      norm_A_(InfinityNorm(problem.A)),
+      solvers_([&problem, selection](double h) {
+        const Matrix coupling = h * problem.N * (problem.B + h / 2 * problem.A * problem.B);
+        return MakeCoupledLcpSolver(problem.M, coupling, selection);
+      }),
+      basis_(problem.num_constraints(), 0),
+      y_(problem.num_constraints()),
+      f_begin_(problem.num_states()),
+      f_end_(problem.num_states()),
+      g_(problem.num_constraints()) {}
+
+ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, double scale,
+                                      double longest, int attempt) {
+  const double quick = norm_A_ > 0 ? 16 / norm_A_ : longest;  // beyond, the Taylor polynomial is none of e^{hA}
+  double h = kFirstPart * std::min(scale, quick) * std::ldexp(1.0, 6 * kPowers[attempt]);
+  h = std::min({std::max(h, kLeastOfTime * std::abs(t)), longest / 2, quick / 16});
+  h = std::ldexp(1.0, std::ilogb(h));  // few lengths, so that solvers are found again
+  Proposal proposal;
+  sources_.F(t, Side::kRight, f_begin_);
+  sources_.F(t + h, Side::kLeft, f_end_);
+  sources_.G(t + h, Side::kLeft, g_);
+  predicted_ = problem_.A * x + f_begin_;
+  predicted_ = x + h / 2 * (predicted_ + problem_.A * (x + h * predicted_) + f_end_);
+  q_ = problem_.N * predicted_ + g_;
+  tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs());
+  LcpSolver& solver = solvers_.At(h);
+  proposal.verdict = solver.Solve(q_, tolerance_, basis_, y_);
+  ++lcps_;
+  if (proposal.verdict != LcpVerdict::kSolved) return proposal;
+  proposal.kept_selection = solver.KeptSelection();
+  proposal.mode = ModeOf(basis_);
+  return proposal;
+}
+
+void ModeSearch::GuessBehind(const Mode& mode, Index guard) {
+  std::fill(basis_.begin(), basis_.end(), 0);
+  for (const Index i : mode.active) basis_[i] = 1;
+  basis_[guard] ^= 1;
+}
+
+const Mode* ModeSearch::ModeOf(const Basis& basis) {
+  std::vector<Index> active;
+  for (std::size_t i = 0; i < basis.size(); ++i) {
+    if (basis[i]) active.push_back(static_cast<Index>(i));
+  }
+  if (const auto found = modes_.find(active); found != modes_.end()) return found->second.get();
+  if (modes_.size() == kKeptModes) modes_.clear();
+  ++modes_made_;
+  auto mode = MakeMode(problem_, active);
+  return modes_.emplace(std::move(active), std::move(mode)).first->second.get();
+}
+
+}  // namespace dlcs

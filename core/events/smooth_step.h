@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// One step inside a mode: how accurate it is, and how far the mode lasts.
+
+#ifndef DLCS_CORE_EVENTS_SMOOTH_STEP_H_
+#define DLCS_CORE_EVENTS_SMOOTH_STEP_H_
+
+#include <optional>
+
+#include "core/events/mode.h"
+#include "core/events/step_sources.h"
+
+namespace dlcs {
+
+// The sizes that errors are compared with: the largest values of each component so far. Components have units of their own.
+struct Magnitudes {
+  Vector x;
+  Vector y;
+  Vector w;
+};
+
+// x, y and the guards of `mode` on a step, as polynomials in s.
+struct SmoothStep {
+  LegendreSeries x;
+  LegendreSeries y;
+  LegendreSeries guard;
+  // How far below zero a guard must fall to end the mode: a thousandth of the tolerance relative to its size on this step,
+  // but no less than its rounding and its estimated error.
+  Vector guard_level;
+  // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the step is
+  // accurate where it is at most 1. Errors fall with the power K of the length.
+  double error_ratio = 0;
+};
+
+// How far two polynomials of the sources may be apart where one step ends and the next begins: an event is located on the
+// polynomial of the one, and the guards of the other start from its own.
+struct SourceGap {
+  Vector f;
+  Vector g;
+  Vector slope;
+};
+SourceGap GapOf(const StepSources& sources);
+
+// Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated from its last
+// coefficients, by going on with their decay, and from what the sources miss at the checked time. Allowed is, for x,
+// tolerance times its magnitude times `share`, the part of the horizon that this step is; for the guards (y and w, which hold
+// no memory) tolerance times their magnitude; and what rounding does, always. `gap`, null or that of the step before, raises
+// the levels of the guards.
+SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
+                          const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap);
+
+// The first time that a guard of the step falls below its level.
+struct ModeEnd {
+  double s = 1;
+  Index guard = 0;
+};
+std::optional<ModeEnd> FindModeEnd(const SmoothStep& step);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENTS_SMOOTH_STEP_H_

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sources f and g on one step, as polynomials.
+
+#ifndef DLCS_CORE_EVENTS_STEP_SOURCES_H_
+#define DLCS_CORE_EVENTS_STEP_SOURCES_H_
+
+#include <vector>
+
+#include "core/events/legendre.h"
+#include "core/methods/sources.h"
+#include "core/problem.h"
+#include "core/time_function.h"
+
+namespace dlcs {
+
+// f, g and g' on a step, from `begin`, through their values at the nodes, and how far they are from the truth at one more
+// time, where a source that the nodes happen to miss shows itself.
+struct StepSources {
+  double begin = 0;
+  double length = 0;
+  LegendreSeries f;
+  LegendreSeries g;
+  LegendreSeries slope;   // dg/dt
+  double check_s = 0;     // the position of that time, in (-1, 1)
+  Vector f_at_check, g_at_check;    // the true values there
+  Vector f_error, g_error;          // |polynomial - true value| there, beyond rounding
+  Vector f_size, g_size;            // max |f_i|, |g_i| over the nodes
+  bool finite = false;    // every value was
+};
+
+class SourceSampler {
+ public:
+  // Keeps a reference.
+  explicit SourceSampler(Sources& sources) : sources_(sources) {}
+
+  // Fills `step` for [begin, end]: K + 2 values of f and g, the first a right limit, the last a left one.
+  void Sample(double begin, double end, StepSources& step);
+
+  // Looks at the sources of `step` at the position `s` instead of check_s; the errors found before stay.
+  void MoveCheck(double s, StepSources& step);
+
+  // The limit of f or g at `t` from `side`, of formulas their value at the next number on that side: (t < 0.3) has both its
+  // limits at a break point 0.3.
+  void F(double t, Side side, Eigen::Ref<Vector> value) { sources_.F(Beside(t, side), side, value); }
+  void G(double t, Side side, Eigen::Ref<Vector> value) { sources_.G(Beside(t, side), side, value); }
+
+  Index evaluations() const { return evaluations_; }  // times of all steps
+
+ private:
+  static double Beside(double t, Side side);
+
+  Sources& sources_;
+  LegendreSeries values_;
+  Index evaluations_ = 0;
+};
+
+// The times in (0, T), increasing, where f or g may be anything but smooth: the break points, and every time of samples
+// between which they are linear.
+std::vector<double> KnownKinks(const Problem& problem);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENTS_STEP_SOURCES_H_

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+// Judged by closed forms, by references made with exact exponentials, and by what is known of switching times.
+
+#include "core/methods/event_located.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/linalg/norms.h"
+#include "tests/support/cases.h"
+#include "tests/support/problems.h"
+
+namespace dlcs {
+namespace {
+
+using testing::Case;
+using testing::CaseError;
+using testing::ErrorOf;
+using testing::ExampleFourOne;
+using testing::ExampleFourOneExact;
+using testing::FourVariableEasy;
+using testing::FourVariableHard;
+using testing::LoadCase;
+using testing::ReferenceTimes;
+using testing::Scalar;
+
+EventSolution SolveAt(const Problem& problem, double tolerance, std::vector<double> times = {}) {
+  Options options;
+  options.output_times = std::move(times);
+  options.output_times_only = !options.output_times.empty();
+  options.project_initial_state = true;
+  Observer silent;
+  auto solution = SolveByEvents(problem, tolerance, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : EventSolution{};
+}
+
+Vector LastState(const EventSolution& result) { return result.solution.x.col(result.solution.x.cols() - 1); }
+
+class EventCasesTest : public ::testing::TestWithParam<const char*> {};
+
+// True errors, relative to the largest value, at three tolerances; and the switching times of the reference.
+TEST_P(EventCasesTest, ErrorIsBelowTheTolerance) {
+  const Case the_case = LoadCase(GetParam());
+  for (const double tolerance : {1e-5, 1e-9, 1e-12}) {
+    const EventSolution result = SolveAt(the_case.problem, tolerance, ReferenceTimes(the_case));
+    const Solution& solution = result.solution;
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    const CaseError error = ErrorOf(the_case, solution.times, solution.x, solution.y);
+    const double allowed = std::max(tolerance, the_case.reference_accuracy);
+    EXPECT_LT(error.x, allowed) << "tolerance " << tolerance;
+    EXPECT_LT(error.By, 10 * allowed) << "tolerance " << tolerance;
+    if (the_case.y_is_unique) {
+      EXPECT_LT(error.y, 10 * allowed) << "tolerance " << tolerance;
+    }
+    EXPECT_EQ(result.record.marched_steps, 0);
+    EXPECT_LT(solution.certificate.node_residual, tolerance * solution.certificate.lcp_scale);
+  }
+}
+
+TEST_P(EventCasesTest, SwitchingTimesAreThoseOfTheReference) {
+  const Case the_case = LoadCase(GetParam());
+  const EventSolution result = SolveAt(the_case.problem, 1e-10, ReferenceTimes(the_case));
+  const std::vector<double> times = result.record.SwitchingTimes();
+  // The references also list break points at which the active set stays.
+  const std::vector<double> breaks = BreakPoints(the_case.problem);
+  ASSERT_TRUE(the_case.num_switchings.has_value());
+  std::size_t expected = *the_case.num_switchings;
+  std::size_t found = 0;
+  for (const double expected_time : the_case.switching_times) {
+    const bool is_break = std::find(breaks.begin(), breaks.end(), expected_time) != breaks.end();
+    if (is_break && (found == times.size() || times[found] > expected_time)) {
+      --expected;
+      continue;
+    }
+    ASSERT_LT(found, times.size());
+    EXPECT_NEAR(times[found], expected_time, 1e-8 * the_case.problem.horizon) << "switch " << found;
+    ++found;
+  }
+  EXPECT_EQ(times.size(), expected);
+}
+
+TEST_P(EventCasesTest, StatesJumpWhereTheReferenceDoes) {
+  const Case the_case = LoadCase(GetParam());
+  const Solution solution = SolveAt(the_case.problem, 1e-9).solution;
+  ASSERT_EQ(solution.jumps.size(), the_case.state_jumps.size());
+  for (std::size_t k = 0; k < solution.jumps.size(); ++k) {
+    EXPECT_EQ(solution.jumps[k].time, the_case.state_jumps[k].first);
+    EXPECT_LT(MaxAbs(solution.jumps[k].dx - the_case.state_jumps[k].second), 1e-9);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EventCasesTest,
+                         ::testing::Values("rlcd", "abb_circuit_a", "observer_lcs", "saturated_pd", "wall_permeable",
+                                           "leontief_stock", "train_brakes", "formula_zoo", "z_least", "diode_bridge",
+                                           "diode_bridge_cap", "abb_circuit_c", "vickrey", "american_put",
+                                           "relay_sliding", "friction_oscillator"),
+                         [](const auto& the_case) { return std::string(the_case.param); });
+
+TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
+  std::vector<double> times;
+  for (int k = 1; k <= 40; ++k) times.push_back(k / 40.0);
+  Index steps_before = 0;
+  for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) {
+    const EventSolution result = SolveAt(ExampleFourOne(), tolerance, times);
+    ASSERT_EQ(result.solution.termination, Termination::kConverged);
+    double error = 0;
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      error = NanMax(error, MaxAbs(result.solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
+    }
+    EXPECT_LT(error, tolerance);
+    EXPECT_GE(result.record.steps, steps_before);
+    steps_before = result.record.steps;
+  }
+  EXPECT_LT(steps_before, 30);
+}
+
+// y of the closed form too, between switches where it is not smooth: y = (x1⁺, 0, 0, x1⁻).
+TEST(EventLocatedTest, YIsAsAccurateAsX) {
+  std::vector<double> times;
+  for (int k = 1; k <= 40; ++k) times.push_back(k / 40.0);
+  const Solution solution = SolveAt(ExampleFourOne(), 1e-9, times).solution;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const double x1 = ExampleFourOneExact(times[k])[0];
+    const Vector y{{std::max(x1, 0.0), 0, 0, std::max(-x1, 0.0)}};
+    EXPECT_LT(MaxAbs(solution.y.col(static_cast<Index>(k)) - y), 1e-9) << times[k];
+  }
+}
+
+TEST(EventLocatedTest, RefiningTheToleranceConvergesOnTheFourVariables) {
+  for (const Problem& problem : {FourVariableEasy(), FourVariableHard()}) {
+    const Vector best = LastState(SolveAt(problem, 1e-11));
+    for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9}) {
+      EXPECT_LT(MaxAbs(LastState(SolveAt(problem, tolerance)) - best), tolerance);
+    }
+  }
+  const Vector hard = LastState(SolveAt(FourVariableHard(), 1e-9));
+  EXPECT_LT(MaxAbs(hard - Vector{{0.091747, -0.200648, 0.497778}}), 1e-6);  // by other methods
+}
+
+// x' = -x + y + f with f = -0.5, then -2 from t = 0.7 on; y = max(0, -x).
+Vector JumpExact(double t) {
+  const double at_jump = -0.5 + 1.5 * std::exp(-0.7);
+  const double zero = 0.7 + std::log((at_jump + 2) / 2);
+  if (t <= 0.7) return Vector::Constant(1, -0.5 + 1.5 * std::exp(-t));
+  if (t <= zero) return Vector::Constant(1, -2 + (at_jump + 2) * std::exp(-(t - 0.7)));
+  return Vector::Constant(1, -1 + std::exp(-2 * (t - zero)));
+}
+
+TEST(EventLocatedTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
+  Problem undeclared = Scalar(-1, 0, 1, 2);
+  undeclared.f = TimeFunction::Formulas({"1.5*(t<0.7)-2"});
+  Problem declared = undeclared;
+  declared.break_points = {0.7};
+  for (const Problem& problem : {declared, undeclared}) {
+    const EventSolution result = SolveAt(problem, 1e-9, {0.5, 0.75, 1, 2});
+    ASSERT_EQ(result.solution.termination, Termination::kConverged);
+    for (Index k = 0; k < 4; ++k) {
+      EXPECT_NEAR(result.solution.x(0, k), JumpExact(result.solution.times[k])[0], 1e-9);
+    }
+    ASSERT_EQ(result.record.SwitchingTimes().size(), 1u);
+  }
+  EXPECT_LT(SolveAt(declared, 1e-9).record.steps, 12);
+}
+
+TEST(EventLocatedTest, SamplesAreStraightBetweenTheirTimes) {
+  Problem problem = Scalar(0, 1, 0, 1);  // y = 0
+  problem.f = TimeFunction::Sampled({0, 0.3, 1}, Matrix{{0, 3, 0}});
+  const EventSolution result = SolveAt(problem, 1e-12, {0.3, 1});
+  EXPECT_NEAR(result.solution.x(0, 0), 0.45, 1e-14);
+  EXPECT_NEAR(result.solution.x(0, 1), 1.5, 1e-14);
+  EXPECT_LE(result.record.steps, 4);
+}
+
+// x stays 0, w = g(t) + y: y = max(0, -g).
+EventSolution SolveForGuard(const char* g) {
+  Problem problem = Scalar(0, 0, 0, 2);
+  problem.B.setZero();
+  problem.g = TimeFunction::Formulas({g});
+  return SolveAt(problem, 1e-9);
+}
+
+TEST(EventLocatedTest, GrazingIsNoEventAndDippingIsTwo) {
+  EXPECT_TRUE(SolveForGuard("(t-1)**2").record.SwitchingTimes().empty());
+  const std::vector<double> times = SolveForGuard("(t-1)**2-1e-6").record.SwitchingTimes();
+  ASSERT_EQ(times.size(), 2u);
+  EXPECT_NEAR(times[0], 0.999, 1e-9);
+  EXPECT_NEAR(times[1], 1.001, 1e-9);
+}
+
+TEST(EventLocatedTest, PassesInflectionsAndIdenticalZeros) {
+  const EventSolution inflection = SolveForGuard("(t-1)**3");
+  ASSERT_EQ(inflection.record.intervals.size(), 2u);
+  EXPECT_NEAR(inflection.record.intervals[0].end, 1, 1e-3);  // y is below 1e-9 from there on
+  EXPECT_EQ(SolveForGuard("0").record.events, 0);
+}
+
+// Point queue with sin: free and empty stretches alternate; x' = sin 20t - 1/2, x >= 0.
+TEST(EventLocatedTest, JumpsOntoTheConstraintsAndSlidesThere) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = problem.N = Matrix::Ones(1, 1);
+  problem.M = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Formulas({"sin(20*t)-0.5"});
+  problem.g = TimeFunction::Zero(1);
+  problem.x0 = Vector::Constant(1, -0.5);
+  problem.horizon = 3;
+  const EventSolution result = SolveAt(problem, 1e-10);
+  ASSERT_EQ(result.solution.jumps.size(), 1u);
+  EXPECT_DOUBLE_EQ(result.solution.jumps[0].dx[0], 0.5);
+  const std::vector<double> times = result.record.SwitchingTimes();
+  ASSERT_EQ(times.size(), 19u);
+  for (std::size_t k = 0; k < times.size(); k += 2) {  // free from where sin 20t = 1/2, rising
+    const double expected = (std::numbers::pi / 6 + 2 * std::numbers::pi * static_cast<double>(k / 2)) / 20;
+    EXPECT_NEAR(times[k], expected, 1e-10);
+  }
+}
+
+// k relays: x' = A x + f - C sgn(D x), sgn(0) anything in [-1, 1]; y_i = 1 - sgn_i.
+Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& x0, double horizon) {
+  const Index m = A.rows();
+  const Index k = D.rows();
+  Problem problem;
+  problem.A = A;
+  problem.B = Matrix::Zero(m, 2 * k);
+  problem.B.leftCols(k) = C;
+  problem.N = Matrix::Zero(2 * k, m);
+  problem.N.topRows(k) = D;
+  problem.M = Matrix::Zero(2 * k, 2 * k);
+  problem.M.topRightCorner(k, k).setIdentity();
+  problem.M.bottomLeftCorner(k, k) = -Matrix::Identity(k, k);
+  problem.f = TimeFunction::Constant(-C * Vector::Ones(k));
+  Vector g = Vector::Zero(2 * k);
+  g.tail(k).setConstant(2);
+  problem.g = TimeFunction::Constant(g);
+  problem.x0 = x0;
+  problem.horizon = horizon;
+  return problem;
+}
+
+// |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind it.
+TEST(EventLocatedTest, FollowsSwitchesThatAccumulateIntoSliding) {
+  const Matrix C{{1, -2}, {2, 1}};
+  const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
+  const EventSolution result = SolveAt(problem, 1e-9, {0.3, 0.6, 0.649, 0.66, 2});
+  const Solution& solution = result.solution;
+  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  for (Index k = 0; k < 3; ++k) EXPECT_NEAR(solution.x.col(k).cwiseAbs().sum(), 1.3 - 2 * solution.times[k], 1e-12);
+  EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-12);
+  EXPECT_GT(result.record.events, 15);
+  EXPECT_NEAR(result.record.SwitchingTimes().back(), 0.65, 1e-9);
+  EXPECT_EQ(result.record.intervals.back().active, (std::vector<Index>{0, 1}));
+}
+
+// x1' = x2, x2' = -2 sgn x1 - sgn x2: switches accumulate at a point where no mode of relative degree one holds. The coupled
+// march survives, and the record says so.
+TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
+  Matrix A = Matrix::Zero(2, 2);
+  A(0, 1) = 1;
+  const EventSolution result =
+      SolveAt(Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10), 1e-9, {4, 6, 10});
+  ASSERT_EQ(result.solution.termination, Termination::kConverged) << result.solution.message;
+  EXPECT_GT(result.record.marched_steps, 0);
+  EXPECT_TRUE(result.record.intervals.back().marched);
+  EXPECT_FALSE(result.record.intervals.back().why.empty());
+  EXPECT_LT(MaxAbs(result.solution.x.rightCols(2)), 1e-5);
+  EXPECT_GT(result.record.accumulated_error, 1e-9);
+  ASSERT_FALSE(result.solution.warnings.empty());
+}
+
+// The oscillation of a relay behind a double integrator: parabolas, switches √2, 3√2, 5√2, ...
+TEST(EventLocatedTest, SwitchesARelayBehindTwoIntegrators) {
+  Matrix A = Matrix::Zero(2, 2);
+  A(0, 1) = 1;
+  const EventSolution result = SolveAt(Relays(A, Vector{{0, 1}}, Vector{{1, 0}}.transpose(), Vector{{1, 0}}, 20), 1e-9);
+  const std::vector<double> times = result.record.SwitchingTimes();
+  ASSERT_EQ(times.size(), 7u);
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    EXPECT_NEAR(times[k], static_cast<double>(2 * k + 1) * std::numbers::sqrt2, 1e-12);
+  }
+}
+
+// λ = -1e6: x follows cos 3t to 1e-6 while w > 0. Steps follow the slow solution.
+TEST(EventLocatedTest, TakesLongStepsOnStiffModes) {
+  Problem problem = Scalar(-1e6, 2, 1, 2);
+  problem.f = TimeFunction::Formulas({"1e6*cos(3*t)-3*sin(3*t)"});
+  const EventSolution result = SolveAt(problem, 1e-9, {0.5, 1, 2});
+  for (Index k = 0; k < 3; ++k) {
+    EXPECT_NEAR(result.solution.x(0, k), std::cos(3 * result.solution.times[k]), 1e-9);
+  }
+  EXPECT_LT(result.record.steps, 60);
+}
+
+// The least element of 0 <= y ⟂ x - y >= 0 is y = 0 for x >= 0, and there is none for x < 0; x = 1 - t.
+TEST(EventLocatedTest, EndsWhereNoLeastElementIsLeft) {
+  Problem problem = Scalar(0, 0, 1, 2);
+  problem.M(0, 0) = -1;
+  problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
+  problem.B(0, 0) = 0.5;
+  const EventSolution result = SolveAt(problem, 1e-9);
+  EXPECT_EQ(result.solution.termination, Termination::kInfeasible) << result.solution.message;
+  EXPECT_NEAR(result.solution.failure_time, 1, 1e-8);
+  EXPECT_EQ(result.solution.x.cols(), 1);
+}
+
+TEST(EventLocatedTest, SaysWhenTheStateOverflows) {
+  const EventSolution result = SolveAt(Scalar(1e4, 1, 1, 10), 1e-9);
+  EXPECT_EQ(result.solution.termination, Termination::kNonFinite) << result.solution.message;
+  EXPECT_LT(result.solution.failure_time, 0.08);
+}
+
+TEST(EventLocatedTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
+  const EventSolution few = SolveAt(ExampleFourOne(), 1e-9, {0.5});
+  ASSERT_EQ(few.solution.times, (std::vector<double>{0.5}));
+  Options options;
+  options.num_steps = 100;
+  Observer silent;
+  const auto many = SolveByEvents(ExampleFourOne(), 1e-9, options, silent, {});
+  ASSERT_TRUE(many.ok());
+  ASSERT_EQ(many->solution.times.size(), 101u);
+  EXPECT_EQ(many->solution.times[50], 0.5);
+  EXPECT_EQ(few.solution.x.col(0), many->solution.x.col(50));
+  EXPECT_EQ(few.record.steps, many->record.steps);
+}
+
+TEST(EventLocatedTest, StopsOnRequest) {
+  std::stop_source stop;
+  stop.request_stop();
+  Observer silent;
+  const auto result = SolveByEvents(ExampleFourOne(), 1e-9, {}, silent, stop.get_token());
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->solution.termination, Termination::kCancelled);
+}
+
+TEST(EventLocatedTest, RefusesRulesThatAModeDoesNotDetermineAndRelativeDegreeThree) {
+  Problem problem = LoadCase("diode_bridge_cap").problem;
+  problem.rule = SolutionRule::kLeastNorm;
+  Observer silent;
+  EXPECT_EQ(SolveByEvents(problem, 1e-9, {}, silent, {}).status().code(), absl::StatusCode::kInvalidArgument);
+  const EventSolution triple = SolveAt(LoadCase("outside_triple_integrator").problem, 1e-9);
+  EXPECT_EQ(triple.solution.termination, Termination::kUnsupported);
+  EXPECT_NE(triple.solution.message.find("relative degree 3"), std::string::npos) << triple.solution.message;
+}
+
+TEST(EventLocatedTest, RefusesTolerancesThatDoublesCannotMeet) {
+  Observer silent;
+  for (const double tolerance : {0.0, -1.0, 1e-15, 0.5, std::nan("")}) {
+    const auto result = SolveByEvents(ExampleFourOne(), tolerance, {}, silent, {});
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << tolerance;
+  }
+}
+
+}  // namespace
+}  // namespace dlcs
