@@ -17,7 +17,8 @@ CoupledMarch::CoupledMarch(const Problem& problem, Selection selection, SourceSa
   segment_.y = Matrix::Zero(problem.num_constraints(), 2);
 }
 
-CoupledMarch::Step CoupledMarch::Take(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
+CoupledMarch::Step CoupledMarch::Take(double begin, double end, double length,
+                                      const Eigen::Ref<const Vector>& x) {
   const double middle = begin + length / 2;
   Step step;
   step.verdict = March(begin, end, length, x);
@@ -35,8 +36,7 @@ CoupledMarch::Step CoupledMarch::Take(double begin, double end, double length, c
   return step;
 }
 
-LcpVerdict CoupledMarch::March(double begin, double end, double length,
-                               const Eigen::Ref<const Vector>& x) {
+LcpVerdict CoupledMarch::March(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
   segment_.step = length;
   sources_.F(begin, Side::kRight, segment_.f.col(0));
   sources_.F(end, Side::kLeft, segment_.f.col(1));

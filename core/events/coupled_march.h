@@ -14,8 +14,9 @@
 
 namespace dlcs {
 
-// exp-PC, one step at a time: asks nothing of y, and so passes points where modes accumulate or y is not determined by a
-// mode of relative degree one. Lengths are powers of two, so that matrix functions are found again.
+// exp-PC, one step at a time: asks nothing of y, and so passes points where modes accumulate or y is not
+// determined by a mode of relative degree one. Lengths are powers of two, so that matrix functions are found
+// again.
 class CoupledMarch {
  public:
   // Keeps references.
@@ -24,13 +25,13 @@ class CoupledMarch {
   struct Step {
     LcpVerdict verdict = LcpVerdict::kSolved;
     bool kept_selection = true;  // as LcpSolver::KeptSelection()
-    Vector x;  // at the end, after two steps of half the length
+    Vector x;                    // at the end, after two steps of half the length
     Vector y;
     Vector w;
     Vector error;  // |x - that after one step|
   };
-  // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin before rounding: a power of two
-  // is found again.
+  // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin before
+  // rounding: a power of two is found again.
   Step Take(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
 
   Index lcps() const { return lcps_; }

@@ -20,7 +20,8 @@ EventOutput::EventOutput(const Problem& problem, const Grid& grid) : problem_(pr
 void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end) {
   const auto nodes = static_cast<Index>(grid_.times.size());
   for (; next_node_ < nodes && grid_.times[next_node_] < end; ++next_node_) {
-    const double s = std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
+    const double s =
+        std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
     const LegendreVector at = LegendreValues(s);
     segment_.x.col(next_node_) = step.x * at;
     segment_.y.col(next_node_) = (step.y * at).cwiseMax(0);
@@ -44,8 +45,8 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 
-void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
-                             const Vector& w) {
+void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end,
+                             const Vector& y, const Vector& w) {
   const auto nodes = static_cast<Index>(grid_.times.size());
   for (; next_node_ < nodes && grid_.times[next_node_] < end; ++next_node_) {
     const double part = (grid_.times[next_node_] - begin) / (end - begin);
@@ -70,8 +71,8 @@ const Segment& EventOutput::Finish() {
   return segment_;
 }
 
-void EventOutput::Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
-                          double& complementarity) {
+void EventOutput::Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w,
+                          double& residual, double& complementarity) {
   residual = NanMax(residual, NaturalResidual(y, w));
   complementarity = NanMax(complementarity, std::abs(y.dot(w)));
   certificate_.lcp_scale = NanMax(certificate_.lcp_scale, NanMax(MaxAbs(y), MaxAbs(w)));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the trajectory at the nodes of the grid from the steps, and measures how well they satisfy the system.
+// Takes the trajectory at the nodes of the grid from the steps, and measures how well they satisfy the
+// system.
 
 #ifndef DLCS_CORE_EVENTS_EVENT_OUTPUT_H_
 #define DLCS_CORE_EVENTS_EVENT_OUTPUT_H_
@@ -18,11 +19,12 @@ class EventOutput {
   // Keeps references.
   EventOutput(const Problem& problem, const Grid& grid);
 
-  // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value at an event is
-  // that behind it.
+  // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value
+  // at an event is that behind it.
   void AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end);
   // A step of the coupled march: x linear, y constant. `w` is that at the end.
-  void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y, const Vector& w);
+  void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
+                  const Vector& w);
   // The last node.
   void AddEnd(const Vector& x, const Vector& y);
 

@@ -20,7 +20,8 @@ Piece CutInHalf(Piece& piece) {
   Piece right = piece;
   right.begin = piece.end = (piece.begin + piece.end) / 2;
   for (Index level = 1; level < kLegendreSize; ++level) {
-    // right.b holds the column of averages; its first entries end as the right half's, the firsts as the left half's.
+    // right.b holds the column of averages; its first entries end as the right half's, the firsts as the left
+    // half's.
     for (Index i = 0; i < kLegendreSize - level; ++i) right.b[i] = (right.b[i] + right.b[i + 1]) / 2;
     piece.b[level] = right.b[0];
   }
@@ -29,7 +30,8 @@ Piece CutInHalf(Piece& piece) {
 
 bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 
-// The crossing in a piece that starts at or above zero and whose coefficients change sign once: a simple root.
+// The crossing in a piece that starts at or above zero and whose coefficients change sign once: a simple
+// root.
 bool ChangesSignOnce(const LegendreVector& b) {
   Index i = 0;
   while (i < kLegendreSize && b[i] >= 0) ++i;

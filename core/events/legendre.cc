@@ -25,7 +25,8 @@ LegendreMatrix BernsteinCoefficients() {
   for (Index k = 0; k < kLegendreSize; ++k) {
     for (Index j = 0; j < kLegendreSize; ++j) {
       for (Index i = std::max<Index>(0, j - (kLegendreDegree - k)); i <= std::min(k, j); ++i) {
-        const double raised = Binomial(k, i) * Binomial(kLegendreDegree - k, j - i) / Binomial(kLegendreDegree, j);
+        const double raised =
+            Binomial(k, i) * Binomial(kLegendreDegree - k, j - i) / Binomial(kLegendreDegree, j);
         matrix(k, j) += ((k + i) % 2 ? -1 : 1) * Binomial(k, i) * raised;
       }
     }
@@ -46,7 +47,8 @@ LegendreBasis MakeBasis() {
   LegendreBasis basis;
   for (Index j = 0; j < kLegendreSize; ++j) {
     // sin, not cos: symmetric, and exactly 0 in the middle.
-    const double angle = std::numbers::pi * static_cast<double>(2 * j - kLegendreDegree) / (2 * kLegendreDegree);
+    const double angle =
+        std::numbers::pi * static_cast<double>(2 * j - kLegendreDegree) / (2 * kLegendreDegree);
     basis.nodes[j] = std::sin(angle);
     basis.at_nodes.col(j) = LegendreValues(basis.nodes[j]);
   }

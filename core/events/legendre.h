@@ -8,9 +8,9 @@
 
 namespace dlcs {
 
-// Every function of time on a step [t, t + H] is a polynomial of this degree K in s in [-1, 1], time = t + H (1 + s) / 2.
-// Twelve: a sine is met to 1e-10 with 13 values on a third of its period, and more would be spent in vain on steps
-// that an event cuts short. Even, so that the middle of the step is a node.
+// Every function of time on a step [t, t + H] is a polynomial of this degree K in s in [-1, 1], time = t + H
+// (1 + s) / 2. Twelve: a sine is met to 1e-10 with 13 values on a third of its period, and more would be
+// spent in vain on steps that an event cuts short. Even, so that the middle of the step is a node.
 constexpr Index kLegendreDegree = 12;
 constexpr Index kLegendreSize = kLegendreDegree + 1;
 
@@ -42,13 +42,13 @@ LegendreVector LegendreValues(double s);
 // The series through `values`, one column for each node. A row of equal values has exactly one coefficient.
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values);
 
-// For each row the sum of what is likely to follow its last coefficients: the error of a series. By pairs, since every other
-// coefficient vanishes where a function is even or odd; with ρ the ratio of the last two pairs, ρ/(1-√ρ)² times the last:
-// little more than the next pair where coefficients fall fast, and many times the last where a kink makes them fall
-// like powers.
+// For each row the sum of what is likely to follow its last coefficients: the error of a series. By pairs,
+// since every other coefficient vanishes where a function is even or odd; with ρ the ratio of the last two
+// pairs, ρ/(1-√ρ)² times the last: little more than the next pair where coefficients fall fast, and many
+// times the last where a kink makes them fall like powers.
 //
-// `rounding` is what rounding may have put into a coefficient of each row: a last coefficient of that size tells nothing. Without
-// it, that of interpolation is taken, 8ε times the size of the row.
+// `rounding` is what rounding may have put into a coefficient of each row: a last coefficient of that size
+// tells nothing. Without it, that of interpolation is taken, 8ε times the size of the row.
 Vector EstimateTail(const LegendreSeries& series, const Vector& rounding);
 Vector EstimateTail(const LegendreSeries& series);
 

@@ -14,8 +14,8 @@ namespace {
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
 
-// -matrix⁻¹, absent where it is singular to working precision, measured after its rows were scaled to size one: rows have
-// units of their own.
+// -matrix⁻¹, absent where it is singular to working precision, measured after its rows were scaled to size
+// one: rows have units of their own.
 std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   const Index size = matrix.rows();
   if (size == 0) return Matrix(0, 0);

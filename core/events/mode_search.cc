@@ -15,7 +15,8 @@ namespace {
 // The steps of the search, as powers of 64 times this part of the scale.
 constexpr double kFirstPart = 1.0 / 1024;
 constexpr std::array<int, ModeSearch::kAttempts> kPowers = {0, -1, -2, 1, 2, -3};
-// w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than rounding.
+// w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than
+// rounding.
 constexpr double kSearchTolerance = 2e-15;
 // A step below this part of t would hardly be one: t + h is rounded.
 constexpr double kLeastOfTime = 1e-14;
@@ -41,7 +42,8 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
 
 ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, double scale,
                                       double longest, int attempt) {
-  const double quick = norm_A_ > 0 ? 16 / norm_A_ : longest;  // beyond, the Taylor polynomial is none of e^{hA}
+  const double quick =
+      norm_A_ > 0 ? 16 / norm_A_ : longest;  // beyond, the Taylor polynomial is none of e^{hA}
   double h = kFirstPart * std::min(scale, quick) * std::ldexp(1.0, 6 * kPowers[attempt]);
   h = std::min({std::max(h, kLeastOfTime * std::abs(t)), longest / 2, quick / 16});
   h = std::ldexp(1.0, std::ilogb(h));  // few lengths, so that solvers are found again

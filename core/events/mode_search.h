@@ -19,13 +19,13 @@ namespace dlcs {
 
 // Finds active sets, and keeps the modes that were made.
 //
-// The set that holds behind t is that of y at t + h as h → 0: where y_i and w_i both vanish at t their derivatives decide,
-// and then higher ones. One coupled LCP does all of that at once,
+// The set that holds behind t is that of y at t + h as h → 0: where y_i and w_i both vanish at t their
+// derivatives decide, and then higher ones. One coupled LCP does all of that at once,
 //
 //     0 <= y ⟂ N (x̂ + h B y + h²/2 A B y) + g(t + h) + M y >= 0,    x̂ the state at t + h for y = 0,
 //
-// with a step h so short that the Taylor polynomial of second order serves, and long enough that a derivative stands
-// out of rounding. Its basis is a proposal: the caller finds out how long it lasts.
+// with a step h so short that the Taylor polynomial of second order serves, and long enough that a derivative
+// stands out of rounding. Its basis is a proposal: the caller finds out how long it lasts.
 class ModeSearch {
  public:
   // Keeps references.
@@ -36,15 +36,15 @@ class ModeSearch {
     bool kept_selection = true;  // as LcpSolver::KeptSelection()
     const Mode* mode = nullptr;  // null where the LCP failed, or the basis does not determine y
   };
-  // For the state `x` at `t`. `scale` is a time in which the system changes, `longest` the time to the next break point;
-  // `attempt` 0, 1, ... kAttempts - 1 takes other steps: shorter ones, for modes that end soon, and then longer ones, which
-  // see past modes that are shorter than rounding.
-  // The LCP is started from the last active set, or from that of GuessBehind().
+  // For the state `x` at `t`. `scale` is a time in which the system changes, `longest` the time to the next
+  // break point; `attempt` 0, 1, ... kAttempts - 1 takes other steps: shorter ones, for modes that end soon,
+  // and then longer ones, which see past modes that are shorter than rounding. The LCP is started from the
+  // last active set, or from that of GuessBehind().
   static constexpr int kAttempts = 6;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, double scale, double longest, int attempt);
 
-  // The next search starts from the active set of `mode` with index `guard`, which ended it, exchanged: where the numbers
-  // of an event are as small as the rounding of the LCP, that guess is as good a solution as any.
+  // The next search starts from the active set of `mode` with index `guard`, which ended it, exchanged: where
+  // the numbers of an event are as small as the rounding of the LCP, that guess is as good a solution as any.
   void GuessBehind(const Mode& mode, Index guard);
 
   Index lcps() const { return lcps_; }

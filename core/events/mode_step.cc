@@ -15,7 +15,8 @@ using ComplexRow = Eigen::Matrix<Complex, 1, kLegendreSize>;
 //
 // With v = z x + r + τ (P_K - P_{K-1}) of degree K - 1, which is x', the integral of P_k gives
 //     c_k = v_{k-1}/(2k-1) - v_{k+1}/(2k+3),   k = 1 ... K.
-// Elimination from k = K down expresses each c_k by c_{k-1}, as c_k = offset_k + ratio_k c_{k-1}; then Σ(-1)^k c_k = start.
+// Elimination from k = K down expresses each c_k by c_{k-1}, as c_k = offset_k + ratio_k c_{k-1}; then
+// Σ(-1)^k c_k = start.
 ComplexRow SolveScalar(Complex z, const ComplexRow& r, Complex start) {
   constexpr Index K = kLegendreDegree;
   const auto odd = [](Index k) { return static_cast<double>(2 * k + 1); };
@@ -26,7 +27,8 @@ ComplexRow SolveScalar(Complex z, const ComplexRow& r, Complex start) {
   offset[K] = (r[K - 1] + r[K]) / odd(K - 1) / pivot;
   ratio[K - 1] = z / odd(K - 2);
   offset[K - 1] = r[K - 2] / odd(K - 2);
-  // What z multiplies in v_{k+1}, as a function of c_k; for k + 1 = K - 1 that is c_{K-1} + c_K = offset_K + c_{K-1} / pivot.
+  // What z multiplies in v_{k+1}, as a function of c_k; for k + 1 = K - 1 that is c_{K-1} + c_K = offset_K +
+  // c_{K-1} / pivot.
   Complex next_offset = offset[K] + offset[K - 1] / pivot;
   Complex next_ratio = ratio[K - 1] / pivot;
   Complex next_source = r[K - 1] + r[K];
@@ -54,8 +56,8 @@ ComplexRow SolveScalar(Complex z, const ComplexRow& r, Complex start) {
     c[k] = offset[k] + ratio[k] * c[k - 1];
     at_start += k % 2 ? -c[k] : c[k];
   }
-  // For large |z| the rounding of c_{K-2} comes back in c_{K-1} = -c_K, times |z|: a multiple of P_K - P_{K-1}, which no
-  // collocation point sees, and the start does.
+  // For large |z| the rounding of c_{K-2} comes back in c_{K-1} = -c_K, times |z|: a multiple of P_K -
+  // P_{K-1}, which no collocation point sees, and the start does.
   const Complex missing = (start - at_start) / 2.0;
   c[K] += missing;
   c[K - 1] -= missing;

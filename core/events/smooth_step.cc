@@ -16,8 +16,8 @@ namespace {
 constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
 // The part of that which one coefficient may hold.
 constexpr double kOfCoefficient = 1.0 / 8;
-// A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step: where
-// modes accumulate, all sizes are small.
+// A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the
+// step: where modes accumulate, all sizes are small.
 constexpr double kLevelPart = 1e-3;
 
 LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const StepSources& sources) {
@@ -34,7 +34,8 @@ Vector SlopeNoise(const StepSources& sources) {
 }
 
 // |output| applied to the given sizes of its arguments.
-Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g, const Vector& slope) {
+Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g,
+            const Vector& slope) {
   Vector size = output.state.cwiseAbs() * x;
   if (output.g.size() > 0) size += output.g.cwiseAbs() * g;
   if (output.f.size() > 0) size += output.f.cwiseAbs() * f;
@@ -45,8 +46,8 @@ Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const 
 // An upper bound of |series| on the step.
 Vector SizeOf(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
 
-// Components that are small beside others count as this part of them at least: what is zero at the start and grows like a
-// power of time never is accurate in itself.
+// Components that are small beside others count as this part of them at least: what is zero at the start and
+// grows like a power of time never is accurate in itself.
 Vector Magnitude(const Vector& largest) {
   constexpr double kLeastPart = 1e-6;
   return largest.cwiseMax(kLeastPart * MaxAbs(largest));
@@ -54,7 +55,8 @@ Vector Magnitude(const Vector& largest) {
 
 double LargestRatio(const Vector& error, const Vector& allowed) {
   double largest = 0;
-  for (Index i = 0; i < error.size(); ++i) largest = NanMax(largest, error[i] == 0 ? 0 : error[i] / allowed[i]);
+  for (Index i = 0; i < error.size(); ++i)
+    largest = NanMax(largest, error[i] == 0 ? 0 : error[i] / allowed[i]);
   return largest;
 }
 
@@ -66,7 +68,8 @@ SourceGap GapOf(const StepSources& sources) {
 }
 
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
-                          const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap) {
+                          const Magnitudes& magnitudes, double tolerance, double share,
+                          const SourceGap* gap) {
   LegendreSeries b = mode.source_f.size() > 0 ? LegendreSeries(mode.source_f * sources.f) : sources.f;
   if (mode.source_g.size() > 0) b.noalias() += mode.source_g * sources.g;
   if (mode.source_slope.size() > 0) b.noalias() += mode.source_slope * sources.slope;
@@ -82,13 +85,15 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (mode.source_slope.size() > 0) b_size += mode.source_slope.cwiseAbs() * slope_size;
   // The Schur form mixes all components, and their rounding.
   const double state_noise = kRounding * MaxAbs(x_size);
-  const Vector x_noise = (kRounding * sources.length / 2 * (mode.dynamics.cwiseAbs() * x_size + b_size)).array() + state_noise;
+  const Vector x_noise =
+      (kRounding * sources.length / 2 * (mode.dynamics.cwiseAbs() * x_size + b_size)).array() + state_noise;
   const Vector x_error = EstimateTail(step.x, kOfCoefficient * x_noise) + sources.length * sources.f_error;
   const Vector x_allowed = tolerance * share * Magnitude(magnitudes.x.cwiseMax(x_size)) + x_noise;
   step.error_ratio = LargestRatio(x_error, x_allowed);
 
   const Vector guard_noise =
-      kRounding * Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size) + mode.guard.state.cwiseAbs() * x_noise;
+      kRounding * Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size) +
+      mode.guard.state.cwiseAbs() * x_noise;
   const Vector guard_tail = EstimateTail(step.guard, kOfCoefficient * guard_noise);
   Vector guard_magnitude = Magnitude(magnitudes.w);
   const Vector y_magnitude = Magnitude(magnitudes.y);
@@ -96,7 +101,8 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector guard_size = SizeOf(step.guard);
   guard_magnitude = guard_magnitude.cwiseMax(guard_size);
   const Vector guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;
-  step.error_ratio = NanMax(step.error_ratio, LargestRatio(guard_error, tolerance * guard_magnitude + guard_noise));
+  step.error_ratio =
+      NanMax(step.error_ratio, LargestRatio(guard_error, tolerance * guard_magnitude + guard_noise));
   step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * guard_noise).cwiseMax(guard_tail);
   if (gap) step.guard_level += Size(mode.guard, Vector::Zero(step.x.rows()), gap->f, gap->g, gap->slope);
   return step;
@@ -104,7 +110,8 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
 
 namespace {
 
-// The zero of the series a little before `s`, where it is -level and falling; `s` itself where it only grazes zero.
+// The zero of the series a little before `s`, where it is -level and falling; `s` itself where it only grazes
+// zero.
 double ZeroBefore(const LegendreVector& series, double s, double level) {
   const LegendreVector slope = GetLegendreBasis().derivative.transpose() * series;
   double zero = s;

@@ -11,7 +11,8 @@
 
 namespace dlcs {
 
-// The sizes that errors are compared with: the largest values of each component so far. Components have units of their own.
+// The sizes that errors are compared with: the largest values of each component so far. Components have units
+// of their own.
 struct Magnitudes {
   Vector x;
   Vector y;
@@ -23,16 +24,16 @@ struct SmoothStep {
   LegendreSeries x;
   LegendreSeries y;
   LegendreSeries guard;
-  // How far below zero a guard must fall to end the mode: a thousandth of the tolerance relative to its size on this step,
-  // but no less than its rounding and its estimated error.
+  // How far below zero a guard must fall to end the mode: a thousandth of the tolerance relative to its size
+  // on this step, but no less than its rounding and its estimated error.
   Vector guard_level;
-  // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the step is
-  // accurate where it is at most 1. Errors fall with the power K of the length.
+  // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the
+  // step is accurate where it is at most 1. Errors fall with the power K of the length.
   double error_ratio = 0;
 };
 
-// How far two polynomials of the sources may be apart where one step ends and the next begins: an event is located on the
-// polynomial of the one, and the guards of the other start from its own.
+// How far two polynomials of the sources may be apart where one step ends and the next begins: an event is
+// located on the polynomial of the one, and the guards of the other start from its own.
 struct SourceGap {
   Vector f;
   Vector g;
@@ -40,11 +41,11 @@ struct SourceGap {
 };
 SourceGap GapOf(const StepSources& sources);
 
-// Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated from its last
-// coefficients, by going on with their decay, and from what the sources miss at the checked time. Allowed is, for x,
-// tolerance times its magnitude times `share`, the part of the horizon that this step is; for the guards (y and w, which hold
-// no memory) tolerance times their magnitude; and what rounding does, always. `gap`, null or that of the step before, raises
-// the levels of the guards.
+// Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated from its
+// last coefficients, by going on with their decay, and from what the sources miss at the checked time.
+// Allowed is, for x, tolerance times its magnitude times `share`, the part of the horizon that this step is;
+// for the guards (y and w, which hold no memory) tolerance times their magnitude; and what rounding does,
+// always. `gap`, null or that of the step before, raises the levels of the guards.
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
                           const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap);
 

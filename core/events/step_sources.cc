@@ -22,7 +22,8 @@ void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<do
     const auto* samples = std::get_if<SampledFunction>(&function.pieces[k].function);
     if (!samples) continue;
     const double begin = k == 0 ? 0 : std::max(0.0, function.pieces[k].start);
-    const double end = k + 1 < function.pieces.size() ? std::min(horizon, function.pieces[k + 1].start) : horizon;
+    const double end =
+        k + 1 < function.pieces.size() ? std::min(horizon, function.pieces[k + 1].start) : horizon;
     for (const double time : samples->times) {
       if (time > begin && time < end) times.push_back(time);
     }
@@ -42,8 +43,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
-  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, Vector& largest, Vector& at_check,
-                          Vector& error) {
+  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, Vector& largest,
+                          Vector& at_check, Vector& error) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
@@ -59,12 +60,12 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     return finite;
   };
   using Value = Eigen::Ref<Vector>;
-  const bool f_finite =
-      sample(sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f, step.f_size,
-             step.f_at_check, step.f_error);
-  const bool g_finite =
-      sample(sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g,
-             step.g_size, step.g_at_check, step.g_error);
+  const bool f_finite = sample(
+      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f,
+      step.f_size, step.f_at_check, step.f_error);
+  const bool g_finite = sample(
+      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g,
+      step.g_size, step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;
   step.slope = step.g * (2 / length * basis.derivative);
   evaluations_ += kLegendreSize + 1;

@@ -13,19 +13,19 @@
 
 namespace dlcs {
 
-// f, g and g' on a step, from `begin`, through their values at the nodes, and how far they are from the truth at one more
-// time, where a source that the nodes happen to miss shows itself.
+// f, g and g' on a step, from `begin`, through their values at the nodes, and how far they are from the truth
+// at one more time, where a source that the nodes happen to miss shows itself.
 struct StepSources {
   double begin = 0;
   double length = 0;
   LegendreSeries f;
   LegendreSeries g;
-  LegendreSeries slope;   // dg/dt
-  double check_s = 0;     // the position of that time, in (-1, 1)
-  Vector f_at_check, g_at_check;    // the true values there
-  Vector f_error, g_error;          // |polynomial - true value| there, beyond rounding
-  Vector f_size, g_size;            // max |f_i|, |g_i| over the nodes
-  bool finite = false;    // every value was
+  LegendreSeries slope;           // dg/dt
+  double check_s = 0;             // the position of that time, in (-1, 1)
+  Vector f_at_check, g_at_check;  // the true values there
+  Vector f_error, g_error;        // |polynomial - true value| there, beyond rounding
+  Vector f_size, g_size;          // max |f_i|, |g_i| over the nodes
+  bool finite = false;            // every value was
 };
 
 class SourceSampler {
@@ -39,8 +39,8 @@ class SourceSampler {
   // Looks at the sources of `step` at the position `s` instead of check_s; the errors found before stay.
   void MoveCheck(double s, StepSources& step);
 
-  // The limit of f or g at `t` from `side`, of formulas their value at the next number on that side: (t < 0.3) has both its
-  // limits at a break point 0.3.
+  // The limit of f or g at `t` from `side`, of formulas their value at the next number on that side: (t <
+  // 0.3) has both its limits at a break point 0.3.
   void F(double t, Side side, Eigen::Ref<Vector> value) { sources_.F(Beside(t, side), side, value); }
   void G(double t, Side side, Eigen::Ref<Vector> value) { sources_.G(Beside(t, side), side, value); }
 
@@ -54,8 +54,8 @@ class SourceSampler {
   Index evaluations_ = 0;
 };
 
-// The times in (0, T), increasing, where f or g may be anything but smooth: the break points, and every time of samples
-// between which they are linear.
+// The times in (0, T), increasing, where f or g may be anything but smooth: the break points, and every time
+// of samples between which they are linear.
 std::vector<double> KnownKinks(const Problem& problem);
 
 }  // namespace dlcs

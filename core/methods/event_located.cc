@@ -24,20 +24,22 @@ namespace dlcs {
 namespace {
 
 constexpr int kAttempts = ModeSearch::kAttempts;
-// So many modes in a row, each shorter than this part of the horizon: modes accumulate. One in which the state moves by less
-// than the tolerance counts for many.
+// So many modes in a row, each shorter than this part of the horizon: modes accumulate. One in which the
+// state moves by less than the tolerance counts for many.
 constexpr int kMostShortModes = 256;
 constexpr int kCountOfStill = 32;
 constexpr double kShortModePart = 1e-6;
-// A step of less than this part of the horizon is not worth a collocation; nor does a mode last that ends so soon.
+// A step of less than this part of the horizon is not worth a collocation; nor does a mode last that ends so
+// soon.
 constexpr double kShortestPart = 1e-12;
 constexpr double kNoModePart = 1e-14;
 // Error control never asks for less than this part of the tolerance of one step.
 constexpr double kLeastShare = 0.02;
-// A step is at most so many times longer than the last two modes were: rounding grows with the length, and where modes
-// accumulate little else is left.
+// A step is at most so many times longer than the last two modes were: rounding grows with the length, and
+// where modes accumulate little else is left.
 constexpr double kLongestAfterEvent = 16;
-// Steps are controlled with this part of the tolerance: errors of single steps add up, and grow with the system.
+// Steps are controlled with this part of the tolerance: errors of single steps add up, and grow with the
+// system.
 constexpr double kSafety = 0.05;
 constexpr Index kMostMarchedSteps = 200000;
 
@@ -98,12 +100,12 @@ class EventLocator {
   Magnitudes magnitudes_;
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
-  double length_ = 0;       // that the tolerance allowed last
-  int short_modes_ = 0;     // in a row
+  double length_ = 0;    // that the tolerance allowed last
+  int short_modes_ = 0;  // in a row
   double mode_begin_ = 0;
   double last_mode_length_ = 0;
   std::optional<SourceGap> gap_;  // behind an event
-  Index burst_ = 1;         // steps of the next march
+  Index burst_ = 1;               // steps of the next march
   double march_length_ = 0;
   std::string why_march_;
   StepSources sources_;
@@ -187,14 +189,17 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   const double step_end = length == end - t_ ? end : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
   if (!sources_.finite) {
-    context_.Fail(Termination::kNonFinite, t_,
-                  "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+    context_.Fail(
+        Termination::kNonFinite, t_,
+        "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
     return Progressed::kFailed;
   }
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
-  step_ = TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+  step_ =
+      TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
   const double factor = 0.9 * std::pow(step_.error_ratio, -1.0 / (kLegendreDegree - 1));
-  if (!(step_.error_ratio <= 1)) return Shorten(length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1));
+  if (!(step_.error_ratio <= 1))
+    return Shorten(length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1));
 
   const auto mode_end = FindModeEnd(step_);
   if (!mode_end) {
@@ -204,7 +209,8 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   }
   search_.GuessBehind(*mode_, mode_end->guard);
   const double lasted = length * (1 + mode_end->s) / 2;
-  if (lasted <= std::max(kNoModePart * problem_.horizon, 4e-16 * t_)) return GiveUpMode("no active set lasts");
+  if (lasted <= std::max(kNoModePart * problem_.horizon, 4e-16 * t_))
+    return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
   return EndMode(mode_end->s);
 }
@@ -214,7 +220,8 @@ EventLocator::Progressed EventLocator::Shorten(double length) {
   ++record_.rejected_steps;
   length_ = length;
   if (length_ >= shortest) return Progressed::kYes;
-  why_march_ = "no step was short enough for the tolerance: a source jumps or has a kink at an undeclared time";
+  why_march_ =
+      "no step was short enough for the tolerance: a source jumps or has a kink at an undeclared time";
   length_ = 16 * shortest;
   return Progressed::kNoMode;
 }
@@ -241,8 +248,8 @@ EventLocator::Progressed EventLocator::EndMode(double s) {
   return Progressed::kNoMode;
 }
 
-// Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its start. False, and
-// nothing done, where the state is farther off.
+// Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its
+// start. False, and nothing done, where the state is farther off.
 bool EventLocator::Project() {
   if (!mode_->differentiated()) return true;
   const Vector g = sources_.g * LegendreValues(-1);
@@ -282,8 +289,9 @@ void EventLocator::NoteInterval(double end, const Mode* mode) {
   }
 }
 
-// A burst of coupled steps. Each burst without a lasting mode between is twice as long as the one before and may err four times
-// as much, so that the solve survives a point that the tolerance cannot pass; the record holds what it cost.
+// A burst of coupled steps. Each burst without a lasting mode between is twice as long as the one before and
+// may err four times as much, so that the solve survives a point that the tolerance cannot pass; the record
+// holds what it cost.
 bool EventLocator::MarchOn(double end) {
   const double shortest = kShortestPart * problem_.horizon;
   if (burst_ == 1) march_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
@@ -304,9 +312,11 @@ bool EventLocator::MarchOn(double end) {
       return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
     }
     if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
-    const double allowed = tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
+    const double allowed =
+        tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
     const double ratio = (step.error.array() / (allowed * magnitudes_.x.array().max(step.x.array().abs()) +
-                                                1e-14 * MaxAbs(step.x) + 1e-300)).maxCoeff();
+                                                1e-14 * MaxAbs(step.x) + 1e-300))
+                             .maxCoeff();
     if (!(ratio <= 1) && length > shortest) {
       march_length_ = length / 2;
       continue;
@@ -356,8 +366,8 @@ bool EventLocated(SolveContext& context, double tolerance, EventRecord& record, 
   locator.Finish();
   if (record.accumulated_error > tolerance) {
     context.solution.warnings.push_back("The estimated errors of the steps add up to " +
-                                        FormatNumber(record.accumulated_error) + ", more than the tolerance: " +
-                                        std::to_string(record.marched_steps) +
+                                        FormatNumber(record.accumulated_error) +
+                                        ", more than the tolerance: " + std::to_string(record.marched_steps) +
                                         " steps were marched where no active set lasted.");
   }
   certificate = locator.output().certificate();
@@ -374,10 +384,12 @@ absl::StatusOr<EventSolution> SolveByEvents(const Problem& problem, double toler
   const MatrixClass matrix_class = Classify(problem.M);
   const auto selection = SelectRule(problem.rule, matrix_class);
   if (!selection.ok()) return selection.status();
-  if (*selection != Selection::kUnique && *selection != Selection::kLeastElement && *selection != Selection::kAny) {
-    return absl::InvalidArgumentError(std::string("rule: a mode of ") + SelectionName(*selection) +
-                                      " may end where no guard does, when another solution becomes the better one; "
-                                      "event location follows the one solution, the least element, or any");
+  if (*selection != Selection::kUnique && *selection != Selection::kLeastElement &&
+      *selection != Selection::kAny) {
+    return absl::InvalidArgumentError(
+        std::string("rule: a mode of ") + SelectionName(*selection) +
+        " may end where no guard does, when another solution becomes the better one; "
+        "event location follows the one solution, the least element, or any");
   }
   EventSolution result;
   Solution& solution = result.solution;
@@ -385,7 +397,8 @@ absl::StatusOr<EventSolution> SolveByEvents(const Problem& problem, double toler
   if (!choice.refusal.empty() || choice.inelastic_impact) {
     solution.termination = Termination::kUnsupported;
     solution.failure_time = 0;
-    solution.message = choice.inelastic_impact ? "Inelastic impacts are not located; use time-stepping." : choice.refusal;
+    solution.message =
+        choice.inelastic_impact ? "Inelastic impacts are not located; use time-stepping." : choice.refusal;
     return result;
   }
   Options grid_options = options;
@@ -411,8 +424,8 @@ absl::StatusOr<EventSolution> SolveByEvents(const Problem& problem, double toler
   if (EventLocated(context, tolerance, result.record, solution.certificate)) {
     solution.termination = Termination::kConverged;
     solution.message = "Solved on [0, " + FormatNumber(problem.horizon) + "] in " +
-                       std::to_string(solution.cost.steps) + " steps with " + std::to_string(result.record.events) +
-                       " events.";
+                       std::to_string(solution.cost.steps) + " steps with " +
+                       std::to_string(result.record.events) + " events.";
   }
   context.recorder.Finish();
   solution.cost.seconds_total = context.Seconds();

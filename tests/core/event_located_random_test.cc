@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random systems of every class, against exp-PL and exp-PC on fine grids: two methods that share no discretization.
+// Random systems of every class, against exp-PL and exp-PC on fine grids: two methods that share no
+// discretization.
 
 #include <gtest/gtest.h>
 
@@ -24,14 +25,16 @@ std::string Wave(LcpGenerator& random) {
          std::to_string(random.Uniform(0, 6)) + ")";
 }
 
-// Where M does not make y a function of x the system is made passive (N = Bᵀ, A stable), so that it has one x.
+// Where M does not make y a function of x the system is made passive (N = Bᵀ, A stable), so that it has one
+// x.
 Problem RandomProblem(LcpGenerator& random, Kind kind) {
   const Index m = random.Integer(2, 5);
   const Index n = random.Integer(1, 4);
   const bool passive = kind == Kind::kPassiveSkew || kind == Kind::kPassiveSingular || kind == Kind::kZero;
   Problem problem;
   const Matrix G = random.Gaussian(m, m);
-  problem.A = passive ? Matrix(-G * G.transpose() / static_cast<double>(m) + 2 * random.Skew(m)) : Matrix(G - Matrix::Identity(m, m));
+  problem.A = passive ? Matrix(-G * G.transpose() / static_cast<double>(m) + 2 * random.Skew(m))
+                      : Matrix(G - Matrix::Identity(m, m));
   problem.B = random.Gaussian(m, std::min(m, n));
   const Index constraints = problem.B.cols();
   problem.N = passive ? Matrix(problem.B.transpose()) : random.Gaussian(constraints, m);
@@ -97,27 +100,31 @@ TEST_P(EventRandomTest, AgreesWithAFineMarch) {
     ASSERT_EQ(marched->termination, Termination::kConverged) << marched->message;
     const auto located = SolveByEvents(problem, 1e-9, options, silent, {});
     ASSERT_TRUE(located.ok()) << located.status();
-    ASSERT_EQ(located->solution.termination, Termination::kConverged) << "trial " << trial << ": " << located->solution.message;
+    ASSERT_EQ(located->solution.termination, Termination::kConverged)
+        << "trial " << trial << ": " << located->solution.message;
     // By as much as the march itself changes when its step is halved.
-    const double allowed = std::max(GetParam().allowed * MaxAbs(marched->x), 4 * *marched->certificate.estimated_error_x);
+    const double allowed =
+        std::max(GetParam().allowed * MaxAbs(marched->x), 4 * *marched->certificate.estimated_error_x);
     EXPECT_LT(MaxAbs(located->solution.x - marched->x), allowed) << "trial " << trial;
     EXPECT_LT(located->record.accumulated_error, 1e-9) << "trial " << trial;
-    EXPECT_EQ(located->record.marched_steps, 0) << "trial " << trial << ": "
-                                                << located->record.intervals.back().why;
+    EXPECT_EQ(located->record.marched_steps, 0)
+        << "trial " << trial << ": " << located->record.intervals.back().why;
     EXPECT_LT(located->solution.certificate.node_residual, 1e-8 * located->solution.certificate.lcp_scale)
         << "trial " << trial;
 
     // A thousandth of the tolerance moves the solution by less than the tolerance.
     const auto refined = SolveByEvents(problem, 1e-12, options, silent, {});
     ASSERT_TRUE(refined.ok());
-    EXPECT_LT(MaxAbs(located->solution.x - refined->solution.x), 1e-9 * MaxAbs(marched->x)) << "trial " << trial;
+    EXPECT_LT(MaxAbs(located->solution.x - refined->solution.x), 1e-9 * MaxAbs(marched->x))
+        << "trial " << trial;
     events += located->record.events;
   }
   EXPECT_GT(events, 12);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EventRandomTest,
-                         ::testing::Values(Comparison{Kind::kPositiveDefinite, "PositiveDefinite", 2000, 1e-5},
+                         ::testing::Values(Comparison{Kind::kPositiveDefinite, "PositiveDefinite", 2000,
+                                                      1e-5},
                                            Comparison{Kind::kIndefiniteP, "IndefiniteP", 2000, 1e-4},
                                            Comparison{Kind::kMMatrix, "MMatrix", 2000, 1e-5},
                                            Comparison{Kind::kPassiveSkew, "PassiveSkew", 4000, 1e-2},

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Judged by closed forms, by references made with exact exponentials, and by what is known of switching times.
+// Judged by closed forms, by references made with exact exponentials, and by what is known of switching
+// times.
 
 #include "core/methods/event_located.h"
 
@@ -94,10 +95,10 @@ TEST_P(EventCasesTest, StatesJumpWhereTheReferenceDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EventCasesTest,
-                         ::testing::Values("rlcd", "abb_circuit_a", "observer_lcs", "saturated_pd", "wall_permeable",
-                                           "leontief_stock", "train_brakes", "formula_zoo", "z_least", "diode_bridge",
-                                           "diode_bridge_cap", "abb_circuit_c", "vickrey", "american_put",
-                                           "relay_sliding", "friction_oscillator"),
+                         ::testing::Values("rlcd", "abb_circuit_a", "observer_lcs", "saturated_pd",
+                                           "wall_permeable", "leontief_stock", "train_brakes", "formula_zoo",
+                                           "z_least", "diode_bridge", "diode_bridge_cap", "abb_circuit_c",
+                                           "vickrey", "american_put", "relay_sliding", "friction_oscillator"),
                          [](const auto& the_case) { return std::string(the_case.param); });
 
 TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
@@ -109,7 +110,8 @@ TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
     ASSERT_EQ(result.solution.termination, Termination::kConverged);
     double error = 0;
     for (std::size_t k = 0; k < times.size(); ++k) {
-      error = NanMax(error, MaxAbs(result.solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
+      error =
+          NanMax(error, MaxAbs(result.solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
     }
     EXPECT_LT(error, tolerance);
     EXPECT_GE(result.record.steps, steps_before);
@@ -241,27 +243,29 @@ Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& 
   return problem;
 }
 
-// |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind it.
+// |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind
+// it.
 TEST(EventLocatedTest, FollowsSwitchesThatAccumulateIntoSliding) {
   const Matrix C{{1, -2}, {2, 1}};
   const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
   const EventSolution result = SolveAt(problem, 1e-9, {0.3, 0.6, 0.649, 0.66, 2});
   const Solution& solution = result.solution;
   ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
-  for (Index k = 0; k < 3; ++k) EXPECT_NEAR(solution.x.col(k).cwiseAbs().sum(), 1.3 - 2 * solution.times[k], 1e-12);
+  for (Index k = 0; k < 3; ++k)
+    EXPECT_NEAR(solution.x.col(k).cwiseAbs().sum(), 1.3 - 2 * solution.times[k], 1e-12);
   EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-12);
   EXPECT_GT(result.record.events, 15);
   EXPECT_NEAR(result.record.SwitchingTimes().back(), 0.65, 1e-9);
   EXPECT_EQ(result.record.intervals.back().active, (std::vector<Index>{0, 1}));
 }
 
-// x1' = x2, x2' = -2 sgn x1 - sgn x2: switches accumulate at a point where no mode of relative degree one holds. The coupled
-// march survives, and the record says so.
+// x1' = x2, x2' = -2 sgn x1 - sgn x2: switches accumulate at a point where no mode of relative degree one
+// holds. The coupled march survives, and the record says so.
 TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
-  const EventSolution result =
-      SolveAt(Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10), 1e-9, {4, 6, 10});
+  const EventSolution result = SolveAt(
+      Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10), 1e-9, {4, 6, 10});
   ASSERT_EQ(result.solution.termination, Termination::kConverged) << result.solution.message;
   EXPECT_GT(result.record.marched_steps, 0);
   EXPECT_TRUE(result.record.intervals.back().marched);
@@ -275,7 +279,8 @@ TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
 TEST(EventLocatedTest, SwitchesARelayBehindTwoIntegrators) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
-  const EventSolution result = SolveAt(Relays(A, Vector{{0, 1}}, Vector{{1, 0}}.transpose(), Vector{{1, 0}}, 20), 1e-9);
+  const EventSolution result =
+      SolveAt(Relays(A, Vector{{0, 1}}, Vector{{1, 0}}.transpose(), Vector{{1, 0}}, 20), 1e-9);
   const std::vector<double> times = result.record.SwitchingTimes();
   ASSERT_EQ(times.size(), 7u);
   for (std::size_t k = 0; k < times.size(); ++k) {

@@ -19,7 +19,8 @@ LegendreSeries Interpolate(double (*function)(double)) {
 }
 
 TEST(LegendreTest, InterpolatesPolynomialsOfItsDegreeExactly) {
-  const LegendreSeries series = Interpolate([](double s) { return 3 * std::pow(s, 12) - std::pow(s, 5) + 2; });
+  const LegendreSeries series =
+      Interpolate([](double s) { return 3 * std::pow(s, 12) - std::pow(s, 5) + 2; });
   for (const double s : {-1.0, -0.73, 0.0, 0.2, 0.999, 1.0}) {
     EXPECT_NEAR((series * LegendreValues(s))(0), 3 * std::pow(s, 12) - std::pow(s, 5) + 2, 1e-14);
   }
@@ -55,7 +56,8 @@ TEST(LegendreTest, BernsteinCoefficientsGiveTheSamePolynomial) {
   }
 }
 
-// Of smooth functions the estimate is an upper bound, and no more than a thousand times too large; of a kink it is one.
+// Of smooth functions the estimate is an upper bound, and no more than a thousand times too large; of a kink
+// it is one.
 TEST(LegendreTest, TailBoundsTheErrorOfInterpolation) {
   const auto largest_error = [](const LegendreSeries& series, double (*function)(double)) {
     double error = 0;
@@ -65,9 +67,9 @@ TEST(LegendreTest, TailBoundsTheErrorOfInterpolation) {
     }
     return error;
   };
-  for (double (*function)(double) : {+[](double s) { return std::sin(3 * s + 0.4); },
-                                     +[](double s) { return std::exp(2.5 * s); },
-                                     +[](double s) { return 1 / (2 + s); }}) {
+  for (double (*function)(double) :
+       {+[](double s) { return std::sin(3 * s + 0.4); }, +[](double s) { return std::exp(2.5 * s); },
+        +[](double s) { return 1 / (2 + s); }}) {
     const LegendreSeries series = Interpolate(function);
     const double error = largest_error(series, function);
     EXPECT_LT(error, EstimateTail(series)[0]);

@@ -61,7 +61,8 @@ TEST(ModeTest, DifferentiatesWhereMIsZero) {
   const Vector x_slope = problem.A * x + problem.B * y + f;
   const Vector w_slope = problem.N * x_slope + slope;
   for (const Index i : {1, 3}) EXPECT_NEAR(w_slope[i], 0, 1e-11);
-  const Vector dynamics = mode->dynamics * x + mode->source_f * f + mode->source_g * g + mode->source_slope * slope;
+  const Vector dynamics =
+      mode->dynamics * x + mode->source_f * f + mode->source_g * g + mode->source_slope * slope;
   EXPECT_LT(MaxAbs(dynamics - x_slope), 1e-11);
   x -= mode->correction * (mode->rows * x + mode->rows_g * g);
   const Vector w = problem.N * x + g;
@@ -150,17 +151,18 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
       const double t = length * (1 + GetLegendreBasis().nodes[j]) / 2;
       values(0, j) = -lambda * std::cos(3 * t) - 3 * std::sin(3 * t);
     }
-    const LegendreSeries x = StepMode(ModeOf(Matrix::Constant(1, 1, lambda)), Vector::Ones(1),
-                                      InterpolateAtNodes(values), length);
+    const LegendreSeries x =
+        StepMode(ModeOf(Matrix::Constant(1, 1, lambda)), Vector::Ones(1), InterpolateAtNodes(values), length);
     for (const double s : {-0.9, -0.3, 0.4, 1.0}) {
-      EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13) << lambda << " at " << s;
+      EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13)
+          << lambda << " at " << s;
     }
   }
 }
 
 TEST(ModeStepTest, DampsWhatItDoesNotResolve) {
-  const LegendreSeries x =
-      StepMode(ModeOf(Matrix::Constant(1, 1, -1e9)), Vector::Ones(1), LegendreSeries::Zero(1, kLegendreSize), 1);
+  const LegendreSeries x = StepMode(ModeOf(Matrix::Constant(1, 1, -1e9)), Vector::Ones(1),
+                                    LegendreSeries::Zero(1, kLegendreSize), 1);
   EXPECT_LT(std::abs(x.sum()), 1e-6);
   EXPECT_GT(EstimateTail(x)[0], 0.1);  // and says that it did not
 }
