@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time of a whole solve by event location, from problem to answer, at several tolerances. The error stands beside it, and a
+// solve whose error is above the tolerance counts as none.
+
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/methods/event_located.h"
+#include "tests/support/cases.h"
+#include "tests/support/problems.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kTightest = 1e-12;
+
+EventSolution SolveAt(const Problem& problem, double tolerance) {
+  Options options;
+  options.project_initial_state = true;
+  options.num_threads = 1;
+  Observer silent;
+  return SolveByEvents(problem, tolerance, options, silent, {}).value();
+}
+
+// The difference of x at T to that of the tightest tolerance, relative.
+double ErrorAtEnd(const Solution& solution, const Solution& best) {
+  const Vector x = solution.x.rightCols(1), x_best = best.x.rightCols(1);
+  return MaxAbs(x - x_best) / RowMaxAbs(best.x).maxCoeff();
+}
+
+void Report(benchmark::State& state, const Problem& problem, double tolerance) {
+  const EventSolution best = SolveAt(problem, kTightest);
+  EventSolution result;
+  for (auto _ : state) {
+    result = SolveAt(problem, tolerance);
+    benchmark::DoNotOptimize(result);
+  }
+  const double error = ErrorAtEnd(result.solution, best.solution);
+  if (!(error <= tolerance)) state.SkipWithError("the error is above the tolerance");
+  state.counters["error"] = error;
+  state.counters["steps"] = static_cast<double>(result.record.steps);
+  state.counters["events"] = static_cast<double>(result.record.events);
+  state.counters["LCPs"] = static_cast<double>(result.record.lcps);
+  state.counters["sources"] = static_cast<double>(result.record.source_evaluations);
+}
+
+void Register(const std::string& name, const Problem& problem) {
+  for (const double tolerance : {1e-4, 1e-6, 1e-9}) {
+    const std::string digits = std::to_string(static_cast<int>(-std::log10(tolerance) + 0.5));
+    benchmark::RegisterBenchmark((name + "/1e-" + digits).c_str(),
+                                 [problem, tolerance](benchmark::State& state) { Report(state, problem, tolerance); });
+  }
+}
+
+}  // namespace
+}  // namespace dlcs
+
+int main(int argc, char** argv) {
+  dlcs::Register("example-4.1", dlcs::testing::ExampleFourOne());
+  dlcs::Register("four-variables-easy", dlcs::testing::FourVariableEasy());
+  dlcs::Register("four-variables-hard", dlcs::testing::FourVariableHard());
+  for (const char* name : {"abb_circuit_a", "abb_circuit_c", "diode_bridge", "diode_bridge_cap", "friction_oscillator",
+                           "relay_sliding"}) {
+    dlcs::Register(name, dlcs::testing::LoadCase(name).problem);
+  }
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}
