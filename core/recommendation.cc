@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "core/linalg/norms.h"
-#include "core/methods/solve_context.h"
+#include "core/methods/step_control.h"
+#include "core/number_text.h"
 #include "core/solution.h"
 #include "core/solve.h"
 
@@ -31,20 +31,6 @@ Options TrialOptions(const Options& options, const Problem& problem, Index steps
   return trial;
 }
 
-// The largest difference of a component, relative to its largest value. NaN where a number is not finite.
-double RelativeDifference(const Matrix& coarse, const Matrix& fine) {
-  const Vector difference = RowMaxAbs(coarse - fine);
-  const Vector size = RowMaxAbs(fine);
-  // A component that is rounding beside the others has no accuracy of its own.
-  const double floor = 1e-9 * MaxAbs(fine);
-  double largest = 0;
-  for (Index i = 0; i < difference.size(); ++i) {
-    if (!std::isfinite(difference[i])) return difference[i];
-    if (difference[i] > 0) largest = std::max(largest, difference[i] / std::max(size[i], floor));
-  }
-  return largest;
-}
-
 // 1, 2 or 5 times a power of ten, at least `steps`.
 Index RoundNumberOfSteps(double steps) {
   const double power = std::pow(10, std::floor(std::log10(steps)));
@@ -56,55 +42,38 @@ Index RoundNumberOfSteps(double steps) {
 
 // What trials with 64, 128, 256, ... steps have shown.
 struct Trials {
-  Index finest = 0;                 // steps of the finest that reached the end
-  std::vector<double> differences;  // of neighbours, the finest last
-
-  // Two ratios of differences are seen: trajectories with kinks converge unevenly, and one ratio alone is luck.
-  bool show_order() const { return differences.size() >= 3; }
-
-  // The lower of the last two orders, within what the methods have.
-  double order() const {
-    if (!show_order()) return 1;
-    const double* d = &differences.back();
-    if (d[0] <= 0 || d[-1] <= 0 || d[-2] <= 0) return 1;
-    return std::clamp(std::min(std::log2(d[-1] / d[0]), std::log2(d[-2] / d[-1])), 0.5, 2.0);
-  }
-
-  // Of the finest: the last difference, or what the one before lets expect, if that is more.
-  double error() const {
-    const double* d = &differences.back();
-    const double rate = std::exp2(order());
-    const double expected = differences.size() >= 2 ? std::max(d[0], d[-1] / rate) : d[0];
-    return expected / (rate - 1);
-  }
+  Index finest = 0;  // steps of the finest that reached the end
+  Convergence convergence;
 };
 
 void RecommendStep(const Trials& trials, Recommendation& recommendation) {
   Options& options = recommendation.options;
-  if (trials.differences.empty()) {
+  if (trials.convergence.empty()) {
     options.num_steps = trials.finest > 0 ? Options::kDefaultSteps : 0;
     return;
   }
-  const double error = trials.error();
+  const double error = trials.convergence.error();
   const double wanted = static_cast<double>(trials.finest) *
-                        std::pow(error / kRecommendedAccuracy, 1 / trials.order());
+                        std::pow(error / kRecommendedAccuracy, 1 / trials.convergence.order());
   const double steps =
       std::clamp(wanted, static_cast<double>(trials.finest) / 2, static_cast<double>(kLargestRecommendation));
   options.num_steps = RoundNumberOfSteps(steps);
   recommendation.predicted_error =
-      error * std::pow(static_cast<double>(trials.finest) / static_cast<double>(options.num_steps), trials.order());
+      error * std::pow(static_cast<double>(trials.finest) / static_cast<double>(options.num_steps),
+                       trials.convergence.order());
   std::string reason =
       std::to_string(options.num_steps) + " steps: trials with " + std::to_string(trials.finest / 2) +
-      " and " + std::to_string(trials.finest) + " differ by " + FormatNumber(trials.differences.back()) +
-      " of the size of x, the order seen is " + FormatNumber(std::round(10 * trials.order()) / 10) +
+      " and " + std::to_string(trials.finest) + " differ by " +
+      FormatNumber(trials.convergence.last_difference()) + " of the size of x, the order seen is " +
+      FormatNumber(std::round(10 * trials.convergence.order()) / 10) +
       ", so the error in x should be about " + FormatNumber(*recommendation.predicted_error) + " of its size";
   if (static_cast<double>(options.num_steps) > 10.0 * static_cast<double>(trials.finest)) {
     reason += " (extrapolated: check it with the error estimate)";
   }
   recommendation.reasons.push_back(std::move(reason) + ".");
   if (wanted > static_cast<double>(kLargestRecommendation)) {
-    recommendation.warnings.push_back("An accuracy of " + FormatNumber(kRecommendedAccuracy) + " would take about " +
-                                      FormatNumber(wanted) + " steps.");
+    recommendation.warnings.push_back("An accuracy of " + FormatNumber(kRecommendedAccuracy) +
+                                      " would take about " + FormatNumber(wanted) + " steps.");
   }
 }
 
@@ -116,7 +85,8 @@ void KeepNew(const std::vector<std::string>& found, std::vector<std::string>& ke
 
 }  // namespace
 
-absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop) {
+absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options,
+                                         std::stop_token stop) {
   Recommendation recommendation;
   recommendation.options = options;
   const bool has_step = options.num_steps > 0 || options.step > 0 || !options.grid_times.empty();
@@ -130,7 +100,8 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     trial.project_initial_state = recommendation.options.project_initial_state;
     auto solution = Solve(problem, trial, silent, stop);
     if (!solution.ok()) return solution.status();
-    if (solution->termination == Termination::kInconsistentState && !recommendation.options.project_initial_state) {
+    if (solution->termination == Termination::kInconsistentState &&
+        !recommendation.options.project_initial_state) {
       recommendation.options.project_initial_state = true;
       recommendation.warnings.push_back(solution->message);
       recommendation.reasons.push_back("The state must jump first: the jump is asked for.");
@@ -142,14 +113,18 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     const bool solved = last.termination == Termination::kConverged;
     if (solved) {
       if (trials.finest > 0 && previous_x.cols() == last.x.cols()) {
-        trials.differences.push_back(RelativeDifference(previous_x, last.x));
+        trials.convergence.Add(RelativeDifference(previous_x, last.x));
       }
       trials.finest = steps;
       previous_x = last.x;
     }
-    if (has_step || last.termination == Termination::kUnsupported || last.termination == Termination::kCancelled) break;
-    const bool accurate = trials.show_order() && trials.error() <= kRecommendedAccuracy;
-    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kLargestRecommendation) break;
+    if (has_step || last.termination == Termination::kUnsupported ||
+        last.termination == Termination::kCancelled)
+      break;
+    const bool accurate =
+        trials.convergence.shows_order() && trials.convergence.error() <= kRecommendedAccuracy;
+    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kLargestRecommendation)
+      break;
   }
 
   recommendation.options.method = last.method;

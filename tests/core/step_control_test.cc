@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Made-up methods whose errors are known.
+
+#include "core/methods/step_control.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/support/problems.h"
+
+namespace dlcs {
+namespace {
+
+using testing::Scalar;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+TEST(ConvergenceTest, OfAPowerLawKnowsOrderAndError) {
+  for (const double order : {0.5, 1.0, 1.7, 2.0}) {
+    Convergence convergence;
+    const auto error = [&](int k) { return 3 * std::exp2(-order * k); };
+    for (int k = 1; k <= 3; ++k) convergence.Add(error(k - 1) - error(k));
+    EXPECT_NEAR(convergence.order(), order, 1e-12);
+    EXPECT_NEAR(convergence.error(), error(3), 1e-12) << order;
+  }
+}
+
+TEST(ConvergenceTest, TrustsTheWorstOfTheLastTwoRatios) {
+  Convergence lucky;
+  for (const double difference : {1.0, 0.5, 1e-6}) lucky.Add(difference);
+  EXPECT_DOUBLE_EQ(lucky.order(), 1);
+  EXPECT_DOUBLE_EQ(lucky.error(), 0.25);  // what order one lets expect of 0.5
+}
+
+TEST(ConvergenceTest, OfNumbersThatAreNotFiniteKnowsNothing) {
+  Convergence convergence;
+  for (const double difference : {1.0, 0.5, kNaN}) convergence.Add(difference);
+  EXPECT_TRUE(std::isnan(convergence.error()));
+}
+
+TEST(RelativeDifferenceTest, ComparesRowsWithTheirOwnSize) {
+  const Matrix fine{{100, -200}, {1e-2, 0}, {1e-9, 0}};
+  Matrix coarse = fine;
+  coarse(0, 1) += 2;
+  EXPECT_DOUBLE_EQ(RelativeDifference(coarse, fine), 0.01);
+  coarse(1, 0) += 1e-3;
+  EXPECT_NEAR(RelativeDifference(coarse, fine), 0.1, 1e-12);
+  coarse(2, 1) = 2e-5;  // beside a millionth of 200
+  EXPECT_NEAR(RelativeDifference(coarse, fine), 0.1, 1e-12);
+  coarse(2, 1) = kNaN;
+  EXPECT_TRUE(std::isnan(RelativeDifference(coarse, fine)));
+}
+
+// x = 1 + h^order at every node but the first, y = 0.
+struct MadeUpMethod {
+  double order = 2;
+  Index fails_up_to = 0;  // steps
+  Termination failure = Termination::kInfeasible;
+  Index solves = 0;
+
+  absl::StatusOr<Solution> operator()(const Grid& grid) {
+    ++solves;
+    Solution solution;
+    if (grid.num_steps() <= fails_up_to) {
+      solution.termination = failure;
+      return solution;
+    }
+    solution.termination = Termination::kConverged;
+    for (const Index node : grid.output_nodes) solution.times.push_back(grid.times[node]);
+    const auto nodes = static_cast<Index>(solution.times.size());
+    solution.x = Matrix::Constant(1, nodes, 1 + std::pow(grid.longest_step, order));
+    solution.x(0, 0) = 1;
+    solution.y = Matrix::Zero(1, nodes);
+    return solution;
+  }
+};
+
+ControlledSolution Control(MadeUpMethod& method, double tolerance, Index most_steps = 1 << 20) {
+  Options options;
+  options.num_steps = 64;
+  const Problem problem = Scalar(-1, 0, 1, 1);
+  const StepControl control{
+      .tolerance = tolerance, .y_counts = true, .most_steps = most_steps, .nodes_kept = 4096};
+  return SolveToTolerance(problem, control, MakeGrid(1, {}, options), std::ref(method)).value();
+}
+
+double TrueError(const ControlledSolution& result) {
+  return std::abs(result.solution.x.rightCols(1)(0, 0) - 1);
+}
+
+TEST(SolveToToleranceTest, StopsAtTheFirstGridThatIsFineEnough) {
+  for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9}) {
+    MadeUpMethod method;
+    const ControlledSolution result = Control(method, tolerance);
+    EXPECT_TRUE(result.reached);
+    EXPECT_LE(TrueError(result), tolerance);
+    EXPECT_NEAR(result.error, TrueError(result), 0.01 * result.error);
+    // Four trials show the order; after them each is needed.
+    if (method.solves > 4) {
+      EXPECT_GT(4 * 3 * TrueError(result), tolerance);
+    }
+  }
+}
+
+TEST(SolveToToleranceTest, KeepsTheNodesOfItsCoarserGridsOnly) {
+  MadeUpMethod method;
+  const Solution solution = Control(method, 1e-9).solution;
+  ASSERT_EQ(solution.times.size(), 4097u);
+  EXPECT_EQ(solution.times[1], 1.0 / 4096);
+}
+
+TEST(SolveToToleranceTest, TakesShorterStepsWhereTrialsFail) {
+  MadeUpMethod method{.fails_up_to = 512};
+  EXPECT_TRUE(Control(method, 1e-4).reached);
+  MadeUpMethod cancelled{.fails_up_to = 512, .failure = Termination::kCancelled};
+  EXPECT_EQ(Control(cancelled, 1e-4).solution.termination, Termination::kCancelled);
+  EXPECT_EQ(cancelled.solves, 1);
+  MadeUpMethod infeasible{.fails_up_to = std::numeric_limits<Index>::max()};
+  EXPECT_EQ(Control(infeasible, 1e-4).solution.termination, Termination::kInfeasible);
+  EXPECT_LT(infeasible.solves, 12);
+}
+
+TEST(SolveToToleranceTest, SaysWhatItReachedWhereTheBoundOfStepsIsInTheWay) {
+  MadeUpMethod method{.order = 1};
+  const ControlledSolution result = Control(method, 1e-6, 1 << 14);
+  EXPECT_FALSE(result.reached);
+  EXPECT_NEAR(result.error, TrueError(result), 0.01 * result.error);
+  EXPECT_NEAR(TrueError(result), 1.0 / (1 << 14), 1e-12);
+  MadeUpMethod hopeless{.order = 0.5};
+  EXPECT_FALSE(Control(hopeless, 1e-12).reached);
+  EXPECT_LT(hopeless.solves, 12);
+}
+
+TEST(KeepTimesTest, TakesLeftLimitsAlong) {
+  Solution solution;
+  solution.times = {0, 0.5, 1, 2};
+  solution.x = Matrix{{1, 2, 3, 4}};
+  solution.y = Matrix{{5, 6, 7, 8}};
+  solution.left_limits = {{1, Vector::Constant(1, 9)}, {2, Vector::Constant(1, 10)}};
+  solution.dense_output = DenseOutput{};
+  KeepTimes({0, 1}, solution);
+  EXPECT_EQ(solution.times, (std::vector<double>{0, 1}));
+  EXPECT_EQ(solution.x, (Matrix{{1, 3}}));
+  EXPECT_EQ(solution.y, (Matrix{{5, 7}}));
+  ASSERT_EQ(solution.left_limits.size(), 1u);
+  EXPECT_EQ(solution.left_limits[0].column, 1);
+  EXPECT_EQ(solution.left_limits[0].y[0], 10);
+  EXPECT_FALSE(solution.dense_output.has_value());
+}
+
+}  // namespace
+}  // namespace dlcs
