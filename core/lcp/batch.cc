@@ -3,6 +3,9 @@
 #include "core/lcp/batch.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "core/lcp/tridiagonal_solver.h"
 
 namespace dlcs {
 namespace {
@@ -15,33 +18,25 @@ constexpr Index kMostBlocks = 256;
 
 }  // namespace
 
-LcpBatch::LcpBatch(const Matrix& M, const SolutionChoice& choice) : prototype_(MakeLcpSolver(M, choice)) {}
+LcpBatch::LcpBatch(const Matrix& M, const SolutionChoice& choice)
+    : prototype_(MakeLcpSolver(M, choice)), diagonals_(DiagonalsForPolicyIteration(M, choice)) {}
+
+std::unique_ptr<LcpBatch::Bench> LcpBatch::MakeBench() const {
+  auto bench = std::make_unique<Bench>();
+  bench->solver = prototype_->Clone();
+  if (diagonals_) bench->lanes.emplace(diagonals_->size());
+  return bench;
+}
 
 LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                                 const std::stop_token& stop, Eigen::Ref<Matrix> y) {
-  const Index n = q.rows();
   const Index columns = q.cols();
   const Index block_size = std::max(kColumnsPerBlock, (columns + kMostBlocks - 1) / kMostBlocks);
   const Index blocks = (columns + block_size - 1) / block_size;
   std::vector<LcpBatchOutcome> outcomes(blocks);
 
   workers.ForBlocks(columns, block_size, [&](Index block, Index begin, Index end) {
-    LcpBatchOutcome& outcome = outcomes[block];
-    const std::unique_ptr<LcpSolver> solver = prototype_->Clone();
-    Basis basis(n);
-    for (Index j = begin; j < end; ++j) {
-      if (stop.stop_requested()) {
-        outcome.cancelled = true;
-        return;
-      }
-      for (Index i = 0; i < n; ++i) basis[i] = y(i, j) > 0;
-      const LcpVerdict verdict = solver->Solve(q.col(j), tolerance, basis, y.col(j));
-      if (verdict != LcpVerdict::kSolved) {
-        outcome.verdict = verdict;
-        outcome.column = j;
-        return;
-      }
-    }
+    SolveBlock(begin, end, q, tolerance, stop, y, outcomes[block]);
   });
 
   LcpBatchOutcome first;
@@ -53,6 +48,31 @@ LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>&
     }
   }
   return first;
+}
+
+void LcpBatch::SolveBlock(Index begin, Index end, const Matrix& q, const Eigen::Ref<const Vector>& tolerance,
+                          const std::stop_token& stop, Eigen::Ref<Matrix> y, LcpBatchOutcome& outcome) {
+  std::unique_ptr<Bench> bench = benches_.Take([this] { return MakeBench(); });
+  auto& [solver, lanes, basis] = *bench;
+  const Index group = lanes ? PolicyLanes::kLanes : 1;
+  for (Index first = begin; first < end && outcome.verdict == LcpVerdict::kSolved; first += group) {
+    const Index count = std::min(group, end - first);
+    if (stop.stop_requested()) {
+      outcome.cancelled = true;
+      break;
+    }
+    const std::uint32_t solved =
+        lanes ? lanes->Solve(*diagonals_, q.middleCols(first, count), tolerance, y.middleCols(first, count))
+              : 0;
+    for (Index j = first; j < first + count && outcome.verdict == LcpVerdict::kSolved; ++j) {
+      if (solved >> (j - first) & 1) continue;
+      basis.resize(q.rows());
+      for (Index i = 0; i < q.rows(); ++i) basis[i] = y(i, j) > 0;
+      outcome.verdict = solver->Solve(q.col(j), tolerance, basis, y.col(j));
+      outcome.column = j;
+    }
+  }
+  benches_.Return(std::move(bench));
 }
 
 }  // namespace dlcs

@@ -5,11 +5,14 @@
 #define DLCS_CORE_LCP_BATCH_H_
 
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
 #include "core/lcp/lcp.h"
+#include "core/lcp/policy_iteration.h"
 #include "core/parallel/parallel.h"
+#include "core/parallel/pool.h"
 
 namespace dlcs {
 
@@ -19,20 +22,35 @@ struct LcpBatchOutcome {
   bool cancelled = false;
 };
 
-// Solves LCP(q_j, M) for the columns q_j of a matrix. Neighbouring columns are neighbouring times: each block
-// of columns is a warm-started sequence with a solver of its own, so the bits do not depend on the threads.
+// Solves LCP(q_j, M) for the columns q_j of a matrix. Neighbouring columns are neighbouring times. A
+// tridiagonal M-matrix is solved for sixteen columns side by side (core/lcp/policy_iteration.h), others
+// column by column; either way each column starts from its own guess and knows nothing of the others, so the
+// bits depend neither on the threads nor on what is solved together.
 class LcpBatch {
  public:
   LcpBatch(const Matrix& M, const SolutionChoice& choice);
 
   // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries
   // start the bases, and takes the solutions; where the outcome is not kSolved its columns are not to be
-  // used. `stop` is looked at once a column.
+  // used. `stop` is looked at once a column, or once in sixteen.
   LcpBatchOutcome Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                         const std::stop_token& stop, Eigen::Ref<Matrix> y);
 
  private:
+  // What one thread works with. Kept between calls: a solver is dear to make.
+  struct Bench {
+    std::unique_ptr<LcpSolver> solver;
+    std::optional<PolicyLanes> lanes;
+    Basis basis;
+  };
+
+  std::unique_ptr<Bench> MakeBench() const;
+  void SolveBlock(Index begin, Index end, const Matrix& q, const Eigen::Ref<const Vector>& tolerance,
+                  const std::stop_token& stop, Eigen::Ref<Matrix> y, LcpBatchOutcome& outcome);
+
   std::unique_ptr<LcpSolver> prototype_;
+  std::optional<Tridiagonal> diagonals_;  // of M, where lanes serve
+  Pool<Bench> benches_;
 };
 
 }  // namespace dlcs

@@ -17,6 +17,7 @@
 #include "core/lcp/hidden_least_element.h"
 #include "core/lcp/least_norm.h"
 #include "core/lcp/minimiser.h"
+#include "core/lcp/tridiagonal_solver.h"
 #include "core/linalg/norms.h"
 #include "core/problem_checks.h"
 #include "core/soundness.h"
@@ -63,6 +64,25 @@ std::unique_ptr<LcpSolver> MakeMinimiser(const Matrix& M, const std::optional<Se
   return std::make_unique<MinimiserSolver>(M, Selector{Matrix::Identity(n, n), Vector::Zero(n)});
 }
 
+// The solver of LCP(q, M) whatever the pattern of M.
+std::unique_ptr<LcpSolver> MakeGeneralSolver(const Matrix& M, const SolutionChoice& choice) {
+  switch (choice.selection) {
+    case Selection::kUnique:
+      return std::make_unique<ComplementarySolver>(M, IsZMatrix(M) ? Known::kMMatrix : Known::kPMatrix);
+    case Selection::kLeastElement:
+      return std::make_unique<LeastElementSolver>(M);
+    case Selection::kHiddenLeastElement:
+      return std::make_unique<HiddenLeastElementSolver>(M, choice.X);
+    case Selection::kLeastNorm:
+      return MakeMinimiser(M, std::nullopt);
+    case Selection::kMinimiser:
+      return MakeMinimiser(M, choice.selector);
+    case Selection::kAny:
+      break;
+  }
+  return std::make_unique<ComplementarySolver>(M, Known::kNothing);
+}
+
 }  // namespace
 
 const char* LcpVerdictName(LcpVerdict verdict) {
@@ -95,21 +115,12 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 }
 
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice) {
-  switch (choice.selection) {
-    case Selection::kUnique:
-      return std::make_unique<ComplementarySolver>(M, IsZMatrix(M) ? Known::kMMatrix : Known::kPMatrix);
-    case Selection::kLeastElement:
-      return std::make_unique<LeastElementSolver>(M);
-    case Selection::kHiddenLeastElement:
-      return std::make_unique<HiddenLeastElementSolver>(M, choice.X);
-    case Selection::kLeastNorm:
-      return MakeMinimiser(M, std::nullopt);
-    case Selection::kMinimiser:
-      return MakeMinimiser(M, choice.selector);
-    case Selection::kAny:
-      break;
+  std::unique_ptr<LcpSolver> general = MakeGeneralSolver(M, choice);
+  if (std::optional<Tridiagonal> diagonals = DiagonalsForPolicyIteration(M, choice)) {
+    return std::make_unique<TridiagonalSolver>(std::make_shared<const Tridiagonal>(*std::move(diagonals)),
+                                               std::move(general));
   }
-  return std::make_unique<ComplementarySolver>(M, Known::kNothing);
+  return general;
 }
 
 std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice) {

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/policy_iteration.h"
+
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+// Functions that take or return vectors are inlined, so no caller sees the convention that the warning is
+// about.
+#pragma GCC diagnostic ignored "-Wpsabi"
+#define DLCS_INLINE [[gnu::always_inline]] inline
+
+namespace dlcs {
+namespace {
+
+using Double2 = double __attribute__((vector_size(16)));
+using Double4 = double __attribute__((vector_size(32)));
+using Double8 = double __attribute__((vector_size(64)));
+
+template <typename V>
+using Truth = decltype(V{} < V{});  // bool, or lanes of which all bits are set or none
+
+template <typename V>
+DLCS_INLINE V Select(const Truth<V>& condition, const V& yes, const V& no) {
+  return (V)((condition & (Truth<V>)yes) | (~condition & (Truth<V>)no));
+}
+DLCS_INLINE double Select(bool condition, double yes, double no) { return condition ? yes : no; }
+
+template <typename V>
+DLCS_INLINE V Abs(const V& value) {
+  return (V)((Truth<V>)value & (Truth<V>{} + INT64_MAX));
+}
+DLCS_INLINE double Abs(double value) { return std::abs(value); }
+
+template <typename V>
+DLCS_INLINE Truth<V> Not(const Truth<V>& condition) {
+  if constexpr (std::is_same_v<V, double>) {
+    return !condition;
+  } else {
+    return ~condition;
+  }
+}
+
+// The arrays of one problem (V = double), or of several: row i of an array is the `parts` vectors from i *
+// parts on.
+template <typename V, typename Basic>
+struct Work {
+  const Tridiagonal& M;
+  const double* tolerance;
+  const V* q;
+  V* y;
+  V* ratio;      // M_{i,i+1} over the pivot of i for i in S, else 0
+  Basic* basic;  // is i in S
+};
+
+// y_S = -M_SS⁻¹ q_S, as far as it is known without the rows below.
+template <int parts, typename V, typename Basic>
+DLCS_INLINE void Eliminate(const Work<V, Basic>& work) {
+  V ratio[parts] = {};
+  V y[parts] = {};
+  for (Index i = 0; i < work.M.size(); ++i) {
+    const double below = work.M.below[i], diagonal = work.M.diagonal[i], above = work.M.above[i];
+    for (int p = 0; p < parts; ++p) {
+      const Index k = i * parts + p;
+      if constexpr (std::is_same_v<V, double>) {  // a division saved; lanes have to take it
+        if (!work.basic[k]) {
+          work.ratio[k] = ratio[p] = 0;
+          work.y[k] = y[p] = 0;
+          continue;
+        }
+      }
+      const V inverse = 1.0 / (diagonal - below * ratio[p]);
+      work.ratio[k] = ratio[p] = Select(work.basic[k], above * inverse, V{});
+      work.y[k] = y[p] = Select(work.basic[k], (0.0 - work.q[k] - below * y[p]) * inverse, V{});
+    }
+  }
+}
+
+// Judges row i, at `k` in the arrays, by y_{i-1}, y_i and y_{i+1}, which are >= 0: where the certificate
+// fails, `wrong` is set. Moves the index to the other side where it has to go, and returns whether it does.
+template <typename V, typename Basic>
+DLCS_INLINE Truth<V> Judge(const Work<V, Basic>& work, Index i, Index k, const V& left, const V& y,
+                           const V& right, Truth<V>& wrong) {
+  constexpr double kRounding = 1e-14;
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  const V from_left = work.M.below[i] * left, own = work.M.diagonal[i] * y,
+          from_right = work.M.above[i] * right;
+  const V w = work.q[k] + from_left + own + from_right;
+  const V size = Abs(work.q[k]) + Abs(from_left) + Abs(own) + Abs(from_right);
+  const V allowed = work.tolerance[i] + kRounding * size;
+  const Truth<V> basic = work.basic[k];
+  const Truth<V> positive = y > 0.0;
+  const Truth<V> good =
+      (Select(positive, Abs(w), 0.0 - w) <= allowed) & (size <= kLargest);  // false with NaN, too
+  const Truth<V> moves = (basic & Not<V>(positive) & (w > allowed)) | (Not<V>(basic) & Not<V>(good));
+  work.basic[k] = basic ^ moves;
+  wrong |= Not<V>(good);
+  return moves;
+}
+
+// Completes y from the last row up, sets to zero what is negative, and judges each row when its neighbours
+// are known.
+template <int parts, typename V, typename Basic, typename Tally>
+DLCS_INLINE void Substitute(const Work<V, Basic>& work, Tally* moved, Truth<V>* wrong) {
+  V below[parts] = {};  // y of the row below, as the basis has it
+  V right[parts] = {};
+  V y[parts] = {};
+  for (Index i = work.M.size() - 1; i >= 0; --i) {
+    for (int p = 0; p < parts; ++p) {
+      const Index k = i * parts + p;
+      below[p] = work.y[k] - work.ratio[k] * below[p];
+      const V next = Select(below[p] > 0.0, below[p], V{});
+      work.y[k] = next;
+      if (i + 1 < work.M.size()) moved[p] += Judge(work, i + 1, k + parts, next, y[p], right[p], wrong[p]);
+      right[p] = y[p];
+      y[p] = next;
+    }
+  }
+  for (int p = 0; p < parts; ++p) moved[p] += Judge(work, 0, p, V{}, y[p], right[p], wrong[p]);
+}
+
+// Rounds until no lane moves; bit l of the result tells whether lane l is solved.
+template <typename V>
+DLCS_INLINE std::uint32_t Iterate(const Work<double, std::int64_t>& lanes) {
+  constexpr int kWidth = sizeof(V) / sizeof(double);
+  constexpr int kParts = PolicyLanes::kLanes / kWidth;
+  const Work<V, Truth<V>> work{lanes.M,
+                               lanes.tolerance,
+                               reinterpret_cast<const V*>(lanes.q),
+                               reinterpret_cast<V*>(lanes.y),
+                               reinterpret_cast<V*>(lanes.ratio),
+                               reinterpret_cast<Truth<V>*>(lanes.basic)};
+  std::uint32_t solved = 0;
+  bool moving = true;
+  for (int round = 0; round < PolicyIteration::kPatience && moving; ++round) {
+    Truth<V> moved[kParts] = {};
+    Truth<V> wrong[kParts] = {};
+    Eliminate<kParts>(work);
+    Substitute<kParts>(work, moved, wrong);
+    solved = 0;
+    moving = false;
+    for (int l = 0; l < PolicyLanes::kLanes; ++l) {
+      const bool moves = moved[l / kWidth][l % kWidth] != 0;
+      moving = moving || moves;
+      if (!moves && wrong[l / kWidth][l % kWidth] == 0) solved |= 1u << l;
+    }
+  }
+  return solved;
+}
+
+using LaneSolver = std::uint32_t (*)(const Work<double, std::int64_t>&);
+
+std::uint32_t IterateBaseline(const Work<double, std::int64_t>& lanes) { return Iterate<Double2>(lanes); }
+
+#ifdef __x86_64__
+[[gnu::target("avx2")]] std::uint32_t IterateAvx2(const Work<double, std::int64_t>& lanes) {
+  return Iterate<Double4>(lanes);
+}
+[[gnu::target("avx512f")]] std::uint32_t IterateAvx512(const Work<double, std::int64_t>& lanes) {
+  return Iterate<Double8>(lanes);
+}
+#endif
+
+LaneSolver ChooseLaneSolver() {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx512f")) return IterateAvx512;
+  if (__builtin_cpu_supports("avx2")) return IterateAvx2;
+#endif
+  return IterateBaseline;
+}
+
+}  // namespace
+
+bool PolicyIteration::Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>& q,
+                            const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y,
+                            Index& pivots) {
+  const Work<double, std::uint8_t> work{M, tolerance.data(), q.data(), y.data(), ratio_.data(), basis.data()};
+  for (int round = 0; round < kPatience; ++round) {
+    Index moved = 0;
+    bool wrong = false;
+    Eliminate<1>(work);
+    Substitute<1>(work, &moved, &wrong);
+    pivots += moved;
+    if (moved == 0) return !wrong;
+  }
+  return false;
+}
+
+std::uint32_t PolicyLanes::Solve(const Tridiagonal& M, const Eigen::Ref<const Matrix>& q,
+                                 const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Matrix> y) {
+  static const LaneSolver solve = ChooseLaneSolver();
+  const Index n = M.size();
+  const Index columns = q.cols();
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < kLanes; ++j) {  // q = 0 in the lanes left over
+      q_[i].lane[j] = j < columns ? q(i, j) : 0;
+      basic_[i].lane[j] = j < columns && y(i, j) > 0 ? -1 : 0;
+    }
+  }
+  const std::uint32_t solved =
+      solve({M, tolerance.data(), q_[0].lane, y_[0].lane, ratio_[0].lane, basic_[0].lane});
+  for (Index j = 0; j < columns; ++j) {
+    if ((solved >> j & 1) == 0) continue;
+    for (Index i = 0; i < n; ++i) y(i, j) = y_[i].lane[j];
+  }
+  return solved & ((1u << columns) - 1);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// LCPs with a tridiagonal M-matrix, as a solver like the others.
+
+#ifndef DLCS_CORE_LCP_TRIDIAGONAL_SOLVER_H_
+#define DLCS_CORE_LCP_TRIDIAGONAL_SOLVER_H_
+
+#include <memory>
+#include <optional>
+
+#include "core/lcp/lcp.h"
+#include "core/lcp/policy_iteration.h"
+
+namespace dlcs {
+
+// The diagonals of `M` where TridiagonalSolver and PolicyLanes serve: a tridiagonal matrix, clearly an
+// M-matrix, whose solution (it is the least element as well) is asked for.
+std::optional<Tridiagonal> DiagonalsForPolicyIteration(const Matrix& M, const SolutionChoice& choice);
+
+// Policy iteration from the guess; where that does not settle, from the basis of GrowLeastBasis(); and where
+// numbers overflow, `general`, which gives the verdict then. O(n) in all, and no n × n matrix is formed.
+class TridiagonalSolver final : public LcpSolver {
+ public:
+  // `M` must be what IsClearlyMMatrix() asks for. `general`, a solver for the same matrix, may be null: what
+  // policy iteration leaves is then kNonFinite or kSingular (numbers overflowed).
+  TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, std::unique_ptr<LcpSolver> general);
+
+  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                   Eigen::Ref<Vector> y) override;
+  LcpAccount Account() const override;
+  std::unique_ptr<LcpSolver> Clone() const override;
+
+ private:
+  // From the basis of GrowLeastBasis(). Where y_i and w_i vanish together in an ill-conditioned problem, the
+  // rounding of y may be more than that of the sum w_i, and an index goes in and out: then w_i is allowed the
+  // rounding that LcpSolver promises, relative to the norms.
+  bool SolveFromNothing(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                        Basis& basis, Eigen::Ref<Vector> y);
+
+  std::shared_ptr<const Tridiagonal> M_;
+  double norm_;  // ‖M‖_∞
+  PolicyIteration iteration_;
+  std::unique_ptr<LcpSolver> general_;
+  LcpAccount account_;  // of the last solve, where `general_` was not asked
+  bool by_general_ = false;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LCP_TRIDIAGONAL_SOLVER_H_
