@@ -43,7 +43,7 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   analysis.sections.push_back(TimeSteppingSection(problem, options, matrix_class, *selection));
   if (matrix_class.zero_row) analysis.sections.push_back(RelativeDegreeSection(problem, *selection));
-  if (problem.M.isZero(0)) analysis.sections.push_back(IndexOneSection(problem, stop));
+  if (problem.M.IsZero()) analysis.sections.push_back(IndexOneSection(problem, stop));
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();
   analysis.recommendation = *std::move(recommendation);

@@ -57,7 +57,7 @@ Interpolant::Point Interpolant::InStep(Index k, double tau) {
   const Vector f_begin = SourceAt(begin, Side::kRight), f_end = SourceAt(end, Side::kLeft);
   const Vector s_begin = problem_.B * (solution_.dense_output->y_is_linear ? y_begin : y_end) + f_begin;
   const Vector s = problem_.B * point.y + (1 - part) * f_begin + part * f_end;
-  const PhiFunctions phi = ComputePhiFunctions(tau * problem_.A);
+  const PhiFunctions phi = ComputePhiFunctions(tau * problem_.A.Dense());
   point.x = phi.phi0 * x_begin + tau * (phi.phi1 * s_begin + phi.phi2 * (s - s_begin));
   return point;
 }

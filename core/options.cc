@@ -17,6 +17,9 @@ constexpr Index kMaxSteps = 1'000'000'000;
 // The contour is exact to rounding with a few hundred nodes.
 constexpr Index kMaxContourNodes = 10'000;
 
+// Differences of more iterates are dependent to working precision.
+constexpr int kMaxAcceleration = 20;
+
 void CheckTimes(const std::vector<double>& times, const std::string& field, double horizon, ViolationList& list) {
   list.AddDisorder(times, field);
   const bool has_horizon = std::isfinite(horizon) && horizon > 0;
@@ -49,6 +52,12 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
     list.Add("grid_times", std::to_string(options.grid_times.size()) +
                                " times; only one of grid_times, step and num_steps may be set");
   }
+  if (!(options.error_tolerance >= 0 && options.error_tolerance < 1)) {
+    list.Add("error_tolerance", NumberText(options.error_tolerance) + "; must lie in (0, 1), or be 0 for none");
+  } else if (options.error_tolerance > 0 && (options.num_steps != 0 || options.step != 0 || !options.grid_times.empty())) {
+    list.Add("error_tolerance", NumberText(options.error_tolerance) +
+                                    "; takes the place of num_steps, step and grid_times, one of which is set too");
+  }
   CheckTimes(options.grid_times, "grid_times", horizon, list);
   CheckTimes(options.output_times, "output_times", horizon, list);
 }
@@ -60,6 +69,10 @@ void CheckIteration(const Options& options, ViolationList& list) {
   }
   if (!(options.tolerance > 0 && options.tolerance <= 1)) {
     list.Add("tolerance", NumberText(options.tolerance) + "; must lie in (0, 1]");
+  }
+  if (options.acceleration < 0 || options.acceleration > kMaxAcceleration) {
+    list.Add("acceleration", std::to_string(options.acceleration) + "; must be between 0 and " +
+                                 std::to_string(kMaxAcceleration));
   }
   if (options.max_iterations < 0) {
     list.Add("max_iterations",
@@ -105,6 +118,9 @@ std::vector<Violation> Validate(const Options& options, double horizon) {
   }
   CheckIteration(options, list);
   CheckContour(options, list);
+  if (!(options.max_memory > 0)) {
+    list.Add("max_memory", NumberText(options.max_memory) + "; must be greater than 0 bytes");
+  }
   if (options.num_threads < 0) {
     list.Add("num_threads", std::to_string(options.num_threads) + "; must be at least 1, or 0 for all");
   }

@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch, kTimeStepping };
+enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch, kTimeStepping, kEventLocated };
 
 // How time_stepping solves a step: one LCP(q, M^h) with x⁺ substituted, or the generalized Newton method (3.3) of
 // Chen & Xiang with one LCP(N u + g, M) an iteration.
@@ -20,6 +20,16 @@ enum class StepSolver { kSubstitution, kNewton };
 // Where laplace_iteration has the blocks of its kernel from (core/laplace/kernel.h): φ-functions of hA, or the transfer
 // function N (zI - A)⁻¹ B inverted on contours. Left to itself it takes the cheaper.
 enum class KernelSource { kAuto, kPhiFunctions, kContour };
+
+// How x0, f and y are carried to N x (core/README.md, "Realisations"). Left to itself the engine chooses by the structure and
+// the size of A; one that the problem does not admit is refused.
+enum class Realisation {
+  kAuto,
+  kDense,           // the matrix functions of A written down: any A of moderate size
+  kKroneckerSum,    // A diagonalised factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
+  kContour,         // N (zI - A)⁻¹ B inverted on contours, one sparse factorization a node: large sparse A, few constraints
+  kSparseStepping,  // one sparse factorization of I - h(1-θ)A a length of step; time_stepping only
+};
 
 // What paper_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
 enum class Interpolation { kLinear, kCubicSpline };
@@ -42,6 +52,10 @@ struct Options {
   // another are recognised: one matrix function serves all steps of a length, so a grid of J different lengths
   // costs J of them.
   std::vector<double> grid_times;
+
+  // An error instead of a step: of each component of x relative to its largest value on [0, T]. The step is then chosen by
+  // trial solves, and the solution holds the error that was estimated. At most one of the four is set.
+  double error_tolerance = 0;
 
   // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the
   // solution holds just these; otherwise every node.
@@ -66,6 +80,14 @@ struct Options {
   // laplace_iteration: by φ-functions or by contours. Contours are checked, and given up where they do not serve the
   // spectrum; the solution says what was done (KernelRecord).
   KernelSource kernel = KernelSource::kAuto;
+
+  // laplace_iteration: depth of Anderson acceleration, at most 20; 0 iterates as [Wu & Chen] do.
+  int acceleration = 0;
+
+  Realisation realisation = Realisation::kAuto;
+  // What a solve may allocate, in bytes: beyond it the problem is refused before anything is allocated. The trajectory asked
+  // for counts.
+  double max_memory = 8e9;
 
   // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
   // relative to its own size.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/linalg/structured_matrix.h"
 #include "core/time_function.h"
 #include "core/types.h"
 
@@ -32,10 +33,10 @@ struct Selector {
 };
 
 struct Problem {
-  Matrix A;                          // m × m
-  Matrix B;                          // m × n
-  Matrix N;                          // n × m
-  Matrix M;                          // n × n
+  StructuredMatrix A;                // m × m
+  StructuredMatrix B;                // m × n
+  StructuredMatrix N;                // n × m
+  StructuredMatrix M;                // n × n
   TimeFunction f;                    // m components
   TimeFunction g;                    // n components
   Vector x0;                         // m

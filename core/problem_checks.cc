@@ -3,20 +3,55 @@
 
 namespace dlcs {
 
-void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule, const std::string& field,
-                 ViolationList& list) {
+namespace {
+
+template <class AnyMatrix>
+void CheckAnyMatrix(const AnyMatrix& matrix, Index rows, Index columns, const std::string& rule,
+                    const std::string& field, ViolationList& list) {
   if (matrix.rows() != rows || matrix.cols() != columns) {
     list.Add(field, ShapeText(matrix.rows(), matrix.cols()) + "; must be " + rule);
   }
   list.AddNonFiniteEntries(matrix, field);
 }
 
-void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field, ViolationList& list) {
+template <class AnyMatrix>
+void CheckAnySquareMatrix(const AnyMatrix& matrix, const std::string& rule, const std::string& field,
+                          ViolationList& list) {
   if (matrix.rows() == 0) {
     list.Add(field, "0 rows; must be " + rule + " with at least one row");
   } else {
     CheckMatrix(matrix, matrix.rows(), matrix.rows(), "square, " + rule, field, list);
   }
+}
+
+}  // namespace
+
+void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule, const std::string& field,
+                 ViolationList& list) {
+  CheckAnyMatrix(matrix, rows, columns, rule, field, list);
+}
+
+void CheckMatrix(const StructuredMatrix& matrix, Index rows, Index columns, const std::string& rule,
+                 const std::string& field, ViolationList& list) {
+  CheckAnyMatrix(matrix, rows, columns, rule, field, list);
+}
+
+void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field, ViolationList& list) {
+  CheckAnySquareMatrix(matrix, rule, field, list);
+}
+
+void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, const std::string& field,
+                       ViolationList& list) {
+  if (const KroneckerSum* sum = matrix.kronecker_sum()) {
+    if (sum->factors.empty()) list.Add(field + ".factors", "empty; a Kronecker sum has at least one factor");
+    for (std::size_t k = 0; k < sum->factors.size(); ++k) {
+      const SparseMatrix& factor = sum->factors[k];
+      if (factor.rows() == factor.cols() && factor.rows() > 0) continue;
+      list.Add(field + ".factors[" + std::to_string(k) + "]",
+               ShapeText(factor.rows(), factor.cols()) + "; must be square, with at least one row");
+    }
+  }
+  CheckAnySquareMatrix(matrix, rule, field, list);
 }
 
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list) {

@@ -16,8 +16,14 @@ namespace dlcs {
 void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::string& rule, const std::string& field,
                  ViolationList& list);
 
+void CheckMatrix(const StructuredMatrix& matrix, Index rows, Index columns, const std::string& rule,
+                 const std::string& field, ViolationList& list);
+
 // The same of a square matrix with at least one row. One that is not square is told so, and its rows count.
 void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field, ViolationList& list);
+// Of a Kronecker sum the factors are the square ones.
+void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, const std::string& field,
+                       ViolationList& list);
 
 // Whether `selector` is given exactly where `rule` needs it, C is k × n, b has k components, and all are finite.
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);

@@ -45,6 +45,8 @@ const char* MethodName(Method method) {
       return "paper-iteration";
     case Method::kExponentialMarch:
       return "exponential-march";
+    case Method::kEventLocated:
+      return "event-located";
     case Method::kTimeStepping:
       return "time-stepping";
   }

@@ -66,6 +66,23 @@ struct LeftLimit {
   Vector y;
 };
 
+// A switching time of event_located: where y_i becomes positive or zero, by index, and how.
+struct SwitchingTime {
+  double time = 0;
+  std::vector<Index> entering;  // y_i > 0 from here on, increasing
+  std::vector<Index> leaving;   // y_i = 0 from here on
+  std::string kind;             // "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
+};
+
+// How x0, f and y were carried to N x.
+struct RealisationRecord {
+  Realisation used = Realisation::kDense;
+  std::string reason;
+  Index terms = 0;           // exponentials for each slow mode, or nodes of all contours; 0 for dense matrices
+  Index factorizations = 0;  // sparse ones
+  double error = 0;          // what replacing the transfer function by them may change in N x, relative to its largest value
+};
+
 struct Cost {
   Index steps = 0;
   Index windows = 0;       // of the iterations, rejected ones included; 0 for marches
@@ -79,6 +96,7 @@ struct Cost {
   double seconds_lcp = 0;     // LCPs and propagation overlap in marching methods: then all of it is here
   double seconds_linear = 0;
   double seconds_total = 0;
+  double predicted_bytes = 0;  // of everything allocated at the same time, the trajectory included
 };
 
 // The step that took Newton's method most iterations: its rate. ‖F(u^k)‖_∞ falls superlinearly for 3hκ < 1; F is
@@ -140,6 +158,8 @@ struct Solution {
   Certificate certificate;
   Cost cost;
   std::optional<NewtonRecord> newton;  // with StepSolver::kNewton
+  std::vector<SwitchingTime> switching_times;  // of event_located, in order
+  RealisationRecord realisation;
   std::optional<KernelRecord> kernel;    // of laplace_iteration
   std::optional<ContourRecord> contour;  // of paper_iteration
 };

@@ -46,6 +46,7 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
       return PaperIteration(context);
     case Method::kTimeStepping:
       return TimeStepping(context);
+    case Method::kEventLocated:
     case Method::kExponentialMarch:
     case Method::kAuto:
       break;
@@ -59,7 +60,7 @@ void WarnOfCoupledClass(const Task& task, double step, std::vector<std::string>&
   if (task.options.step_solver == StepSolver::kNewton) return;  // its LCPs are those of M
   if (task.problem.num_constraints() > 20) return;
   const Scheme scheme = TimeSteppingScheme(task.problem, task.options, step);
-  const Matrix coupled = task.problem.M + task.problem.N * scheme.y_after;
+  const Matrix coupled = task.problem.M.Dense() + task.problem.N * scheme.y_after;
   if (!coupled.allFinite()) return;
   const MatrixClass of_coupled = Classify(coupled);
   if (task.selection == Selection::kHiddenLeastElement) return;

@@ -187,6 +187,13 @@ struct TimeFunctionEvaluator::Impl {
   Index size;
   Finder starts;
   std::vector<CompiledPiece> pieces;
+  StructuredMatrix lift;
+  Matrix inner;  // one column, where there is a lift
+
+  void EvaluatePieces(double t, Side side, Eigen::Ref<Vector> out) {
+    CompiledPiece& piece = pieces[starts.Find(t, side)];
+    std::visit([&](auto& compiled) { compiled.Evaluate(t, out); }, piece);
+  }
 };
 
 absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFunction& function,
@@ -203,8 +210,8 @@ absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFu
     starts.push_back(stretch.start);
     pieces.push_back(std::move(*piece));
   }
-  return TimeFunctionEvaluator(
-      std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces)}));
+  return TimeFunctionEvaluator(std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces),
+                                                           function.lift, Matrix(function.lift.cols(), 1)}));
 }
 
 TimeFunctionEvaluator::TimeFunctionEvaluator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -215,8 +222,9 @@ TimeFunctionEvaluator::~TimeFunctionEvaluator() = default;
 Index TimeFunctionEvaluator::size() const { return impl_->size; }
 
 void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out) {
-  CompiledPiece& piece = impl_->pieces[impl_->starts.Find(t, side)];
-  std::visit([&](auto& compiled) { compiled.Evaluate(t, out); }, piece);
+  if (impl_->lift.size() == 0) return impl_->EvaluatePieces(t, side, out);
+  impl_->EvaluatePieces(t, side, impl_->inner.col(0));
+  impl_->lift.Multiply(impl_->inner, out);
 }
 
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {

@@ -3,7 +3,8 @@
 //
 // A TimeFunction is data: a list of pieces, each holding from its start to the next one's, and each a
 // constant, samples on a grid, a piecewise polynomial, or one formula per component. At the start of a
-// piece the value is the right limit. A TimeFunctionEvaluator is the compiled form.
+// piece the value is the right limit. Where few functions make many components, f(t) = lift ψ(t), the pieces are those of ψ.
+// A TimeFunctionEvaluator is the compiled form.
 
 #ifndef DLCS_CORE_TIME_FUNCTION_H_
 #define DLCS_CORE_TIME_FUNCTION_H_
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -50,6 +52,12 @@ struct TimeFunction {
     TimePiece function;
   };
   std::vector<Piece> pieces;  // starts strictly increasing, at least one piece
+  // Components × those of the pieces; 0 × 0 stands for the identity.
+  StructuredMatrix lift = {};
+
+  bool is_lifted() const { return lift.size() > 0; }
+  // The components that the pieces have, for a function of `size` components.
+  Index inner_size(Index size) const { return is_lifted() ? lift.cols() : size; }
 
   static TimeFunction Constant(Vector value);
   static TimeFunction Zero(Index size);
@@ -87,7 +95,8 @@ class TimeFunctionEvaluator {
 // looked at; Validate(Problem) does that at sample times.
 // Fields are named, with `field` = "f": f[1] for a component of a constant or its formula, f.times[3],
 // f.values[1][3], f.breaks[2], f.coefficients[2][1][0] (polynomial, component, power). Where there is more
-// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start.
+// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start. Of a lifted function
+// f.lift is the matrix, and f.of takes the place of f in all of these.
 std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field);
 // The same, appended to a longer list.
 void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list);

@@ -78,9 +78,7 @@ struct PieceRules {
   }
 };
 
-}  // namespace
-
-void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list) {
+void ValidatePieces(const TimeFunction& function, Index size, const std::string& field, ViolationList& list) {
   if (function.pieces.empty()) list.Add(field, "no pieces; a time function has at least one");
   const bool single = function.pieces.size() == 1;
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {
@@ -94,6 +92,18 @@ void Validate(const TimeFunction& function, Index size, const std::string& field
     }
     std::visit(PieceRules{size, name, list}, function.pieces[k].function);
   }
+}
+
+}  // namespace
+
+void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list) {
+  if (!function.is_lifted()) return ValidatePieces(function, size, field, list);
+  if (function.lift.rows() != size) {
+    list.Add(field + ".lift", ShapeText(function.lift.rows(), function.lift.cols()) + "; must have " +
+                                  std::to_string(size) + " rows");
+  }
+  list.AddNonFiniteEntries(function.lift, field + ".lift");
+  ValidatePieces(function, function.lift.cols(), field + ".of", list);
 }
 
 std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field) {

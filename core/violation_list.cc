@@ -32,6 +32,24 @@ void ViolationList::AddNonFiniteEntries(const Matrix& matrix, const std::string&
   }
 }
 
+void ViolationList::AddNonFiniteEntries(const StructuredMatrix& matrix, const std::string& field) {
+  if (matrix.is_dense()) return AddNonFiniteEntries(matrix.Dense(), field);
+  if (const SparseMatrix* sparse = matrix.sparse()) return AddNonFiniteSparseEntries(*sparse, field);
+  const std::vector<SparseMatrix>& factors = matrix.kronecker_sum()->factors;
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    AddNonFiniteSparseEntries(factors[k], field + ".factors" + Bracketed(static_cast<Index>(k)));
+  }
+}
+
+void ViolationList::AddNonFiniteSparseEntries(const SparseMatrix& matrix, const std::string& field) {
+  for (Index column = 0; column < matrix.outerSize(); ++column) {
+    for (SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry) {
+      if (std::isfinite(entry.value())) continue;
+      Add(field + Bracketed(entry.row()) + Bracketed(column), NonFiniteText(entry.value()));
+    }
+  }
+}
+
 void ViolationList::AddNonFiniteComponents(const Vector& vector, const std::string& field) {
   for (Index row = 0; row < vector.size(); ++row) {
     if (!std::isfinite(vector(row))) Add(field + Bracketed(row), NonFiniteText(vector(row)));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -20,6 +21,8 @@ class ViolationList {
 
   // Every entry of `matrix` that is not finite, as field[row][column]; of `vector`, as field[row].
   void AddNonFiniteEntries(const Matrix& matrix, const std::string& field);
+  // The same of a matrix with structure; entries of the factors of a Kronecker sum are field.factors[k][row][column].
+  void AddNonFiniteEntries(const StructuredMatrix& matrix, const std::string& field);
   void AddNonFiniteComponents(const Vector& vector, const std::string& field);
 
   // Times that are not finite, or not greater than the one before, as field[k].
@@ -32,6 +35,8 @@ class ViolationList {
   std::vector<Violation> Take() &&;
 
  private:
+  void AddNonFiniteSparseEntries(const SparseMatrix& matrix, const std::string& field);
+
   std::vector<Violation> violations_;
   Index unlisted_ = 0;
   std::string first_unlisted_field_;

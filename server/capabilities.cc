@@ -25,6 +25,8 @@ const char* Describe(Method method) {
       return "the same fixed point marched step by step; order 2 where y is Lipschitz, otherwise order 1";
     case Method::kTimeStepping:
       return "theta scheme by substitution, projects inconsistent states; order 1; any class of M";
+    case Method::kEventLocated:
+      return "switching times located, collocation of high order between them; any tolerance; any class of M";
   }
   return "";
 }
@@ -35,7 +37,7 @@ v1::GetCapabilitiesResponse CommonCapabilities() {
   v1::GetCapabilitiesResponse response;
   response.set_version(kVersion);
   for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kPaperIteration,
-                              Method::kExponentialMarch, Method::kTimeStepping}) {
+                              Method::kExponentialMarch, Method::kTimeStepping, Method::kEventLocated}) {
     auto& info = *response.add_methods();
     info.set_method(ToProto(method));
     info.set_name(MethodName(method));

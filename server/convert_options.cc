@@ -21,6 +21,8 @@ Method MethodFromProto(v1::Method method, std::vector<Violation>& violations) {
       return Method::kExponentialMarch;
     case v1::METHOD_TIME_STEPPING:
       return Method::kTimeStepping;
+    case v1::METHOD_EVENT_LOCATED:
+      return Method::kEventLocated;
     default:
       break;
   }
@@ -225,6 +227,8 @@ v1::Method ToProto(Method method) {
       return v1::METHOD_EXPONENTIAL_MARCH;
     case Method::kTimeStepping:
       return v1::METHOD_TIME_STEPPING;
+    case Method::kEventLocated:
+      return v1::METHOD_EVENT_LOCATED;
   }
   return v1::METHOD_UNSPECIFIED;
 }

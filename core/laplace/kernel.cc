@@ -39,7 +39,7 @@ Kernel::Kernel(const Problem& problem, const Scheme& scheme, KernelSource source
       record_(record),
       recursion_(problem.N, scheme),
       combination_(CombinationOfRows(problem.N, scheme)),
-      probe_(combination_.transpose() * problem.N, scheme),
+      probe_(combination_.transpose() * problem.N.Dense(), scheme),
       norm_(scheme.step * InfinityNorm(problem.A)),
       blocks_(problem.num_constraints(), 0),
       longest_window_(std::max<Index>(1, kMaxDoubles / (problem.num_constraints() * problem.num_constraints()))),

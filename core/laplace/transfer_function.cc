@@ -10,7 +10,7 @@ namespace dlcs {
 TransferFunction DenseTransferFunction(const Problem& problem) {
   struct InSchurCoordinates {
     explicit InSchurCoordinates(const Problem& problem)
-        : resolvent(problem.A), B(resolvent.to() * problem.B), N(problem.N * resolvent.from()) {}
+        : resolvent(problem.A), B(resolvent.to() * problem.B.Dense()), N(problem.N.Dense() * resolvent.from()) {}
     Resolvent resolvent;
     Eigen::MatrixXcd B, N;
   };

@@ -23,8 +23,8 @@ Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) 
   const Index n = problem.num_constraints();
   Matrix matrix = Matrix::Zero(2 * n, 2 * n);
   matrix.topLeftCorner(n, n) = problem.N * problem.B;
-  matrix.topRightCorner(n, n) = problem.M;
-  matrix.bottomLeftCorner(n, n) = -problem.M.transpose();
+  matrix.topRightCorner(n, n) = problem.M.Dense();
+  matrix.bottomLeftCorner(n, n) = -problem.M.Dense().transpose();
   Vector rhs = Vector::Zero(2 * n);
   rhs.head(n) = q;
   Vector tolerances = Vector::Zero(2 * n);

@@ -97,7 +97,7 @@ void ContourStates::InitialResponseByExponentials() {
   Vector x = context_.problem.x0;
   for (size_t r = 0; r < context_.grid.runs.size(); ++r) {
     const Run& run = context_.grid.runs[r];
-    const Matrix step = ComputePhiFunctions(run.step * context_.problem.A).phi0;
+    const Matrix step = ComputePhiFunctions(run.step * context_.problem.A.Dense()).phi0;
     initial_.col(columns_.First(r)) = x;
     for (Index k = 1; k <= run.steps; ++k) initial_.col(columns_.Of(r, k)) = x = (step * x).eval();
   }

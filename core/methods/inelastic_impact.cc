@@ -32,7 +32,7 @@ class Impacts {
       : context_(context),
         problem_(context.problem),
         NA_(problem_.N * problem_.A),
-        impulse_response_(NA_ * problem_.B),
+        impulse_response_(NA_ * problem_.B.Dense()),
         steps_([this](double step) { return std::make_unique<ImpactStep>(problem_, step); }),
         x_(problem_.x0),
         y_(Vector::Zero(problem_.num_constraints())) {}

@@ -35,7 +35,7 @@ void WarnOf(const Departures& departures, SolveContext& context) {
 
 Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
     : problem_(problem),
-      abs_N_(problem.N.cwiseAbs()),
+      abs_N_(problem.N.Dense().cwiseAbs()),
       scheme_(std::move(scheme)),
       choice_(choice),
       solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, choice)),

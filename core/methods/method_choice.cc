@@ -109,6 +109,7 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     const std::string why_not = WhyNotPiecewise(problem.M, matrix_class, selection);
     if (!why_not.empty()) choice.refusal = "Newton's method (3.3)" + why_not + " Solve the steps by substitution.";
   }
+  if (options.method == Method::kEventLocated) choice.refusal = "event-located is not available.";
   if (matrix_class.zero_row && !lipschitz) JudgeRelativeDegree(problem, options, matrix_class.zero, choice);
   return choice;
 }

@@ -28,18 +28,18 @@ Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::ve
   if (active.empty()) return V;
   if (selection == Selection::kLeastNorm) {
     V += y_after(Eigen::all, active) *
-         FactorOfAnyRank(problem.M(active, active)).solve(problem.N(active, Eigen::all)).eval();
+         FactorOfAnyRank(problem.M.Dense()(active, active)).solve(problem.N.Dense()(active, Eigen::all)).eval();
     return V;
   }
-  const Eigen::PartialPivLU<Matrix> lu(problem.M(active, active));
+  const Eigen::PartialPivLU<Matrix> lu(problem.M.Dense()(active, active));
   if (!IsRegular(lu)) return V.setConstant(std::numeric_limits<double>::quiet_NaN());
-  V += y_after(Eigen::all, active) * lu.solve(problem.N(active, Eigen::all));
+  V += y_after(Eigen::all, active) * lu.solve(problem.N.Dense()(active, Eigen::all));
   return V;
 }
 
 NewtonStep::NewtonStep(const Problem& problem, const Scheme& scheme, const SolutionChoice& choice)
     : problem_(problem),
-      abs_N_(problem.N.cwiseAbs()),
+      abs_N_(problem.N.Dense().cwiseAbs()),
       y_after_(scheme.y_after),
       selection_(choice.selection),
       solver_(MakeLcpSolver(problem.M, choice)),

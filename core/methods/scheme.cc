@@ -48,10 +48,10 @@ Scheme WithSources(const ExponentialWeights& weights, double step) {
 Scheme ExponentialPiecewiseLinear(const Problem& problem, double step) {
   const ExponentialWeights weights = ComputeWeights(problem.A, step);
   Scheme scheme = WithSources(weights, step);
-  scheme.y_before = weights.before * problem.B;
-  scheme.y_after = weights.after * problem.B;
-  scheme.mid_y_before = weights.mid_before * problem.B;
-  scheme.mid_y_after = weights.mid_after * problem.B;
+  scheme.y_before = weights.before * problem.B.Dense();
+  scheme.y_after = weights.after * problem.B.Dense();
+  scheme.mid_y_before = weights.mid_before * problem.B.Dense();
+  scheme.mid_y_after = weights.mid_after * problem.B.Dense();
   scheme.y_is_linear = true;
   scheme.order = 2;
   return scheme;
@@ -60,19 +60,19 @@ Scheme ExponentialPiecewiseLinear(const Problem& problem, double step) {
 Scheme ExponentialPiecewiseConstant(const Problem& problem, double step) {
   const ExponentialWeights weights = ComputeWeights(problem.A, step);
   Scheme scheme = WithSources(weights, step);
-  scheme.y_after = (weights.before + weights.after) * problem.B;
-  scheme.mid_y_after = (weights.mid_before + weights.mid_after) * problem.B;
+  scheme.y_after = (weights.before + weights.after) * problem.B.Dense();
+  scheme.mid_y_after = (weights.mid_before + weights.mid_after) * problem.B.Dense();
   return scheme;
 }
 
 Scheme ThetaScheme(const Problem& problem, double step, double theta) {
   const Matrix identity = Matrix::Identity(problem.num_states(), problem.num_states());
-  const Eigen::PartialPivLU<Matrix> factor(identity - step * (1 - theta) * problem.A);
+  const Eigen::PartialPivLU<Matrix> factor(identity - step * (1 - theta) * problem.A.Dense());
   Scheme scheme;
   scheme.step = step;
-  scheme.state = factor.solve(identity + step * theta * problem.A);
+  scheme.state = factor.solve(identity + step * theta * problem.A.Dense());
   scheme.f_after = factor.solve(step * identity);
-  scheme.y_after = scheme.f_after * problem.B;
+  scheme.y_after = scheme.f_after * problem.B.Dense();
   scheme.x_is_linear = true;
   if (!(factor.rcond() > std::numeric_limits<double>::epsilon())) {
     scheme.state.setConstant(std::numeric_limits<double>::quiet_NaN());

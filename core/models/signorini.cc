@@ -11,17 +11,31 @@
 namespace dlcs {
 namespace {
 
-// D = tridiag(1, -2, 1).
-Matrix SecondDifference(Index size) {
-  Matrix D = -2 * Matrix::Identity(size, size);
-  D.diagonal(1).setOnes();
-  D.diagonal(-1).setOnes();
-  return D;
+// tridiag(off, diagonal, off)
+SparseMatrix Tridiagonal(Index size, double diagonal, double off) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index i = 0; i < size; ++i) {
+    entries.emplace_back(i, i, diagonal);
+    if (i > 0) entries.emplace_back(i, i - 1, off);
+    if (i + 1 < size) entries.emplace_back(i, i + 1, off);
+  }
+  SparseMatrix matrix(size, size);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+// weight (I ⊗ e_1), Q² × Q.
+SparseMatrix OnMembrane(Index size, double weight) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index q = 0; q < size; ++q) entries.emplace_back(q * size, q, weight);
+  SparseMatrix matrix(size * size, size);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
 }
 
 std::vector<Violation> ValidateModel(const SignoriniModel& model) {
-  // A has Q⁴ entries: 200 cells are 12 GB.
-  constexpr Index kMostCells = 200;
+  // x0 has Q² entries, and so has every state that is asked for.
+  constexpr Index kMostCells = 4096;
   std::vector<Violation> violations;
   if (model.cells < 2 || model.cells > kMostCells) {
     violations.push_back(
@@ -37,28 +51,15 @@ std::vector<Violation> ValidateModel(const SignoriniModel& model) {
   return violations;
 }
 
-// The formulas of B ψ and of M ψ.
-struct Sources {
-  std::vector<std::string> f, g;
-};
-
-Sources MakeSources(const SignoriniModel& model) {
-  const Index size = model.cells - 1;
-  const auto cells = static_cast<double>(model.cells);
-  const auto psi = [&](Index q) {
+// ψ at the points of the membrane.
+TimeFunction Obstacle(const SignoriniModel& model) {
+  std::vector<std::string> psi;
+  for (Index q = 0; q + 1 < model.cells; ++q) {
     // |x2 - 1/2| <= 1/4 for x2 = (q+1)/cells, in integers.
     const bool middle = 2 * std::abs(2 * (q + 1) - model.cells) <= model.cells;
-    return "(" + (middle ? model.psi_middle : model.psi_sides) + ")";
-  };
-  const std::string weight = NumberText(model.coefficient * cells * cells);
-  Sources sources{std::vector<std::string>(size * size, "0"), std::vector<std::string>(size)};
-  for (Index q = 0; q < size; ++q) {
-    sources.f[q * size] = weight + "*" + psi(q);
-    sources.g[q] = "4*" + psi(q);
-    if (q > 0) sources.g[q] += " - " + psi(q - 1);
-    if (q + 1 < size) sources.g[q] += " - " + psi(q + 1);
+    psi.push_back(middle ? model.psi_middle : model.psi_sides);
   }
-  return sources;
+  return TimeFunction::Formulas(std::move(psi));
 }
 
 }  // namespace
@@ -68,27 +69,24 @@ absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model) {
   const Index size = model.cells - 1;
   const auto cells = static_cast<double>(model.cells);
   const double weight = model.coefficient * cells * cells;
-  const Matrix D = SecondDifference(size);
 
   Problem problem;
-  problem.A = Matrix::Zero(size * size, size * size);
-  problem.B = Matrix::Zero(size * size, size);
+  const SparseMatrix difference = Tridiagonal(size, -2 * weight, weight);
+  problem.A = KroneckerSum{{difference, difference}};
+  problem.B = OnMembrane(size, weight);
+  problem.N = SparseMatrix(OnMembrane(size, -2).transpose());
+  problem.M = Tridiagonal(size, 4, -1);
+  problem.f = Obstacle(model);
+  problem.f.lift = problem.B;
+  problem.g = Obstacle(model);
+  problem.g.lift = problem.M;
   problem.x0.resize(size * size);
   for (Index q = 0; q < size; ++q) {
-    problem.A.block(q * size, q * size, size, size) += weight * D;
-    for (Index r = 0; r < size; ++r)
-      problem.A.block(q * size, r * size, size, size).diagonal().array() += weight * D(q, r);
-    problem.B(q * size, q) = weight;
     for (Index p = 0; p < size; ++p) {
       const double x1 = static_cast<double>(p + 1) / cells, x2 = static_cast<double>(q + 1) / cells;
       problem.x0(q * size + p) = 20 * x1 * x2 * (1 - x1) * (1 - x2);
     }
   }
-  problem.N = -2 / weight * problem.B.transpose();
-  problem.M = 2 * Matrix::Identity(size, size) - D;
-  Sources sources = MakeSources(model);
-  problem.f = TimeFunction::Formulas(std::move(sources.f));
-  problem.g = TimeFunction::Formulas(std::move(sources.g));
   problem.horizon = model.horizon;
   // What is left to be wrong are the formulas of ψ.
   if (const absl::Status status = StatusOf(Validate(problem)); !status.ok()) return status;

@@ -29,7 +29,7 @@ struct SignoriniModel {
 //     A = c/Δx² (I⊗D + D⊗I),   B = c/Δx² (I⊗e_1),   f = B ψ,
 //     N = -2 (I⊗e_1ᵀ),         M = 2I - D,          g = M ψ.
 // M is a symmetric M-matrix, A symmetric negative definite; w = 2Δx ∂V/∂ν + O(Δx³) where V is steady.
-// Dense: Q⁴ numbers. Errors: InvalidArgument, one line per broken rule.
+// A is a Kronecker sum, B, N and M are sparse, f and g are lifts of the Q functions ψ. Errors: InvalidArgument, one line per broken rule.
 absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model);
 
 }  // namespace dlcs

@@ -99,7 +99,7 @@ TEST(InterpolantTest, KeepsBothLimitsOfABreakPoint) {
 TEST(InterpolantTest, StatesJumpWhereTheyJump) {
   // x' = y - 1 over a floor at -g = 0 that rises to 1 at t = 1/2.
   Problem problem = testing::Scalar(0, 0, 0.25, 1);
-  problem.M.setZero();
+  problem.M.MutableDense().setZero();
   problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
   problem.g.pieces = {{0, ConstantFunction{Vector::Constant(1, 0)}}, {0.5, ConstantFunction{Vector::Constant(1, -1)}}};
   const Solution solution = Solved(problem, By(Method::kExponentialMarch, 64));

@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ContourKernelTest, IsMoreAccurateThanTheRecursionOnStiffSystems) {
   const Vector lambda{{-1e7, -1e4, -1, -1e-3}};
   Problem problem = WithSpectrum(Matrix::Identity(4, 4), 3);
-  problem.A = lambda.asDiagonal();
+  problem.A = Matrix(lambda.asDiagonal());
   constexpr double kStep = 0.01;
   constexpr Index kWindow = 2000;
   Matrix exact(3, 3 * kWindow);
@@ -113,7 +113,7 @@ TEST(ContourKernelTest, IsMoreAccurateThanTheRecursionOnStiffSystems) {
       if (k > 0) return kStep * std::exp(static_cast<double>(k - 1) * z) * phi1 * phi1;
       return kStep * (z < -1e-3 ? (phi1 - 1) / z : 0.5 + z / 6 + z * z / 24);
     });
-    exact.middleCols(3 * k, 3) = problem.N * response.asDiagonal() * problem.B;
+    exact.middleCols(3 * k, 3) = problem.N.Dense() * response.asDiagonal() * problem.B.Dense();
   }
   const Scheme scheme = ExponentialPiecewiseLinear(problem, kStep);
   Workers workers(1);
@@ -200,7 +200,7 @@ TEST(ContourKernelTest, GivesWayToTheRecursionWhereEigenvaluesTurnTooOften) {
 TEST(ContourKernelTest, GivesWayToTheRecursionWhereTheResolventIsLargeFarFromTheSpectrum) {
   Problem problem = WithSpectrum(Matrix::Identity(8, 8), 2);
   problem.A = Jordan(-1, 8);
-  problem.A.diagonal(1).setConstant(1e3);
+  problem.A.MutableDense().diagonal(1).setConstant(1e3);
   const Scheme scheme = ExponentialPiecewiseLinear(problem, 0.01);
   Workers workers(1);
   KernelRecord by_phi, by_contour;

@@ -77,8 +77,8 @@ TEST(NewtonBoundsTest, ExampleFourOneHasThePrintedConstants) {
   for (int k = 0; k < 20; ++k) {
     Problem other = problem;
     const Vector a = generator.GaussianVector(4);
-    other.A = Vector(-a.head(2)).asDiagonal();
-    other.B << -a[2], 0, 0, a[2], 0, a[3], a[3], 0;
+    other.A = Matrix(Vector(-a.head(2)).asDiagonal());
+    other.B.MutableDense() << -a[2], 0, 0, a[2], 0, a[3], a[3], 0;
     EXPECT_NEAR(Kappa(other), MaxAbs(a.head(2)) + 2 * MaxAbs(a.tail(2)), 1e-14);
   }
 }
@@ -152,9 +152,9 @@ std::vector<Vector> NewtonIterates(const Problem& problem, double h, const Vecto
     const Vector F = u - start - h * (problem.A * u + problem.B * y + f);
     if (MaxAbs(F) <= 1e-14 * (1 + MaxAbs(u))) break;
     const Matrix D = (y.array() > 0).cast<double>().matrix().asDiagonal();
-    const Matrix inner = Matrix::Identity(n, n) - D + D * problem.M;
+    const Matrix inner = Matrix::Identity(n, n) - D + D * problem.M.Dense();
     const Matrix V =
-        Matrix::Identity(m, m) - h * (problem.A - problem.B * inner.lu().solve(D * problem.N));
+        Matrix::Identity(m, m) - h * (problem.A.Dense() - problem.B.Dense() * inner.lu().solve(D * problem.N.Dense()));
     iterates.push_back(u - V.lu().solve(F));
   }
   return iterates;
@@ -220,7 +220,7 @@ TEST(NewtonBoundsTest, ShortStepsAreNotEnoughAtTheEdgeOfTheFeasibleStates) {
   problem.A = Matrix::Zero(1, 1);
   problem.B = Matrix{{-0.3, 0}};
   problem.N = Matrix{{-1}, {-1}};
-  problem.M = Vector{{1, -1}}.asDiagonal();
+  problem.M = Matrix(Vector{{1, -1}}.asDiagonal());
   problem.f = TimeFunction::Constant(Vector::Ones(1));
   problem.g = TimeFunction::Constant(Vector{{0, 0.9}});
   problem.x0 = Vector::Zero(1);

@@ -93,7 +93,7 @@ TEST(NewtonStepTest, ReproducesTheJacobianOfExampleFourOne) {
   const Problem problem = testing::ExampleFourOne();
   const double h = 1.0 / 25;  // < 1/(3κ) = 1/24
   const Matrix I = Matrix::Identity(2, 2);
-  const Matrix R_inverse = I - h * problem.A;
+  const Matrix R_inverse = I - h * problem.A.Dense();
   // y1 > 0 where x1 > 0: V = I - h diag(-α1 - α3, -α2) as printed; the same with y4 where x1 < 0.
   const Matrix printed = I - h * Vector{{-4, -2}}.asDiagonal().toDenseMatrix();
   for (const Index active : {0, 3}) {
@@ -101,7 +101,7 @@ TEST(NewtonStepTest, ReproducesTheJacobianOfExampleFourOne) {
     EXPECT_LT(MaxAbs(V - printed), 1e-15) << active;
   }
   const Matrix at_kink = R_inverse * NewtonMatrix(problem, ThetaScheme(problem, h, 0).y_after, {});
-  EXPECT_LT(MaxAbs(at_kink - (I - h * problem.A)), 1e-15);
+  EXPECT_LT(MaxAbs(at_kink - (I - h * problem.A.Dense())), 1e-15);
 }
 
 TEST(NewtonStepTest, ConvergesToTheClosedFormOfExampleFourOneWithOrderOne) {
@@ -129,13 +129,13 @@ Problem CrowdedKinks() {
   constexpr Index n = 20;
   Problem problem;
   problem.A = Matrix::Constant(1, 1, -2);
-  problem.B.resize(1, n);
+  problem.B.MutableDense().resize(1, n);
   Vector kinks(n);
   for (Index i = 0; i < n; ++i) {
     problem.B(0, i) = -std::pow(2.0, -static_cast<double>(i));
     kinks[i] = std::pow(4.0, -static_cast<double>(i + 1));
   }
-  problem.B /= problem.B.cwiseAbs().sum();  // κ = 2 + 1
+  problem.B.MutableDense() /= problem.B.Dense().cwiseAbs().sum();  // κ = 2 + 1
   problem.N = -Matrix::Ones(n, 1);
   problem.M = Matrix::Identity(n, n);
   problem.f = TimeFunction::Constant(Vector::Constant(1, -10));
@@ -236,7 +236,7 @@ Problem RandomPProblem(Index m, Index n) {
   problem.B = Matrix::Random(m, n);
   problem.N = Matrix::Random(n, m);
   problem.M = Matrix::Random(n, n);
-  problem.M.diagonal().array() += static_cast<double>(n);  // a P-matrix
+  problem.M.MutableDense().diagonal().array() += static_cast<double>(n);  // a P-matrix
   return problem;
 }
 
@@ -253,7 +253,7 @@ TEST(NewtonStepTest, MatrixIsALimitOfDerivatives) {
     const StepFunction F(problem, w - problem.M * y - problem.N * u);
     const Matrix V = NewtonMatrix(problem, F.y_after(), {0, 1});
     const Vector into_the_piece =
-        problem.N.completeOrthogonalDecomposition().solve(Vector{{0, 0, 1, 1}});  // (I - D)e
+        problem.N.Dense().completeOrthogonalDecomposition().solve(Vector{{0, 0, 1, 1}});  // (I - D)e
     for (const double distance : {1e-2, 1e-4}) {
       EXPECT_LT(MaxAbs(F.DerivativeAt(u + distance * into_the_piece, distance * 1e-3) - V), 1e-8)
           << trial << " at " << distance;
@@ -270,7 +270,7 @@ TEST(NewtonStepTest, MatrixIsALimitOfDerivativesForNearbyNWithoutFullRowRank) {
     constexpr Index m = 5;
     for (int trial = 0; trial < 20; ++trial) {
       Problem problem = RandomPProblem(m, n);
-      problem.N.row(2) = problem.N.row(3);
+      problem.N.MutableDense().row(2) = problem.N.Dense().row(3);
       Vector y = Vector::Zero(n), w = Vector::Zero(n);
       y.head(2) << 1, 2;  // 2 and 3 are degenerate
       w.tail(n - 4).setOnes();
@@ -280,10 +280,10 @@ TEST(NewtonStepTest, MatrixIsALimitOfDerivativesForNearbyNWithoutFullRowRank) {
       for (const double eta : {1e-3, 1e-5}) {
         // Rows 2 and 3 of N_ℓ differ: q_2 and q_3 can both be raised, with q_0 and q_1 as they are.
         Problem nearby = problem;
-        nearby.N.row(2) += eta * Vector::Random(m).transpose();
-        const StepFunction F(nearby, g + (problem.N - nearby.N) * u);
+        nearby.N.MutableDense().row(2) += eta * Vector::Random(m).transpose();
+        const StepFunction F(nearby, g + (problem.N.Dense() - nearby.N.Dense()) * u);
         const Vector into_the_piece =
-            nearby.N.topRows(4).completeOrthogonalDecomposition().solve(Vector{{0, 0, 1, 1}});
+            nearby.N.Dense().topRows(4).completeOrthogonalDecomposition().solve(Vector{{0, 0, 1, 1}});
         const double distance = 1e-3 / (1 + MaxAbs(into_the_piece));
         const Matrix derivative = F.DerivativeAt(u + distance * into_the_piece, distance * 0.01);
         EXPECT_LT(MaxAbs(derivative - V), 10 * eta) << trial << " n = " << n;

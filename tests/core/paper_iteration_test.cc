@@ -85,7 +85,7 @@ TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
     SCOPED_TRACE(subject.name);
     Problem problem = testing::FourVariableEasy();
     problem.A = subject.A;
-    problem.M += 4 * Matrix::Identity(4, 4);  // solvable for every state
+    problem.M.MutableDense() += 4 * Matrix::Identity(4, 4);  // solvable for every state
     problem.horizon = 0.5;
     const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 32));
     const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, 32, 100));
@@ -186,7 +186,7 @@ TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
   }
   // A sector that is too wide for Theorem 2.2: asked for, its eigenvalues are split off.
   Problem wide = easy;
-  wide.A << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
+  wide.A.MutableDense() << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
   wide.horizon = 0.5;
   Options options = On(Method::kPaperIteration, 32, 64);
   options.contour = ContourChoice::kTheorem22;
@@ -199,7 +199,7 @@ TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
 // Eigenvalues -1 ± 2.5i, α = 1.19: Theorem 2.2's contour leaves them out, Remark 2.4's does not.
 TEST(PaperIterationTest, TakesAnotherContourForAWideSector) {
   Problem problem = testing::FourVariableEasy();
-  problem.A << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
+  problem.A.MutableDense() << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
   problem.horizon = 0.5;
   Options options = On(Method::kPaperIteration, 32, 100);
   options.contour_for_initial_state = true;

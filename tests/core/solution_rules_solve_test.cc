@@ -193,7 +193,7 @@ TEST(SolutionRulesInSolvesTest, EveryMethodServesTheMinimiserOfExample21) {
 TEST(SolutionRulesInSolvesTest, IterationRefusesTheLeastNormOfExample21AtItsTie) {
   Problem problem = Example21(SolutionRule::kLeastNorm);
   problem.g = TimeFunction::Formulas({"-0.5-t", "1"});  // q1 falls through -1 at t = 1/2
-  problem.B.setZero();
+  problem.B.MutableDense().setZero();
   const Solution solution = SolveWith(problem, Method::kLaplaceIteration, 100);
   EXPECT_EQ(solution.termination, Termination::kUnsupported) << solution.message;
   EXPECT_NEAR(solution.failure_time, 0.5, 0.02);

@@ -137,8 +137,8 @@ Problem SingularZ(double start) {
   Problem problem;
   problem.A = -Matrix::Identity(2, 2);
   problem.B = problem.N = Matrix::Identity(2, 2);
-  problem.M.resize(2, 2);
-  problem.M << 1, -1, -1, 1;
+  problem.M.MutableDense().resize(2, 2);
+  problem.M.MutableDense() << 1, -1, -1, 1;
   problem.f = TimeFunction::Constant(Vector{{-1, -1}});
   problem.g = TimeFunction::Zero(2);
   problem.x0 = Vector{{start, start}};

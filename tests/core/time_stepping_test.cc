@@ -39,7 +39,7 @@ TEST(TimeSteppingTest, ReproducesTheCoupledMatricesPrintedForFourVariables) {
   const Problem problem = testing::FourVariableHard();
   for (int k = 0; k < 3; ++k) {
     const Scheme scheme = ThetaScheme(problem, std::ldexp(1.0, k - 8), 0);
-    const Matrix coupled = problem.M + problem.N * scheme.y_after;
+    const Matrix coupled = problem.M.Dense() + problem.N * scheme.y_after;
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) EXPECT_NEAR(coupled(i, j), printed[k][i][j], 5.1e-5) << k << i << j;
     }

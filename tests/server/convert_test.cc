@@ -21,14 +21,14 @@ using ::testing::IsEmpty;
 // Two states, one pair, every kind of time function.
 Problem EveryKindOfPiece() {
   Problem problem;
-  problem.A.resize(2, 2);
-  problem.A << 1, 2, 3, 4;
-  problem.B.resize(2, 1);
-  problem.B << 5, 6;
-  problem.N.resize(1, 2);
-  problem.N << 7, 8;
-  problem.M.resize(1, 1);
-  problem.M << 9;
+  problem.A.MutableDense().resize(2, 2);
+  problem.A.MutableDense() << 1, 2, 3, 4;
+  problem.B.MutableDense().resize(2, 1);
+  problem.B.MutableDense() << 5, 6;
+  problem.N.MutableDense().resize(1, 2);
+  problem.N.MutableDense() << 7, 8;
+  problem.M.MutableDense().resize(1, 1);
+  problem.M.MutableDense() << 9;
   Matrix samples(2, 3);
   samples << 1, 2, 3, 4, 5, 6;
   Matrix linear(2, 2);
@@ -65,8 +65,8 @@ TEST(ConvertTest, ProblemSurvivesTheRoundTrip) {
   std::vector<Violation> violations;
   const Problem back = ProblemFromProto(wire, violations);
   EXPECT_THAT(violations, IsEmpty());
-  EXPECT_EQ(back.A, problem.A);
-  EXPECT_EQ(back.N, problem.N);
+  EXPECT_EQ(back.A.Dense(), problem.A.Dense());
+  EXPECT_EQ(back.N.Dense(), problem.N.Dense());
   EXPECT_EQ(back.rule, problem.rule);
   EXPECT_EQ(std::get<SampledFunction>(back.f.pieces[2].function).values,
             std::get<SampledFunction>(problem.f.pieces[2].function).values);

@@ -9,16 +9,16 @@ namespace {
 
 Problem FourVariable(std::vector<std::string> g) {
   Problem problem;
-  problem.A.resize(3, 3);
-  problem.A << -2, 1, 0, 1, -2, 1.5, 0, -1, -2;
-  problem.A /= 2;
-  problem.B.resize(3, 4);
-  problem.B << -1, -4, -2, 0, -3, -2, -2, 0, -3, -3, 0, 3;
-  problem.B /= 2;
-  problem.N.resize(4, 3);
-  problem.N << 0, 0, -1, -2, -2, 1.5, -0.5, -1, -0.5, 1, 2.5, 1.5;
-  problem.M.resize(4, 4);
-  problem.M << 2.0 / 3, -1, -1.0 / 3, -5.0 / 3,  //
+  problem.A.MutableDense().resize(3, 3);
+  problem.A.MutableDense() << -2, 1, 0, 1, -2, 1.5, 0, -1, -2;
+  problem.A.MutableDense() /= 2;
+  problem.B.MutableDense().resize(3, 4);
+  problem.B.MutableDense() << -1, -4, -2, 0, -3, -2, -2, 0, -3, -3, 0, 3;
+  problem.B.MutableDense() /= 2;
+  problem.N.MutableDense().resize(4, 3);
+  problem.N.MutableDense() << 0, 0, -1, -2, -2, 1.5, -0.5, -1, -0.5, 1, 2.5, 1.5;
+  problem.M.MutableDense().resize(4, 4);
+  problem.M.MutableDense() << 2.0 / 3, -1, -1.0 / 3, -5.0 / 3,  //
       -2.0 / 3, 1.0 / 3, -2.0 / 3, -4.0 / 3,     //
       -2.0 / 3, -1.0 / 30, 0, -5.0 / 3,          //
       -1, 0, -5.0 / 3, 1.0 / 3;
@@ -34,13 +34,13 @@ Problem FourVariable(std::vector<std::string> g) {
 
 Problem ExampleFourOne() {
   Problem problem;
-  problem.A = Vector{{-1, -2}}.asDiagonal();
-  problem.B.resize(2, 4);
-  problem.B << -3, 0, 0, 3, 0, 1.3, 1.3, 0;
-  problem.N.resize(4, 2);
-  problem.N << -1, 0, 0, 1, 0, 1, 1, 0;
-  problem.M.resize(4, 4);
-  problem.M << 1, 0, 0, 0, 0, 0, -1, 0, 0, -1, 0, 0, 0, 0, 0, 1;
+  problem.A = Matrix(Vector{{-1, -2}}.asDiagonal());
+  problem.B.MutableDense().resize(2, 4);
+  problem.B.MutableDense() << -3, 0, 0, 3, 0, 1.3, 1.3, 0;
+  problem.N.MutableDense().resize(4, 2);
+  problem.N.MutableDense() << -1, 0, 0, 1, 0, 1, 1, 0;
+  problem.M.MutableDense().resize(4, 4);
+  problem.M.MutableDense() << 1, 0, 0, 0, 0, 0, -1, 0, 0, -1, 0, 0, 0, 0, 0, 1;
   problem.f = TimeFunction::Formulas({"1.2*sin(10*t)", "0"});
   problem.g = TimeFunction::Zero(4);
   problem.x0 = Vector{{0, 1}};

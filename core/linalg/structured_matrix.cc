@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/linalg/structured_matrix.h"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "core/linalg/norms.h"
+#include "core/violation_list.h"
+
+namespace dlcs {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+// The size of all that runs slower than factor `k`, and of all that runs faster.
+struct Neighbours {
+  Index slower = 1;
+  Index faster = 1;
+};
+
+Neighbours NeighboursOf(const KroneckerSum& sum, std::size_t k) {
+  Neighbours of;
+  for (std::size_t i = 0; i < sum.factors.size(); ++i) {
+    if (i < k) of.slower *= sum.factors[i].rows();
+    if (i > k) of.faster *= sum.factors[i].rows();
+  }
+  return of;
+}
+
+// left = (F_1 ⊕ F_2 ⊕ ...) right, one column: for each factor and each index that runs slower a product of its transpose with
+// a matrix whose columns are the values of that factor's index.
+void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, double* left) {
+  std::fill(left, left + size, 0.0);
+  for (std::size_t k = 0; k < sum.factors.size(); ++k) {
+    const SparseMatrix& factor = sum.factors[k];
+    const Neighbours of = NeighboursOf(sum, k);
+    for (Index slow = 0; slow < of.slower; ++slow) {
+      const Index begin = slow * factor.rows() * of.faster;
+      for (Index j = 0; j < factor.cols(); ++j) {
+        Eigen::Map<const Vector> from(right + begin + j * of.faster, of.faster);
+        for (SparseMatrix::InnerIterator entry(factor, j); entry; ++entry) {
+          Eigen::Map<Vector>(left + begin + entry.row() * of.faster, of.faster) += entry.value() * from;
+        }
+      }
+    }
+  }
+}
+
+// Sums |a_ij| v_j over the entries of a sparse matrix.
+Vector AbsTimesSparse(const SparseMatrix& matrix, const Eigen::Ref<const Vector>& v) {
+  Vector sums = Vector::Zero(matrix.rows());
+  for (Index j = 0; j < matrix.outerSize(); ++j) {
+    for (SparseMatrix::InnerIterator entry(matrix, j); entry; ++entry) sums[entry.row()] += std::abs(entry.value()) * v[j];
+  }
+  return sums;
+}
+
+SparseMatrix Compressed(SparseMatrix matrix) {
+  matrix.makeCompressed();
+  return matrix;
+}
+
+}  // namespace
+
+Index KroneckerSum::size() const {
+  Index size = 1;
+  for (const SparseMatrix& factor : factors) {
+    if (factor.rows() > 0 && size > std::numeric_limits<Index>::max() / factor.rows()) {
+      return std::numeric_limits<Index>::max();
+    }
+    size *= factor.rows();
+  }
+  return size;
+}
+
+SparseMatrix KroneckerSum::Assemble() const {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    const SparseMatrix& factor = factors[k];
+    const Neighbours of = NeighboursOf(*this, k);
+    for (Index slow = 0; slow < of.slower; ++slow) {
+      for (Index j = 0; j < factor.outerSize(); ++j) {
+        for (SparseMatrix::InnerIterator entry(factor, j); entry; ++entry) {
+          for (Index fast = 0; fast < of.faster; ++fast) {
+            entries.emplace_back((slow * factor.rows() + entry.row()) * of.faster + fast,
+                                 (slow * factor.rows() + j) * of.faster + fast, entry.value());
+          }
+        }
+      }
+    }
+  }
+  SparseMatrix assembled(size(), size());
+  assembled.setFromTriplets(entries.begin(), entries.end());
+  return assembled;
+}
+
+struct StructuredMatrix::Expansion {
+  std::once_flag made;
+  Matrix dense;
+};
+
+StructuredMatrix::StructuredMatrix(Matrix dense) : value_(std::move(dense)) {}
+
+StructuredMatrix::StructuredMatrix(SparseMatrix sparse)
+    : value_(Compressed(std::move(sparse))),
+      rows_(this->sparse()->rows()),
+      cols_(this->sparse()->cols()),
+      expansion_(std::make_shared<Expansion>()) {}
+
+StructuredMatrix::StructuredMatrix(KroneckerSum sum)
+    : value_(std::move(sum)),
+      rows_(kronecker_sum()->size()),
+      cols_(rows_),
+      expansion_(std::make_shared<Expansion>()) {}
+
+Index StructuredMatrix::nonzeros() const {
+  return std::visit(Overloaded{[](const Matrix& dense) { return dense.size(); },
+                               [](const SparseMatrix& sparse) { return sparse.nonZeros(); },
+                               [](const KroneckerSum& sum) {
+                                 Index count = 0;
+                                 for (const SparseMatrix& factor : sum.factors) count += factor.nonZeros();
+                                 return count;
+                               }},
+                    value_);
+}
+
+std::string StructuredMatrix::Describe() const {
+  if (is_dense()) return "dense " + ShapeText(rows(), cols());
+  if (sparse()) return "sparse " + ShapeText(rows(), cols()) + " (" + std::to_string(nonzeros()) + " nonzeros)";
+  std::string text = "Kronecker sum of ";
+  for (const SparseMatrix& factor : kronecker_sum()->factors) {
+    if (text.back() != ' ') text += " and ";
+    text += ShapeText(factor.rows(), factor.cols());
+  }
+  return text;
+}
+
+const Matrix& StructuredMatrix::Dense() const {
+  if (const auto* dense = std::get_if<Matrix>(&value_)) return *dense;
+  std::call_once(expansion_->made, [this] { expansion_->dense = Matrix(Sparse()); });
+  return expansion_->dense;
+}
+
+SparseMatrix StructuredMatrix::Sparse() const {
+  return std::visit(Overloaded{[](const Matrix& dense) { return SparseMatrix(dense.sparseView(0, 0)); },
+                               [](const SparseMatrix& sparse) { return sparse; },
+                               [](const KroneckerSum& sum) { return sum.Assemble(); }},
+                    value_);
+}
+
+Vector StructuredMatrix::AbsTimes(const Eigen::Ref<const Vector>& v) const {
+  return std::visit(
+      Overloaded{[&](const Matrix& dense) -> Vector { return dense.cwiseAbs() * v; },
+                 [&](const SparseMatrix& sparse) { return AbsTimesSparse(sparse, v); },
+                 [&](const KroneckerSum& sum) { return AbsTimesSparse(sum.Assemble(), v); }},
+      value_);
+}
+
+double StructuredMatrix::InfinityNorm() const {
+  if (is_dense()) return dlcs::InfinityNorm(Dense());
+  return dlcs::MaxAbs(AbsTimes(Vector::Ones(cols())));
+}
+
+double StructuredMatrix::MaxAbs() const {
+  if (is_dense()) return dlcs::MaxAbs(Dense());
+  const SparseMatrix entries = Sparse();
+  return dlcs::MaxAbs(Eigen::Map<const Vector>(entries.valuePtr(), entries.nonZeros()));
+}
+
+bool StructuredMatrix::IsZero() const { return MaxAbs() == 0; }
+
+bool StructuredMatrix::AllFinite() const { return std::isfinite(MaxAbs()); }
+
+void StructuredMatrix::Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const {
+  std::visit(Overloaded{[&](const Matrix& dense) { left.noalias() = dense * right; },
+                        [&](const SparseMatrix& sparse) { left.noalias() = sparse * right; },
+                        [&](const KroneckerSum& sum) {
+                          for (Index k = 0; k < right.cols(); ++k) {
+                            MultiplyColumn(sum, right.col(k).data(), cols_, left.col(k).data());
+                          }
+                        }},
+             value_);
+}
+
+Matrix StructuredMatrix::operator*(const StructuredMatrix& right) const {
+  if (right.is_dense()) return *this * right.Dense();
+  if (is_dense()) return Dense() * right.Sparse();
+  return Matrix(SparseMatrix(Sparse() * right.Sparse()));
+}
+
+double InfinityNorm(const StructuredMatrix& matrix) { return matrix.InfinityNorm(); }
+
+}  // namespace dlcs

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// A matrix that keeps its structure: dense, sparse, or a Kronecker sum.
+
+#ifndef DLCS_CORE_LINALG_STRUCTURED_MATRIX_H_
+#define DLCS_CORE_LINALG_STRUCTURED_MATRIX_H_
+
+#include <Eigen/SparseCore>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+// F_1 ⊕ F_2 ⊕ ... = F_1 ⊗ I ⊗ ... + I ⊗ F_2 ⊗ ... + ..., all factors square, the index of the last running fastest: what
+// differences in one direction each make of a grid. Of size Π rows(F_i).
+struct KroneckerSum {
+  std::vector<SparseMatrix> factors;  // at least one
+
+  Index size() const;
+  SparseMatrix Assemble() const;
+};
+
+// Products keep the structure; Dense() gives it up. A dense matrix converts both ways without a word, so that small
+// problems and everything written for them need not know.
+//
+// Threads: const calls are safe at once.
+class StructuredMatrix {
+ public:
+  StructuredMatrix() : StructuredMatrix(Matrix()) {}
+  StructuredMatrix(Matrix dense);
+  StructuredMatrix(SparseMatrix sparse);
+  StructuredMatrix(KroneckerSum sum);
+  template <class Derived>
+  StructuredMatrix(const Eigen::MatrixBase<Derived>& dense) : StructuredMatrix(Matrix(dense)) {}
+
+  Index rows() const { return is_dense() ? Dense().rows() : rows_; }
+  Index cols() const { return is_dense() ? Dense().cols() : cols_; }
+  Index size() const { return rows() * cols(); }
+  // Numbers that are stored.
+  Index nonzeros() const;
+  std::string Describe() const;  // "dense 3x3", "sparse 9x3 (3 nonzeros)", "Kronecker sum of 255x255 and 255x255"
+
+  bool is_dense() const { return std::holds_alternative<Matrix>(value_); }
+  const SparseMatrix* sparse() const { return std::get_if<SparseMatrix>(&value_); }  // null where it is none
+  const KroneckerSum* kronecker_sum() const { return std::get_if<KroneckerSum>(&value_); }
+
+  // What Dense() may fill: 512 MB.
+  static constexpr Index kMostDenseEntries = Index{1} << 26;
+  bool FitsDense() const { return is_dense() || rows_ == 0 || cols_ <= kMostDenseEntries / rows_; }
+  // All entries. Of a matrix with structure they are written down at the first call and kept; it must fit.
+  const Matrix& Dense() const;
+  operator const Matrix&() const { return Dense(); }
+
+  // The nonzero entries, whatever the structure.
+  SparseMatrix Sparse() const;
+
+  // The matrix itself where it is dense, to be changed in place.
+  Matrix& MutableDense() { return std::get<Matrix>(value_); }
+  double& operator()(Index row, Index column) { return MutableDense()(row, column); }
+  double operator()(Index row, Index column) const { return Dense()(row, column); }
+
+  // ‖·‖_∞ and the largest entry in size; NaN where an entry is.
+  double InfinityNorm() const;
+  double MaxAbs() const;
+  bool AllFinite() const;
+  bool IsZero() const;  // no entry but 0
+  // |A| v for v >= 0.
+  Vector AbsTimes(const Eigen::Ref<const Vector>& v) const;
+
+  // The product with a few columns. Cost: the nonzeros, times the columns; of a Kronecker sum those of its factors, times
+  // the size of the others.
+  template <class Derived>
+  auto operator*(const Eigen::MatrixBase<Derived>& right) const {
+    using Product = Eigen::Matrix<double, Eigen::Dynamic, Derived::ColsAtCompileTime>;
+    Product product(rows(), right.cols());
+    Multiply(right, product);
+    return product;
+  }
+  Matrix operator*(const StructuredMatrix& right) const;
+  // left = this · right
+  void Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const;
+
+ private:
+  struct Expansion;
+
+  std::variant<Matrix, SparseMatrix, KroneckerSum> value_;
+  Index rows_ = 0;  // of a matrix with structure
+  Index cols_ = 0;
+  std::shared_ptr<Expansion> expansion_;  // Dense(), of a matrix with structure
+};
+
+double InfinityNorm(const StructuredMatrix& matrix);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LINALG_STRUCTURED_MATRIX_H_
