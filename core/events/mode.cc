@@ -52,8 +52,8 @@ Matrix Selector(Index n, const std::vector<Index>& S) {
 bool DetermineMultipliers(const Problem& problem, Mode& mode) {
   const std::vector<Index>& S = mode.active;
   const Matrix selector = Selector(problem.num_constraints(), S);
-  const Matrix M_SS = problem.M(S, S);
-  const Matrix N_S = problem.N(S, Eigen::all);
+  const Matrix M_SS = problem.M.Dense()(S, S);
+  const Matrix N_S = problem.N.Dense()(S, Eigen::all);
   if (const auto inverse = NegativeInverse(M_SS)) {
     const Matrix map = selector * *inverse;
     mode.y.state = map * N_S;
@@ -61,7 +61,7 @@ bool DetermineMultipliers(const Problem& problem, Mode& mode) {
     return true;
   }
   const RowSpaces rows = SplitRows(M_SS);
-  const Matrix B_S = problem.B(Eigen::all, S);
+  const Matrix B_S = problem.B.Dense()(Eigen::all, S);
   const Index rank = rows.range.rows();
   const Index size = static_cast<Index>(S.size());
   Matrix system(size, size);
@@ -70,7 +70,7 @@ bool DetermineMultipliers(const Problem& problem, Mode& mode) {
   if (!inverse) return false;
   const Matrix of_range = selector * inverse->leftCols(rank);
   const Matrix of_null = selector * inverse->rightCols(size - rank) * rows.null;
-  mode.y.state = of_range * rows.range * N_S + of_null * N_S * problem.A;
+  mode.y.state = of_range * rows.range * N_S + of_null * N_S * problem.A.Dense();
   mode.y.f = of_null * N_S;
   mode.y.g = of_range * rows.range * selector.transpose();
   mode.y.slope = of_null * selector.transpose();
@@ -85,7 +85,7 @@ bool DetermineMultipliers(const Problem& problem, Mode& mode) {
 LinearOutput MakeGuard(const Problem& problem, const Mode& mode) {
   const Index n = problem.num_constraints();
   LinearOutput guard;
-  guard.state = problem.N + problem.M * mode.y.state;
+  guard.state = problem.N.Dense() + problem.M * mode.y.state;
   guard.g = Matrix::Identity(n, n) + problem.M * mode.y.g;
   if (mode.differentiated()) {
     guard.f = problem.M * mode.y.f;
@@ -108,7 +108,7 @@ std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active
   mode->active = std::move(active);
   if (!DetermineMultipliers(problem, *mode)) return nullptr;
   mode->guard = MakeGuard(problem, *mode);
-  mode->dynamics = problem.A + problem.B * mode->y.state;
+  mode->dynamics = problem.A.Dense() + problem.B * mode->y.state;
   if (!mode->active.empty()) mode->source_g = problem.B * mode->y.g;
   if (mode->differentiated()) {
     const Index m = problem.num_states();

@@ -28,10 +28,10 @@ constexpr std::size_t kKeptModes = 256;
 ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSampler& sources)
     : problem_(problem),
       sources_(sources),
-      abs_N_(problem.N.cwiseAbs()),
+      abs_N_(problem.N.Dense().cwiseAbs()),
       norm_A_(InfinityNorm(problem.A)),
       solvers_([&problem, selection](double h) {
-        const Matrix coupling = h * problem.N * (problem.B + h / 2 * problem.A * problem.B);
+        const Matrix coupling = h * problem.N.Dense() * (problem.B.Dense() + h / 2 * problem.A.Dense() * problem.B.Dense());
         return MakeCoupledLcpSolver(problem.M, coupling, selection);
       }),
       basis_(problem.num_constraints(), 0),

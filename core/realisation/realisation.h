@@ -66,8 +66,10 @@ class RealisedSystem {
  public:
   virtual ~RealisedSystem() = default;
 
-  virtual std::unique_ptr<ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
-                                                    const std::stop_token& stop) = 0;
+  // The kernel for steps of this length, kept for the next call. Blocks for windows up to `longest_window` where it is made of
+  // blocks. Null where `stop` was requested.
+  virtual std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window,
+                                                          Workers& workers, const std::stop_token& stop) = 0;
   // From `x`, the state at the start of the run. May stop early (then of no use) where `stop` is requested.
   virtual FreeMotion Move(const Vector& x, const RunSources& sources, Workers& workers, const std::stop_token& stop) = 0;
   // The states at `nodes` (increasing, in 1..J) from the state `x` at node 0, the sources, and y_0 ... y_J: m × nodes.

@@ -37,7 +37,7 @@ Problem RandomProblem(LcpGenerator& random, Kind kind) {
                       : Matrix(G - Matrix::Identity(m, m));
   problem.B = random.Gaussian(m, std::min(m, n));
   const Index constraints = problem.B.cols();
-  problem.N = passive ? Matrix(problem.B.transpose()) : random.Gaussian(constraints, m);
+  problem.N = passive ? Matrix(problem.B.Dense().transpose()) : random.Gaussian(constraints, m);
   switch (kind) {
     case Kind::kPositiveDefinite:
       problem.M = random.PositiveDefinite(constraints);
@@ -64,7 +64,7 @@ Problem RandomProblem(LcpGenerator& random, Kind kind) {
   for (Index i = 0; i < m; ++i) f.push_back(Wave(random));
   for (Index i = 0; i < constraints; ++i) {
     // A wave that starts where the state is consistent, N x0 + g(0) > 0.
-    const double level = 0.1 - (problem.N.row(i) * problem.x0)(0) + std::abs(random.Normal());
+    const double level = 0.1 - (problem.N.Dense().row(i) * problem.x0)(0) + std::abs(random.Normal());
     g.push_back(std::to_string(level) + "+0.8*(" + Wave(random) + ")*t");
   }
   problem.f = TimeFunction::Formulas(std::move(f));

@@ -180,7 +180,7 @@ TEST(EventLocatedTest, SamplesAreStraightBetweenTheirTimes) {
 // x stays 0, w = g(t) + y: y = max(0, -g).
 EventSolution SolveForGuard(const char* g) {
   Problem problem = Scalar(0, 0, 0, 2);
-  problem.B.setZero();
+  problem.B.MutableDense().setZero();
   problem.g = TimeFunction::Formulas({g});
   return SolveAt(problem, 1e-9);
 }
@@ -204,7 +204,7 @@ TEST(EventLocatedTest, PassesInflectionsAndIdenticalZeros) {
 TEST(EventLocatedTest, JumpsOntoTheConstraintsAndSlidesThere) {
   Problem problem;
   problem.A = Matrix::Zero(1, 1);
-  problem.B = problem.N = Matrix::Ones(1, 1);
+  problem.B = problem.N = Matrix(Matrix::Ones(1, 1));
   problem.M = Matrix::Zero(1, 1);
   problem.f = TimeFunction::Formulas({"sin(20*t)-0.5"});
   problem.g = TimeFunction::Zero(1);
@@ -228,12 +228,12 @@ Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& 
   Problem problem;
   problem.A = A;
   problem.B = Matrix::Zero(m, 2 * k);
-  problem.B.leftCols(k) = C;
+  problem.B.MutableDense().leftCols(k) = C;
   problem.N = Matrix::Zero(2 * k, m);
-  problem.N.topRows(k) = D;
+  problem.N.MutableDense().topRows(k) = D;
   problem.M = Matrix::Zero(2 * k, 2 * k);
-  problem.M.topRightCorner(k, k).setIdentity();
-  problem.M.bottomLeftCorner(k, k) = -Matrix::Identity(k, k);
+  problem.M.MutableDense().topRightCorner(k, k).setIdentity();
+  problem.M.MutableDense().bottomLeftCorner(k, k) = -Matrix::Identity(k, k);
   problem.f = TimeFunction::Constant(-C * Vector::Ones(k));
   Vector g = Vector::Zero(2 * k);
   g.tail(k).setConstant(2);

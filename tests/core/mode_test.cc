@@ -49,7 +49,7 @@ TEST(ModeTest, WIsZeroOnTheActiveSetWhereMIsRegular) {
 TEST(ModeTest, DifferentiatesWhereMIsZero) {
   LcpGenerator random(2);
   Problem problem = RandomProblem(random, 5, 4);
-  problem.M.setZero();
+  problem.M.MutableDense().setZero();
   const auto mode = MakeMode(problem, {1, 3});
   ASSERT_TRUE(mode);
   ASSERT_TRUE(mode->differentiated());
@@ -99,8 +99,8 @@ TEST(ModeTest, SlidingOfTheRelayIsAMode) {
 
 TEST(ModeTest, RefusesRelativeDegreeTwo) {
   Problem problem;
-  problem.A.resize(2, 2);
-  problem.A << 0, 1, 0, 0;
+  problem.A.MutableDense().resize(2, 2);
+  problem.A.MutableDense() << 0, 1, 0, 0;
   problem.B = Vector{{0, 1}};
   problem.N = Vector{{1, 0}}.transpose();
   problem.M = Matrix::Zero(1, 1);
