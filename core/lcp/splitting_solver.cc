@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/splitting_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+
+SplittingLcpSolver::SplittingLcpSolver(Tridiagonal T, Remainder remainder)
+    : tridiagonal_(std::make_shared<const Tridiagonal>(T), nullptr),
+      remainder_(std::move(remainder)),
+      basis_(T.size()),
+      y_(T.size()),
+      shifted_q_(T.size()),
+      lagged_(T.size()),
+      current_(T.size()) {}
+
+SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q,
+                                           const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Vector> y) {
+  constexpr double kRounding = 1e-14;
+  constexpr double kSlowest = 0.7;  // beyond that, eighty solves are not enough for twelve digits
+  constexpr int kPatience = 3;  // ratios above it in a row: the first ones tell of the guess, not of the rate
+  iterations_ = 0;
+  rate_ = 0;
+  y_ = y;
+  for (std::size_t i = 0; i < basis_.size(); ++i) basis_[i] = y_[static_cast<Index>(i)] > 0;
+  remainder_(y_, lagged_);
+  double last_change = 0;
+  for (int patience = kPatience; patience > 0;) {
+    shifted_q_ = q + lagged_;
+    ++iterations_;
+    if (tridiagonal_.Solve(shifted_q_, tolerance, basis_, y_) != LcpVerdict::kSolved)
+      return SplittingVerdict::kFailed;
+    remainder_(y_, current_);
+    const double rounding = kRounding * MaxAbs(current_);
+    lagged_ -= current_;
+    if ((lagged_.array().abs() <= tolerance.array() + kRounding * q.array().abs() + rounding).all()) {
+      y = y_;
+      return SplittingVerdict::kSolved;
+    }
+    const double change = MaxAbs(lagged_);
+    if (iterations_ > 1) rate_ = change / last_change;
+    patience = iterations_ == 1 || rate_ <= kSlowest ? kPatience : patience - 1;  // NaN counts as slow
+    last_change = change;
+    lagged_.swap(current_);
+  }
+  return SplittingVerdict::kNotContracting;
+}
+
+namespace {
+
+// The diagonals of R, by their distance from the main one.
+class Diagonals {
+ public:
+  // Of `K` without its three middle diagonals, as far as `bandwidth`.
+  Diagonals(const Matrix& K, Index bandwidth) {
+    for (Index d = 2; d <= bandwidth; ++d) {
+      above_.push_back(K.diagonal(d));
+      below_.push_back(K.diagonal(-d));
+    }
+  }
+
+  void operator()(const Vector& y, Vector& result) const {
+    result.setZero(y.size());
+    for (std::size_t k = 0; k < above_.size(); ++k) {
+      const Index count = above_[k].size();
+      result.head(count) += above_[k].cwiseProduct(y.tail(count));
+      result.tail(count) += below_[k].cwiseProduct(y.head(count));
+    }
+  }
+
+ private:
+  std::vector<Vector> above_, below_;
+};
+
+// The least bandwidth beyond which no row of K has more than rounding.
+Index BandwidthUpToRounding(const Matrix& K) {
+  constexpr double kNegligible = 1e-16;
+  const Index n = K.rows();
+  const Vector allowed = kNegligible * K.cwiseAbs().rowwise().sum();
+  Vector dropped = Vector::Zero(n);
+  for (Index d = n - 1; d > 1; --d) {
+    const Index count = n - d;
+    dropped.head(count) += K.diagonal(d).cwiseAbs();
+    dropped.tail(count) += K.diagonal(-d).cwiseAbs();
+    if (!(dropped.array() <= allowed.array()).all()) return d;
+  }
+  return 1;
+}
+
+}  // namespace
+
+std::optional<TridiagonalSplitting> SplitOffTridiagonal(const Matrix& K, double largest_rate) {
+  const Index n = K.rows();
+  TridiagonalSplitting result{Tridiagonal(n), {}, 0, BandwidthUpToRounding(K)};
+  result.T.diagonal = K.diagonal();
+  result.T.below.tail(n - 1) = K.diagonal(-1);
+  result.T.above.head(n - 1) = K.diagonal(1);
+  if (!K.allFinite() || !IsClearlyMMatrix(result.T)) return std::nullopt;
+  // v = T⁻¹|R|1 solves LCP(-|R|1, T): it is >= 0.
+  Vector row_sums = -K.cwiseAbs().rowwise().sum();
+  row_sums += result.T.diagonal.cwiseAbs() + result.T.below.cwiseAbs() + result.T.above.cwiseAbs();
+  Basis basis(n, 1);
+  Vector v(n);
+  TridiagonalSolver solver(std::make_shared<const Tridiagonal>(result.T), nullptr);
+  if (solver.Solve(row_sums.cwiseMin(0), Vector::Zero(n), basis, v) != LcpVerdict::kSolved)
+    return std::nullopt;
+  result.rate = MaxAbs(v);
+  if (!(result.rate <= largest_rate)) return std::nullopt;
+  result.remainder = Diagonals(K, result.bandwidth);
+  return result;
+}
+
+}  // namespace dlcs
