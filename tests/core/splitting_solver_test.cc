@@ -24,7 +24,7 @@ Matrix CoupledSignorini(Index cells, double coefficient, double step) {
   model.cells = cells;
   model.coefficient = coefficient;
   const Problem problem = MakeSignoriniProblem(model).value();
-  return problem.M + problem.N * ExponentialPiecewiseLinear(problem, step).y_after;
+  return problem.M.Dense() + problem.N.Dense() * ExponentialPiecewiseLinear(problem, step).y_after;
 }
 
 // Entries that fall off like decay^|i - j|, the tridiagonal part an M-matrix.
