@@ -3,11 +3,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace dlcs::client {
+namespace {
+
+// Through pointers, which copy as one block.
+void Append(const google::protobuf::RepeatedField<double>& values, std::vector<double>& all) {
+  all.insert(all.end(), values.data(), values.data() + values.size());
+}
+
+}  // namespace
 
 ResultCollector::ResultCollector(const v1::SolveRequest& request) {
+  asked_times_ = request.options().output_times_size();
   // From the request and not from the analysis: an unsupported problem may end before its analysis.
   const v1::Problem& linear = request.problem();
   const v1::NonlinearProblem& nonlinear = request.nonlinear();
@@ -23,6 +33,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
       break;
     case v1::SolveEvent::kAnalysis:
       result_.analysis = event.analysis();
+      Reserve();
       break;
     case v1::SolveEvent::kWindowStarted:
       window_ = event.window_started();
@@ -44,6 +55,17 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
   }
 }
 
+// Room for the trajectory, so that it is not copied as it grows; pages that are not filled cost nothing.
+void ResultCollector::Reserve() {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // whatever a server announces
+  const std::size_t most = kMostBytes / (sizeof(double) * (1 + result_.states + result_.constraints));
+  const std::int64_t announced = asked_times_ > 0 ? asked_times_ : result_.analysis.steps() + 1;
+  const std::size_t times = std::min(static_cast<std::size_t>(std::max(announced, std::int64_t{0})), most);
+  result_.times.reserve(times);
+  result_.x.reserve(times * result_.states);
+  result_.y.reserve(times * result_.constraints);
+}
+
 void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   const auto count = static_cast<std::size_t>(chunk.times_size());
   const bool fits = static_cast<std::size_t>(chunk.first()) == result_.times.size() &&
@@ -54,9 +76,9 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
                          result_.times.size());
   }
   if (!fault_.empty()) return;
-  result_.times.insert(result_.times.end(), chunk.times().begin(), chunk.times().end());
-  result_.x.insert(result_.x.end(), chunk.x().begin(), chunk.x().end());
-  result_.y.insert(result_.y.end(), chunk.y().begin(), chunk.y().end());
+  Append(chunk.times(), result_.times);
+  Append(chunk.x(), result_.x);
+  Append(chunk.y(), result_.y);
 }
 
 absl::StatusOr<SolveResult> ResultCollector::Finish() && {

@@ -47,10 +47,12 @@ class ResultCollector {
   SolveResult Abandon(v1::Termination termination, double seconds) &&;
 
  private:
+  void Reserve();
   void AddChunk(const v1::TrajectoryChunk& chunk);
   std::string Progress() const;
 
   SolveResult result_;
+  std::int64_t asked_times_ = 0;  // 0: all nodes
   bool accepted_ = false;
   bool has_summary_ = false;
   std::string fault_;  // the first chunk that did not fit

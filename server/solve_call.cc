@@ -127,7 +127,9 @@ void SolveCall::Pump() {
   switch (mailbox_.Next(event_)) {
     case EventMailbox::Got::kEvent:
       writing_ = true;
-      return StartWrite(&event_);
+      // While more events wait they travel together: gRPC sends what it holds with the last of them.
+      return StartWrite(&event_,
+                        mailbox_.size() > 0 ? grpc::WriteOptions().set_buffer_hint() : grpc::WriteOptions());
     case EventMailbox::Got::kNothing:
       return;
     case EventMailbox::Got::kEnd:

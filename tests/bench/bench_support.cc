@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/bench_support.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "core/solve.h"
+
+namespace dlcs::bench {
+namespace {
+
+constexpr double kResidualTolerance = 1e-9;
+
+// A line of /proc/self/status, "VmHWM:  1234 kB", in bytes.
+double MemoryBytes(const std::string& key) {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (word != key) continue;
+    double kilobytes = 0;
+    status >> kilobytes;
+    return 1024 * kilobytes;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string WhatIsWrong(const Solution& solution) {
+  if (solution.termination != Termination::kConverged) {
+    return std::string(TerminationName(solution.termination)) + ": " + solution.message;
+  }
+  const Certificate& certificate = solution.certificate;
+  const double scale = std::max(certificate.lcp_scale, 1e-300);
+  if (!(certificate.node_residual <= kResidualTolerance * scale))
+    return "the LCPs at the nodes are not solved";
+  if (!(certificate.node_complementarity <=
+        kResidualTolerance * static_cast<double>(solution.y.rows()) * scale * scale))
+    return "y and w are not complementary at the nodes";
+  if (!solution.x.allFinite() || !solution.y.allFinite()) return "the trajectory is not finite";
+  return "";
+}
+
+std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options) {
+  Observer observer;
+  absl::StatusOr<Solution> solution = Solve(problem, options, observer, {});
+  const std::string wrong = solution.ok() ? WhatIsWrong(*solution) : std::string(solution.status().message());
+  if (wrong.empty()) return *std::move(solution);
+  state.SkipWithError(wrong.c_str());
+  return std::nullopt;
+}
+
+PeakMemory::PeakMemory() {
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << 5;  // the peak is now what is in use
+  before_ = MemoryBytes("VmRSS:");
+}
+
+double PeakMemory::Bytes() const { return std::max(0.0, MemoryBytes("VmHWM:") - before_); }
+
+bool TakeFlag(int& argc, char** argv, const std::string& flag) {
+  char** const end = argv + argc;
+  char** const rest = std::remove_if(argv + 1, end, [&](const char* word) { return word == flag; });
+  argc = static_cast<int>(rest - argv);
+  return rest != end;
+}
+
+int RunAll(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
+
+}  // namespace dlcs::bench

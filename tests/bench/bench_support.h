@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the benchmarks have in common: answers that are checked, memory that is measured, a short run.
+
+#ifndef DLCS_TESTS_BENCH_BENCH_SUPPORT_H_
+#define DLCS_TESTS_BENCH_BENCH_SUPPORT_H_
+
+#include <benchmark/benchmark.h>
+
+#include <optional>
+#include <string>
+
+#include "core/options.h"
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs::bench {
+
+// Why `solution` does not count: it did not converge, or its residuals at the nodes are not those of a
+// solution. Empty where it counts. NaN does not.
+std::string WhatIsWrong(const Solution& solution);
+
+// Solves; where the answer does not count, marks `state` as failed and returns nothing.
+std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options);
+
+// The most memory (resident set) that the process took since it was made, above what it had then.
+// Page by page: what stays below some 100 KB is noise.
+class PeakMemory {
+ public:
+  PeakMemory();
+  double Bytes() const;
+
+ private:
+  double before_;
+};
+
+// Whether `flag` is among the arguments, which are left without it.
+bool TakeFlag(int& argc, char** argv, const std::string& flag);
+
+// Runs what was registered, as BENCHMARK_MAIN() does. Returns the exit code.
+int RunAll(int argc, char** argv);
+
+}  // namespace dlcs::bench
+
+#endif  // DLCS_TESTS_BENCH_BENCH_SUPPORT_H_

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// How time and memory grow with the number of steps J, of pairs n and of states m, on one thread.
+//
+//     growth_bench [--quick] [Google Benchmark's flags]
+//
+// Each line carries the exponents that its family should have (expected_time, expected_memory); report.py
+// fits the measured ones.
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/bench/bench_support.h"
+#include "tests/support/lcp_problems.h"
+#include "tests/support/problems.h"
+
+namespace dlcs::bench {
+namespace {
+
+struct Family {
+  std::string name;
+  std::vector<Index> sizes;
+  double expected_time;  // exponents
+  double expected_memory;
+  std::function<Problem(Index size)> problem;
+  std::function<Options(Index size)> options;
+};
+
+Options MakeOptions(Method method, Index steps) {
+  Options options;
+  options.method = method;
+  options.num_steps = steps;
+  options.num_threads = 1;
+  return options;
+}
+
+// m damped states, coupled at random, driven through n pairs with a dense M-matrix; y switches some times.
+Problem RandomProblem(Index m, Index n) {
+  testing::LcpGenerator generator(5);
+  const double over_m = 0.5 / std::sqrt(static_cast<double>(m));
+  Problem problem;
+  problem.A = over_m * generator.Gaussian(m, m) - 2 * Matrix::Identity(m, m);
+  problem.B = generator.Gaussian(m, n) / std::sqrt(static_cast<double>(n));
+  problem.N = over_m * generator.Gaussian(n, m);
+  problem.M = generator.MMatrix(n);
+  problem.f = TimeFunction::Zero(m);
+  problem.g = TimeFunction::Zero(n);
+  // An angle for each pair: half of the g_i are negative at any time. Sampled, for formulas would cost more
+  // than the LCPs.
+  constexpr Index kSamples = 65;
+  std::vector<double> times(kSamples);
+  Matrix g(n, kSamples);
+  for (Index k = 0; k < kSamples; ++k) {
+    times[k] = static_cast<double>(k) / (kSamples - 1);
+    for (Index i = 0; i < n; ++i) g(i, k) = std::sin(3 * times[k] + 2.4 * static_cast<double>(i));
+  }
+  problem.g = TimeFunction::Sampled(std::move(times), std::move(g));
+  problem.x0 = Vector::Ones(m);
+  problem.horizon = 1;
+  return problem;
+}
+
+std::vector<Family> Families(bool quick) {
+  const auto sizes = [&](std::vector<Index> all) {
+    if (quick) all.resize(all.size() - 2);
+    return all;
+  };
+  const std::vector<Index> steps = sizes({1'000, 3'000, 10'000, 30'000, 100'000, 300'000, 1'000'000});
+  const std::vector<Index> dimensions = sizes({1, 4, 16, 64, 128, 256, 512, 1024});
+  constexpr Index kFewSteps = 32;
+
+  std::vector<Family> families;
+  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch, Method::kTimeStepping}) {
+    const std::string name = MethodName(method);
+    // Windows of bounded length: the convolutions cost O(J log W).
+    families.push_back({"J/" + name, steps, 1, 1, [](Index) { return testing::FourVariableEasy(); },
+                        [=](Index size) { return MakeOptions(method, size); }});
+    // The factorization of a basis; O(n²) a step where it stays.
+    families.push_back({"n/" + name, dimensions, 3, 2, [](Index size) { return RandomProblem(8, size); },
+                        [=](Index) { return MakeOptions(method, kFewSteps); }});
+    // The matrix functions of hA, dense; O(m²) a step.
+    families.push_back({"m/" + name, dimensions, 3, 2, [](Index size) { return RandomProblem(size, 2); },
+                        [=](Index) { return MakeOptions(method, kFewSteps); }});
+  }
+  return families;
+}
+
+void Run(benchmark::State& state, const Family& family, Index size) {
+  const Problem problem = family.problem(size);
+  const Options options = family.options(size);
+  const PeakMemory memory;
+  for (auto _ : state) {
+    if (!SolveOrSkip(state, problem, options)) return;
+  }
+  state.counters["size"] = static_cast<double>(size);
+  state.counters["peak_bytes"] = memory.Bytes();
+  state.counters["expected_time"] = family.expected_time;
+  state.counters["expected_memory"] = family.expected_memory;
+}
+
+}  // namespace
+}  // namespace dlcs::bench
+
+int main(int argc, char** argv) {
+  using dlcs::bench::Family;
+  const bool quick = dlcs::bench::TakeFlag(argc, argv, "--quick");
+  const std::vector<Family> families = dlcs::bench::Families(quick);
+  for (const Family& family : families) {
+    for (const dlcs::Index size : family.sizes) {
+      benchmark::RegisterBenchmark(
+          (family.name + "/" + std::to_string(size)).c_str(),
+          [&family, size](benchmark::State& state) { dlcs::bench::Run(state, family, size); })
+          ->Unit(benchmark::kMillisecond)
+          ->MinTime(quick ? 0.02 : 0.1);
+    }
+  }
+  return dlcs::bench::RunAll(argc, argv);
+}
