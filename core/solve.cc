@@ -18,6 +18,7 @@
 #include "core/methods/solve_context.h"
 #include "core/methods/time_stepping.h"
 #include "core/parallel/parallel.h"
+#include "core/realisation/choice.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -34,6 +35,7 @@ struct Task {
   std::stop_token stop;
   std::chrono::steady_clock::time_point started;
   std::optional<double> largest_slope = std::nullopt;  // see SolveContext
+  RealisationChoice realisation = {};
   bool lost_least_element = false;      // by the last pass
 };
 
@@ -81,6 +83,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   solution.method = task.choice.method;
   solution.reason = task.choice.reason;
   solution.step = grid.longest_step;
+  solution.realisation = task.realisation.record;
   SolveContext context{.problem = task.problem,
                        .options = task.options,
                        .matrix_class = task.matrix_class,
@@ -94,6 +97,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .certificate = CertificateBuilder(task.problem),
                        .solution = solution,
                        .started = task.started,
+                       .realised = task.realisation.system.get(),
                        .largest_slope = task.largest_slope,
                        .impulsive_rows = task.choice.impulsive_rows};
   solution.cost.seconds_setup = context.Seconds();
@@ -163,6 +167,10 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   if (iterates && !IsAlwaysLipschitz(*selection) && task.choice.refusal.empty()) {
     // Where the iterates do not jump it is their Lipschitz constant.
     task.largest_slope = task.matrix_class.lipschitz = LargestSlope(problem.M);
+  }
+  if (task.choice.refusal.empty()) {
+    task.realisation = ChooseRealisation(problem, options, task.choice.method);
+    task.choice.refusal = task.realisation.refusal;
   }
   const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   AnalysisReport report;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <string_view>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -89,11 +91,18 @@ class CompiledFormulas {
   static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function) {
     CompiledFormulas compiled;
     compiled.constants_ = Vector::Zero(static_cast<Index>(function.formulas.size()));
+    std::map<std::string_view, std::size_t> known;  // grids have the same formula at many points
     for (Index i = 0; i < compiled.constants_.size(); ++i) {
-      absl::StatusOr<Formula> formula = Formula::Parse(function.formulas[static_cast<std::size_t>(i)]);
+      const std::string& text = function.formulas[static_cast<std::size_t>(i)];
+      if (const auto found = known.find(text); found != known.end()) {
+        compiled.varying_[found->second].components.push_back(i);
+        continue;
+      }
+      absl::StatusOr<Formula> formula = Formula::Parse(text);
       if (!formula.ok()) return formula.status();
       if (formula->DependsOnTime()) {
-        compiled.varying_.emplace_back(i, std::move(*formula));
+        known.emplace(text, compiled.varying_.size());
+        compiled.varying_.push_back({std::move(*formula), {i}});
       } else {
         compiled.constants_(i) = formula->Evaluate(0);
       }
@@ -103,12 +112,19 @@ class CompiledFormulas {
 
   void Evaluate(double t, Eigen::Ref<Vector> out) {
     out = constants_;
-    for (auto& [i, formula] : varying_) out(i) = formula.Evaluate(t);
+    for (Varying& varying : varying_) {
+      const double value = varying.formula.Evaluate(t);
+      for (const Index i : varying.components) out(i) = value;
+    }
   }
 
  private:
+  struct Varying {
+    Formula formula;
+    std::vector<Index> components;
+  };
   Vector constants_;  // of the components whose formula is one number; 0 elsewhere
-  std::vector<std::pair<Index, Formula>> varying_;
+  std::vector<Varying> varying_;
 };
 
 class CompiledSamples {

@@ -23,15 +23,36 @@ void Measure(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& 
 
 CertificateBuilder::CertificateBuilder(const Problem& problem) : problem_(problem) {}
 
+void CertificateBuilder::BeginAtZero() {
+  if (!empty_) return;
+  Certificate& c = certificate_;
+  c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
+  c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
+  empty_ = false;
+}
+
+void CertificateBuilder::AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w) {
+  BeginAtZero();
+  Measure(y, w, certificate_.node_residual, certificate_.node_complementarity, certificate_.lcp_scale);
+}
+
+void CertificateBuilder::AddMidpoints(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
+                                      double ode_defect) {
+  BeginAtZero();
+  double ignored_scale = 0;
+  Measure(y, w, certificate_.midpoint_residual, certificate_.midpoint_complementarity, ignored_scale);
+  certificate_.ode_defect = NanMax(certificate_.ode_defect, ode_defect);
+}
+
+void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope) {
+  BeginAtZero();
+  certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x));
+  certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
+}
+
 void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
   const Index steps = segment.steps;
   if (steps == 0) return;
-  Certificate& c = certificate_;
-  if (empty_) {
-    c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
-    c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
-    empty_ = false;
-  }
   const Matrix& x = segment.x;
   const Matrix& y = segment.y;
 
@@ -40,13 +61,12 @@ void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
   w.noalias() += problem_.M * y;
   const Index first = segment.first_y_is_solution ? 0 : 1;
   const Index nodes = steps + 1 - first;
-  Measure(y.rightCols(nodes), w.rightCols(nodes), c.node_residual, c.node_complementarity, c.lcp_scale);
-  c.x_scale = NanMax(c.x_scale, MaxAbs(x));
+  AddNodes(y.rightCols(nodes), w.rightCols(nodes));
 
   Matrix slope = segment.f;
   slope.noalias() += problem_.A * x;
   slope.noalias() += problem_.B * y;
-  c.ode_scale = NanMax(c.ode_scale, MaxAbs(slope));
+  AddStates(x, slope);
 
   Matrix y_mid = y.rightCols(steps);
   if (scheme.y_is_linear) y_mid = (y_mid + y.leftCols(steps)) / 2;
@@ -65,13 +85,10 @@ void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
     // x solves the differential equation with the interpolated f: what is left is the interpolation.
     defect = (segment.f.leftCols(steps) + segment.f.rightCols(steps)) / 2 - segment.f_mid;
   }
-  c.ode_defect = NanMax(c.ode_defect, MaxAbs(defect));
-
   Matrix w_mid = segment.g_mid;
   w_mid.noalias() += problem_.N * x_mid;
   w_mid.noalias() += problem_.M * y_mid;
-  double ignored_scale = 0;
-  Measure(y_mid, w_mid, c.midpoint_residual, c.midpoint_complementarity, ignored_scale);
+  AddMidpoints(y_mid, w_mid, MaxAbs(defect));
 }
 
 }  // namespace dlcs

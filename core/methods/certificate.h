@@ -19,10 +19,18 @@ class CertificateBuilder {
   // w is formed anew from x and y. Cost: a few products of m × m, m × n and n × n matrices with `steps` columns.
   void Add(const Segment& segment, const Scheme& scheme);
 
+  // The parts of Add(), for stretches whose states are not kept: y and w at nodes; both, and what the interpolation of f misses, at
+  // midpoints; and a state with its slope A x + B y + f.
+  void AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w);
+  void AddMidpoints(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, double ode_defect);
+  void AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope);
+
   // NaN throughout until a step was added.
   const Certificate& certificate() const { return certificate_; }
 
  private:
+  void BeginAtZero();
+
   const Problem& problem_;
   Certificate certificate_;
   bool empty_ = true;

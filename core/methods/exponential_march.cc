@@ -3,10 +3,12 @@
 #include "core/methods/exponential_march.h"
 
 #include "core/methods/marching.h"
+#include "core/methods/reduced_march.h"
 
 namespace dlcs {
 
 bool ExponentialMarch(SolveContext& context) {
+  if (context.realised) return ReducedMarch(context);
   const bool linear = context.y_is_lipschitz();
   return MarchGrid(context, [&](double step) {
     return linear ? ExponentialPiecewiseLinear(context.problem, step)

@@ -16,6 +16,8 @@ namespace {
 // Steps between two sums of the certificate; its columns stay in the cache.
 constexpr Index kChunk = 256;
 
+}  // namespace
+
 void WarnOf(const Departures& departures, SolveContext& context) {
   std::vector<std::string>& warnings = context.solution.warnings;
   const std::string rule = SelectionName(context.selection);
@@ -31,17 +33,15 @@ void WarnOf(const Departures& departures, SolveContext& context) {
   }
 }
 
-}  // namespace
-
 Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
     : problem_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
       scheme_(std::move(scheme)),
       choice_(choice),
-      solver_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, choice)),
-      basis_(problem.num_constraints(), 0),
+      coupled_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, choice), problem.num_constraints(),
+               scheme_.y_is_linear),
       q_(problem.num_constraints()),
-      tolerance_(problem.num_constraints()) {}
+      size_(problem.num_constraints()) {}
 
 LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved) {
   const Index steps = segment.steps;
@@ -66,18 +66,12 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departu
 LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
   auto x = segment.x.col(j);
   auto y = segment.y.col(j);
-  q_.noalias() = problem_.N * x;
+  q_.noalias() = problem_.N.Dense() * x;
   q_ += segment.g.col(j);
-  tolerance_ = size_of_g;
-  tolerance_.noalias() += abs_N_ * x.cwiseAbs();
-  tolerance_ *= kLcpTolerance;
-  const LcpVerdict verdict = solver_->Solve(q_, tolerance_, basis_, y);
+  size_ = size_of_g;
+  size_.noalias() += abs_N_ * x.cwiseAbs();
+  const LcpVerdict verdict = coupled_.Solve(q_, size_, departures, y);
   if (verdict != LcpVerdict::kSolved) return verdict;
-  if (!solver_->KeptSelection()) {
-    ++departures.steps_off_selection;
-    if (scheme_.y_is_linear) return LcpVerdict::kInfeasible;
-  }
-  if (!solver_->IsOnlyChoice()) ++departures.steps_with_ties;
   x.noalias() += scheme_.y_after * y;
   return LcpVerdict::kSolved;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/lcp/lcp.h"
+#include "core/methods/coupled_step.h"
 #include "core/methods/newton_step.h"
 #include "core/methods/scheme.h"
 #include "core/methods/solve_context.h"
@@ -28,12 +29,8 @@ struct NewtonAccount {
   std::vector<double> residuals;  // ... and its ‖F(u^k)‖_∞; empty before the first step
 };
 
-// Steps whose y is a solution of the coupled LCP, but not the selected one of LCP(N x + g, M) at its x; and steps where
-// several minimisers tied.
-struct Departures {
-  Index steps_off_selection = 0;
-  Index steps_with_ties = 0;
-};
+// What there is to say about them after a march.
+void WarnOf(const Departures& departures, SolveContext& context);
 
 // A scheme with the solver of its coupled step LCP(q, M + K_0), K_0 = N y_after.
 class Marcher {
@@ -64,10 +61,9 @@ class Marcher {
   Matrix abs_N_;
   Scheme scheme_;
   SolutionChoice choice_;
-  std::unique_ptr<LcpSolver> solver_;
-  Basis basis_;
+  CoupledStep coupled_;
   Vector q_;
-  Vector tolerance_;
+  Vector size_;
   std::optional<NewtonStep> newton_;
   NewtonAccount* account_ = nullptr;  // with newton_
   Vector u_;

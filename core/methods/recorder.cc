@@ -12,21 +12,28 @@ Recorder::Recorder(const Grid& grid, Index num_states, Index num_constraints, So
   solution_.y.resize(num_constraints, count);
 }
 
+void Recorder::Begin(Index first_node, const Eigen::Ref<const Vector>& y) {
+  if (recorded_ == 0 || grid_.output_nodes[recorded_ - 1] != first_node) return;
+  --recorded_;
+  const auto y_before = solution_.y.col(recorded_);
+  if (y_before != y) solution_.left_limits.push_back({recorded_, y_before});
+}
+
+void Recorder::Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
+  solution_.times[recorded_] = grid_.times[node];
+  solution_.x.col(recorded_) = x;
+  solution_.y.col(recorded_) = y;
+  ++recorded_;
+}
+
 void Recorder::Add(const Segment& segment) {
   const Index last_node = segment.first_node + segment.steps;
-  if (recorded_ > 0 && grid_.output_nodes[recorded_ - 1] == segment.first_node) {
-    --recorded_;
-    const auto y_before = solution_.y.col(recorded_);
-    if (y_before != segment.y.col(0)) solution_.left_limits.push_back({recorded_, y_before});
-  }
+  Begin(segment.first_node, segment.y.col(0));
   while (recorded_ < static_cast<Index>(grid_.output_nodes.size()) &&
          grid_.output_nodes[recorded_] <= last_node) {
     const Index node = grid_.output_nodes[recorded_];
     const Index column = node - segment.first_node;
-    solution_.times[recorded_] = grid_.times[node];
-    solution_.x.col(recorded_) = segment.x.col(column);
-    solution_.y.col(recorded_) = segment.y.col(column);
-    ++recorded_;
+    Take(node, segment.x.col(column), segment.y.col(column));
   }
 }
 

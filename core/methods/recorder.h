@@ -19,6 +19,11 @@ class Recorder {
   // node of the one before, so a break point keeps its right limits; where y differs the left one is kept beside them.
   void Add(const Segment& segment);
 
+  // The same for a stretch whose states were made at some nodes only: begins at `first_node` with its right limit y, ...
+  void Begin(Index first_node, const Eigen::Ref<const Vector>& y);
+  // ... and goes on to `node`, the next output node.
+  void Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
+
   // Cuts the solution down to what was recorded.
   void Finish();
 

@@ -21,6 +21,7 @@
 #include "core/options.h"
 #include "core/parallel/parallel.h"
 #include "core/problem.h"
+#include "core/realisation/realisation.h"
 #include "core/solution.h"
 
 namespace dlcs {
@@ -39,6 +40,8 @@ struct SolveContext {
   CertificateBuilder certificate;
   Solution& solution;
   std::chrono::steady_clock::time_point started;
+  // How x0, f and y are carried to N x where that is not by dense matrices.
+  RealisedSystem* realised = nullptr;
   // The steepest piece of y as a function of q, where that function may jump and a method needs it not to.
   std::optional<double> largest_slope = std::nullopt;
   // Set when the solve ended because there is no least element although the system may go on: M is a Z-matrix, and

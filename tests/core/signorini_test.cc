@@ -98,6 +98,33 @@ TEST(SignoriniTest, IterationMarchAndPaperAgreeAsInSectionFour) {
   }
 }
 
+TEST(SignoriniTest, KroneckerSumAndDenseMatricesAgree) {
+  for (const double coefficient : {2e-4, 2e-2}) {
+    Problem problem = Signorini({.cells = 16, .coefficient = coefficient, .horizon = 1});
+    problem.break_points = {0.3, 0.71};  // runs of three lengths, and states between them
+    Options options;
+    options.num_steps = 100;
+    options.method = Method::kExponentialMarch;
+    options.realisation = Realisation::kDense;
+    const Solution dense = SolveToEnd(problem, options);
+    EXPECT_EQ(dense.realisation.used, Realisation::kDense);
+    options.realisation = Realisation::kAuto;
+    const Solution solution = SolveToEnd(problem, options);
+    EXPECT_EQ(solution.realisation.used, Realisation::kKroneckerSum) << solution.realisation.reason;
+    EXPECT_EQ(solution.times, dense.times);
+    EXPECT_LE(MaxAbs(solution.x - dense.x), 1e-12 * MaxAbs(dense.x));
+    EXPECT_LE(MaxAbs(solution.y - dense.y), 1e-12 * MaxAbs(dense.y));
+    EXPECT_LE(solution.certificate.node_residual, 1e-12 * solution.certificate.lcp_scale);
+    EXPECT_NEAR(solution.certificate.midpoint_residual, dense.certificate.midpoint_residual, 1e-11);
+    EXPECT_NEAR(solution.certificate.ode_defect, dense.certificate.ode_defect, 1e-12);
+    options.output_times = {0, 0.5, 1};
+    options.output_times_only = true;
+    const Solution few = SolveToEnd(problem, options);
+    ASSERT_EQ(few.times.size(), 3u);
+    EXPECT_EQ(few.x.col(0), problem.x0);
+  }
+}
+
 TEST(SignoriniTest, NamesWhatIsWrong) {
   const auto message = [](const SignoriniModel& model) {
     return std::string(MakeSignoriniProblem(model).status().message());

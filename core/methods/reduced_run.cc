@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/methods/reduced_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/methods/consistency.h"
+
+namespace dlcs {
+namespace {
+
+// Rounding of transforms goes from every row to every other.
+constexpr double kMixing = 1e-2;
+
+// f without its lift.
+TimeFunction InnerFunction(const TimeFunction& f) {
+  TimeFunction inner = f;
+  inner.lift = StructuredMatrix();
+  return inner;
+}
+
+// The rows of a lift that hold anything: what is left out is zero in every product.
+SparseMatrix NonzeroRows(const SparseMatrix& lift) {
+  std::vector<Index> row_of(static_cast<std::size_t>(lift.rows()), -1);
+  std::vector<Eigen::Triplet<double>> entries;
+  Index rows = 0;
+  for (Index c = 0; c < lift.outerSize(); ++c) {
+    for (SparseMatrix::InnerIterator entry(lift, c); entry; ++entry) {
+      Index& row = row_of[static_cast<std::size_t>(entry.row())];
+      if (row < 0) row = rows++;
+      entries.emplace_back(row, c, entry.value());
+    }
+  }
+  SparseMatrix kept(rows, lift.cols());
+  kept.setFromTriplets(entries.begin(), entries.end());
+  return kept;
+}
+
+// ψ and g at nodes and middles.
+class ReducedSources {
+ public:
+  explicit ReducedSources(const Problem& problem)
+      : lift_(problem.f.is_lifted() ? NonzeroRows(problem.f.lift.Sparse()) : SparseMatrix()),
+        psi_(*TimeFunctionEvaluator::Create(InnerFunction(problem.f), problem.f.inner_size(problem.num_states()))),
+        g_(*TimeFunctionEvaluator::Create(problem.g, problem.num_constraints())) {}
+
+  // Fills sources, g, g_mid and f_defect of `run`; returns where a value was not finite.
+  std::optional<Sources::NonFinite> Sample(const Grid& grid, ReducedRun& run) {
+    const Index steps = run.steps();
+    run.sources.step = run.run.step;
+    run.sources.psi.resize(psi_.size(), steps + 1);
+    run.g.resize(g_.size(), steps + 1);
+    run.g_mid.resize(g_.size(), steps);
+    Matrix missed(psi_.size(), steps);
+    for (Index j = 0; j <= steps; ++j) {
+      const Side side = j == 0 ? Side::kRight : Side::kLeft;
+      psi_.Evaluate(run.Time(grid, j), side, run.sources.psi.col(j));
+      g_.Evaluate(run.Time(grid, j), side, run.g.col(j));
+      if (j == 0) continue;
+      const double middle = (run.Time(grid, j - 1) + run.Time(grid, j)) / 2;
+      psi_.Evaluate(middle, Side::kRight, missed.col(j - 1));
+      g_.Evaluate(middle, Side::kRight, run.g_mid.col(j - 1));
+    }
+    missed -= (run.sources.psi.leftCols(steps) + run.sources.psi.rightCols(steps)) / 2;
+    run.f_defect = MaxAbs(lift_.rows() > 0 ? Matrix(lift_ * missed) : missed);
+    if (std::isfinite(run.f_defect) && run.g.allFinite() && run.g_mid.allFinite()) return std::nullopt;
+    return Sources::NonFinite{run.Time(grid, 0), "f or g has no finite value between t = " +
+                                                     FormatNumber(run.Time(grid, 0)) + " and " +
+                                                     FormatNumber(run.Time(grid, steps))};
+  }
+
+ private:
+  SparseMatrix lift_;
+  TimeFunctionEvaluator psi_, g_;
+};
+
+// The nodes of `run` in 1..steps whose states are needed: those of the output, and the last.
+std::vector<Index> NodesWanted(const Grid& grid, const Run& run, Index steps) {
+  std::vector<Index> wanted;
+  const auto first = std::upper_bound(grid.output_nodes.begin(), grid.output_nodes.end(), run.first_node);
+  for (auto node = first; node != grid.output_nodes.end() && *node <= run.first_node + steps; ++node) {
+    wanted.push_back(*node - run.first_node);
+  }
+  const bool ends_grid = run.first_node + steps == grid.num_steps();
+  if (!ends_grid && steps > 0 && (wanted.empty() || wanted.back() != steps)) wanted.push_back(steps);
+  return wanted;
+}
+
+// Files y, q and `states` at `nodes`.
+void File(SolveContext& context, const ReducedRun& run, Index steps, Hold hold, const std::vector<Index>& nodes,
+          const Matrix& states, const Eigen::Ref<const Vector>& start) {
+  const Problem& problem = context.problem;
+  CertificateBuilder& certificate = context.certificate;
+  const auto y = run.y.leftCols(steps + 1);
+  const Index first = hold == Hold::kLinear ? 0 : 1;
+  const Matrix w = run.q.leftCols(steps + 1) + run.g.leftCols(steps + 1) + problem.M * y;
+  certificate.AddNodes(y.rightCols(steps + 1 - first), w.rightCols(steps + 1 - first));
+
+  Matrix y_mid = y.rightCols(steps);
+  if (hold == Hold::kLinear) y_mid = (y_mid + y.leftCols(steps)) / 2;
+  Matrix w_mid = run.free.middles.leftCols(steps) + run.kernel->RespondAtMiddles(y, context.workers);
+  w_mid += run.g_mid.leftCols(steps) + problem.M * y_mid;
+  certificate.AddMidpoints(y_mid, w_mid, run.f_defect);
+
+  // States are made in another way than N x was: they are its witnesses.
+  context.recorder.Begin(run.run.first_node, y.col(0));
+  const auto is_output = [&](Index node) {
+    return std::binary_search(context.grid.output_nodes.begin(), context.grid.output_nodes.end(), node);
+  };
+  if (is_output(run.run.first_node)) context.recorder.Take(run.run.first_node, start, y.col(0));
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const Index j = nodes[k];
+    const auto x = states.col(static_cast<Index>(k));
+    const Vector w_of_state = problem.N * x + run.g.col(j) + problem.M * y.col(j);
+    certificate.AddNodes(y.col(j), w_of_state);
+    Vector slope = problem.A * x;
+    slope += problem.B * y.col(j);
+    const auto psi = run.sources.psi.col(j);
+    slope += problem.f.is_lifted() ? Vector(problem.f.lift * psi) : Vector(psi);
+    certificate.AddStates(x, slope);
+    const Index node = run.run.first_node + j;
+    if (is_output(node)) context.recorder.Take(node, x, y.col(j));
+  }
+}
+
+}  // namespace
+
+Vector ReducedRun::Sizes() const {
+  Vector sizes = RowMaxAbs(free.nodes) + RowMaxAbs(g);
+  return (sizes.array() + kMixing * MaxAbs(sizes)).matrix();
+}
+
+bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(ReducedRun&)>& solve) {
+  const Problem& problem = context.problem;
+  RealisedSystem& system = *context.realised;
+  ReducedSources sampler(problem);
+  Vector x = problem.x0;
+  Vector y = Vector::Zero(problem.num_constraints());
+  bool y_is_solution = false;
+
+  for (const Run& grid_run : context.grid.runs) {
+    ReducedRun run{.run = grid_run, .sources = {}, .g = {}, .g_mid = {}, .free = {}, .kernel = {}, .y = {}, .q = {}};
+    if (const auto bad = sampler.Sample(context.grid, run)) return context.FailNonFinite(*bad);
+    const double begin = run.Time(context.grid, 0);
+    if (grid_run.starts_at_break && !StartStretch(context, begin, run.g.col(0), x, y, y_is_solution)) return false;
+
+    const double setup_begin = context.Seconds();
+    run.kernel = system.MakeKernel(grid_run.step, hold, run.steps(), context.workers, context.stop);
+    if (run.kernel) run.free = system.Move(x, run.sources, context.workers, context.stop);
+    if (context.stop.stop_requested()) return context.FailCancelled(begin);
+    if (!run.free.nodes.allFinite()) {
+      return context.Fail(Termination::kNonFinite, begin, "The state grows beyond all numbers after t = " + FormatNumber(begin) + ".");
+    }
+    run.y.resize(y.size(), run.steps() + 1);
+    run.y.col(0) = y;
+    run.q = run.free.nodes;
+    const double linear_begin = context.Seconds();
+    context.solution.cost.seconds_setup += linear_begin - setup_begin;
+
+    const Index steps = solve(run);
+    context.solution.cost.steps += steps;
+    const double states_begin = context.Seconds();
+    if (steps > 0) {
+      const std::vector<Index> nodes = NodesWanted(context.grid, grid_run, steps);
+      Matrix states;
+      if (!nodes.empty()) {
+        states = system.States(x, run.sources, run.y.leftCols(steps + 1), hold, nodes, context.workers, context.stop);
+        if (context.stop.stop_requested()) return context.FailCancelled(begin);
+      }
+      if (hold == Hold::kConstant && !y_is_solution) run.y.col(0) = run.y.col(1);
+      File(context, run, steps, hold, nodes, states, x);
+      if (!nodes.empty() && nodes.back() == steps) x = states.col(states.cols() - 1);
+      y = run.y.col(steps);
+    }
+    context.solution.cost.seconds_linear += context.Seconds() - states_begin;
+    if (steps < run.steps()) return false;
+  }
+  context.solution.realisation = system.record();
+  return true;
+}
+
+}  // namespace dlcs

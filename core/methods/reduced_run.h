@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// A run of the grid seen from its constraints.
+
+#ifndef DLCS_CORE_METHODS_REDUCED_RUN_H_
+#define DLCS_CORE_METHODS_REDUCED_RUN_H_
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/methods/solve_context.h"
+#include "core/realisation/realisation.h"
+
+namespace dlcs {
+
+// The run between two states: what a method needs in order to find y. Columns are the nodes 0..J, or the middles of the steps.
+struct ReducedRun {
+  const Run& run;
+  RunSources sources;
+  Matrix g, g_mid;
+  double f_defect = 0;  // max over the middles of ‖f - its linear interpolant‖_∞
+  FreeMotion free;
+  std::shared_ptr<const ReducedKernel> kernel;
+  Matrix y;  // column 0 is given
+  Matrix q;  // N x; column 0 is given
+
+  Index steps() const { return run.steps; }
+  double Time(const Grid& grid, Index j) const { return grid.times[run.first_node + j]; }
+  // For each row, and for all where a realisation mixes them, the size of the numbers that N x + g is summed from.
+  Vector Sizes() const;
+};
+
+// Goes from run to run of the grid with context.realised: samples the sources, starts stretches, lets `solve` find y
+// and q of a run, files certificate and output, and makes the states that are asked for, and the one that the next run starts from.
+// `solve` returns the number of steps done; fewer than all where it has ended the solve. Returns whether the end was reached.
+// Memory: some 8 n J numbers for the longest run, besides the states of the output.
+bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(ReducedRun&)>& solve);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_REDUCED_RUN_H_

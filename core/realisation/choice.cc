@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/realisation/choice.h"
+
+#include <utility>
+
+#include "core/realisation/kronecker_system.h"
+#include "core/solution.h"
+
+namespace dlcs {
+namespace {
+
+// Up to here dense matrices cost microseconds a step.
+constexpr Index kSmall = 64;
+// From here on one matrix function takes minutes.
+constexpr Index kLargestDense = 4000;
+
+std::string States(const Problem& problem) { return "m = " + std::to_string(problem.num_states()); }
+
+bool IsDenseAffordable(const Problem& problem) {
+  return problem.num_states() <= kLargestDense && problem.A.FitsDense() && problem.B.FitsDense() &&
+         problem.N.FitsDense() && problem.M.FitsDense();
+}
+
+RealisationChoice Dense(std::string reason) {
+  RealisationChoice choice;
+  choice.record = {.used = Realisation::kDense, .reason = std::move(reason)};
+  return choice;
+}
+
+RealisationChoice Refuse(std::string refusal) {
+  RealisationChoice choice;
+  choice.refusal = std::move(refusal);
+  return choice;
+}
+
+RealisationChoice Use(std::shared_ptr<RealisedSystem> system) {
+  RealisationChoice choice;
+  choice.record = system->record();
+  choice.system = std::move(system);
+  return choice;
+}
+
+RealisationChoice DenseOrRefuse(const Problem& problem, std::string reason) {
+  if (IsDenseAffordable(problem)) return Dense(std::move(reason));
+  return Refuse("A is too large for dense matrices (" + States(problem) + "): " + reason + ".");
+}
+
+}  // namespace
+
+RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method) {
+  const Realisation wanted = options.realisation;
+  const bool reduced = method == Method::kExponentialMarch || method == Method::kLaplaceIteration;
+  if (wanted == Realisation::kDense) return DenseOrRefuse(problem, "asked for");
+  if (!reduced) return DenseOrRefuse(problem, std::string(MethodName(method)) + " works on states");
+  if (wanted == Realisation::kAuto && problem.A.is_dense()) return Dense("A is dense");
+  if (wanted == Realisation::kAuto && problem.num_states() <= kSmall) return Dense(States(problem) + " is small");
+
+  std::string why_not;
+  if (wanted == Realisation::kAuto || wanted == Realisation::kKroneckerSum) {
+    if (auto system = KroneckerSystem::Create(problem, why_not)) return Use(std::move(system));
+  }
+  if (wanted != Realisation::kAuto) return Refuse("The realisation asked for does not serve: " + why_not + ".");
+  return DenseOrRefuse(problem, why_not);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// How x0, f and y are to be carried to N x.
+
+#ifndef DLCS_CORE_REALISATION_CHOICE_H_
+#define DLCS_CORE_REALISATION_CHOICE_H_
+
+#include <memory>
+#include <string>
+
+#include "core/options.h"
+#include "core/problem.h"
+#include "core/realisation/realisation.h"
+
+namespace dlcs {
+
+struct RealisationChoice {
+  std::shared_ptr<RealisedSystem> system;  // null: dense matrices
+  RealisationRecord record;                // before the solve
+  std::string refusal;                     // why none serves; empty where one does
+};
+
+// For a solve by `method`. Left to itself: dense matrices where A is dense or small; else the form that its structure has; else
+// dense ones again as far as their matrix functions are affordable.
+RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_REALISATION_CHOICE_H_

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The eigenvectors of a symmetric factor, as a fast transform where there is one.
+
+#ifndef DLCS_CORE_REALISATION_FACTOR_TRANSFORM_H_
+#define DLCS_CORE_REALISATION_FACTOR_TRANSFORM_H_
+
+#include <memory>
+#include <optional>
+
+#include "core/linalg/structured_matrix.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// F = Q Λ Qᵀ. For F = tridiag(b, a, b), second differences with fixed ends, Q is the sine transform, made by an FFT where its
+// length has small prime factors only; for all others it is computed (9 q³) and applied as a dense product.
+class FactorTransform {
+ public:
+  // Absent where F is not symmetric.
+  static std::optional<FactorTransform> Create(const SparseMatrix& factor);
+
+  Index size() const { return eigenvalues_.size(); }
+  const Vector& eigenvalues() const { return eigenvalues_; }
+  bool is_fast() const { return is_fast_; }
+
+  // Qᵀ X and Q X, column by column. Several threads may apply one transform.
+  Matrix Forward(const Eigen::Ref<const Matrix>& X) const;
+  Matrix Backward(const Eigen::Ref<const Matrix>& X) const;
+  // One column in place, without an allocation once `work` has been used.
+  struct Work;
+  class Workspace {
+   public:
+    Workspace();
+    ~Workspace();
+    Workspace(Workspace&&) noexcept;
+
+   private:
+    friend class FactorTransform;
+    std::unique_ptr<Work> work_;
+  };
+  void ForwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace) const;
+  void BackwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace) const;
+
+ private:
+  void SineTransform(Eigen::Ref<Vector> x, Work& work) const;
+
+  Vector eigenvalues_;
+  bool is_fast_ = false;
+  Vector sines_;  // sin(πj/(q+1)), j = 1..q, of the sine transform
+  Matrix Q_;      // of all others
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_REALISATION_FACTOR_TRANSFORM_H_

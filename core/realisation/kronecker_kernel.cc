@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/realisation/kronecker_kernel.h"
+
+#include <utility>
+
+#include "core/linalg/norms.h"
+#include "core/realisation/scalar_phi.h"
+
+namespace dlcs {
+namespace {
+
+// Modes that one thread carries through all steps: their memory stays in the first cache.
+constexpr Index kModesPerBlock = 32;
+
+KernelTerms MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
+  const SumOfExponentials& sum = modes.response;
+  const Index p = modes.num_modes(), terms = sum.rates.size();
+  ExponentialSteps steps(sum.rates, modes.lambda, h, hold);
+  KernelTerms made{.decay = std::move(steps.decay),
+                   .start = std::move(steps.start),
+                   .past = steps.beta * sum.weights.asDiagonal(),
+                   .mid_past = Matrix(p, terms),
+                   .now = steps.alpha * sum.weights,
+                   .mid_before = Vector::Zero(p),
+                   .mid_after = Vector::Zero(p)};
+  for (Index k = 0; k < terms; ++k) {
+    const double w = sum.weights[k];
+    for (Index r = 0; r < p; ++r) {
+      const ScalarPhi half = ScalarPhi::At(h / 2 * (sum.rates[k] + modes.lambda[r]));
+      made.mid_past(r, k) = half.phi0 * made.past(r, k);
+      // Over the first half the input runs from û_{j-1} to (û_{j-1} + û_j)/2, or it is û_j.
+      const bool linear = hold == Hold::kLinear;
+      const double after = linear ? h / 4 * half.phi2 : h / 2 * half.phi1;
+      const double before = linear ? h / 2 * half.phi1 - after : 0;
+      made.mid_before[r] += w * (half.phi0 * steps.alpha(r, k) + before);
+      made.mid_after[r] += w * after;
+    }
+  }
+  return made;
+}
+
+class KroneckerMemory final : public Memory {
+ public:
+  KroneckerMemory(const KroneckerKernel& kernel, const Eigen::Ref<const Vector>& y0)
+      : modes_(kernel.modes()), terms_(kernel.terms()), input_(modes_.num_modes()), output_(modes_.num_modes()) {
+    Load(y0);
+    past_ = terms_.start.array().colwise() * input_.array();
+    // A constant piece takes nothing from y_0; the half hat of a linear one is in terms_.start.
+    if (terms_.start.isZero(0)) input_.setZero();
+    Advance();
+  }
+
+  void Next(Eigen::Ref<Vector> q) override {
+    Sum(output_);
+    modes_.FromModesInPlace(output_, workspace_);
+    q = modes_.D * output_;
+  }
+
+  Matrix History(Index steps) override {
+    const Matrix kept = past_;
+    Matrix history(output_.size(), steps);
+    input_.setZero();
+    for (Index j = 0; j < steps; ++j) {
+      Sum(history.col(j));
+      Advance();
+    }
+    past_ = kept;
+    return modes_.D * modes_.FromModes(history);
+  }
+
+  void Push(const Eigen::Ref<const Vector>& y) override {
+    Load(y);
+    Advance();
+  }
+
+ private:
+  void Load(const Eigen::Ref<const Vector>& y) {
+    input_.noalias() = modes_.C * y;
+    modes_.ToModesInPlace(input_, workspace_);
+  }
+  void Advance() {
+    for (Index k = 0; k < past_.cols(); ++k) {
+      past_.col(k).array() = terms_.decay.col(k).array() * past_.col(k).array() + input_.array();
+    }
+  }
+  void Sum(Eigen::Ref<Vector> output) const {
+    output.setZero();
+    for (Index k = 0; k < past_.cols(); ++k) output.array() += terms_.past.col(k).array() * past_.col(k).array();
+  }
+
+  const KroneckerModes& modes_;
+  const KernelTerms& terms_;
+  Matrix past_;  // P of the next node
+  Vector input_, output_;
+  FactorTransform::Workspace workspace_;
+};
+
+// The modes begin ... begin + past.rows() - 1 of P, carried over the inputs of all steps.
+struct Carried {
+  const KernelTerms& terms;
+  Index begin;
+  Matrix past;
+
+  Carried(const KernelTerms& of, Index first, Index count, const Eigen::Ref<const Vector>& input)
+      : terms(of), begin(first), past(of.start.middleRows(first, count).array().colwise() * input.array()) {}
+
+  void Advance(const Eigen::Ref<const Vector>& input) {
+    for (Index k = 0; k < past.cols(); ++k) {
+      past.col(k).array() = terms.decay.col(k).segment(begin, past.rows()).array() * past.col(k).array() + input.array();
+    }
+  }
+  void AddTo(Eigen::Ref<Vector> sum, const Matrix& weights) const {
+    for (Index k = 0; k < past.cols(); ++k) {
+      sum.array() += weights.col(k).segment(begin, past.rows()).array() * past.col(k).array();
+    }
+  }
+};
+
+}  // namespace
+
+ExponentialSteps::ExponentialSteps(const Vector& rates, const Vector& lambda, double h, Hold hold)
+    : decay(lambda.size(), rates.size()), alpha(decay), beta(decay), start(Matrix::Zero(lambda.size(), rates.size())) {
+  for (Index k = 0; k < rates.size(); ++k) {
+    for (Index r = 0; r < lambda.size(); ++r) {
+      const ScalarPhi phi = ScalarPhi::At(h * (rates[k] + lambda[r]));
+      const bool linear = hold == Hold::kLinear;
+      decay(r, k) = phi.phi0;
+      alpha(r, k) = h * (linear ? phi.phi2 : phi.phi1);
+      beta(r, k) = h * phi.phi1 * (linear ? phi.phi1 : phi.phi0);
+      if (linear) start(r, k) = -alpha(r, k) / beta(r, k);
+    }
+  }
+}
+
+KroneckerKernel::KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold)
+    : modes_(std::move(modes)), step_(step), hold_(hold), terms_(MakeTerms(*modes_, step, hold)) {
+  const Matrix driven = terms_.now.asDiagonal() * modes_->ToModes(Matrix(modes_->C));
+  K0_ = modes_->D * modes_->FromModes(driven);
+}
+
+std::unique_ptr<Memory> KroneckerKernel::Start(const Eigen::Ref<const Vector>& y0) const {
+  return std::make_unique<KroneckerMemory>(*this, y0);
+}
+
+Matrix KroneckerKernel::ModesAtNodes(const Matrix& inputs, Workers& workers) const {
+  const Index steps = inputs.cols() - 1;
+  Matrix outputs = Matrix::Zero(inputs.rows(), steps + 1);
+  workers.ForBlocks(inputs.rows(), kModesPerBlock, [&](Index, Index begin, Index end) {
+    const Index count = end - begin;
+    const auto input = [&](Index j) { return inputs.col(j).segment(begin, count); };
+    Carried carried(terms_, begin, count, input(0));
+    Vector first = input(0);
+    if (hold_ == Hold::kConstant) first.setZero();
+    carried.Advance(first);
+    for (Index j = 1; j <= steps; ++j) {
+      auto output = outputs.col(j).segment(begin, count);
+      output = terms_.now.segment(begin, count).cwiseProduct(input(j));
+      carried.AddTo(output, terms_.past);
+      carried.Advance(input(j));
+    }
+  });
+  return outputs;
+}
+
+Matrix KroneckerKernel::ModesAtMiddles(const Matrix& inputs, Workers& workers) const {
+  const Index steps = inputs.cols() - 1;
+  Matrix outputs(inputs.rows(), steps);
+  workers.ForBlocks(inputs.rows(), kModesPerBlock, [&](Index, Index begin, Index end) {
+    const Index count = end - begin;
+    Carried carried(terms_, begin, count, inputs.col(0).segment(begin, count));
+    Vector before = inputs.col(0).segment(begin, count);
+    if (hold_ == Hold::kConstant) before.setZero();
+    for (Index j = 1; j <= steps; ++j) {
+      const auto after = inputs.col(j).segment(begin, count);
+      auto output = outputs.col(j - 1).segment(begin, count);
+      output = terms_.mid_before.segment(begin, count).cwiseProduct(before) +
+               terms_.mid_after.segment(begin, count).cwiseProduct(after);
+      carried.AddTo(output, terms_.mid_past);
+      carried.Advance(before);
+      before = after;
+    }
+  });
+  return outputs;
+}
+
+Matrix KroneckerKernel::Respond(const Matrix& y, Workers& workers) const {
+  Matrix inputs(modes_->C.rows(), y.cols() + 1);
+  inputs.col(0).setZero();
+  inputs.rightCols(y.cols()) = modes_->ToModes(modes_->C * y);
+  return modes_->D * modes_->FromModes(ModesAtNodes(inputs, workers).rightCols(y.cols()));
+}
+
+Matrix KroneckerKernel::RespondAtMiddles(const Matrix& y, Workers& workers) const {
+  return modes_->D * modes_->FromModes(ModesAtMiddles(modes_->ToModes(modes_->C * y), workers));
+}
+
+double KroneckerKernel::Bound(Index window) const {
+  // ‖D‖ ‖Q‖ max_r |Σ_k ...| ‖Q‖ ‖C‖, in the ∞-norm with ‖Q‖_∞ <= √p.
+  const auto norm = [](const SparseMatrix& matrix) { return InfinityNorm(StructuredMatrix(matrix)); };
+  const auto p = static_cast<double>(modes_->num_modes());
+  Matrix weight = terms_.past.cwiseAbs();
+  double largest = MaxAbs(terms_.now);
+  for (Index k = 1; k < window; ++k) {
+    largest = NanMax(largest, MaxAbs(weight.rowwise().sum()));
+    if (terms_.decay.maxCoeff() <= 1) break;  // no later block is larger
+    weight = weight.cwiseProduct(terms_.decay);
+  }
+  return norm(modes_->D) * norm(modes_->C) * p * largest / step_;
+}
+
+}  // namespace dlcs

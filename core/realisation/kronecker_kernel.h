@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernel of a Kronecker sum: a short sum of exponentials for each mode across the axis.
+
+#ifndef DLCS_CORE_REALISATION_KRONECKER_KERNEL_H_
+#define DLCS_CORE_REALISATION_KRONECKER_KERNEL_H_
+
+#include <memory>
+
+#include "core/realisation/kronecker_modes.h"
+#include "core/realisation/realisation.h"
+
+namespace dlcs {
+
+// Exponentials z' = s z + û, s = (rate_k + λ_r), over steps of length h. With P_j = Σ_{l<j} e^{(j-1-l)hs} û_l the value at node j
+// is α û_j + β P_j: all of the past in one number and one multiplication a step. For hats α = h φ_2 and β = h φ_1², for constant
+// pieces α = h φ_1 and β = h φ_0 φ_1.
+//
+// Arrays hold mode r (row) and exponential k (column).
+struct ExponentialSteps {
+  Matrix decay;  // e^{hs}
+  Matrix alpha, beta;
+  Matrix start;  // P_0 / û_0, which makes the half hat of û_0: -α/β; 0 for constant pieces, where û_0 counts for nothing
+
+  ExponentialSteps(const Vector& rates, const Vector& lambda, double h, Hold hold);
+};
+
+// The steps of a weighted sum of exponentials.
+struct KernelTerms {
+  Matrix decay, start;
+  Matrix past;      // w β
+  Matrix mid_past;  // w e^{hs/2} β
+  // Sums over the terms: w α; what û_{j-1} and û_j add in the middle of step j.
+  Vector now, mid_before, mid_after;
+};
+
+class KroneckerKernel final : public ReducedKernel {
+ public:
+  KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold);
+
+  double step() const override { return step_; }
+  const Matrix& K0() const override { return K0_; }
+  std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const override;
+  Matrix Respond(const Matrix& y, Workers& workers) const override;
+  Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const override;
+  double Bound(Index window) const override;
+
+  // The same for any input ν of the modes across the axis instead of C y, p × W + 1, with ν_0 at the start: ẑ at the nodes 0..W, and
+  // at the middles of the steps.
+  Matrix ModesAtNodes(const Matrix& inputs, Workers& workers) const;
+  Matrix ModesAtMiddles(const Matrix& inputs, Workers& workers) const;
+
+  const KroneckerModes& modes() const { return *modes_; }
+  const KernelTerms& terms() const { return terms_; }
+
+ private:
+  std::shared_ptr<const KroneckerModes> modes_;
+  double step_;
+  Hold hold_;
+  KernelTerms terms_;
+  Matrix K0_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_REALISATION_KRONECKER_KERNEL_H_

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/realisation/kronecker_modes.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace dlcs {
+namespace {
+
+// Far below what rounding does to a solve, so that the short sum is as good as the long one.
+constexpr double kResponseTolerance = 1e-13;
+
+// X(a, (s, f)) = x[(s · length + a) · faster + f]
+Matrix Unfold(const Eigen::Ref<const Vector>& x, const Axis& axis) {
+  const Index slower = x.size() / (axis.length * axis.faster);
+  Matrix unfolded(axis.length, slower * axis.faster);
+  for (Index s = 0; s < slower; ++s) {
+    const Eigen::Map<const Matrix> block(x.data() + s * axis.length * axis.faster, axis.faster, axis.length);
+    unfolded.middleCols(s * axis.faster, axis.faster) = block.transpose();
+  }
+  return unfolded;
+}
+
+Vector Fold(const Matrix& unfolded, const Axis& axis) {
+  Vector x(unfolded.size());
+  const Index slower = unfolded.cols() / axis.faster;
+  for (Index s = 0; s < slower; ++s) {
+    Eigen::Map<Matrix> block(x.data() + s * axis.length * axis.faster, axis.faster, axis.length);
+    block = unfolded.middleCols(s * axis.faster, axis.faster).transpose();
+  }
+  return x;
+}
+
+enum class Direction { kForward, kBackward };
+
+// Applies the transforms of all factors to each column of `columns`.
+Matrix Transform(const std::vector<FactorTransform>& factors, Matrix columns, Direction direction) {
+  const auto apply = [&](const FactorTransform& factor, const Eigen::Ref<const Matrix>& values) {
+    return direction == Direction::kForward ? factor.Forward(values) : factor.Backward(values);
+  };
+  if (factors.size() == 1) return apply(factors[0], columns);
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    Axis axis{factors[k].size(), 1};
+    for (std::size_t i = k + 1; i < factors.size(); ++i) axis.faster *= factors[i].size();
+    for (Index c = 0; c < columns.cols(); ++c) {
+      columns.col(c) = Fold(apply(factors[k], Unfold(columns.col(c), axis)), axis);
+    }
+  }
+  return columns;
+}
+
+// The eigenvalues of the Kronecker sum of the factors, in the order of the grid.
+Vector SumsOfEigenvalues(const std::vector<FactorTransform>& factors) {
+  Vector sums = Vector::Zero(1);
+  for (const FactorTransform& factor : factors) {
+    Matrix next(factor.size(), sums.size());  // the factor runs faster than what is there
+    for (Index s = 0; s < sums.size(); ++s) next.col(s) = (factor.eigenvalues().array() + sums[s]).matrix();
+    sums = Eigen::Map<const Vector>(next.data(), next.size());
+  }
+  return sums;
+}
+
+struct Walls {
+  std::size_t axis_factor;
+  Axis axis;
+  OuterProduct B, N;  // N transposed
+};
+
+// The axis along which B and N act through one vector each.
+std::optional<Walls> FindWalls(const Problem& problem, const KroneckerSum& sum) {
+  const SparseMatrix B = problem.B.Sparse();
+  const SparseMatrix N = SparseMatrix(problem.N.Sparse().transpose());
+  // The fastest axis first: its lines are contiguous.
+  for (std::size_t k = sum.factors.size(); k-- > 0;) {
+    Axis axis{sum.factors[k].rows(), 1};
+    for (std::size_t i = k + 1; i < sum.factors.size(); ++i) axis.faster *= sum.factors[i].rows();
+    auto of_B = AsOuterProduct(B, axis);
+    auto of_N = AsOuterProduct(N, axis);
+    if (of_B && of_N) return Walls{k, axis, *std::move(of_B), *std::move(of_N)};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Matrix KroneckerModes::ToModes(const Matrix& u) const { return Transform(across, u, Direction::kForward); }
+Matrix KroneckerModes::FromModes(const Matrix& z) const { return Transform(across, z, Direction::kBackward); }
+
+void KroneckerModes::ToModesInPlace(Eigen::Ref<Vector> u, FactorTransform::Workspace& workspace) const {
+  if (across.size() == 1) return across[0].ForwardInPlace(u, workspace);
+  u = ToModes(u);
+}
+
+void KroneckerModes::FromModesInPlace(Eigen::Ref<Vector> z, FactorTransform::Workspace& workspace) const {
+  if (across.size() == 1) return across[0].BackwardInPlace(z, workspace);
+  z = FromModes(z);
+}
+
+Matrix KroneckerModes::StateToModes(const Eigen::Ref<const Vector>& x) const {
+  const Matrix along_axis = along.Forward(Unfold(x, axis));
+  return ToModes(along_axis.transpose()).transpose();
+}
+
+Vector KroneckerModes::StateFromModes(const Matrix& modes) const {
+  const Matrix across_axis = FromModes(modes.transpose()).transpose();
+  return Fold(along.Backward(across_axis), axis);
+}
+
+std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem, std::string& why_not) {
+  const KroneckerSum* sum = problem.A.kronecker_sum();
+  if (!sum) {
+    why_not = "A is " + problem.A.Describe() + ", not a Kronecker sum";
+    return nullptr;
+  }
+  const auto walls = FindWalls(problem, *sum);
+  if (!walls) {
+    why_not = "B and N do not act along one axis of the grid through one vector each";
+    return nullptr;
+  }
+  std::optional<FactorTransform> along;
+  std::vector<FactorTransform> across;
+  for (std::size_t k = 0; k < sum->factors.size(); ++k) {
+    auto transform = FactorTransform::Create(sum->factors[k]);
+    if (!transform) {
+      why_not = "factor " + std::to_string(k) + " of A is not symmetric";
+      return nullptr;
+    }
+    if (k == walls->axis_factor) {
+      along = *std::move(transform);
+    } else {
+      across.push_back(*std::move(transform));
+    }
+  }
+  auto modes = std::make_shared<KroneckerModes>();
+  modes->num_states = problem.num_states();
+  modes->axis = walls->axis;
+  modes->along = *along;
+  modes->across = std::move(across);
+  modes->mu = along->eigenvalues();
+  modes->lambda = SumsOfEigenvalues(modes->across);
+  modes->b = along->Forward(walls->B.along);
+  modes->n = along->Forward(walls->N.along);
+  modes->C = walls->B.across;
+  modes->D = SparseMatrix(walls->N.across.transpose());
+  modes->basis = ChooseBasis(modes->mu);
+  modes->response = Compress({.rates = modes->mu, .weights = modes->n.cwiseProduct(modes->b)}, kResponseTolerance);
+  return modes;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A Kronecker sum in the coordinates where it falls apart into systems with one input and one output.
+
+#ifndef DLCS_CORE_REALISATION_KRONECKER_MODES_H_
+#define DLCS_CORE_REALISATION_KRONECKER_MODES_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/problem.h"
+#include "core/realisation/factor_transform.h"
+#include "core/realisation/outer_product.h"
+#include "core/realisation/sum_of_exponentials.h"
+
+namespace dlcs {
+
+// A = F ⊕ R, F along one axis of the grid and R across it, both symmetric; B = b ⊗ C and N = nᵀ ⊗ D act on the axis through
+// one vector each, as a wall does. With F = Q_F diag(μ) Q_Fᵀ and R = Q_R diag(λ) Q_Rᵀ, mode r across the axis is driven by
+// û_r = (Q_Rᵀ C y)_r alone and answers
+//
+//     ẑ_r(t) = Σ_a n̂_a b̂_a ∫_0^t e^{(μ_a + λ_r)(t - τ)} û_r(τ) dτ,     N x = D Q_R ẑ,
+//
+// the same sum of q exponentials for every mode but for a shift; Compress() makes it short.
+struct KroneckerModes {
+  Index num_states = 0;
+  Axis axis;
+  FactorTransform along;
+  std::vector<FactorTransform> across;  // the factors of R in the order of the grid
+  Vector mu;                            // q
+  Vector lambda;                        // p
+  Vector b, n;                          // b̂, n̂: q
+  SparseMatrix C;                       // p × n
+  SparseMatrix D;                       // n × p
+  SumOfExponentials response;           // the short sum
+  ExponentialBasis basis;               // of e^{μ_a t}
+
+  Index num_modes() const { return lambda.size(); }
+
+  // Q_Rᵀ u and Q_R ẑ, columns of p.
+  Matrix ToModes(const Matrix& u) const;
+  Matrix FromModes(const Matrix& z) const;
+  // The same for one column, fast and without allocation where R has one factor.
+  void ToModesInPlace(Eigen::Ref<Vector> u, FactorTransform::Workspace& workspace) const;
+  void FromModesInPlace(Eigen::Ref<Vector> z, FactorTransform::Workspace& workspace) const;
+
+  // A state (m) as q × p modes, and back.
+  Matrix StateToModes(const Eigen::Ref<const Vector>& x) const;
+  Vector StateFromModes(const Matrix& modes) const;
+};
+
+// The modes of `problem`, or null and `why_not`, for people.
+std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem, std::string& why_not);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_REALISATION_KRONECKER_MODES_H_
