@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window of the iteration: consecutive steps, of one length or of several.
+// A window of the iteration on states: consecutive steps, of one length or of several.
 
 #ifndef DLCS_CORE_METHODS_WINDOW_H_
 #define DLCS_CORE_METHODS_WINDOW_H_
@@ -10,6 +10,7 @@
 #include "core/methods/marching.h"
 #include "core/methods/segment.h"
 #include "core/methods/solve_context.h"
+#include "core/methods/window_model.h"
 
 namespace dlcs {
 
@@ -30,25 +31,36 @@ struct WindowPiece {
   Segment segment;
 };
 
-struct Window {
-  std::vector<WindowPiece> pieces;
-  Index steps = 0;
-  Matrix g, y;  // n × steps + 1, the columns of all pieces, each node once
-
-  Index first_node() const { return pieces.front().segment.first_node; }
+// q by one convolution where all steps have one length, else by the states.
+class Window final : public WindowModel {
+ public:
+  // Empty, from the state `start` and the multiplier `y_start`. Keeps references to the first two.
+  Window(SolveContext& context, const Vector& start, const Vector& y_start);
 
   // Appends a piece with its sources.
   void Append(StepTools& tools, Segment segment);
+  const std::vector<WindowPiece>& pieces() const { return pieces_; }
 
-  // The tools that all pieces share; null where the steps have several lengths.
-  StepTools* SharedTools() const;
+  Index first_node() const override { return pieces_.front().segment.first_node; }
+  Matrix Frozen() override;
+  Matrix Constant() override;
+  Matrix Follow() override;
+  Vector Sizes() const override;
+  double KernelBound() override;
+  void Finish() override { Propagate(); }
+  LcpVerdict March(Departures& departures) override;
 
-  // Fills x and y of all pieces from `start`, the state at the start of the window, and y of the window by the
-  // recursion of their schemes; returns N x + g at all columns. Cost: O(m²) a step.
-  Matrix Propagate(const Problem& problem, const Vector& start);
+ private:
+  // The tools that all pieces share; null where the steps have several lengths, or the kernel grows too far.
+  StepTools* SharedTools();
+  // Fills x and y of all pieces from the start and y by the recursion of their schemes; returns q. Cost: O(m²) a step.
+  Matrix Propagate();
 
-  // SizeOfSums() of all pieces.
-  Vector SizeOfSums(const Problem& problem) const;
+  SolveContext& context_;
+  const Vector& start_;
+  std::vector<WindowPiece> pieces_;
+  Matrix g_;       // n × steps + 1
+  Matrix frozen_;  // q with y frozen
 };
 
 }  // namespace dlcs

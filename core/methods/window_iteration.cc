@@ -9,34 +9,12 @@
 
 #include "core/analysis/laplace_bounds.h"
 #include "core/linalg/norms.h"
+#include "core/methods/anderson.h"
 #include "core/methods/steep_step.h"
 #include "core/methods/window_control.h"
 
 namespace dlcs {
 namespace {
-
-// The next iterate's N x + g from y: by one convolution where all steps have one length, else by the states.
-class NextIterate {
- public:
-  // `frozen` is q of the equation with y frozen at the start of the window.
-  NextIterate(const Problem& problem, const Vector& start, Matrix frozen, StepTools* tools, Workers& workers)
-      : problem_(problem), start_(start), frozen_(std::move(frozen)), tools_(tools), workers_(workers) {}
-
-  Matrix operator()(Window& window) {
-    if (!tools_) return window.Propagate(problem_, start_);
-    const Matrix deviation = window.y.rightCols(window.steps).colwise() - window.y.col(0);
-    Matrix q = frozen_;
-    q.rightCols(window.steps) += tools_->kernel.convolution().Apply(deviation, workers_);
-    return q;
-  }
-
- private:
-  const Problem& problem_;
-  const Vector& start_;
-  Matrix frozen_;
-  StepTools* tools_;
-  Workers& workers_;
-};
 
 // The bound of change k in terms of the first: the discrete kernel is at most κ h per step, so with the rate L κ h
 // |q^{k} - q^{k-1}|_j <= (L κ h)^{k-1} C(j + k - 2, k - 1) |q^1 - q^0|, which tends to (L κ t)^{k-1}/(k-1)!.
@@ -58,24 +36,20 @@ Index WindowIteration::max_iterations() const {
   return may_shrink_ ? 60 : 1000;
 }
 
-WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y, Window& window) {
-  const Index steps = window.steps;
+WindowResult WindowIteration::Run(Index number, WindowModel& window) {
+  const Index steps = window.steps();
+  const Vector y_start = window.y.col(0);
   WindowResult result{WindowEnd::kIterationLimit, 0, {}};
-  window.y = y.replicate(1, steps + 1);
-  Matrix q = window.Propagate(problem_, x);  // x^0: y frozen at y_a
-  Vector size = window.SizeOfSums(problem_);
-  StepTools* tools = window.SharedTools();
+  Matrix q = window.Frozen();  // x^0: y frozen at y_a
+  Vector size = window.Sizes();
+  const bool accelerated = context_.options.acceleration > 0;
   double rate = std::numeric_limits<double>::quiet_NaN();
-  if (tools) {
-    tools->kernel.Reserve(steps, context_.stop);
-    rate = context_.matrix_class.lipschitz.value_or(rate) * tools->kernel.Bound(steps) * tools->scheme().step;
-    if (tools->kernel.longest_window() < steps) tools = nullptr;
-  }
-  if (context_.stop.stop_requested()) {  // perhaps with fewer blocks than the window needs
+  if (const double bound = window.KernelBound(); !accelerated) rate = context_.matrix_class.lipschitz.value_or(rate) * bound;
+  if (context_.stop.stop_requested()) {  // perhaps with a kernel shorter than the window
     result.end = WindowEnd::kCancelled;
     return result;
   }
-  NextIterate next_iterate(problem_, x, q, tools, context_.workers);
+  AndersonAcceleration acceleration(context_.options.acceleration);
 
   bool from_constant_state = false;
   std::vector<double> changes;  // relative to the size of each row
@@ -101,8 +75,8 @@ WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y
     if (lcps.verdict != LcpVerdict::kSolved && k == 1 && !from_constant_state) {
       // Theorem 3.2 of [Wu & Chen] has feasible iterates from the constant start, on windows short enough.
       from_constant_state = true;
-      q = window.g.colwise() + problem_.N * x;
-      window.y = y.replicate(1, steps + 1);
+      q = window.Constant();
+      window.y = y_start.replicate(1, steps + 1);
       result.iterations = 0;
       continue;
     }
@@ -119,13 +93,13 @@ WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y
       return result;
     }
 
-    Matrix next = next_iterate(window);
+    Matrix next = window.Follow();
     const Vector row_change = RowMaxAbs(next - q);
-    q.swap(next);
-    size = size.cwiseMax(RowMaxAbs(q));
+    size = size.cwiseMax(RowMaxAbs(next));
     const double change = RelativeChange(size, row_change);
     const auto y_now = window.y.rightCols(steps);
-    const double residual = NaturalResidual(y_now, q.rightCols(steps) + problem_.M * y_now);
+    const double residual = NaturalResidual(y_now, next.rightCols(steps) + problem_.M * y_now);
+    q = accelerated ? acceleration.Next(q, next, size) : std::move(next);
     context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
     changes.push_back(change);
     if (k == 1) first_change = MaxAbs(row_change);
@@ -133,7 +107,7 @@ WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y
 
     if (Converged(changes, context_.options.tolerance)) {
       result.end = WindowEnd::kConverged;
-      window.Propagate(problem_, x);
+      window.Finish();
       return result;
     }
     if (!std::isfinite(change) || (may_shrink_ && Diverging(changes))) {
@@ -148,7 +122,7 @@ WindowResult WindowIteration::Run(Index number, const Vector& x, const Vector& y
 
 // Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any
 // piece of the function allows.
-std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const Window& window) const {
+std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const WindowModel& window) const {
   if (!context_.largest_slope) return std::nullopt;
   const auto jump = FindSteepStep(q, window.y, *context_.largest_slope);
   if (!jump) return std::nullopt;

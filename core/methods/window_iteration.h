@@ -8,7 +8,8 @@
 #include <string>
 
 #include "core/lcp/batch.h"
-#include "core/methods/window.h"
+#include "core/methods/solve_context.h"
+#include "core/methods/window_model.h"
 
 namespace dlcs {
 
@@ -25,14 +26,14 @@ class WindowIteration {
   // `context` must outlive it. Without `may_shrink` a window is iterated on although it seems to diverge.
   WindowIteration(SolveContext& context, bool may_shrink);
 
-  // Iterates on `window`, the `number`-th, from the state `x` and the multiplier `y` at its start, as
-  // core/methods/laplace_iteration.h says. Leaves y of the last iterate in the window and, when converged, x and y
-  // in its pieces. Reports each iterate; its bound only where all steps have one length.
-  WindowResult Run(Index number, const Vector& x, const Vector& y, Window& window);
+  // Iterates on `window`, the `number`-th, as core/methods/laplace_iteration.h says. Leaves y of the last iterate in the
+  // window and, when converged, has it finished. Reports each iterate; its bound only where the window has one of its kernel,
+  // and the iteration is not accelerated.
+  WindowResult Run(Index number, WindowModel& window);
 
  private:
   Index max_iterations() const;
-  std::optional<std::string> FindJump(const Matrix& q, const Window& window) const;
+  std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
   void Report(Index number, Index k, double change, double residual, double log_bound);
 
   SolveContext& context_;

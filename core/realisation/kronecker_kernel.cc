@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/realisation/kronecker_kernel.h"
 
+#include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "core/linalg/norms.h"
@@ -195,6 +197,23 @@ Matrix KroneckerKernel::RespondAtMiddles(const Matrix& y, Workers& workers) cons
 }
 
 double KroneckerKernel::Bound(Index window) const {
+  const std::lock_guard lock(bounds_mutex_);
+  if (bounds_.empty()) bounds_.push_back(InfinityNorm(K0_));
+  if (modes_->keeps_sign && static_cast<Index>(bounds_.size()) < window) {
+    // ‖K_k‖_∞ is the largest entry of K_k (1, ..., 1).
+    const Vector input = modes_->ToModes(modes_->C * Vector::Ones(modes_->C.cols()));
+    Matrix past = Matrix::Ones(terms_.decay.rows(), terms_.decay.cols());
+    Matrix responses(past.rows(), window - 1);
+    for (Index k = 0; k + 1 < window; ++k) {
+      responses.col(k) = terms_.past.cwiseProduct(past).rowwise().sum().cwiseProduct(input);
+      past = past.cwiseProduct(terms_.decay);
+    }
+    const Matrix of_ones = modes_->D * modes_->FromModes(responses);
+    for (Index k = static_cast<Index>(bounds_.size()); k < window; ++k) {
+      bounds_.push_back(NanMax(bounds_.back(), MaxAbs(of_ones.col(k - 1))));
+    }
+  }
+  if (modes_->keeps_sign) return bounds_[static_cast<std::size_t>(std::max<Index>(window, 1) - 1)] / step_;
   // ‖D‖ ‖Q‖ max_r |Σ_k ...| ‖Q‖ ‖C‖, in the ∞-norm with ‖Q‖_∞ <= √p.
   const auto norm = [](const SparseMatrix& matrix) { return InfinityNorm(StructuredMatrix(matrix)); };
   const auto p = static_cast<double>(modes_->num_modes());

@@ -5,6 +5,8 @@
 #define DLCS_CORE_REALISATION_KRONECKER_KERNEL_H_
 
 #include <memory>
+#include <mutex>
+#include <vector>
 
 #include "core/realisation/kronecker_modes.h"
 #include "core/realisation/realisation.h"
@@ -58,6 +60,8 @@ class KroneckerKernel final : public ReducedKernel {
   Hold hold_;
   KernelTerms terms_;
   Matrix K0_;
+  mutable std::mutex bounds_mutex_;
+  mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞, as far as they were asked for
 };
 
 }  // namespace dlcs

@@ -82,6 +82,20 @@ std::optional<Walls> FindWalls(const Problem& problem, const KroneckerSum& sum) 
   return std::nullopt;
 }
 
+bool HasOneSign(const SparseMatrix& matrix) {
+  const Eigen::Map<const Vector> values(matrix.valuePtr(), matrix.nonZeros());
+  return values.size() == 0 || values.minCoeff() >= 0 || values.maxCoeff() <= 0;
+}
+
+bool IsMetzler(const SparseMatrix& factor) {
+  for (Index j = 0; j < factor.outerSize(); ++j) {
+    for (SparseMatrix::InnerIterator entry(factor, j); entry; ++entry) {
+      if (entry.row() != j && entry.value() < 0) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Matrix KroneckerModes::ToModes(const Matrix& u) const { return Transform(across, u, Direction::kForward); }
@@ -144,6 +158,9 @@ std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem,
   modes->C = walls->B.across;
   modes->D = SparseMatrix(walls->N.across.transpose());
   modes->basis = ChooseBasis(modes->mu);
+  const std::vector<SparseMatrix>& factors = problem.A.kronecker_sum()->factors;
+  modes->keeps_sign = HasOneSign(problem.B.Sparse()) && HasOneSign(problem.N.Sparse()) &&
+                      std::all_of(factors.begin(), factors.end(), IsMetzler);
   modes->response = Compress({.rates = modes->mu, .weights = modes->n.cwiseProduct(modes->b)}, kResponseTolerance);
   return modes;
 }

@@ -35,6 +35,9 @@ struct KroneckerModes {
   SparseMatrix D;                       // n × p
   SumOfExponentials response;           // the short sum
   ExponentialBasis basis;               // of e^{μ_a t}
+  // A has no negative entry beside its diagonal, B none of another sign than the rest, and N neither: then no block of the kernel
+  // has entries of both signs.
+  bool keeps_sign = false;
 
   Index num_modes() const { return lambda.size(); }
 

@@ -125,6 +125,49 @@ TEST(SignoriniTest, KroneckerSumAndDenseMatricesAgree) {
   }
 }
 
+TEST(SignoriniTest, IterationAndMarchAgreeWithoutStates) {
+  for (const double coefficient : {2e-4, 2e-2}) {
+    Problem problem = Signorini({.cells = 32, .coefficient = coefficient, .horizon = 1});
+    problem.break_points = {0.3};
+    Options options;
+    options.num_steps = 100;
+    options.method = Method::kExponentialMarch;
+    const Solution march = SolveToEnd(problem, options);
+    options.method = Method::kLaplaceIteration;
+    Index plain = 0;
+    for (const Index window : {Index{0}, Index{7}, Options::kWholeHorizon}) {
+      for (const int acceleration : {0, 5}) {
+        options.window_steps = window;
+        options.acceleration = acceleration;
+        const Solution iteration = SolveToEnd(problem, options);
+        EXPECT_EQ(iteration.realisation.used, Realisation::kKroneckerSum);
+        EXPECT_LE(MaxAbs(iteration.x - march.x), 1e-11 * MaxAbs(march.x)) << window << " " << acceleration;
+        EXPECT_LE(MaxAbs(iteration.y - march.y), 1e-10 * MaxAbs(march.y)) << window << " " << acceleration;
+        EXPECT_LE(iteration.certificate.node_residual, 1e-11 * iteration.certificate.lcp_scale);
+        if (acceleration == 0) plain = iteration.cost.iterations;
+        if (acceleration > 0 && window == Options::kWholeHorizon) {
+          EXPECT_LT(iteration.cost.iterations, plain) << coefficient;
+        }
+      }
+    }
+  }
+}
+
+TEST(SignoriniTest, ThreadsDoNotChangeABit) {
+  const Problem problem = Signorini({.cells = 48, .coefficient = 2e-3, .horizon = 1});
+  for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration}) {
+    Options options;
+    options.num_steps = 60;
+    options.method = method;
+    options.num_threads = 1;
+    const Solution one = SolveToEnd(problem, options);
+    options.num_threads = 2;
+    const Solution two = SolveToEnd(problem, options);
+    EXPECT_EQ(one.x, two.x);
+    EXPECT_EQ(one.y, two.y);
+  }
+}
+
 TEST(SignoriniTest, NamesWhatIsWrong) {
   const auto message = [](const SignoriniModel& model) {
     return std::string(MakeSignoriniProblem(model).status().message());

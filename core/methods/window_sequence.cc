@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/methods/window_sequence.h"
+
+#include <algorithm>
+
+#include "core/analysis/laplace_bounds.h"
+#include "core/methods/window_control.h"
+
+namespace dlcs {
+
+WindowSequence::WindowSequence(SolveContext& context) : context_(context), iteration_(context, !width_is_fixed()) {}
+
+Index WindowSequence::Width() const {
+  const Index wanted = context_.options.window_steps;
+  return wanted == Options::kWholeHorizon ? context_.grid.num_steps() : wanted > 0 ? wanted : width_;
+}
+
+void WindowSequence::Begin(const std::function<double()>& kernel_bound) {
+  if (width_is_fixed()) return;
+  width_ = kFirstWindow;
+  if (!context_.matrix_class.lipschitz) return;
+  const double rate = *context_.matrix_class.lipschitz * kernel_bound();
+  width_ = static_cast<Index>(RecommendedWindow(rate, static_cast<double>(kLongestWindow)));
+}
+
+std::unique_ptr<WindowModel> WindowSequence::Take(const std::function<std::unique_ptr<WindowModel>()>& gather) {
+  for (;;) {
+    std::unique_ptr<WindowModel> window = gather();
+    if (!window) return nullptr;
+    const Index steps = window->steps();
+    const double begin = context_.grid.times[window->first_node()];
+    const double end = context_.grid.times[window->first_node() + steps];
+    context_.observer.OnWindowStarted({number_, begin, end, steps});
+    const WindowResult result = iteration_.Run(number_, *window);
+    if (result.end == WindowEnd::kCancelled) return context_.FailCancelled(begin), nullptr;
+
+    const bool jumped = result.end == WindowEnd::kJump;
+    const bool march = result.end != WindowEnd::kConverged && !jumped && steps == 1 && !width_is_fixed();
+    bool accepted = result.end == WindowEnd::kConverged;
+    LcpVerdict verdict = LcpVerdict::kSolved;
+    Departures departures;
+    if (march) {
+      verdict = window->March(departures);
+      accepted = verdict == LcpVerdict::kSolved;
+      ++context_.solution.cost.lcps;
+      context_.solution.cost.marched_steps += accepted;
+    }
+    context_.observer.OnWindowFinished({number_, end, result.iterations, accepted, march, result.why});
+    ++number_;
+    ++context_.solution.cost.windows;
+    if (accepted) {
+      context_.solution.cost.steps += steps;
+      // After a marched step there is no use in trying more before one step iterates again.
+      if (!width_is_fixed()) width_ = march ? 1 : NextWidth(width_, steps, result.iterations);
+      return window;
+    }
+
+    if (context_.stop.stop_requested()) return context_.FailCancelled(begin), nullptr;
+    if (departures.steps_off_selection > 0) {
+      if (context_.y_is_lipschitz()) return context_.FailLostLeastElement(end), nullptr;
+      return context_.FailJump(end, "the coupled step has other solutions only"), nullptr;
+    }
+    if (jumped && (steps == 1 || width_is_fixed())) return context_.FailJump(end, result.why), nullptr;
+    if (march) return FailLcp(context_, verdict, end, "The coupled step LCP(q, M + K_0)"), nullptr;
+    if (width_is_fixed()) return FailFixedWindow(result, begin, end), nullptr;
+    width_ = std::max<Index>(1, steps / 2);
+  }
+}
+
+bool WindowSequence::FailFixedWindow(const WindowResult& result, double begin, double end) {
+  const bool limit = result.end == WindowEnd::kIterationLimit;
+  return context_.Fail(limit ? Termination::kIterationLimit : Termination::kDiverged, begin,
+                       "The window [" + FormatNumber(begin) + ", " + FormatNumber(end) + "] failed after " +
+                           std::to_string(result.iterations) + " iterations: " + result.why +
+                           ". Automatic windows would shrink it.");
+}
+
+}  // namespace dlcs

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Window after window: widths, rejections, and what is said about them.
+
+#ifndef DLCS_CORE_METHODS_WINDOW_SEQUENCE_H_
+#define DLCS_CORE_METHODS_WINDOW_SEQUENCE_H_
+
+#include <functional>
+#include <memory>
+
+#include "core/methods/window_iteration.h"
+
+namespace dlcs {
+
+class WindowSequence {
+ public:
+  explicit WindowSequence(SolveContext& context);
+
+  bool width_is_fixed() const { return context_.options.window_steps != 0; }
+  // The number of steps that the next window may have.
+  Index Width() const;
+  // Sets the first width where it is chosen: that of L κ W h near 1, `kernel_bound` = κ h, or a guess where no L is known.
+  void Begin(const std::function<double()>& kernel_bound);
+
+  // Takes the next window: `gather` makes one of at most Width() steps from where the last one ended, or null where it has ended
+  // the solve; it is called again with half the width until the window converges, or is one step and marched. Returns the
+  // window, finished, or null where the solve has ended.
+  std::unique_ptr<WindowModel> Take(const std::function<std::unique_ptr<WindowModel>()>& gather);
+
+ private:
+  bool FailFixedWindow(const WindowResult& result, double begin, double end);
+
+  SolveContext& context_;
+  WindowIteration iteration_;
+  Index width_ = 0;  // where it is not fixed
+  Index number_ = 0;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_WINDOW_SEQUENCE_H_
