@@ -66,7 +66,7 @@ echo "Built $build/client/dlcs and $build/server/dlcsd in $((SECONDS - start)) s
 start_server
 echo "dlcsd serves on $address."
 
-solve "$root/deploy/examples/example-4.1.json" --steps 128000
+solve "$root/deploy/examples/example-4.1.json" --steps 128000 --method laplace-iteration
 solve "$root/tests/cases/rlcd.json" --steps 10000 --estimate-error
 
 headline "Done in $((SECONDS - start)) s; dlcsd is stopped. Try yourself:"

@@ -6,6 +6,7 @@
 
 #include "core/analysis/minor_classes.h"
 #include "core/analysis/relative_degree.h"
+#include "core/parallel/parallel.h"
 #include "core/solution.h"
 
 namespace dlcs {
@@ -40,6 +41,9 @@ std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Sel
          " jumps, by a look at all principal submatrices of M: n = " + std::to_string(M.rows()) +
          ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
 }
+
+// The iteration solves each LCP some ten times, the march once but one after the other: so many threads outweigh that.
+constexpr int kThreadsForIteration = 16;
 
 // Constraints that y reaches through two integrations and more need impulses.
 void JudgeRelativeDegree(const Problem& problem, const Options& options, bool zero, MethodChoice& choice) {
@@ -79,8 +83,11 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.method = options.method;
     choice.reason = "asked for";
   } else if (lipschitz) {
-    choice.method = Method::kLaplaceIteration;
-    choice.reason = WhyLipschitz(selection);
+    const int threads = Workers(options.num_threads).max_threads();
+    choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialMarch;
+    choice.reason = WhyLipschitz(selection) + "; on " + std::to_string(threads) + (threads == 1 ? " thread" : " threads") +
+                    (threads >= kThreadsForIteration ? " the iteration is expected to be faster than the march"
+                                                     : " the march is faster than the iteration, with the same answer");
   } else if (selection != Selection::kAny) {
     choice.method = Method::kExponentialMarch;
     choice.reason =

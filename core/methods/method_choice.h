@@ -26,8 +26,8 @@ struct MethodChoice {
   std::string impulsive = {};  // DescribeRows() of them
 };
 
-// Takes the method of the options, or chooses: laplace_iteration for P- and Z-matrices, exponential_march with exp-PC
-// for all others. Refuses relative degree two and more (M = 0 and N B = 0; degree two only where inelastic impacts are
+// Takes the method of the options, or chooses: for P- and Z-matrices exponential_march with exp-PL or, with sixteen threads and
+// more, laplace_iteration, which converges to the same answer; exponential_march with exp-PC for all others. Refuses relative degree two and more (M = 0 and N B = 0; degree two only where inelastic impacts are
 // not asked for), and the iterations, Newton's method and averaged y where y is no Lipschitz function of x.
 MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                           Selection selection);

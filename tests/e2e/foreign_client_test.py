@@ -82,7 +82,7 @@ class ForeignClientTest(unittest.TestCase):
         cls.server.stdout.close()
 
     def test_solves_example_four_one(self):
-        request = pb.SolveRequest(problem=example_four_one(), options=pb.SolveOptions(steps=4000))
+        request = pb.SolveRequest(problem=example_four_one(), options=pb.SolveOptions(steps=4000, method=pb.METHOD_LAPLACE_ITERATION))
         events = list(self.stub.Solve(request, timeout=60))
         kinds = [event.WhichOneof("kind") for event in events]
         self.assertEqual(kinds[:2], ["accepted", "analysis"])
@@ -146,7 +146,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual((response.states, response.constraints), (2, 4))
         self.assertIn("Z-matrix", response.matrix_class)
         self.assertIn("least element", response.rule)
-        self.assertEqual(response.recommendation.options.method, pb.METHOD_LAPLACE_ITERATION)
+        self.assertEqual(response.recommendation.options.method, pb.METHOD_EXPONENTIAL_MARCH)
         for section in response.sections:
             for finding in section.findings:
                 self.assertNotEqual(finding.answer, pb.ANSWER_UNSPECIFIED)

@@ -27,12 +27,12 @@ v1::SolveRequest SwitchingRequest(std::int64_t steps) {
   problem.add_x0(1);
   problem.set_horizon(10);
   request.mutable_options()->set_steps(steps);
+  request.mutable_options()->set_method(v1::METHOD_LAPLACE_ITERATION);  // has iterates to tell
   return request;
 }
 
 v1::SolveRequest ChattyRequest(std::int64_t steps) {
   v1::SolveRequest request = SwitchingRequest(steps);
-  request.mutable_options()->set_method(v1::METHOD_LAPLACE_ITERATION);
   request.mutable_options()->set_window_steps(1);
   return request;
 }
