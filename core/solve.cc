@@ -15,6 +15,7 @@
 #include "core/methods/laplace_iteration.h"
 #include "core/methods/method_choice.h"
 #include "core/methods/paper_iteration.h"
+#include "core/methods/shared_setup.h"
 #include "core/methods/solve_context.h"
 #include "core/methods/time_stepping.h"
 #include "core/parallel/parallel.h"
@@ -34,6 +35,7 @@ struct Task {
   Workers workers;
   std::stop_token stop;
   std::chrono::steady_clock::time_point started;
+  SetupCache* setups = nullptr;  // may be null
   std::optional<double> largest_slope = std::nullopt;  // see SolveContext
   RealisationChoice realisation = {};
   bool lost_least_element = false;      // by the last pass
@@ -98,6 +100,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .solution = solution,
                        .started = task.started,
                        .realised = task.realisation.system.get(),
+                       .setups = task.setups,
                        .largest_slope = task.largest_slope,
                        .impulsive_rows = task.choice.impulsive_rows};
   solution.cost.seconds_setup = context.Seconds();
@@ -146,11 +149,11 @@ absl::Status EstimateError(Task& task, const Grid& grid, Solution& solution) {
 }  // namespace
 
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
-                               std::stop_token stop) {
+                               std::stop_token stop, SetupCache* setups) {
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
 
-  const MatrixClass matrix_class = Classify(problem.M, problem.rule);
+  const MatrixClass matrix_class = SharedClass(problem, setups);
   const auto selection = SelectRule(problem.rule, matrix_class);
   if (!selection.ok()) return selection.status();
   Task task{.problem = problem,
@@ -160,7 +163,8 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
             .choice = ChooseMethod(problem, options, matrix_class, *selection),
             .workers = Workers(options.num_threads),
             .stop = std::move(stop),
-            .started = started};
+            .started = started,
+            .setups = setups};
 
   const bool iterates =
       task.choice.method == Method::kLaplaceIteration || task.choice.method == Method::kPaperIteration;

@@ -14,6 +14,8 @@
 
 namespace dlcs {
 
+class SetupCache;
+
 // Solves `problem` as `options` say, telling `observer` on the way.
 //
 // A verdict of the mathematics (no solution, diverged, unsupported class, cancelled, ...) is a Solution with
@@ -21,10 +23,11 @@ namespace dlcs {
 // a rule, with every violation in the message ("field: description", one per line; Validate() gives them
 // singly).
 // Threads: at most options.num_threads, and the result has the same bits for any number.
+// `setups`, where given, lends and keeps what solves of the same matrices share (core/setup_cache.h); the bits are the same without it.
 // `stop` is looked at before every LCP, every block of the kernel and every term of a contour; the matrix functions of
 // the set-up, O(m³), are not interrupted.
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
-                               std::stop_token stop);
+                               std::stop_token stop, SetupCache* setups = nullptr);
 
 }  // namespace dlcs
 

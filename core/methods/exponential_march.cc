@@ -10,7 +10,7 @@ namespace dlcs {
 bool ExponentialMarch(SolveContext& context) {
   if (context.realised) return ReducedMarch(context);
   const bool linear = context.y_is_lipschitz();
-  return MarchGrid(context, [&](double step) {
+  return MarchGrid(context, linear ? "exp-PL" : "exp-PC", [&](double step) {
     return linear ? ExponentialPiecewiseLinear(context.problem, step)
                   : ExponentialPiecewiseConstant(context.problem, step);
   });

@@ -8,6 +8,7 @@
 #include "core/linalg/norms.h"
 #include "core/methods/consistency.h"
 #include "core/methods/progress.h"
+#include "core/methods/shared_setup.h"
 #include "core/methods/step_cache.h"
 
 namespace dlcs {
@@ -34,12 +35,14 @@ void WarnOf(const Departures& departures, SolveContext& context) {
 }
 
 Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
+    : Marcher(problem, scheme, choice, MakeCoupledLcpSolver(problem.M, problem.N * scheme.y_after, choice)) {}
+
+Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver)
     : problem_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
       scheme_(std::move(scheme)),
       choice_(choice),
-      coupled_(MakeCoupledLcpSolver(problem.M, problem.N * scheme_.y_after, choice), problem.num_constraints(),
-               scheme_.y_is_linear),
+      coupled_(std::move(solver), problem.num_constraints(), scheme_.y_is_linear),
       q_(problem.num_constraints()),
       size_(problem.num_constraints()) {}
 
@@ -100,10 +103,13 @@ bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) 
   return true;
 }
 
-bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAccount* newton) {
+bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
+               NewtonAccount* newton) {
   const Problem& problem = context.problem;
   StepCache<Marcher> marchers([&](double step) {
-    auto marcher = std::make_unique<Marcher>(problem, make_scheme(step), context.choice());
+    Scheme scheme = SharedScheme(context, kind, step, make_scheme);
+    auto solver = SharedCoupledSolver(context, problem.N * scheme.y_after);
+    auto marcher = std::make_unique<Marcher>(problem, std::move(scheme), context.choice(), std::move(solver));
     if (newton) marcher->UseNewton(*newton);
     return marcher;
   });

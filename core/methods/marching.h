@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "core/lcp/lcp.h"
@@ -37,6 +38,8 @@ class Marcher {
  public:
   // Solver and scheme keep references to `problem`.
   Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice);
+  // The same with the `solver` of its coupled step made already.
+  Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver);
 
   // Solves the steps by Newton's method from now on, and by the coupled LCP only where that fails. Keeps a reference
   // to `account` and counts there.
@@ -69,9 +72,10 @@ class Marcher {
   Vector u_;
 };
 
-// Marches the whole grid with the schemes of `make_scheme`, by Newton's method where `newton`, its account, is
+// Marches the whole grid with the schemes of `make_scheme`, shared under the name `kind`, by Newton's method where `newton`, its account, is
 // given. Returns whether the end was reached; otherwise the solution says why not.
-bool MarchGrid(SolveContext& context, const SchemeFactory& make_scheme, NewtonAccount* newton = nullptr);
+bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
+               NewtonAccount* newton = nullptr);
 
 }  // namespace dlcs
 

@@ -26,6 +26,8 @@
 
 namespace dlcs {
 
+class SetupCache;
+
 struct SolveContext {
   const Problem& problem;
   const Options& options;
@@ -42,6 +44,7 @@ struct SolveContext {
   std::chrono::steady_clock::time_point started;
   // How x0, f and y are carried to N x where that is not by dense matrices.
   RealisedSystem* realised = nullptr;
+  SetupCache* setups = nullptr;  // may be null: core/methods/shared_setup.h
   // The steepest piece of y as a function of q, where that function may jump and a method needs it not to.
   std::optional<double> largest_slope = std::nullopt;
   // Set when the solve ended because there is no least element although the system may go on: M is a Z-matrix, and

@@ -39,11 +39,15 @@ void Report(const NewtonAccount& account, const SolveContext& context, const std
   }
 }
 
+std::string SchemeName(const Options& options) {
+  return options.average_y ? "averaged" : "theta " + NumberText(options.theta);
+}
+
 bool MarchByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
   const std::optional<double> kappa = RightHandSideLipschitz(context.problem, context.matrix_class.lipschitz);
   WarnOfLongStep(context.problem, kappa, context.grid.longest_step, context.solution.warnings);
   NewtonAccount account;
-  const bool reached_end = MarchGrid(context, make_scheme, &account);
+  const bool reached_end = MarchGrid(context, SchemeName(context.options), make_scheme, &account);
   Report(account, context, kappa);
   return reached_end;
 }
@@ -59,7 +63,7 @@ bool TimeStepping(SolveContext& context) {
     return TimeSteppingScheme(context.problem, context.options, step);
   };
   if (context.options.step_solver == StepSolver::kNewton) return MarchByNewton(context, make_scheme);
-  return MarchGrid(context, make_scheme);
+  return MarchGrid(context, SchemeName(context.options), make_scheme);
 }
 
 }  // namespace dlcs

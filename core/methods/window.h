@@ -9,6 +9,7 @@
 #include "core/laplace/kernel.h"
 #include "core/methods/marching.h"
 #include "core/methods/segment.h"
+#include "core/methods/shared_setup.h"
 #include "core/methods/solve_context.h"
 #include "core/methods/window_model.h"
 
@@ -17,7 +18,10 @@ namespace dlcs {
 // What depends on the step length alone.
 struct StepTools {
   StepTools(SolveContext& context, double step)
-      : marcher(context.problem, ExponentialPiecewiseLinear(context.problem, step), context.choice()),
+      : marcher(context.problem,
+                SharedScheme(context, "exp-PL", step,
+                             [&](double h) { return ExponentialPiecewiseLinear(context.problem, h); }),
+                context.choice()),
         kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers,
                *context.solution.kernel) {}
   const Scheme& scheme() const { return marcher.scheme(); }

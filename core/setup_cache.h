@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// What solves of the same matrices share: classes, schemes, kernels, factors.
+
+#ifndef DLCS_CORE_SETUP_CACHE_H_
+#define DLCS_CORE_SETUP_CACHE_H_
+
+#include <condition_variable>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "core/linalg/structured_matrix.h"
+
+namespace dlcs {
+
+// The content of what a set-up depends on, byte by byte: equal keys mean equal matrices, and a hash only finds them.
+class SetupKey {
+ public:
+  // `what` names the kind of value.
+  explicit SetupKey(const std::string& what) : bytes_(what + '\0') {}
+  SetupKey& Add(double number) { return AddBytes(&number, sizeof number); }
+  SetupKey& Add(Index number) { return AddBytes(&number, sizeof number); }
+  SetupKey& Add(const Matrix& matrix);
+  SetupKey& Add(const SparseMatrix& matrix);
+  SetupKey& Add(const StructuredMatrix& matrix);
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  SetupKey& AddBytes(const void* data, std::size_t size);
+  std::string bytes_;
+};
+
+// Values by their keys, the least recently used dropped when they exceed a bound. A value that several threads ask for at once
+// is made by one of them; the others wait for it. Values are never changed: who holds one keeps it alive.
+// Threads: all calls are safe at once.
+class SetupCache {
+ public:
+  // `max_bytes` counts keys and values.
+  explicit SetupCache(double max_bytes) : max_bytes_(max_bytes) {}
+
+  template <class Value>
+  struct Made {
+    std::shared_ptr<const Value> value;
+    double bytes = 0;  // what it fills
+  };
+  // The value of `key`, made by `make` where there is none. A null value is handed out and not kept.
+  template <class Value>
+  std::shared_ptr<const Value> Get(const SetupKey& key, const std::function<Made<Value>()>& make) {
+    return std::static_pointer_cast<const Value>(GetAny(key, [&]() -> Made<void> {
+      Made<Value> made = make();
+      return {std::move(made.value), made.bytes};
+    }));
+  }
+
+  struct Statistics {
+    Index hits = 0;
+    Index misses = 0;
+    Index dropped = 0;
+    Index values = 0;
+    double bytes = 0;
+  };
+  Statistics statistics() const;
+
+ private:
+  struct Entry {
+    std::string key;
+    std::shared_ptr<const void> value;  // null while it is made
+    double bytes = 0;
+  };
+  std::shared_ptr<const void> GetAny(const SetupKey& key, const std::function<Made<void>()>& make);
+  void DropBeyondBound();
+
+  const double max_bytes_;
+  mutable std::mutex mutex_;
+  std::condition_variable made_;
+  std::list<Entry> entries_;  // the one used last is first
+  std::unordered_map<std::string_view, std::list<Entry>::iterator> by_key_;
+  Statistics statistics_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_SETUP_CACHE_H_
