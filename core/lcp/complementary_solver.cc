@@ -19,6 +19,7 @@ constexpr int kAttempts = 12;
 
 ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
     : known_(known),
+      exchange_(known == Known::kMMatrix ? Exchange::kBlocks : Exchange::kBlocksThenLeast),
       lcp_(M),
       point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
 
@@ -36,7 +37,7 @@ LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q,
   // Small problems of no class are left to Lemke's method, which is as fast there and finds more.
   if (known_ != Known::kNothing || lcp_.size() > kMaxEnumerationSize) {
     const int max_rounds = known_ != Known::kNothing ? 30 + 4 * static_cast<int>(lcp_.size()) : kAttempts;
-    if (PivotPrincipally(lcp_, max_rounds, point_, basis, pivots_)) {
+    if (PivotPrincipally(lcp_, max_rounds, exchange_, point_, basis, pivots_)) {
       point_.Write(lcp_, y);
       return LcpVerdict::kSolved;
     }
@@ -78,7 +79,7 @@ LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector
 // The basis that Lemke's method ends with may be off by a few indices where y or w are nearly zero.
 bool ComplementarySolver::Polish(Basis& basis) {
   constexpr int kRounds = 5;
-  return PivotPrincipally(lcp_, kRounds, point_, basis, pivots_);
+  return PivotPrincipally(lcp_, kRounds, exchange_, point_, basis, pivots_);
 }
 
 LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {

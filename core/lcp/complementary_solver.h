@@ -11,6 +11,7 @@
 
 #include "core/lcp/basis_point.h"
 #include "core/lcp/lemke.h"
+#include "core/lcp/principal_pivoting.h"
 
 namespace dlcs {
 
@@ -48,6 +49,7 @@ class ComplementarySolver final : public LcpSolver {
   LcpVerdict Fail(LcpVerdict verdict, const char* why, Eigen::Ref<Vector> y);
 
   Known known_;
+  Exchange exchange_;
   ScaledLcp lcp_;
   BasisPoint point_;
   std::optional<Lemke> lemke_;  // made when first needed: 2n² numbers

@@ -45,7 +45,7 @@ LcpVerdict HiddenLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
   const double positive = kPositive * std::max(1.0, solution.z.lpNorm<Eigen::Infinity>());
   for (Index i = 0; i < q.size(); ++i) basis[i] = solution.z[i] > positive;
   constexpr int kRounds = 5;
-  PivotPrincipally(lcp_, kRounds, point_, basis, account_.pivots);
+  PivotPrincipally(lcp_, kRounds, Exchange::kBlocksThenLeast, point_, basis, account_.pivots);
   if (TryBasis(basis, y)) return LcpVerdict::kSolved;
   return fail(LcpVerdict::kSingular,
               "the basis of the least element in the order of pos X is singular, or not optimal, to working precision");
