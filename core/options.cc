@@ -14,6 +14,8 @@ namespace {
 
 // A grid of a billion nodes is beyond every machine; a mistyped step should not be tried.
 constexpr Index kMaxSteps = 1'000'000'000;
+// Rounding alone is more.
+constexpr double kLeastErrorTolerance = 1e-13;
 // The contour is exact to rounding with a few hundred nodes.
 constexpr Index kMaxContourNodes = 10'000;
 
@@ -52,11 +54,9 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
     list.Add("grid_times", std::to_string(options.grid_times.size()) +
                                " times; only one of grid_times, step and num_steps may be set");
   }
-  if (!(options.error_tolerance >= 0 && options.error_tolerance < 1)) {
-    list.Add("error_tolerance", NumberText(options.error_tolerance) + "; must lie in (0, 1), or be 0 for none");
-  } else if (options.error_tolerance > 0 && (options.num_steps != 0 || options.step != 0 || !options.grid_times.empty())) {
-    list.Add("error_tolerance", NumberText(options.error_tolerance) +
-                                    "; takes the place of num_steps, step and grid_times, one of which is set too");
+  if (options.error_tolerance != 0 && !(options.error_tolerance >= kLeastErrorTolerance && options.error_tolerance < 1)) {
+    list.Add("error_tolerance", NumberText(options.error_tolerance) + "; must be at least " +
+                                    NumberText(kLeastErrorTolerance) + " and below 1, or 0 for none");
   }
   CheckTimes(options.grid_times, "grid_times", horizon, list);
   CheckTimes(options.output_times, "output_times", horizon, list);

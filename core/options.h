@@ -53,8 +53,8 @@ struct Options {
   // costs J of them.
   std::vector<double> grid_times;
 
-  // An error instead of a step: of each component of x relative to its largest value on [0, T]. The step is then chosen by
-  // trial solves, and the solution holds the error that was estimated. At most one of the four is set.
+  // An error instead of a step, at least 1e-13: of each component of x relative to its largest value on [0, T], and of B y where
+  // y is Lipschitz (core/methods/step_control.h, event_located.h). A grid beside it says only where output is wanted.
   double error_tolerance = 0;
 
   // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the

@@ -89,7 +89,8 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
                                          std::stop_token stop) {
   Recommendation recommendation;
   recommendation.options = options;
-  const bool has_step = options.num_steps > 0 || options.step > 0 || !options.grid_times.empty();
+  const bool controls_steps = options.error_tolerance > 0 || options.method == Method::kEventLocated;
+  const bool has_step = HasGrid(options) || controls_steps;
   Observer silent;
   Trials trials;
   Solution last;
@@ -134,6 +135,11 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     recommendation.refusal = last.message;
   }
   if (!has_step) RecommendStep(trials, recommendation);
+  if (controls_steps && last.certificate.estimated_error_x && last.certificate.x_scale > 0) {
+    recommendation.predicted_error = *last.certificate.estimated_error_x / last.certificate.x_scale;
+    recommendation.reasons.push_back("Its error in x should be about " + FormatNumber(*recommendation.predicted_error) +
+                                     " of its size.");
+  }
   return recommendation;
 }
 

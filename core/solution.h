@@ -66,12 +66,12 @@ struct LeftLimit {
   Vector y;
 };
 
-// A switching time of event_located: where y_i becomes positive or zero, by index, and how.
+// Where indices enter or leave the active set (w_i = 0 while y_i may be positive); at 0 those enter that are active at the start.
 struct SwitchingTime {
   double time = 0;
-  std::vector<Index> entering;  // y_i > 0 from here on, increasing
+  std::vector<Index> entering;  // active from here on, increasing; none is during coupled steps
   std::vector<Index> leaving;   // y_i = 0 from here on
-  std::string kind;             // "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
+  std::string kind;             // "start", "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
 };
 
 // How x0, f and y were carried to N x.

@@ -2,13 +2,17 @@
 
 #include "core/solve.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "core/analysis/lipschitz.h"
 #include "core/analysis/matrix_class.h"
 #include "core/linalg/norms.h"
+#include "core/methods/event_located.h"
 #include "core/methods/exponential_march.h"
 #include "core/methods/grid.h"
 #include "core/methods/inelastic_impact.h"
@@ -17,6 +21,7 @@
 #include "core/methods/paper_iteration.h"
 #include "core/methods/shared_setup.h"
 #include "core/methods/solve_context.h"
+#include "core/methods/step_control.h"
 #include "core/methods/time_stepping.h"
 #include "core/parallel/parallel.h"
 #include "core/realisation/choice.h"
@@ -28,7 +33,7 @@ namespace {
 // What stays the same when the step is halved.
 struct Task {
   const Problem& problem;
-  const Options& options;
+  Options options;
   MatrixClass matrix_class;
   Selection selection;
   MethodChoice choice;
@@ -51,6 +56,7 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
     case Method::kTimeStepping:
       return TimeStepping(context);
     case Method::kEventLocated:
+      return EventLocated(context);
     case Method::kExponentialMarch:
     case Method::kAuto:
       break;
@@ -84,7 +90,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   Solution solution;
   solution.method = task.choice.method;
   solution.reason = task.choice.reason;
-  solution.step = grid.longest_step;
+  solution.step = grid.longest_step;  // of event_located its own
   solution.realisation = task.realisation.record;
   SolveContext context{.problem = task.problem,
                        .options = task.options,
@@ -117,7 +123,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   }
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
-  solution.certificate = context.certificate.certificate();
+  if (solution.method != Method::kEventLocated) solution.certificate = context.certificate.certificate();
   const bool finite = solution.x.allFinite() && solution.y.allFinite();
   if (!finite && solution.termination == Termination::kConverged) {
     context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
@@ -126,21 +132,105 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   return solution;
 }
 
+// Trial solves for a step tell how far they have come, but not their iterates: those of several steps make no table.
+class WindowObserver final : public Observer {
+ public:
+  explicit WindowObserver(Observer& observer) : observer_(observer) {}
+  void OnWindowStarted(const WindowReport& window) override { observer_.OnWindowStarted(window); }
+  void OnWindowFinished(const WindowOutcome& outcome) override { observer_.OnWindowFinished(outcome); }
+
+ private:
+  Observer& observer_;
+};
+
+// What the finest trial says of itself.
+void TellError(const Task& task, const ControlledSolution& result, Solution& solution) {
+  if (solution.termination != Termination::kConverged) return;
+  Certificate& certificate = solution.certificate;
+  certificate.estimated_error_x = result.error * certificate.x_scale;
+  if (IsAlwaysLipschitz(task.selection)) {
+    certificate.estimated_error_By = result.error * MaxAbs(task.problem.B * solution.y);
+  }
+  const std::string seen = std::to_string(solution.cost.steps) + " steps, whose error is estimated as " +
+                           FormatNumber(result.error) + " of the size of x (order seen " +
+                           FormatNumber(std::round(10 * result.order) / 10) + ")";
+  if (result.reached) {
+    solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " + seen + ".";
+    return;
+  }
+  solution.termination = Termination::kIterationLimit;
+  solution.message = "An error of " + FormatNumber(task.options.error_tolerance) +
+                     " was asked for, which more steps than are allowed would take: the trajectory is that of " + seen +
+                     ". Take event-located, or allow a larger error.";
+}
+
+// Steps as short as options.error_tolerance needs; a grid that was asked for is where output is wanted.
+absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
+  constexpr Index kFirstTrialSteps = 64;
+  constexpr Index kMostTrialSteps = Index{1} << 22;
+  constexpr Index kMostPaperSteps = 2048;  // paper_iteration costs the square of their number
+  constexpr Index kNodesKept = 4096;
+  Options options = task.options;
+  if (!HasGrid(options)) options.num_steps = kFirstTrialSteps;
+  Grid grid = MakeGrid(task.problem.horizon, BreakPoints(task.problem), options);
+  std::vector<double> wanted;
+  for (const Index node : grid.output_nodes) wanted.push_back(grid.times[node]);
+  grid.output_nodes.resize(grid.times.size());  // trials are compared at all of them
+  std::iota(grid.output_nodes.begin(), grid.output_nodes.end(), Index{0});
+
+  const bool is_paper = task.choice.method == Method::kPaperIteration;
+  if (is_paper) {
+    // No halving of steps shows the error of the contour, e^{-2.06 √P}: it gets a thirtieth of the tolerance.
+    const double root = std::log(30 / options.error_tolerance) / 2.06;
+    task.options.num_contour_nodes = std::max(options.num_contour_nodes, static_cast<Index>(std::ceil(root * root)));
+  }
+  const StepControl control{.tolerance = options.error_tolerance,
+                            .y_counts = IsAlwaysLipschitz(task.selection),
+                            .most_steps = is_paper ? kMostPaperSteps : kMostTrialSteps,
+                            .nodes_kept = HasGrid(task.options) ? 0 : kNodesKept};
+  WindowObserver windows(observer);
+  auto result = SolveToTolerance(task.problem, control, std::move(grid),
+                                 [&](const Grid& trial) { return SolveOnGrid(task, trial, windows); });
+  if (!result.ok()) return result.status();
+  Solution& solution = result->solution;
+  if (solution.contour && solution.contour->nodes > 0) {
+    result->error = NanMax(result->error, std::pow(10, solution.contour->log10_error));
+    result->reached = result->reached && result->error <= options.error_tolerance;
+  }
+  TellError(task, *result, solution);
+  if (options.output_times_only || HasGrid(task.options)) KeepTimes(wanted, solution);
+  return std::move(solution);
+}
+
+absl::StatusOr<Solution> SolveTask(Task& task, const Grid& grid, Observer& observer) {
+  const bool controls_its_steps = task.choice.method == Method::kEventLocated || task.choice.inelastic_impact;
+  if (task.options.error_tolerance == 0 || controls_its_steps) return SolveOnGrid(task, grid, observer);
+  return SolveWithinError(task, observer);
+}
+
 // Compares `solution` with the same solve on half the step: for a method of order p the error is the difference times
-// 2^p / (2^p - 1).
+// 2^p / (2^p - 1). event_located is compared with a hundredth of its tolerance.
 absl::Status EstimateError(Task& task, const Grid& grid, Solution& solution) {
   Observer silent;
+  const bool located = task.choice.method == Method::kEventLocated;
+  const double asked = task.options.error_tolerance;
+  if (located) {
+    const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
+    task.options.error_tolerance = std::max(tolerance / 100, kLeastEventTolerance);
+  }
   const auto finer = SolveOnGrid(task, Halve(grid), silent);
+  task.options.error_tolerance = asked;
   if (!finer.ok()) return finer.status();
   solution.cost.seconds_total = finer->cost.seconds_total;  // both count from the same start
   if (finer->termination != Termination::kConverged) {
-    solution.warnings.push_back("No error estimate: with half the step the solve ended as " +
-                                std::string(TerminationName(finer->termination)) + ". " + finer->message);
+    solution.warnings.push_back("No error estimate: with " +
+                                std::string(located ? "a hundredth of the error" : "half the step") +
+                                " the solve ended as " + TerminationName(finer->termination) + ". " + finer->message);
     return absl::OkStatus();
   }
   const bool first_order_steps = task.choice.method == Method::kTimeStepping && !task.options.average_y;
   const bool second_order = !first_order_steps && IsAlwaysLipschitz(task.selection);
-  const double factor = second_order ? 4.0 / 3 : 2.0;
+  const double factor = located ? 1 : second_order ? 4.0 / 3 : 2.0;
   solution.certificate.estimated_error_x = factor * MaxAbs(solution.x - finer->x);
   solution.certificate.estimated_error_By = factor * MaxAbs(task.problem.B * (solution.y - finer->y));
   return absl::OkStatus();
@@ -183,13 +273,16 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   report.reason = task.choice.reason;
   report.num_states = problem.num_states();
   report.num_constraints = problem.num_constraints();
-  report.num_steps = grid.num_steps();
-  report.step = grid.longest_step;
+  const bool controls_steps = options.error_tolerance > 0 || task.choice.method == Method::kEventLocated;
+  if (!controls_steps) {
+    report.num_steps = grid.num_steps();
+    report.step = grid.longest_step;
+  }
   report.lipschitz = task.matrix_class.lipschitz;
-  if (options.num_steps == 0 && options.step == 0 && options.grid_times.empty()) {
+  if (!HasGrid(options) && !controls_steps) {
     report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
   }
-  WarnOfCoupledClass(task, grid.longest_step, report.warnings);
+  if (!controls_steps) WarnOfCoupledClass(task, grid.longest_step, report.warnings);
   if (task.choice.inelastic_impact) {
     report.warnings.push_back(
         "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "
@@ -214,24 +307,46 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     refused.y.resize(problem.num_constraints(), 0);
     return refused;
   }
-  auto solution = SolveOnGrid(task, grid, observer);
+  auto solution = SolveTask(task, grid, observer);
   if (!solution.ok()) return solution;
+  // Another method or selection after `why`.
+  const auto solve_again = [&](const Options& choose_by, const std::string& why) {
+    report.warnings.push_back(why);
+    task.choice = ChooseMethod(problem, choose_by, matrix_class, task.selection);
+    task.realisation = ChooseRealisation(problem, options, task.choice.method);
+    report.method = task.choice.method;
+    report.reason = task.choice.reason;
+    observer.OnAnalysis(report);
+    solution = SolveTask(task, grid, observer);
+    return solution.ok();
+  };
   const bool needs_function =
       options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
       (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
   const bool may_couple = problem.rule == SolutionRule::kAuto && !needs_function;
   if (task.lost_least_element && may_couple) {
-    report.warnings.push_back(solution->message + " Solved again by coupled steps, any solution of theirs.");
     task.selection = Selection::kAny;
-    task.choice = ChooseMethod(problem, options, matrix_class, task.selection);
-    report.method = task.choice.method;
-    report.reason = task.choice.reason;
-    observer.OnAnalysis(report);
-    solution = SolveOnGrid(task, grid, observer);
-    if (!solution.ok()) return solution;
+    if (!solve_again(options, solution->message + " Solved again by coupled steps, any solution of theirs.")) {
+      return solution;
+    }
+  }
+  const bool missed_by_events = options.method == Method::kAuto && task.choice.method == Method::kEventLocated &&
+                                solution->termination == Termination::kIterationLimit;
+  if (missed_by_events) {
+    Options without_events = options;
+    without_events.error_tolerance = 0;
+    Solution located = *std::move(solution);
+    if (!solve_again(without_events, located.message + " Solved again by steps without events.")) return solution;
+    const bool better = solution->termination == Termination::kConverged;
+    if (!better) solution = std::move(located);
+  }
+  if (controls_steps && solution->termination == Termination::kConverged) {
+    WarnOfCoupledClass(task, solution->step, solution->warnings);
   }
   solution->warnings.insert(solution->warnings.begin(), report.warnings.begin(), report.warnings.end());
-  if (options.estimate_error && solution->termination == Termination::kConverged) {
+  const bool has_estimate = solution->certificate.estimated_error_x.has_value() &&
+                            solution->method != Method::kEventLocated;
+  if (options.estimate_error && !has_estimate && solution->termination == Termination::kConverged) {
     if (absl::Status status = EstimateError(task, grid, *solution); !status.ok()) return status;
   }
   return solution;

@@ -8,23 +8,23 @@
 
 namespace dlcs {
 
-EventOutput::EventOutput(const Problem& problem, const Grid& grid) : problem_(problem), grid_(grid) {
-  const auto nodes = static_cast<Index>(grid.times.size());
-  segment_.x.resize(problem.num_states(), nodes);
-  segment_.y.resize(problem.num_constraints(), nodes);
+EventOutput::EventOutput(const Problem& problem, const Grid& grid)
+    : problem_(problem),
+      grid_(grid),
+      num_nodes_(static_cast<Index>(grid.times.size())) {
+  segment_.x.resize(problem.num_states(), num_nodes_);
+  segment_.y.resize(problem.num_constraints(), num_nodes_);
   Certificate& c = certificate_;
   c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
   c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
 }
 
 void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end) {
-  const auto nodes = static_cast<Index>(grid_.times.size());
-  for (; next_node_ < nodes && grid_.times[next_node_] < end; ++next_node_) {
+  while (HasNodeBefore(end)) {
     const double s =
         std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
     const LegendreVector at = LegendreValues(s);
-    segment_.x.col(next_node_) = step.x * at;
-    segment_.y.col(next_node_) = (step.y * at).cwiseMax(0);
+    Record(step.x * at, (step.y * at).cwiseMax(0));
   }
 
   const LegendreVector at_end = LegendreValues(s_end);
@@ -47,28 +47,37 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
 
 void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end,
                              const Vector& y, const Vector& w) {
-  const auto nodes = static_cast<Index>(grid_.times.size());
-  for (; next_node_ < nodes && grid_.times[next_node_] < end; ++next_node_) {
+  while (HasNodeBefore(end)) {
     const double part = (grid_.times[next_node_] - begin) / (end - begin);
-    segment_.x.col(next_node_) = (1 - part) * x_begin + part * x_end;
-    segment_.y.col(next_node_) = y;
+    Record((1 - part) * x_begin + part * x_end, y);
   }
   Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
   certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x_end));
 }
 
-void EventOutput::AddEnd(const Vector& x, const Vector& y) {
-  if (next_node_ == static_cast<Index>(grid_.times.size())) return;
-  segment_.x.col(next_node_) = x;
-  segment_.y.col(next_node_) = y;
-  ++next_node_;
+Segment EventOutput::EndStretch(double end, const Vector& x, const Vector& y) {
+  const bool has_node = next_node_ < num_nodes_ && grid_.times[next_node_] == end;
+  if (has_node) Record(x, y);
+  Segment segment = Finish();
+  if (has_node) --next_node_;  // it is the first node of the next stretch, too
+  segment_.first_node = next_node_;
+  return segment;
 }
 
-const Segment& EventOutput::Finish() {
-  segment_.steps = std::max<Index>(0, next_node_ - 1);
-  segment_.x.conservativeResize(Eigen::NoChange, next_node_);
-  segment_.y.conservativeResize(Eigen::NoChange, next_node_);
-  return segment_;
+Segment EventOutput::Finish() const {
+  const Index nodes = next_node_ - segment_.first_node;
+  Segment segment;
+  segment.first_node = segment_.first_node;
+  segment.steps = nodes - 1;
+  segment.x = segment_.x.leftCols(nodes);
+  segment.y = segment_.y.leftCols(nodes);
+  return segment;
+}
+
+void EventOutput::Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
+  segment_.x.col(next_node_ - segment_.first_node) = x;
+  segment_.y.col(next_node_ - segment_.first_node) = y;
+  ++next_node_;
 }
 
 void EventOutput::Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w,

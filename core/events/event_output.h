@@ -25,21 +25,24 @@ class EventOutput {
   // A step of the coupled march: x linear, y constant. `w` is that at the end.
   void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                   const Vector& w);
-  // The last node.
-  void AddEnd(const Vector& x, const Vector& y);
-
-  // All nodes so far as columns, sources left out.
-  const Segment& Finish();
+  // The left limits at the end of a stretch, where sources and state may jump. Gives the nodes of the stretch
+  // as columns, sources left out.
+  Segment EndStretch(double end, const Vector& x, const Vector& y);
+  // The nodes of a stretch that has not come to its end; no steps where there are less than two.
+  Segment Finish() const;
 
   // Nodes are the ends of steps, midpoints the times inside them where the sources were looked at once more.
   const Certificate& certificate() const { return certificate_; }
 
  private:
+  bool HasNodeBefore(double end) const { return next_node_ < num_nodes_ && grid_.times[next_node_] < end; }
+  void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
   void Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
                double& complementarity);
 
   const Problem& problem_;
   const Grid& grid_;
+  const Index num_nodes_;
   Segment segment_;
   Index next_node_ = 0;
   Certificate certificate_;

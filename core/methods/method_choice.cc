@@ -6,6 +6,7 @@
 
 #include "core/analysis/minor_classes.h"
 #include "core/analysis/relative_degree.h"
+#include "core/number_text.h"
 #include "core/parallel/parallel.h"
 #include "core/solution.h"
 
@@ -45,6 +46,22 @@ std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Sel
 // The iteration solves each LCP some ten times, the march once but one after the other: so many threads outweigh that.
 constexpr int kThreadsForIteration = 16;
 
+// A mode follows the one solution, or one of several, until a component of y or w vanishes. The others may end where none
+// does, when another solution becomes the better one.
+bool HasModes(Selection selection) {
+  return selection == Selection::kUnique || selection == Selection::kLeastElement || selection == Selection::kAny;
+}
+
+// An error below this is cheaper by few steps of high order than by many of second order; found by trial on tests/cases.
+constexpr double kCoarseTolerance = 1e-3;
+// Modes take a Schur form each.
+constexpr Index kMostStatesOfModes = 200;
+
+bool PrefersEvents(const Problem& problem, const Options& options, Selection selection) {
+  return options.error_tolerance > 0 && options.error_tolerance <= kCoarseTolerance && HasModes(selection) &&
+         problem.num_states() <= kMostStatesOfModes && !options.inelastic_impact;
+}
+
 // Constraints that y reaches through two integrations and more need impulses.
 void JudgeRelativeDegree(const Problem& problem, const Options& options, bool zero, MethodChoice& choice) {
   const auto degrees = RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
@@ -82,6 +99,10 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
   if (options.method != Method::kAuto) {
     choice.method = options.method;
     choice.reason = "asked for";
+  } else if (PrefersEvents(problem, options, selection)) {
+    choice.method = Method::kEventLocated;
+    choice.reason = "an error of " + FormatNumber(options.error_tolerance) +
+                    " is asked for: a few steps of high order between switching times reach it";
   } else if (lipschitz) {
     const int threads = Workers(options.num_threads).max_threads();
     choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialMarch;
@@ -108,6 +129,12 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
       choice.refusal = MethodName(options.method) + why_not + " Use exponential-march or time-stepping.";
     }
   }
+  if (choice.method == Method::kEventLocated && !HasModes(selection)) {
+    choice.refusal = std::string("event-located follows an active set until a component of y or w vanishes, and ") +
+                     SelectionName(selection) +
+                     " may change where none does, when another solution becomes the better one. Use exponential-march or "
+                     "time-stepping.";
+  }
   if (choice.method == Method::kTimeStepping && !lipschitz && options.average_y) {
     choice.refusal = "Averaging y needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
                      "element), and M is: " + matrix_class.description +
@@ -116,7 +143,6 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     const std::string why_not = WhyNotPiecewise(problem.M, matrix_class, selection);
     if (!why_not.empty()) choice.refusal = "Newton's method (3.3)" + why_not + " Solve the steps by substitution.";
   }
-  if (options.method == Method::kEventLocated) choice.refusal = "event-located is not available.";
   if (matrix_class.zero_row && !lipschitz) JudgeRelativeDegree(problem, options, matrix_class.zero, choice);
   return choice;
 }

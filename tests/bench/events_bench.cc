@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
-#include "core/methods/event_located.h"
+#include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
 
@@ -18,12 +18,16 @@ namespace {
 
 constexpr double kTightest = 1e-12;
 
-EventSolution SolveAt(const Problem& problem, double tolerance) {
+Solution SolveAt(const Problem& problem, double tolerance) {
   Options options;
+  options.method = Method::kEventLocated;
+  options.error_tolerance = tolerance;
+  options.output_times = {0, problem.horizon};
+  options.output_times_only = true;
   options.project_initial_state = true;
   options.num_threads = 1;
   Observer silent;
-  return SolveByEvents(problem, tolerance, options, silent, {}).value();
+  return Solve(problem, options, silent, {}).value();
 }
 
 // The difference of x at T to that of the tightest tolerance, relative.
@@ -33,19 +37,18 @@ double ErrorAtEnd(const Solution& solution, const Solution& best) {
 }
 
 void Report(benchmark::State& state, const Problem& problem, double tolerance) {
-  const EventSolution best = SolveAt(problem, kTightest);
-  EventSolution result;
+  const Solution best = SolveAt(problem, kTightest);
+  Solution solution;
   for (auto _ : state) {
-    result = SolveAt(problem, tolerance);
-    benchmark::DoNotOptimize(result);
+    solution = SolveAt(problem, tolerance);
+    benchmark::DoNotOptimize(solution);
   }
-  const double error = ErrorAtEnd(result.solution, best.solution);
+  const double error = ErrorAtEnd(solution, best);
   if (!(error <= tolerance)) state.SkipWithError("the error is above the tolerance");
   state.counters["error"] = error;
-  state.counters["steps"] = static_cast<double>(result.record.steps);
-  state.counters["events"] = static_cast<double>(result.record.events);
-  state.counters["LCPs"] = static_cast<double>(result.record.lcps);
-  state.counters["sources"] = static_cast<double>(result.record.source_evaluations);
+  state.counters["steps"] = static_cast<double>(solution.cost.steps);
+  state.counters["events"] = static_cast<double>(solution.switching_times.size() - 1);
+  state.counters["LCPs"] = static_cast<double>(solution.cost.lcps);
 }
 
 void Register(const std::string& name, const Problem& problem) {

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "core/linalg/norms.h"
-#include "core/methods/event_located.h"
 #include "core/solve.h"
 #include "tests/support/lcp_problems.h"
 
@@ -82,44 +81,49 @@ void PrintTo(const Comparison& comparison, std::ostream* out) { *out << comparis
 
 class EventRandomTest : public ::testing::TestWithParam<Comparison> {};
 
+// Ten times in [0, T].
+Solution SolveBy(Method method, const Problem& problem, Options options) {
+  options.method = method;
+  options.project_initial_state = true;
+  for (int k = 1; k <= 10; ++k) options.output_times.push_back(k * problem.horizon / 10);
+  options.output_times_only = true;
+  Observer silent;
+  auto solution = Solve(problem, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+Solution Locate(const Problem& problem, double tolerance) {
+  Options options;
+  options.error_tolerance = tolerance;
+  return SolveBy(Method::kEventLocated, problem, options);
+}
+
 TEST_P(EventRandomTest, AgreesWithAFineMarch) {
   LcpGenerator random(11);
-  Index events = 0;
+  std::size_t events = 0;
   for (int trial = 0; trial < 12; ++trial) {
+    SCOPED_TRACE("trial " + std::to_string(trial));
     const Problem problem = RandomProblem(random, GetParam().kind);
-    Observer silent;
-    Options options;
-    options.project_initial_state = true;
-    options.method = Method::kExponentialMarch;
-    options.num_steps = GetParam().steps;
-    for (int k = 1; k <= 10; ++k) options.output_times.push_back(k * problem.horizon / 10);
-    options.output_times_only = true;
-    options.estimate_error = true;
-    const auto marched = Solve(problem, options, silent, {});
-    ASSERT_TRUE(marched.ok()) << marched.status();
-    ASSERT_EQ(marched->termination, Termination::kConverged) << marched->message;
-    const auto located = SolveByEvents(problem, 1e-9, options, silent, {});
-    ASSERT_TRUE(located.ok()) << located.status();
-    ASSERT_EQ(located->solution.termination, Termination::kConverged)
-        << "trial " << trial << ": " << located->solution.message;
+    Options fine;
+    fine.num_steps = GetParam().steps;
+    fine.estimate_error = true;
+    const Solution marched = SolveBy(Method::kExponentialMarch, problem, fine);
+    ASSERT_EQ(marched.termination, Termination::kConverged) << marched.message;
+    const Solution located = Locate(problem, 1e-9);
+    ASSERT_EQ(located.termination, Termination::kConverged) << located.message;
     // By as much as the march itself changes when its step is halved.
-    const double allowed =
-        std::max(GetParam().allowed * MaxAbs(marched->x), 4 * *marched->certificate.estimated_error_x);
-    EXPECT_LT(MaxAbs(located->solution.x - marched->x), allowed) << "trial " << trial;
-    EXPECT_LT(located->record.accumulated_error, 1e-9) << "trial " << trial;
-    EXPECT_EQ(located->record.marched_steps, 0)
-        << "trial " << trial << ": " << located->record.intervals.back().why;
-    EXPECT_LT(located->solution.certificate.node_residual, 1e-8 * located->solution.certificate.lcp_scale)
-        << "trial " << trial;
+    const double size = MaxAbs(marched.x);
+    EXPECT_LT(MaxAbs(located.x - marched.x),
+              std::max(GetParam().allowed * size, 4 * *marched.certificate.estimated_error_x));
+    EXPECT_EQ(located.cost.marched_steps, 0);
+    EXPECT_LT(located.certificate.node_residual, 1e-8 * located.certificate.lcp_scale);
 
     // A thousandth of the tolerance moves the solution by less than the tolerance.
-    const auto refined = SolveByEvents(problem, 1e-12, options, silent, {});
-    ASSERT_TRUE(refined.ok());
-    EXPECT_LT(MaxAbs(located->solution.x - refined->solution.x), 1e-9 * MaxAbs(marched->x))
-        << "trial " << trial;
-    events += located->record.events;
+    EXPECT_LT(MaxAbs(located.x - Locate(problem, 1e-12).x), 1e-9 * size);
+    events += located.switching_times.size() - 1;
   }
-  EXPECT_GT(events, 12);
+  EXPECT_GT(events, 12u);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EventRandomTest,

@@ -2,15 +2,15 @@
 // Judged by closed forms, by references made with exact exponentials, and by what is known of switching
 // times.
 
-#include "core/methods/event_located.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "core/linalg/norms.h"
+#include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
 
@@ -28,18 +28,39 @@ using testing::LoadCase;
 using testing::ReferenceTimes;
 using testing::Scalar;
 
-EventSolution SolveAt(const Problem& problem, double tolerance, std::vector<double> times = {}) {
+// By event location to an error, or to that which is taken where none is asked for.
+Solution SolveAt(const Problem& problem, double tolerance, std::vector<double> times = {}) {
   Options options;
+  options.method = Method::kEventLocated;
+  options.error_tolerance = tolerance;
   options.output_times = std::move(times);
   options.output_times_only = !options.output_times.empty();
   options.project_initial_state = true;
   Observer silent;
-  auto solution = SolveByEvents(problem, tolerance, options, silent, {});
+  auto solution = Solve(problem, options, silent, {});
   EXPECT_TRUE(solution.ok()) << solution.status();
-  return solution.ok() ? *std::move(solution) : EventSolution{};
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+constexpr double kNoTolerance = 0;
+
+Vector LastState(const Solution& solution) { return solution.x.col(solution.x.cols() - 1); }
+
+// Where the active set changes, the start left out.
+std::vector<double> SwitchesOf(const Solution& solution) {
+  std::vector<double> times;
+  for (std::size_t k = 1; k < solution.switching_times.size(); ++k) times.push_back(solution.switching_times[k].time);
+  return times;
 }
 
-Vector LastState(const EventSolution& result) { return result.solution.x.col(result.solution.x.cols() - 1); }
+// The active set at the end, as the list of switching times tells it.
+std::set<Index> LastActive(const Solution& solution) {
+  std::set<Index> active;
+  for (const SwitchingTime& switching : solution.switching_times) {
+    for (const Index i : switching.entering) EXPECT_TRUE(active.insert(i).second) << "entered twice: " << i;
+    for (const Index i : switching.leaving) EXPECT_EQ(active.erase(i), 1u) << "left without having entered: " << i;
+  }
+  return active;
+}
 
 class EventCasesTest : public ::testing::TestWithParam<const char*> {};
 
@@ -47,8 +68,7 @@ class EventCasesTest : public ::testing::TestWithParam<const char*> {};
 TEST_P(EventCasesTest, ErrorIsBelowTheTolerance) {
   const Case the_case = LoadCase(GetParam());
   for (const double tolerance : {1e-5, 1e-9, 1e-12}) {
-    const EventSolution result = SolveAt(the_case.problem, tolerance, ReferenceTimes(the_case));
-    const Solution& solution = result.solution;
+    const Solution solution = SolveAt(the_case.problem, tolerance, ReferenceTimes(the_case));
     ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
     const CaseError error = ErrorOf(the_case, solution.times, solution.x, solution.y);
     const double allowed = std::max(tolerance, the_case.reference_accuracy);
@@ -57,15 +77,16 @@ TEST_P(EventCasesTest, ErrorIsBelowTheTolerance) {
     if (the_case.y_is_unique) {
       EXPECT_LT(error.y, 10 * allowed) << "tolerance " << tolerance;
     }
-    EXPECT_EQ(result.record.marched_steps, 0);
+    EXPECT_EQ(solution.cost.marched_steps, 0);
     EXPECT_LT(solution.certificate.node_residual, tolerance * solution.certificate.lcp_scale);
   }
 }
 
 TEST_P(EventCasesTest, SwitchingTimesAreThoseOfTheReference) {
   const Case the_case = LoadCase(GetParam());
-  const EventSolution result = SolveAt(the_case.problem, 1e-10, ReferenceTimes(the_case));
-  const std::vector<double> times = result.record.SwitchingTimes();
+  const Solution solution = SolveAt(the_case.problem, 1e-10, ReferenceTimes(the_case));
+  const std::vector<double> times = SwitchesOf(solution);
+  LastActive(solution);
   // The references also list break points at which the active set stays.
   const std::vector<double> breaks = BreakPoints(the_case.problem);
   ASSERT_TRUE(the_case.num_switchings.has_value());
@@ -86,7 +107,7 @@ TEST_P(EventCasesTest, SwitchingTimesAreThoseOfTheReference) {
 
 TEST_P(EventCasesTest, StatesJumpWhereTheReferenceDoes) {
   const Case the_case = LoadCase(GetParam());
-  const Solution solution = SolveAt(the_case.problem, 1e-9).solution;
+  const Solution solution = SolveAt(the_case.problem, 1e-9);
   ASSERT_EQ(solution.jumps.size(), the_case.state_jumps.size());
   for (std::size_t k = 0; k < solution.jumps.size(); ++k) {
     EXPECT_EQ(solution.jumps[k].time, the_case.state_jumps[k].first);
@@ -106,16 +127,16 @@ TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
   for (int k = 1; k <= 40; ++k) times.push_back(k / 40.0);
   Index steps_before = 0;
   for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13}) {
-    const EventSolution result = SolveAt(ExampleFourOne(), tolerance, times);
-    ASSERT_EQ(result.solution.termination, Termination::kConverged);
+    const Solution solution = SolveAt(ExampleFourOne(), tolerance, times);
+    ASSERT_EQ(solution.termination, Termination::kConverged);
     double error = 0;
     for (std::size_t k = 0; k < times.size(); ++k) {
       error =
-          NanMax(error, MaxAbs(result.solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
+          NanMax(error, MaxAbs(solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
     }
     EXPECT_LT(error, tolerance);
-    EXPECT_GE(result.record.steps, steps_before);
-    steps_before = result.record.steps;
+    EXPECT_GE(solution.cost.steps, steps_before);
+    steps_before = solution.cost.steps;
   }
   EXPECT_LT(steps_before, 30);
 }
@@ -124,7 +145,7 @@ TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
 TEST(EventLocatedTest, YIsAsAccurateAsX) {
   std::vector<double> times;
   for (int k = 1; k <= 40; ++k) times.push_back(k / 40.0);
-  const Solution solution = SolveAt(ExampleFourOne(), 1e-9, times).solution;
+  const Solution solution = SolveAt(ExampleFourOne(), 1e-9, times);
   for (std::size_t k = 0; k < times.size(); ++k) {
     const double x1 = ExampleFourOneExact(times[k])[0];
     const Vector y{{std::max(x1, 0.0), 0, 0, std::max(-x1, 0.0)}};
@@ -158,27 +179,27 @@ TEST(EventLocatedTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
   Problem declared = undeclared;
   declared.break_points = {0.7};
   for (const Problem& problem : {declared, undeclared}) {
-    const EventSolution result = SolveAt(problem, 1e-9, {0.5, 0.75, 1, 2});
-    ASSERT_EQ(result.solution.termination, Termination::kConverged);
+    const Solution solution = SolveAt(problem, 1e-9, {0.5, 0.75, 1, 2});
+    ASSERT_EQ(solution.termination, Termination::kConverged);
     for (Index k = 0; k < 4; ++k) {
-      EXPECT_NEAR(result.solution.x(0, k), JumpExact(result.solution.times[k])[0], 1e-9);
+      EXPECT_NEAR(solution.x(0, k), JumpExact(solution.times[k])[0], 1e-9);
     }
-    ASSERT_EQ(result.record.SwitchingTimes().size(), 1u);
+    ASSERT_EQ(SwitchesOf(solution).size(), 1u);
   }
-  EXPECT_LT(SolveAt(declared, 1e-9).record.steps, 12);
+  EXPECT_LT(SolveAt(declared, 1e-9).cost.steps, 12);
 }
 
 TEST(EventLocatedTest, SamplesAreStraightBetweenTheirTimes) {
   Problem problem = Scalar(0, 1, 0, 1);  // y = 0
   problem.f = TimeFunction::Sampled({0, 0.3, 1}, Matrix{{0, 3, 0}});
-  const EventSolution result = SolveAt(problem, 1e-12, {0.3, 1});
-  EXPECT_NEAR(result.solution.x(0, 0), 0.45, 1e-14);
-  EXPECT_NEAR(result.solution.x(0, 1), 1.5, 1e-14);
-  EXPECT_LE(result.record.steps, 4);
+  const Solution solution = SolveAt(problem, 1e-12, {0.3, 1});
+  EXPECT_NEAR(solution.x(0, 0), 0.45, 1e-14);
+  EXPECT_NEAR(solution.x(0, 1), 1.5, 1e-14);
+  EXPECT_LE(solution.cost.steps, 4);
 }
 
 // x stays 0, w = g(t) + y: y = max(0, -g).
-EventSolution SolveForGuard(const char* g) {
+Solution SolveForGuard(const char* g) {
   Problem problem = Scalar(0, 0, 0, 2);
   problem.B.MutableDense().setZero();
   problem.g = TimeFunction::Formulas({g});
@@ -186,18 +207,18 @@ EventSolution SolveForGuard(const char* g) {
 }
 
 TEST(EventLocatedTest, GrazingIsNoEventAndDippingIsTwo) {
-  EXPECT_TRUE(SolveForGuard("(t-1)**2").record.SwitchingTimes().empty());
-  const std::vector<double> times = SolveForGuard("(t-1)**2-1e-6").record.SwitchingTimes();
+  EXPECT_TRUE(SwitchesOf(SolveForGuard("(t-1)**2")).empty());
+  const std::vector<double> times = SwitchesOf(SolveForGuard("(t-1)**2-1e-6"));
   ASSERT_EQ(times.size(), 2u);
   EXPECT_NEAR(times[0], 0.999, 1e-9);
   EXPECT_NEAR(times[1], 1.001, 1e-9);
 }
 
 TEST(EventLocatedTest, PassesInflectionsAndIdenticalZeros) {
-  const EventSolution inflection = SolveForGuard("(t-1)**3");
-  ASSERT_EQ(inflection.record.intervals.size(), 2u);
-  EXPECT_NEAR(inflection.record.intervals[0].end, 1, 1e-3);  // y is below 1e-9 from there on
-  EXPECT_EQ(SolveForGuard("0").record.events, 0);
+  const Solution inflection = SolveForGuard("(t-1)**3");
+  ASSERT_EQ(SwitchesOf(inflection).size(), 1u);
+  EXPECT_NEAR(SwitchesOf(inflection)[0], 1, 1e-3);  // y is below 1e-9 from there on
+  EXPECT_TRUE(SwitchesOf(SolveForGuard("0")).empty());
 }
 
 // Point queue with sin: free and empty stretches alternate; x' = sin 20t - 1/2, x >= 0.
@@ -210,10 +231,10 @@ TEST(EventLocatedTest, JumpsOntoTheConstraintsAndSlidesThere) {
   problem.g = TimeFunction::Zero(1);
   problem.x0 = Vector::Constant(1, -0.5);
   problem.horizon = 3;
-  const EventSolution result = SolveAt(problem, 1e-10);
-  ASSERT_EQ(result.solution.jumps.size(), 1u);
-  EXPECT_DOUBLE_EQ(result.solution.jumps[0].dx[0], 0.5);
-  const std::vector<double> times = result.record.SwitchingTimes();
+  const Solution solution = SolveAt(problem, 1e-10);
+  ASSERT_EQ(solution.jumps.size(), 1u);
+  EXPECT_DOUBLE_EQ(solution.jumps[0].dx[0], 0.5);
+  const std::vector<double> times = SwitchesOf(solution);
   ASSERT_EQ(times.size(), 19u);
   for (std::size_t k = 0; k < times.size(); k += 2) {  // free from where sin 20t = 1/2, rising
     const double expected = (std::numbers::pi / 6 + 2 * std::numbers::pi * static_cast<double>(k / 2)) / 20;
@@ -248,15 +269,14 @@ Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& 
 TEST(EventLocatedTest, FollowsSwitchesThatAccumulateIntoSliding) {
   const Matrix C{{1, -2}, {2, 1}};
   const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
-  const EventSolution result = SolveAt(problem, 1e-9, {0.3, 0.6, 0.649, 0.66, 2});
-  const Solution& solution = result.solution;
+  const Solution solution = SolveAt(problem, 1e-9, {0.3, 0.6, 0.649, 0.66, 2});
   ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
   for (Index k = 0; k < 3; ++k)
     EXPECT_NEAR(solution.x.col(k).cwiseAbs().sum(), 1.3 - 2 * solution.times[k], 1e-12);
   EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-12);
-  EXPECT_GT(result.record.events, 15);
-  EXPECT_NEAR(result.record.SwitchingTimes().back(), 0.65, 1e-9);
-  EXPECT_EQ(result.record.intervals.back().active, (std::vector<Index>{0, 1}));
+  EXPECT_GT(SwitchesOf(solution).size(), 15u);
+  EXPECT_NEAR(SwitchesOf(solution).back(), 0.65, 1e-9);
+  EXPECT_EQ(LastActive(solution), (std::set<Index>{0, 1}));
 }
 
 // x1' = x2, x2' = -2 sgn x1 - sgn x2: switches accumulate at a point where no mode of relative degree one
@@ -264,24 +284,30 @@ TEST(EventLocatedTest, FollowsSwitchesThatAccumulateIntoSliding) {
 TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
-  const EventSolution result = SolveAt(
-      Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10), 1e-9, {4, 6, 10});
-  ASSERT_EQ(result.solution.termination, Termination::kConverged) << result.solution.message;
-  EXPECT_GT(result.record.marched_steps, 0);
-  EXPECT_TRUE(result.record.intervals.back().marched);
-  EXPECT_FALSE(result.record.intervals.back().why.empty());
-  EXPECT_LT(MaxAbs(result.solution.x.rightCols(2)), 1e-5);
-  EXPECT_GT(result.record.accumulated_error, 1e-9);
-  ASSERT_FALSE(result.solution.warnings.empty());
+  const Problem problem = Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10);
+  const Solution solution = SolveAt(problem, kNoTolerance, {4, 6, 10});
+  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_GT(solution.cost.marched_steps, 0);
+  EXPECT_EQ(solution.switching_times.back().kind, "coupled steps begin");
+  EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-5);
+  ASSERT_EQ(solution.warnings.size(), 2u);
+  EXPECT_NE(solution.warnings[0].find("No active set lasted from t = "), std::string::npos) << solution.warnings[0];
+  EXPECT_NE(solution.warnings[1].find("more than the tolerance"), std::string::npos) << solution.warnings[1];
+
+  // Who asks for an error learns that it was not met.
+  const Solution asked = SolveAt(problem, 1e-9, {4, 6, 10});
+  EXPECT_EQ(asked.termination, Termination::kIterationLimit);
+  EXPECT_EQ(asked.x, solution.x);
+  EXPECT_GT(asked.certificate.estimated_error_x.value(), 1e-9);
 }
 
 // The oscillation of a relay behind a double integrator: parabolas, switches √2, 3√2, 5√2, ...
 TEST(EventLocatedTest, SwitchesARelayBehindTwoIntegrators) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
-  const EventSolution result =
+  const Solution solution =
       SolveAt(Relays(A, Vector{{0, 1}}, Vector{{1, 0}}.transpose(), Vector{{1, 0}}, 20), 1e-9);
-  const std::vector<double> times = result.record.SwitchingTimes();
+  const std::vector<double> times = SwitchesOf(solution);
   ASSERT_EQ(times.size(), 7u);
   for (std::size_t k = 0; k < times.size(); ++k) {
     EXPECT_NEAR(times[k], static_cast<double>(2 * k + 1) * std::numbers::sqrt2, 1e-12);
@@ -292,11 +318,11 @@ TEST(EventLocatedTest, SwitchesARelayBehindTwoIntegrators) {
 TEST(EventLocatedTest, TakesLongStepsOnStiffModes) {
   Problem problem = Scalar(-1e6, 2, 1, 2);
   problem.f = TimeFunction::Formulas({"1e6*cos(3*t)-3*sin(3*t)"});
-  const EventSolution result = SolveAt(problem, 1e-9, {0.5, 1, 2});
+  const Solution solution = SolveAt(problem, 1e-9, {0.5, 1, 2});
   for (Index k = 0; k < 3; ++k) {
-    EXPECT_NEAR(result.solution.x(0, k), std::cos(3 * result.solution.times[k]), 1e-9);
+    EXPECT_NEAR(solution.x(0, k), std::cos(3 * solution.times[k]), 1e-9);
   }
-  EXPECT_LT(result.record.steps, 60);
+  EXPECT_LT(solution.cost.steps, 60);
 }
 
 // The least element of 0 <= y ⟂ x - y >= 0 is y = 0 for x >= 0, and there is none for x < 0; x = 1 - t.
@@ -305,55 +331,108 @@ TEST(EventLocatedTest, EndsWhereNoLeastElementIsLeft) {
   problem.M(0, 0) = -1;
   problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
   problem.B(0, 0) = 0.5;
-  const EventSolution result = SolveAt(problem, 1e-9);
-  EXPECT_EQ(result.solution.termination, Termination::kInfeasible) << result.solution.message;
-  EXPECT_NEAR(result.solution.failure_time, 1, 1e-8);
-  EXPECT_EQ(result.solution.x.cols(), 1);
+  const Solution solution = SolveAt(problem, 1e-9);
+  EXPECT_EQ(solution.termination, Termination::kInfeasible) << solution.message;
+  EXPECT_NEAR(solution.failure_time, 1, 1e-8);
+  EXPECT_LT(solution.times.back(), 1);
+  EXPECT_GT(solution.times.back(), 0.99);
 }
 
 TEST(EventLocatedTest, SaysWhenTheStateOverflows) {
-  const EventSolution result = SolveAt(Scalar(1e4, 1, 1, 10), 1e-9);
-  EXPECT_EQ(result.solution.termination, Termination::kNonFinite) << result.solution.message;
-  EXPECT_LT(result.solution.failure_time, 0.08);
+  const Solution solution = SolveAt(Scalar(1e4, 1, 1, 10), 1e-9);
+  EXPECT_EQ(solution.termination, Termination::kNonFinite) << solution.message;
+  EXPECT_LT(solution.failure_time, 0.08);
 }
 
 TEST(EventLocatedTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
-  const EventSolution few = SolveAt(ExampleFourOne(), 1e-9, {0.5});
-  ASSERT_EQ(few.solution.times, (std::vector<double>{0.5}));
+  const Solution few = SolveAt(ExampleFourOne(), 1e-9, {0.5});
+  ASSERT_EQ(few.times, (std::vector<double>{0.5}));
   Options options;
+  options.method = Method::kEventLocated;
   options.num_steps = 100;
   Observer silent;
-  const auto many = SolveByEvents(ExampleFourOne(), 1e-9, options, silent, {});
+  const auto many = Solve(ExampleFourOne(), options, silent, {});
   ASSERT_TRUE(many.ok());
-  ASSERT_EQ(many->solution.times.size(), 101u);
-  EXPECT_EQ(many->solution.times[50], 0.5);
-  EXPECT_EQ(few.solution.x.col(0), many->solution.x.col(50));
-  EXPECT_EQ(few.record.steps, many->record.steps);
+  ASSERT_EQ(many->times.size(), 101u);
+  EXPECT_EQ(many->times[50], 0.5);
+  EXPECT_EQ(few.x.col(0), many->x.col(50));
+  EXPECT_EQ(few.cost.steps, many->cost.steps);
+}
+
+// w = g + y with g = -1 before the break point at 1 and -3 behind it: y jumps from 1 to 3.
+TEST(EventLocatedTest, HasBothLimitsWhereYJumps) {
+  Problem problem = Scalar(0, 0, 0, 2);
+  problem.B.MutableDense().setZero();
+  problem.g = TimeFunction::Formulas({"-1-2*(t>=1)"});
+  problem.break_points = {1};
+  const Solution solution = SolveAt(problem, 1e-9);
+  ASSERT_EQ(solution.left_limits.size(), 1u);
+  const Index column = solution.left_limits[0].column;
+  EXPECT_EQ(solution.times[column], 1);
+  EXPECT_NEAR(solution.left_limits[0].y[0], 1, 1e-12);
+  EXPECT_NEAR(solution.y(0, column), 3, 1e-12);
+}
+
+TEST(EventLocatedTest, NamesWhatEntersAndLeaves) {
+  Problem problem = Scalar(0, 0, 0, 2);  // w = g + y
+  problem.B.MutableDense().setZero();
+  problem.g = TimeFunction::Formulas({"(t-0.5)*(1.5-t)*(1-4*(t>=1))"});  // y > 0 on (0, 0.5) and on (1, 1.5)
+  problem.break_points = {1};
+  const std::vector<SwitchingTime> times = SolveAt(problem, 1e-9).switching_times;
+  ASSERT_EQ(times.size(), 4u);
+  const std::vector<Index> none, first = {0};
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(times[k].time, 0.5 * static_cast<double>(k), 1e-9);
+    EXPECT_EQ(times[k].entering, k % 2 ? none : first);
+    EXPECT_EQ(times[k].leaving, k % 2 ? first : none);
+  }
+  EXPECT_EQ(times[0].kind, "start");
+  EXPECT_EQ(times[1].kind, "switch");
+  EXPECT_EQ(times[2].kind, "break point");
+}
+
+TEST(EventLocatedTest, EstimatesItsErrorByAHundredthOfTheTolerance) {
+  Options options;
+  options.method = Method::kEventLocated;
+  options.error_tolerance = 1e-6;
+  options.estimate_error = true;
+  Observer silent;
+  const auto solution = Solve(ExampleFourOne(), options, silent, {});
+  ASSERT_TRUE(solution.ok());
+  const Vector x = ExampleFourOneExact(1);
+  const double at_end = MaxAbs(solution->x.rightCols(1) - x);
+  EXPECT_GE(1.01 * solution->certificate.estimated_error_x.value(), at_end);
+  EXPECT_LT(*solution->certificate.estimated_error_x, 1e-6);
 }
 
 TEST(EventLocatedTest, StopsOnRequest) {
   std::stop_source stop;
   stop.request_stop();
+  Options options;
+  options.method = Method::kEventLocated;
   Observer silent;
-  const auto result = SolveByEvents(ExampleFourOne(), 1e-9, {}, silent, stop.get_token());
+  const auto result = Solve(ExampleFourOne(), options, silent, stop.get_token());
   ASSERT_TRUE(result.ok());
-  EXPECT_EQ(result->solution.termination, Termination::kCancelled);
+  EXPECT_EQ(result->termination, Termination::kCancelled);
 }
 
 TEST(EventLocatedTest, RefusesRulesThatAModeDoesNotDetermineAndRelativeDegreeThree) {
   Problem problem = LoadCase("diode_bridge_cap").problem;
   problem.rule = SolutionRule::kLeastNorm;
-  Observer silent;
-  EXPECT_EQ(SolveByEvents(problem, 1e-9, {}, silent, {}).status().code(), absl::StatusCode::kInvalidArgument);
-  const EventSolution triple = SolveAt(LoadCase("outside_triple_integrator").problem, 1e-9);
-  EXPECT_EQ(triple.solution.termination, Termination::kUnsupported);
-  EXPECT_NE(triple.solution.message.find("relative degree 3"), std::string::npos) << triple.solution.message;
+  const Solution least_norm = SolveAt(problem, 1e-9);
+  EXPECT_EQ(least_norm.termination, Termination::kUnsupported);
+  EXPECT_NE(least_norm.message.find("least norm"), std::string::npos) << least_norm.message;
+  const Solution triple = SolveAt(LoadCase("outside_triple_integrator").problem, 1e-9);
+  EXPECT_EQ(triple.termination, Termination::kUnsupported);
+  EXPECT_NE(triple.message.find("relative degree 3"), std::string::npos) << triple.message;
 }
 
 TEST(EventLocatedTest, RefusesTolerancesThatDoublesCannotMeet) {
   Observer silent;
-  for (const double tolerance : {0.0, -1.0, 1e-15, 0.5, std::nan("")}) {
-    const auto result = SolveByEvents(ExampleFourOne(), tolerance, {}, silent, {});
+  for (const double tolerance : {-1.0, 1e-15, 1.0, std::nan("")}) {
+    Options options;
+    options.error_tolerance = tolerance;
+    const auto result = Solve(ExampleFourOne(), options, silent, {});
     EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << tolerance;
   }
 }

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which active set held when, and where none did.
+
+#ifndef DLCS_CORE_EVENTS_EVENT_RECORD_H_
+#define DLCS_CORE_EVENTS_EVENT_RECORD_H_
+
+#include <string>
+#include <vector>
+
+#include "core/solution.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// One active set from `begin` to `end`, or a stretch that was marched.
+struct ModeInterval {
+  double begin = 0;
+  double end = 0;
+  std::vector<Index> active;  // increasing; the indices with w_i = 0 while y_i may be positive
+  bool marched = false;       // by coupled steps of first order, because no mode lasted; `active` is empty
+  std::string why;            // of a march
+};
+
+struct EventRecord {
+  std::vector<ModeInterval> intervals;  // one after the other from 0 on
+  Index steps = 0;                      // inside modes, accepted
+  Index rejected_steps = 0;             // too long for the tolerance
+  Index marched_steps = 0;
+  double longest_step = 0;
+  // Sum over all steps of the estimated local error over its magnitude: what the tolerance bounds while every
+  // step could be made short enough.
+  double accumulated_error = 0;
+
+  // `next` begins where the last interval ends, and lengthens it where nothing changes.
+  void Add(ModeInterval next);
+};
+
+// The start of the first interval, and the times where one follows another.
+std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record,
+                                            const std::vector<double>& break_points,
+                                            const std::vector<StateJump>& jumps);
+
+// A sentence on the stretches that were marched; empty where there were none.
+std::string DescribeMarches(const EventRecord& record);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENTS_EVENT_RECORD_H_

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// A tolerance instead of a step: what is promised holds, for every method, on every case.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/linalg/norms.h"
+#include "core/methods/step_control.h"
+#include "core/solve.h"
+#include "tests/support/cases.h"
+#include "tests/support/problems.h"
+
+namespace dlcs {
+namespace {
+
+using testing::ExampleFourOne;
+using testing::ExampleFourOneExact;
+using testing::LoadCase;
+
+Solution SolveFor(const Problem& problem, Options options) {
+  options.project_initial_state = true;
+  Observer silent;
+  auto solution = Solve(problem, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+Options Within(double error, Method method = Method::kAuto) {
+  Options options;
+  options.method = method;
+  options.error_tolerance = error;
+  return options;
+}
+
+// At the times of `solution`, to 1e-12 by a method that shares no step with the others.
+Solution ReferenceFor(const Problem& problem, const Solution& solution) {
+  Options options = Within(1e-12, Method::kEventLocated);
+  options.output_times = solution.times;
+  options.output_times_only = true;
+  return SolveFor(problem, options);
+}
+
+using CaseAndMethod = std::tuple<const char*, Method>;
+class ErrorToleranceTest : public ::testing::TestWithParam<CaseAndMethod> {};
+
+// The methods of first order are asked for less.
+TEST_P(ErrorToleranceTest, IsKept) {
+  const auto [name, method] = GetParam();
+  const Problem problem = LoadCase(name).problem;
+  const bool first_order = method == Method::kTimeStepping;
+  for (const double tolerance : first_order ? std::vector{1e-1, 1e-2} : std::vector{1e-2, 1e-4, 1e-5}) {
+    const Solution solution = SolveFor(problem, Within(tolerance, method));
+    if (solution.termination == Termination::kUnsupported) return;  // the iteration, where y is no function
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    const Solution exact = ReferenceFor(problem, solution);
+    ASSERT_EQ(exact.times, solution.times);
+    EXPECT_LE(RelativeDifference(solution.x, exact.x), tolerance) << solution.message;
+    EXPECT_GT(solution.certificate.estimated_error_x.value(), -1) << "no estimate";
+    if (solution.certificate.estimated_error_By) {
+      EXPECT_LE(RelativeDifference(problem.B * solution.y, problem.B * exact.y), tolerance) << solution.message;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cases, ErrorToleranceTest,
+    ::testing::Combine(::testing::Values("abb_circuit_a", "abb_circuit_c", "american_put", "diode_bridge_cap",
+                                         "formula_zoo", "leontief_stock", "observer_lcs", "relay_sliding", "rlcd",
+                                         "saturated_pd", "vickrey", "z_least"),
+                       ::testing::Values(Method::kExponentialMarch, Method::kLaplaceIteration, Method::kTimeStepping)),
+    [](const auto& test) {
+      std::string name = std::string(std::get<0>(test.param)) + "_" + MethodName(std::get<1>(test.param));
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
+
+double ErrorOfFourOne(const Solution& solution) {
+  double error = 0;
+  for (std::size_t k = 0; k < solution.times.size(); ++k) {
+    error = NanMax(error, MaxAbs(solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(solution.times[k])));
+  }
+  return error;
+}
+
+TEST(ErrorToleranceOptionTest, OfPaperIterationIncludesItsContour) {
+  Options options = Within(1e-3, Method::kPaperIteration);
+  options.num_contour_nodes = 2;  // too few: e^{-2.06 √2} = 0.05
+  const Solution solution = SolveFor(ExampleFourOne(), options);
+  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_LE(ErrorOfFourOne(solution), 1e-4);  // x1 stays near 0.1
+  EXPECT_GT(solution.contour.value().nodes, 2);
+}
+
+TEST(ErrorToleranceOptionTest, LeavesOutputWhereItWasAskedFor) {
+  Options options = Within(1e-4, Method::kExponentialMarch);
+  options.output_times = {0.1, 0.55};
+  options.output_times_only = true;
+  EXPECT_EQ(SolveFor(ExampleFourOne(), options).times, (std::vector<double>{0.1, 0.55}));
+  options.output_times.clear();
+  options.output_times_only = false;
+  options.num_steps = 10;
+  const Solution tenths = SolveFor(ExampleFourOne(), options);
+  ASSERT_EQ(tenths.times.size(), 11u);
+  EXPECT_DOUBLE_EQ(tenths.times[1], 0.1);
+  EXPECT_GT(tenths.cost.steps, 100);
+  EXPECT_LE(ErrorOfFourOne(tenths), 1e-5);
+}
+
+TEST(ErrorToleranceOptionTest, SaysWhatWasReachedWhereItIsOutOfReach) {
+  Options options = Within(1e-12, Method::kTimeStepping);
+  const Solution solution = SolveFor(ExampleFourOne(), options);
+  EXPECT_EQ(solution.termination, Termination::kIterationLimit);
+  EXPECT_NE(solution.message.find("was asked for"), std::string::npos) << solution.message;
+  EXPECT_TRUE(std::isnan(solution.failure_time));
+  EXPECT_EQ(solution.times.back(), 1);
+  const double estimate = solution.certificate.estimated_error_x.value();
+  EXPECT_LT(ErrorOfFourOne(solution), 2 * estimate);
+  EXPECT_GT(ErrorOfFourOne(solution), estimate / 100);
+}
+
+TEST(ErrorToleranceOptionTest, ChoosesEventLocationForSmallErrorsAndSaysWhy) {
+  const Solution solution = SolveFor(ExampleFourOne(), Within(1e-8));
+  EXPECT_EQ(solution.method, Method::kEventLocated);
+  EXPECT_NE(solution.reason.find("an error of 1e-08 is asked for"), std::string::npos) << solution.reason;
+  EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
+  EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kLaplaceIteration);
+}
+
+}  // namespace
+}  // namespace dlcs
