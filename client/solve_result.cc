@@ -14,6 +14,14 @@ void Append(const google::protobuf::RepeatedField<double>& values, std::vector<d
   all.insert(all.end(), values.data(), values.data() + values.size());
 }
 
+bool LimitsFit(const v1::TrajectoryChunk& chunk, std::size_t constraints) {
+  for (const v1::LeftLimit& limit : chunk.left_limits()) {
+    const bool is_inside = limit.index() >= chunk.first() && limit.index() < chunk.first() + chunk.times_size();
+    if (!is_inside || static_cast<std::size_t>(limit.y_size()) != constraints) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 ResultCollector::ResultCollector(const v1::SolveRequest& request) {
@@ -70,7 +78,8 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   const auto count = static_cast<std::size_t>(chunk.times_size());
   const bool fits = static_cast<std::size_t>(chunk.first()) == result_.times.size() &&
                     static_cast<std::size_t>(chunk.x_size()) == count * result_.states &&
-                    static_cast<std::size_t>(chunk.y_size()) == count * result_.constraints;
+                    static_cast<std::size_t>(chunk.y_size()) == count * result_.constraints &&
+                    LimitsFit(chunk, result_.constraints);
   if (!fits && fault_.empty()) {
     fault_ = fmt::format("the chunk of the trajectory at index {} does not continue it at {}", chunk.first(),
                          result_.times.size());
@@ -79,6 +88,7 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   Append(chunk.times(), result_.times);
   Append(chunk.x(), result_.x);
   Append(chunk.y(), result_.y);
+  result_.left_limits.insert(result_.left_limits.end(), chunk.left_limits().begin(), chunk.left_limits().end());
 }
 
 absl::StatusOr<SolveResult> ResultCollector::Finish() && {

@@ -23,6 +23,7 @@ struct SolveResult {
   std::vector<double> times;
   std::vector<double> x;  // `states` values per time
   std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
+  std::vector<v1::LeftLimit> left_limits;  // where they differ, in the order of time
 
   std::span<const double> x_at(std::size_t k) const { return {x.data() + k * states, states}; }
   std::span<const double> y_at(std::size_t k) const { return {y.data() + k * constraints, constraints}; }

@@ -26,7 +26,8 @@ const char* Describe(Method method) {
     case Method::kTimeStepping:
       return "theta scheme by substitution, projects inconsistent states; order 1; any class of M";
     case Method::kEventLocated:
-      return "switching times located, collocation of high order between them; any tolerance; any class of M";
+      return "switching times located, steps of order 12 between them; a tolerance instead of a step; modest "
+             "numbers of states";
   }
   return "";
 }

@@ -160,6 +160,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
     result.grid_times.assign(options.grid_times().times().begin(), options.grid_times().times().end());
     if (result.grid_times.empty()) violations.push_back({"grid_times", "no times; must hold at least one"});
   }
+  result.error_tolerance = options.error_tolerance();
   result.output_times.assign(options.output_times().begin(), options.output_times().end());
   result.output_times_only = !result.output_times.empty();
   result.theta = options.theta();
@@ -192,6 +193,7 @@ v1::SolveOptions ToProto(const Options& options) {
   if (!options.grid_times.empty()) {
     result.mutable_grid_times()->mutable_times()->Add(options.grid_times.begin(), options.grid_times.end());
   }
+  result.set_error_tolerance(options.error_tolerance);
   result.mutable_output_times()->Add(options.output_times.begin(), options.output_times.end());
   result.set_theta(options.theta);
   result.set_step_solver(ToProto(options.step_solver));

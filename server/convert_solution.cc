@@ -7,6 +7,8 @@
 namespace dlcs {
 namespace {
 
+constexpr int kMostSwitchingTimes = 10000;
+
 v1::Certificate ToProto(const Certificate& certificate) {
   v1::Certificate result;
   result.set_node_residual(certificate.node_residual);
@@ -68,6 +70,22 @@ v1::ContourRecord ToProto(const ContourRecord& record) {
   result.set_sector_angle(record.sector_angle);
   result.set_log10_error(record.log10_error);
   result.set_separated(record.separated);
+  return result;
+}
+
+v1::SwitchingTime ToProto(const SwitchingTime& switching) {
+  v1::SwitchingTime result;
+  result.set_time(switching.time);
+  result.mutable_entering()->Add(switching.entering.begin(), switching.entering.end());
+  result.mutable_leaving()->Add(switching.leaving.begin(), switching.leaving.end());
+  result.set_kind(switching.kind);
+  return result;
+}
+
+v1::LeftLimit ToProto(const LeftLimit& limit) {
+  v1::LeftLimit result;
+  result.set_index(limit.column);
+  result.mutable_y()->Add(limit.y.begin(), limit.y.end());
   return result;
 }
 
@@ -148,6 +166,9 @@ v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index co
   result.mutable_times()->Add(solution.times.begin() + first, solution.times.begin() + first + count);
   Append(solution.x.middleCols(first, count), *result.mutable_x());
   Append(solution.y.middleCols(first, count), *result.mutable_y());
+  for (const LeftLimit& limit : solution.left_limits) {
+    if (limit.column >= first && limit.column < first + count) *result.add_left_limits() = ToProto(limit);
+  }
   return result;
 }
 
@@ -172,6 +193,11 @@ v1::Summary SummaryToProto(const Solution& solution) {
   if (solution.newton) *result.mutable_newton() = ToProto(*solution.newton);
   if (solution.kernel) *result.mutable_kernel() = ToProto(*solution.kernel);
   if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
+  result.set_switchings(static_cast<Index>(solution.switching_times.size()));
+  for (const SwitchingTime& switching : solution.switching_times) {
+    if (result.switching_times_size() == kMostSwitchingTimes) break;  // a summary is one message
+    *result.add_switching_times() = ToProto(switching);
+  }
   return result;
 }
 

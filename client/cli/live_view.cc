@@ -86,8 +86,12 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
                         Count(analysis.constraints(), "pair"),
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
   PrintText(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
-  PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
-                        settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));
+  if (analysis.steps() == 0) {
+    PrintLine("steps as short as the error that is allowed needs");
+  } else {
+    PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
+                          settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));
+  }
   if (!settings_.warnings) return;
   for (const std::string& warning : analysis.warnings()) PrintText("warning: " + warning);
 }

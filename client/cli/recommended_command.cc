@@ -28,6 +28,7 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (options.method() != unset.method()) command += " --method " + MethodName(options.method());
   if (options.has_steps()) command += fmt::format(" --steps {}", options.steps());
   if (options.has_step()) command += fmt::format(" --step {}", options.step());
+  if (options.error_tolerance() > 0) command += fmt::format(" --tolerance {}", options.error_tolerance());
   if (options.has_grid_times()) command += " --grid " + ShellWord(asked.grid);
   if (!options.output_times().empty())
     command += fmt::format(" --at {}", fmt::join(options.output_times(), ","));

@@ -89,6 +89,25 @@ ordered_json JumpsJson(const v1::Summary& summary) {
   return jumps;
 }
 
+ordered_json SwitchingsJson(const v1::Summary& summary) {
+  ordered_json switchings = ordered_json::array();
+  for (const v1::SwitchingTime& switching : summary.switching_times()) {
+    switchings.push_back({{"time", switching.time()},
+                          {"kind", switching.kind()},
+                          {"entering", List(switching.entering())},
+                          {"leaving", List(switching.leaving())}});
+  }
+  return switchings;
+}
+
+ordered_json LeftLimitsJson(const SolveResult& result) {
+  ordered_json limits = ordered_json::array();
+  for (const v1::LeftLimit& limit : result.left_limits) {
+    limits.push_back({{"time", result.times[static_cast<std::size_t>(limit.index())]}, {"y", List(limit.y())}});
+  }
+  return limits;
+}
+
 ordered_json HeadJson(const std::string& name, const SolveResult& result) {
   const v1::Summary& s = result.summary;
   return {{"name", name},
@@ -108,7 +127,10 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"kernel", s.has_kernel() ? KernelJson(s.kernel()) : ordered_json(nullptr)},
           {"contour", s.has_contour() ? ContourJson(s.contour()) : ordered_json(nullptr)},
           {"newton", s.has_newton() ? NewtonJson(s.newton()) : ordered_json(nullptr)},
-          {"jumps", JumpsJson(s)}};
+          {"jumps", JumpsJson(s)},
+          {"switching_times", SwitchingsJson(s)},
+          {"switchings", s.switchings()},
+          {"left_limits", LeftLimitsJson(result)}};
 }
 
 // The shortest digits that read back as the same double. "-0" would be read as the integer 0.

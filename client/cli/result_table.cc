@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,32 @@ void PrintJumps(const v1::Summary& summary, std::FILE* out) {
   }
 }
 
+// "y2, y4", as the columns of the table are called.
+std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices) {
+  if (indices.empty()) return "-";
+  std::vector<std::string> names;
+  for (const std::int32_t i : indices) names.push_back(fmt::format("y{}", i + 1));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+// Which y may be positive from when on.
+void PrintSwitchings(const v1::Summary& summary, std::FILE* out) {
+  constexpr int kMostRows = 30;
+  if (summary.switching_times().empty()) return;
+  fmt::print(out, "\nSwitching times\n");
+  constexpr const char* kRow = "  {:>14}  {:<20}  {:<12}  {}\n";
+  fmt::print(out, kRow, "t", "", "active", "at rest");
+  const int rows = std::min(summary.switching_times_size(), kMostRows);
+  for (int k = 0; k < rows; ++k) {
+    const v1::SwitchingTime& switching = summary.switching_times(k);
+    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), switching.kind(), NamesOf(switching.entering()),
+               NamesOf(switching.leaving()));
+  }
+  if (summary.switchings() > rows) {
+    fmt::print(out, "  and {} more; --format json has them\n", summary.switchings() - rows);
+  }
+}
+
 void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
   if (std::isnan(c.node_residual())) return;  // nothing was measured
   fmt::print(out, "\nCertificate\n");
@@ -56,7 +83,7 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
     fmt::print(out, "  estimated error  {:.1e} of x (size {:.2g}){}\n", c.estimated_error_x(), c.x_scale(),
                c.has_estimated_error_by() ? fmt::format(", {:.1e} of B y", c.estimated_error_by()) : "");
   } else {
-    fmt::print(out, "  estimated error  not asked for (--estimate-error)\n");
+    fmt::print(out, "  estimated error  not asked for (--estimate-error, --tolerance)\n");
   }
   if (c.midpoint_residual() > kCoarse * c.lcp_scale()) {
     fmt::print(out, "  The residual between the nodes is large: take shorter steps to resolve y.\n");
@@ -143,6 +170,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
   PrintJumps(summary, out);
+  PrintSwitchings(summary, out);
   if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
   PrintNewton(summary, out);
   PrintContours(summary, out);

@@ -41,6 +41,10 @@ void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
       ->type_name("FILE|T1,T2,...")
       ->excludes(step)
       ->excludes(steps);
+  AddNumber(
+      app, "--tolerance", "E", Within("between 1e-13 and 1", 1e-13, 1), [&](double v) { options.set_error_tolerance(v); },
+      "An error instead of a step: of each component of x, relative to its largest value. Steps are then as short as "
+      "that needs; --step, --steps and --grid only say where output is wanted");
   app.add_option_function<std::string>(
          "--at",
          [&](const std::string& text) {
