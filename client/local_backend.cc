@@ -53,19 +53,26 @@ class DeadlineTimer {
   std::jthread waiter_;  // last: it uses the others
 };
 
-// A trajectory beyond this machine's memory is refused at once: asked for, it would take the machine down.
+// A trajectory or a system beyond this machine's memory is refused at once: asked for, it would take the
+// machine down.
 SessionLimits LimitsOfThisMachine() {
+  // Of the least that a solve holds for a state or a pair: the rows of the matrices and of the vectors made
+  // of them.
+  constexpr std::int64_t kBytesPerRow = 128;
   SessionLimits limits;
   limits.max_result_bytes = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
+  limits.max_states = limits.max_constraints = limits.max_result_bytes / kBytesPerRow;
   return limits;
 }
 
 // The session's violations travel as details of its error, as they do over the wire.
 absl::Status Describe(const absl::Status& status) {
   if (absl::IsResourceExhausted(status)) {
-    return absl::ResourceExhaustedError(fmt::format(
-        "a trajectory of so many steps does not fit into the {:.1f} GB of this machine; ask for fewer",
-        1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes)));
+    const bool trajectory = status.message().find("max_result_bytes") != std::string_view::npos;
+    return absl::ResourceExhaustedError(
+        fmt::format("{} not fit into the {:.1f} GB of this machine; ask for fewer",
+                    trajectory ? "a trajectory of so many steps does" : "so many states or pairs do",
+                    1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes)));
   }
   const auto payload = status.GetPayload("type.googleapis.com/google.rpc.BadRequest");
   google::rpc::BadRequest bad_request;
@@ -105,20 +112,19 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
 absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRequest& request,
                                                             const CallLimits& limits) {
   return Ask<v1::SolveLcpResponse>(
-      "the LCP", limits, [&](std::stop_token stop) { return RunLcp(request, SessionLimits{}, stop); });
+      "the LCP", limits, [&](std::stop_token stop) { return RunLcp(request, LimitsOfThisMachine(), stop); });
 }
 
 absl::StatusOr<v1::SolveDcpResponse> LocalBackend::SolveDcp(const v1::SolveDcpRequest& request,
                                                             const CallLimits& limits) {
-  return Ask<v1::SolveDcpResponse>("the DCP", limits, [&](std::stop_token stop) {
-    return RunDcp(request, LimitsOfThisMachine(), stop);
-  });
+  return Ask<v1::SolveDcpResponse>(
+      "the DCP", limits, [&](std::stop_token stop) { return RunDcp(request, LimitsOfThisMachine(), stop); });
 }
 
 absl::StatusOr<v1::AnalyzeProblemResponse> LocalBackend::AnalyzeProblem(
     const v1::AnalyzeProblemRequest& request, const CallLimits& limits) {
   return Ask<v1::AnalyzeProblemResponse>("the analysis", limits, [&](std::stop_token stop) {
-    return RunAnalysis(request, SessionLimits{}, stop);
+    return RunAnalysis(request, LimitsOfThisMachine(), stop);
   });
 }
 

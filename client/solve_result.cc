@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "proto/matrix_shape.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -31,7 +33,7 @@ ResultCollector::ResultCollector(const v1::SolveRequest& request) {
   const v1::NonlinearProblem& nonlinear = request.nonlinear();
   result_.states = static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.x0_size() : linear.x0_size());
   result_.constraints =
-      static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : linear.m().dense().rows());
+      static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : ShapeOf(linear.m()).rows);
 }
 
 void ResultCollector::Add(const v1::SolveEvent& event) {

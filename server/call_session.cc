@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/call_session.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "core/dcp/dcp.h"
 #include "core/lcp/lcp.h"
 #include "fmt/format.h"
+#include "proto/matrix_shape.h"
 #include "server/convert.h"
 #include "server/errors.h"
 
@@ -19,6 +21,12 @@ namespace {
 
 // A step that is not given is this part of the time of q.
 constexpr double kDefaultDcpSteps = 1000;
+
+absl::Status CheckPairs(const v1::Matrix& m, const SessionLimits& limits) {
+  const WireShape shape = ShapeOf(m);
+  return CheckLimit("max_constraints", static_cast<double>(std::max(shape.rows, shape.columns)),
+                    limits.max_constraints);
+}
 
 absl::Status CheckDcpSize(const DcpProblem& problem, double max_step, const SessionLimits& limits) {
   const double steps =
@@ -65,6 +73,7 @@ absl::StatusOr<v1::SolveDcpResponse> Step(const DcpProblem& problem, double max_
 
 absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, const SessionLimits& limits,
                                             std::stop_token stop) {
+  if (absl::Status limit = CheckPairs(request.m(), limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   const Matrix M = MatrixFromProto(request.m(), "M", violations);
   LcpRequest how;
@@ -72,11 +81,6 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
   if (request.has_selector()) how.selector = SelectorFromProto(request.selector(), violations);
   how.all_basic_solutions = request.all_basic_solutions();
   if (!violations.empty()) return InvalidRequest(violations);
-  if (absl::Status limit =
-          CheckLimit("max_constraints", static_cast<double>(M.rows()), limits.max_constraints);
-      !limit.ok()) {
-    return limit;
-  }
   const Vector q = Eigen::Map<const Vector>(request.q().data(), request.q_size());
   const absl::StatusOr<LcpResult> result = SolveLcp(M, q, how, stop);
   if (!result.ok()) return FromEngine(result.status());
@@ -85,6 +89,7 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
 
 absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits,
                                             std::stop_token stop) {
+  if (absl::Status limit = CheckPairs(request.m(), limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   DcpProblem problem;
   problem.M = MatrixFromProto(request.m(), "M", violations);
@@ -93,11 +98,6 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
   PiecewiseLinearPath check;
   if (request.has_check()) check = PathFromProto(request.check(), problem.M.rows(), "check", violations);
   if (!violations.empty()) return InvalidRequest(violations);
-  if (absl::Status limit =
-          CheckLimit("max_constraints", static_cast<double>(problem.M.rows()), limits.max_constraints);
-      !limit.ok()) {
-    return limit;
-  }
   if (request.has_check()) return Measure(problem, check);
   return Step(problem, request.max_step(), limits, std::move(stop));
 }

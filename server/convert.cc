@@ -7,12 +7,11 @@
 #include <variant>
 
 #include "fmt/format.h"
+#include "proto/matrix_shape.h"
 #include "server/convert_dense.h"
 
 namespace dlcs {
 namespace {
-
-using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 Vector VectorFromProto(const Doubles& values) {
   return Eigen::Map<const Vector>(values.data(), values.size());
@@ -28,6 +27,8 @@ Matrix ColumnsFromProto(const Doubles& values, Index size, const std::string& fi
   }
   return Eigen::Map<const Matrix>(values.data(), size, size == 0 ? 0 : values.size() / size);
 }
+
+Index DeclaredRows(const v1::Matrix& matrix) { return std::max<Index>(0, ShapeOf(matrix).rows); }
 
 TimePiece TimePieceFromProto(const v1::TimePiece& piece, Index size, const std::string& field,
                              std::vector<Violation>& violations) {
@@ -78,30 +79,13 @@ v1::SolutionRule ToProto(SolutionRule rule) {
 
 }  // namespace
 
-Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
-                       std::vector<Violation>& violations) {
-  if (!matrix.has_dense()) {
-    violations.push_back({field, "not set; a dense matrix is required"});
-    return Matrix();
-  }
-  const v1::DenseMatrix& dense = matrix.dense();
-  const Index rows = dense.rows();
-  const Index columns = dense.columns();
-  if (rows < 0 || columns < 0) {
-    violations.push_back({field, fmt::format("{} x {}; the shape must not be negative", rows, columns)});
-    return Matrix();
-  }
-  if (dense.values_size() != rows * columns) {
-    violations.push_back({field, fmt::format("{} values; {} x {} needs {}", dense.values_size(), rows,
-                                             columns, rows * columns)});
-    return Matrix();
-  }
-  return Eigen::Map<const RowMajorMatrix>(dense.values().data(), rows, columns);
-}
-
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
                                    std::vector<Violation>& violations) {
   TimeFunction result;
+  if (function.has_lift()) {
+    result.lift = StructuredMatrixFromProto(function.lift(), field + ".lift", violations);
+    size = std::max<Index>(0, ShapeOf(function.lift()).columns);
+  }
   if (function.pieces().empty()) violations.push_back({field, "not set; at least one piece is required"});
   for (int p = 0; p < function.pieces_size(); ++p) {
     const v1::TimePiece& piece = function.pieces(p);
@@ -141,14 +125,14 @@ Selector SelectorFromProto(const v1::Selector& selector, std::vector<Violation>&
 
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations) {
   Problem result;
-  result.A = MatrixFromProto(problem.a(), "A", violations);
-  result.B = MatrixFromProto(problem.b(), "B", violations);
-  result.N = MatrixFromProto(problem.n(), "N", violations);
-  result.M = MatrixFromProto(problem.m(), "M", violations);
+  result.A = StructuredMatrixFromProto(problem.a(), "A", violations);
+  result.B = StructuredMatrixFromProto(problem.b(), "B", violations);
+  result.N = StructuredMatrixFromProto(problem.n(), "N", violations);
+  result.M = StructuredMatrixFromProto(problem.m(), "M", violations);
   // Declared shapes, so that a matrix with a wrong number of values does not make the functions look wrong
   // too.
-  result.f = TimeFunctionFromProto(problem.f(), std::max(0, problem.a().dense().rows()), "f", violations);
-  result.g = TimeFunctionFromProto(problem.g(), std::max(0, problem.m().dense().rows()), "g", violations);
+  result.f = TimeFunctionFromProto(problem.f(), DeclaredRows(problem.a()), "f", violations);
+  result.g = TimeFunctionFromProto(problem.g(), DeclaredRows(problem.m()), "g", violations);
   result.x0 = VectorFromProto(problem.x0());
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
@@ -169,17 +153,9 @@ NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem,
   return result;
 }
 
-v1::Matrix ToProto(const Matrix& matrix) {
-  v1::Matrix result;
-  v1::DenseMatrix& dense = *result.mutable_dense();
-  dense.set_rows(static_cast<int>(matrix.rows()));
-  dense.set_columns(static_cast<int>(matrix.cols()));
-  Append(matrix.transpose(), *dense.mutable_values());
-  return result;
-}
-
 v1::TimeFunction ToProto(const TimeFunction& function) {
   v1::TimeFunction result;
+  if (function.is_lifted()) *result.mutable_lift() = ToProto(function.lift);
   for (const TimeFunction::Piece& piece : function.pieces) {
     v1::TimePiece& out = *result.add_pieces();
     out.set_start(piece.start);

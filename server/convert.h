@@ -27,6 +27,11 @@
 
 namespace dlcs {
 
+// A matrix with its structure. What a message of a few bytes may declare without holding it is bounded before anything is
+// allocated: by 2^31 - 1 rows and columns here, by the limits of the server in request_check.h.
+StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
+                                           std::vector<Violation>& violations);
+// All entries, whatever the structure on the wire; at most StructuredMatrix::kMostDenseEntries.
 Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
                        std::vector<Violation>& violations);
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
@@ -41,10 +46,12 @@ NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem,
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);
 
 v1::Matrix ToProto(const Matrix& matrix);
+v1::Matrix ToProto(const StructuredMatrix& matrix);
 v1::TimeFunction ToProto(const TimeFunction& function);
 v1::Problem ToProto(const Problem& problem);
 v1::SolveOptions ToProto(const Options& options);
 v1::Method ToProto(Method method);
+v1::Realisation ToProto(Realisation realisation);
 v1::Termination ToProto(Termination termination);
 v1::Analysis ToProto(const AnalysisReport& report);
 v1::WindowStarted ToProto(const WindowReport& report);

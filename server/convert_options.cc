@@ -139,7 +139,43 @@ v1::ContourChoice ToProto(ContourChoice choice) {
   return v1::CONTOUR_CHOICE_UNSPECIFIED;
 }
 
+Realisation RealisationFromProto(v1::Realisation realisation, std::vector<Violation>& violations) {
+  switch (realisation) {
+    case v1::REALISATION_UNSPECIFIED:
+      return Realisation::kAuto;
+    case v1::REALISATION_DENSE:
+      return Realisation::kDense;
+    case v1::REALISATION_KRONECKER_SUM:
+      return Realisation::kKroneckerSum;
+    case v1::REALISATION_CONTOUR:
+      return Realisation::kContour;
+    case v1::REALISATION_SPARSE_STEPPING:
+      return Realisation::kSparseStepping;
+    default:
+      break;
+  }
+  violations.push_back(Unknown("realisation", realisation,
+                               "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping"));
+  return Realisation::kAuto;
+}
+
 }  // namespace
+
+v1::Realisation ToProto(Realisation realisation) {
+  switch (realisation) {
+    case Realisation::kAuto:
+      return v1::REALISATION_UNSPECIFIED;
+    case Realisation::kDense:
+      return v1::REALISATION_DENSE;
+    case Realisation::kKroneckerSum:
+      return v1::REALISATION_KRONECKER_SUM;
+    case Realisation::kContour:
+      return v1::REALISATION_CONTOUR;
+    case Realisation::kSparseStepping:
+      return v1::REALISATION_SPARSE_STEPPING;
+  }
+  return v1::REALISATION_UNSPECIFIED;
+}
 
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations) {
   Options result;
@@ -168,6 +204,9 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.average_y = options.average_y();
   result.window_steps = options.window_steps();
   result.kernel = KernelFromProto(options.kernel(), violations);
+  result.acceleration = options.acceleration();
+  result.realisation = RealisationFromProto(options.realisation(), violations);
+  if (options.max_memory_bytes() != 0) result.max_memory = options.max_memory_bytes();
   if (options.tolerance() != 0) result.tolerance = options.tolerance();
   result.max_iterations = options.max_iterations();
   const v1::Contour& contour = options.contour();
@@ -200,6 +239,9 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_average_y(options.average_y);
   result.set_window_steps(options.window_steps);
   result.set_kernel(ToProto(options.kernel));
+  result.set_acceleration(options.acceleration);
+  result.set_realisation(ToProto(options.realisation));
+  if (options.max_memory != Options().max_memory) result.set_max_memory_bytes(options.max_memory);
   result.set_tolerance(options.tolerance);
   result.set_max_iterations(options.max_iterations);
   v1::Contour& contour = *result.mutable_contour();
@@ -239,6 +281,7 @@ std::string WireOptionName(const std::string& core_field) {
   static constexpr std::pair<const char*, const char*> kNames[] = {
       {"num_steps", "steps"},
       {"num_threads", "threads"},
+      {"max_memory", "max_memory_bytes"},
       {"num_contour_nodes", "contour.nodes"},
       {"contour", "contour.choice"},
       {"contour_gamma", "contour.gamma"},

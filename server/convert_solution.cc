@@ -38,6 +38,17 @@ v1::Cost ToProto(const Cost& cost) {
   result.set_seconds_lcp(cost.seconds_lcp);
   result.set_seconds_linear(cost.seconds_linear);
   result.set_seconds_total(cost.seconds_total);
+  result.set_predicted_bytes(cost.predicted_bytes);
+  return result;
+}
+
+v1::RealisationRecord ToProto(const RealisationRecord& record) {
+  v1::RealisationRecord result;
+  result.set_used(ToProto(record.used));
+  result.set_reason(record.reason);
+  result.set_terms(record.terms);
+  result.set_factorizations(record.factorizations);
+  result.set_error(record.error);
   return result;
 }
 
@@ -198,6 +209,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
     if (result.switching_times_size() == kMostSwitchingTimes) break;  // a summary is one message
     *result.add_switching_times() = ToProto(switching);
   }
+  *result.mutable_realisation() = ToProto(solution.realisation);
   return result;
 }
 

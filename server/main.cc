@@ -40,6 +40,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_option("--max-states", config.max_states, "Largest number of states (rows of A)")
       ->capture_default_str();
+  app.add_option("--max-dense-states", config.max_dense_states, "The same where A is written down entry by entry")
+      ->capture_default_str();
   app.add_option("--max-constraints", config.max_constraints, "Largest number of pairs (rows of M)")
       ->capture_default_str();
   app.add_option("--max-steps", config.max_steps, "Most steps of one solve")->capture_default_str();
@@ -48,6 +50,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--max-held-result-bytes", config.max_held_result_bytes,
                  "All trajectories in memory together")
       ->capture_default_str();
+  app.add_option("--max-memory-bytes", config.max_memory_bytes, "What one solve may allocate")->capture_default_str();
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request")->capture_default_str();
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
       ->check(CLI::Range(0.0, 86400.0))

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/matrix_shape.h"
 #include "server/convert.h"
 #include "server/errors.h"
 
@@ -23,19 +24,63 @@ std::vector<Violation> AllViolations(const System& problem, const Options& optio
   return violations;
 }
 
+// The declared shapes against the limits, before anything is read: a sparse matrix of a few bytes may name
+// any size, and takes memory for it when it is made.
+class ShapeCheck {
+ public:
+  explicit ShapeCheck(const SessionLimits& limits) : limits_(limits) {}
+
+  void States(std::int64_t count) { Check("max_states", count, limits_.max_states); }
+  void Constraints(std::int64_t count) { Check("max_constraints", count, limits_.max_constraints); }
+  void Dense(const v1::Matrix& a) {
+    if (a.has_dense()) Check("max_dense_states", a.dense().rows(), limits_.max_dense_states);
+  }
+  const absl::Status& status() const { return status_; }
+
+ private:
+  void Check(const char* name, std::int64_t asked, std::int64_t limit) {
+    status_.Update(CheckLimit(name, static_cast<double>(asked), limit));
+  }
+
+  const SessionLimits& limits_;
+  absl::Status status_;
+};
+
+absl::Status CheckShapes(const v1::Problem& problem, const SessionLimits& limits) {
+  ShapeCheck check(limits);
+  for (const std::int64_t count :
+       {ShapeOf(problem.a()).rows, ShapeOf(problem.a()).columns, ShapeOf(problem.b()).rows,
+        ShapeOf(problem.n()).columns, ShapeOf(problem.f().lift()).rows, ShapeOf(problem.f().lift()).columns,
+        ShapeOf(problem.g().lift()).columns}) {
+    check.States(count);
+  }
+  for (const std::int64_t count :
+       {ShapeOf(problem.m()).rows, ShapeOf(problem.m()).columns, ShapeOf(problem.b()).columns,
+        ShapeOf(problem.n()).rows, ShapeOf(problem.g().lift()).rows}) {
+    check.Constraints(count);
+  }
+  check.Dense(problem.a());
+  return check.status();
+}
+
+absl::Status CheckShapes(const v1::NonlinearProblem& problem, const SessionLimits& limits) {
+  ShapeCheck check(limits);
+  check.States(problem.f_size());
+  check.States(ShapeOf(problem.w()).rows);
+  check.States(ShapeOf(problem.w()).columns);
+  check.Constraints(problem.g_size());
+  return check.status();
+}
+
 template <typename System>
 absl::StatusOr<SoundSystem> Checked(System problem, const v1::SolveOptions& wire_options,
                                     std::vector<Violation> violations, const SessionLimits& limits) {
   Options options = OptionsFromProto(wire_options, violations);
   if (!violations.empty()) return InvalidRequest(violations);
 
-  absl::Status limit = CheckLimit("max_states", static_cast<double>(problem.num_states()), limits.max_states);
-  limit.Update(
-      CheckLimit("max_constraints", static_cast<double>(problem.num_constraints()), limits.max_constraints));
-  if (!limit.ok()) return limit;
-
   violations = AllViolations(problem, options);
   if (!violations.empty()) return InvalidRequest(violations);
+  if (limits.max_memory_bytes > 0) options.max_memory = std::min(options.max_memory, limits.max_memory_bytes);
   return SoundSystem{std::move(problem), std::move(options)};
 }
 
@@ -48,6 +93,7 @@ absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {
 
 absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits) {
+  if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   Problem read = ProblemFromProto(problem, violations);
   return Checked(std::move(read), options, std::move(violations), limits);
@@ -55,6 +101,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::Solv
 
 absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits) {
+  if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   NonlinearProblem read = NonlinearProblemFromProto(problem, violations);
   return Checked(std::move(read), options, std::move(violations), limits);

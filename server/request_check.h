@@ -20,6 +20,8 @@ namespace dlcs {
 // What a session may use. The defaults limit nothing.
 struct SessionLimits {
   std::int64_t max_states = std::numeric_limits<std::int64_t>::max();
+  // Of a system whose A is written down entry by entry: its time grows like states².
+  std::int64_t max_dense_states = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_constraints = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
   // Bytes of the trajectory at all nodes, (1 + m + n) doubles each: what the engine holds while it solves,
@@ -27,6 +29,8 @@ struct SessionLimits {
   std::int64_t max_result_bytes = std::numeric_limits<std::int64_t>::max();
   // Bytes of the answer of a call that is not streamed.
   std::int64_t max_answer_bytes = std::numeric_limits<std::int64_t>::max();
+  // Bytes that a solve may allocate, as the engine predicts them; 0 leaves it to the options.
+  double max_memory_bytes = 0;
   int max_threads = 0;  // 0: all of the machine
 };
 
@@ -38,9 +42,10 @@ struct SoundSystem {
   Options options;
 };
 
-// Converts and checks what every call about a system brings.
-// Errors: InvalidArgument with every violation found (those of the conversion first and alone, since the
-// other checks presuppose shapes); ResourceExhausted naming the limit.
+// Converts and checks what every call about a system brings: declared shapes against the limits before
+// anything is made of them, then the conversion, then the rules. Errors: ResourceExhausted naming the limit;
+// InvalidArgument with every violation found (those of the conversion first and alone, since the other checks
+// presuppose shapes).
 absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits);
 absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,

@@ -29,6 +29,9 @@ absl::Status Validate(const ServerConfig& config) {
   if (config.max_states < 1 || config.max_states > kMaxSize) {
     return OutOfRange("--max-states", config.max_states, "between 1 and 2147483647");
   }
+  if (config.max_dense_states < 1 || config.max_dense_states > kMaxSize) {
+    return OutOfRange("--max-dense-states", config.max_dense_states, "between 1 and 2147483647");
+  }
   if (config.max_constraints < 1 || config.max_constraints > kMaxSize) {
     return OutOfRange("--max-constraints", config.max_constraints, "between 1 and 2147483647");
   }
@@ -38,6 +41,8 @@ absl::Status Validate(const ServerConfig& config) {
   if (config.max_held_result_bytes < config.max_result_bytes) {
     return OutOfRange("--max-held-result-bytes", config.max_held_result_bytes, "at least --max-result-bytes");
   }
+  if (config.max_memory_bytes < 1)
+    return OutOfRange("--max-memory-bytes", config.max_memory_bytes, "at least 1");
   // gRPC keeps the limit in an int.
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
     return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");
@@ -55,10 +60,12 @@ ServerConfig Resolved(ServerConfig config) {
 SessionLimits LimitsOf(const ServerConfig& config) {
   SessionLimits limits;
   limits.max_states = config.max_states;
+  limits.max_dense_states = config.max_dense_states;
   limits.max_constraints = config.max_constraints;
   limits.max_steps = config.max_steps;
   limits.max_result_bytes = config.max_result_bytes;
   limits.max_answer_bytes = kMaxAnswerBytes;
+  limits.max_memory_bytes = static_cast<double>(config.max_memory_bytes);
   limits.max_threads = config.threads;
   return limits;
 }

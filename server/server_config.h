@@ -24,13 +24,17 @@ struct ServerConfig {
   int threads = 0;
 
   // Refused above, with RESOURCE_EXHAUSTED and the limit's name. Time per step grows like states² +
-  // constraints³, so the first two keep one request from occupying the server for days.
-  std::int64_t max_states = 2000;
+  // constraints³ where A is written down entry by entry, so these keep one request from occupying the server
+  // for days.
+  std::int64_t max_states = 1'000'000;
+  std::int64_t max_dense_states = 2000;
   std::int64_t max_constraints = 2000;
   std::int64_t max_steps = 20'000'000;
   std::int64_t max_result_bytes = std::int64_t{1} << 30;
   // Of all trajectories that are being computed or waiting for their readers. At least max_result_bytes.
   std::int64_t max_held_result_bytes = std::int64_t{2} << 30;
+  // What one solve may allocate, as the engine predicts it.
+  std::int64_t max_memory_bytes = std::int64_t{4} << 30;
   // Of one request. gRPC holds it in memory before anybody can look at it.
   std::int64_t max_message_bytes = std::int64_t{64} << 20;
 };

@@ -57,6 +57,8 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
                                                          v1::GetCapabilitiesResponse* response) {
   *response = CommonCapabilities();
   response->set_max_states(config_.max_states);
+  response->set_max_dense_states(config_.max_dense_states);
+  response->set_max_memory_bytes(config_.max_memory_bytes);
   response->set_max_constraints(config_.max_constraints);
   response->set_max_steps(config_.max_steps);
   response->set_max_result_bytes(config_.max_result_bytes);

@@ -30,9 +30,11 @@ void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
   const ordered_json root = {{"version", response.version()},
                              {"methods", methods},
                              {"max_states", LimitJson(response.max_states())},
+                             {"max_dense_states", LimitJson(response.max_dense_states())},
                              {"max_constraints", LimitJson(response.max_constraints())},
                              {"max_steps", LimitJson(response.max_steps())},
                              {"max_result_bytes", LimitJson(response.max_result_bytes())},
+                             {"max_memory_bytes", LimitJson(response.max_memory_bytes())},
                              {"max_message_bytes", LimitJson(response.max_message_bytes())},
                              {"max_concurrent_solves", LimitJson(response.max_concurrent_solves())},
                              {"threads", response.threads()}};
@@ -49,9 +51,11 @@ void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& 
   }
   fmt::print(out, "\nLimits\n");
   fmt::print(out, "  states              {}\n", LimitText(response.max_states()));
+  fmt::print(out, "    with a dense A    {}\n", LimitText(response.max_dense_states()));
   fmt::print(out, "  pairs               {}\n", LimitText(response.max_constraints()));
   fmt::print(out, "  steps               {}\n", LimitText(response.max_steps()));
   fmt::print(out, "  bytes of a result   {}\n", LimitText(response.max_result_bytes()));
+  fmt::print(out, "  bytes of memory     {}\n", LimitText(response.max_memory_bytes()));
   fmt::print(out, "  bytes of a request  {}\n", LimitText(response.max_message_bytes()));
   fmt::print(out, "  solves at once      {}\n", LimitText(response.max_concurrent_solves()));
 }
