@@ -106,9 +106,11 @@ absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemR
                                                        const SessionLimits& limits, std::stop_token stop) {
   const absl::StatusOr<SoundSystem> read = ReadSound(request.problem(), request.options(), limits);
   if (!read.ok()) return read.status();
-  const absl::StatusOr<Analysis> analysis =
-      Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
+  absl::StatusOr<Analysis> analysis = Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
   if (!analysis.ok()) return FromEngine(analysis.status());
+  // The bound of this server is not part of how the problem is to be solved.
+  const double asked = request.options().max_memory_bytes();
+  analysis->recommendation.options.max_memory = asked > 0 ? asked : Options().max_memory;
   return ToProto(*analysis);
 }
 

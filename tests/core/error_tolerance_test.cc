@@ -128,7 +128,7 @@ TEST(ErrorToleranceOptionTest, ChoosesEventLocationForSmallErrorsAndSaysWhy) {
   EXPECT_EQ(solution.method, Method::kEventLocated);
   EXPECT_NE(solution.reason.find("an error of 1e-08 is asked for"), std::string::npos) << solution.reason;
   EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
-  EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kLaplaceIteration);
+  EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kExponentialMarch);
 }
 
 }  // namespace
