@@ -25,6 +25,7 @@
 #include "core/methods/time_stepping.h"
 #include "core/parallel/parallel.h"
 #include "core/realisation/choice.h"
+#include "core/realisation/memory_prediction.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -67,10 +68,10 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
 // y beyond the class that M promises: the coupled step has another matrix than M.
 void WarnOfCoupledClass(const Task& task, double step, std::vector<std::string>& warnings) {
   if (task.choice.method != Method::kTimeStepping || !IsAlwaysLipschitz(task.selection)) return;
+  if (!task.choice.refusal.empty()) return;
   if (task.options.step_solver == StepSolver::kNewton) return;  // its LCPs are those of M
   if (task.problem.num_constraints() > 20) return;
-  const Scheme scheme = TimeSteppingScheme(task.problem, task.options, step);
-  const Matrix coupled = task.problem.M.Dense() + task.problem.N * scheme.y_after;
+  const Matrix coupled = CoupledStepMatrix(task.problem, task.options, step);
   if (!coupled.allFinite()) return;
   const MatrixClass of_coupled = Classify(coupled);
   if (task.selection == Selection::kHiddenLeastElement) return;
@@ -264,9 +265,22 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   }
   if (task.choice.refusal.empty()) {
     task.realisation = ChooseRealisation(problem, options, task.choice.method);
+    const bool any_realisation =
+        options.realisation == Realisation::kAuto || options.realisation == Realisation::kSparseStepping;
+    if (!task.realisation.refusal.empty() && options.method == Method::kAuto && any_realisation) {
+      task.choice.method = Method::kTimeStepping;
+      task.choice.reason = "the matrix exponential is out of reach: " + task.realisation.refusal;
+      task.realisation = ChooseRealisation(problem, options, task.choice.method);
+    }
     task.choice.refusal = task.realisation.refusal;
   }
   const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
+  const double predicted_bytes = PredictBytes(problem, grid, task.choice.method, task.realisation.record.used);
+  if (task.choice.refusal.empty() && predicted_bytes > options.max_memory) {
+    task.choice.refusal = "The solve needs about " + FormatNumber(predicted_bytes) + " bytes, more than max_memory = " +
+                          FormatNumber(options.max_memory) +
+                          ". Ask for fewer output times, or for a realisation that needs less.";
+  }
   AnalysisReport report;
   report.matrix_class = matrix_class.description;
   report.method = task.choice.method;
@@ -303,6 +317,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     refused.method = task.choice.method;
     refused.reason = task.choice.reason;
     refused.warnings = report.warnings;
+    refused.cost.predicted_bytes = predicted_bytes;
     refused.x.resize(problem.num_states(), 0);
     refused.y.resize(problem.num_constraints(), 0);
     return refused;
@@ -343,6 +358,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   if (controls_steps && solution->termination == Termination::kConverged) {
     WarnOfCoupledClass(task, solution->step, solution->warnings);
   }
+  solution->cost.predicted_bytes = predicted_bytes;
   solution->warnings.insert(solution->warnings.begin(), report.warnings.begin(), report.warnings.end());
   const bool has_estimate = solution->certificate.estimated_error_x.has_value() &&
                             solution->method != Method::kEventLocated;

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "core/linalg/norms.h"
+
 namespace dlcs {
 namespace {
 
 // The degree of one row of N, by N_i A^{k-1} and its bound |N_i| |A|^{k-1}, both up to the same factor.
-std::optional<int> DegreeOf(const Matrix& A, const Matrix& abs_A, const Matrix& B, const Matrix& abs_B,
+template <class AnyMatrix>
+std::optional<int> DegreeOf(const AnyMatrix& A, const AnyMatrix& abs_A, const AnyMatrix& B, const AnyMatrix& abs_B,
                             Eigen::RowVectorXd row) {
   const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(A.rows());
   Eigen::RowVectorXd bound = row.cwiseAbs();
@@ -19,7 +22,8 @@ std::optional<int> DegreeOf(const Matrix& A, const Matrix& abs_A, const Matrix& 
     const double factor = std::exp2(-std::ilogb(largest));  // keeps high powers within range
     row *= factor;
     bound *= factor;
-    if (((row * B).array().abs() > rounding * k * (bound * abs_B).array()).any()) return k;
+    const Eigen::RowVectorXd on_y = row * B, bound_on_y = bound * abs_B;
+    if ((on_y.array().abs() > rounding * k * bound_on_y.array()).any()) return k;
     row = (row * A).eval();
     bound = (bound * abs_A).eval();
   }
@@ -33,6 +37,21 @@ std::vector<std::optional<int>> RelativeDegrees(const Matrix& A, const Matrix& B
   std::vector<std::optional<int>> degrees(N.rows());
   for (Index i = 0; i < N.rows(); ++i) {
     degrees[i] = M.row(i).isZero(0) ? DegreeOf(A, abs_A, B, abs_B, N.row(i)) : 0;
+  }
+  return degrees;
+}
+
+std::vector<std::optional<int>> RelativeDegrees(const StructuredMatrix& A, const StructuredMatrix& B,
+                                                const StructuredMatrix& N, const StructuredMatrix& M) {
+  if (A.is_dense() || A.rows() <= 64) return RelativeDegrees(A.Dense(), B.Dense(), N.Dense(), M.Dense());
+  const SparseMatrix sparse_A = A.Sparse(), sparse_B = B.Sparse();
+  const SparseMatrix abs_A = sparse_A.cwiseAbs(), abs_B = sparse_B.cwiseAbs();
+  const SparseMatrix rows_of_N = N.Sparse().transpose(), rows_of_M = M.Sparse().transpose();
+  std::vector<std::optional<int>> degrees(static_cast<std::size_t>(N.rows()));
+  for (Index i = 0; i < N.rows(); ++i) {
+    const bool is_zero = MaxAbs(Vector(rows_of_M.col(i))) == 0;
+    degrees[static_cast<std::size_t>(i)] =
+        is_zero ? DegreeOf(sparse_A, abs_A, sparse_B, abs_B, Vector(rows_of_N.col(i)).transpose()) : 0;
   }
   return degrees;
 }

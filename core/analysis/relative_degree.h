@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -23,6 +24,10 @@ namespace dlcs {
 //
 // `A` m × m, `B` m × n, `N` n × m, `M` n × n, finite. Cost: O(m (m + n)) for each row and each of its integrations.
 std::vector<std::optional<int>> RelativeDegrees(const Matrix& A, const Matrix& B, const Matrix& N, const Matrix& M);
+
+// The same without writing down the entries of matrices that are not dense.
+std::vector<std::optional<int>> RelativeDegrees(const StructuredMatrix& A, const StructuredMatrix& B,
+                                                const StructuredMatrix& N, const StructuredMatrix& M);
 
 // The relative degree of a system with M = 0: the least degree of its rows, absent where y never acts on w.
 std::optional<int> RelativeDegree(const Matrix& A, const Matrix& B, const Matrix& N);

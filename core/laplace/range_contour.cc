@@ -85,4 +85,16 @@ std::optional<RangeContour> FindRangeContour(double begin, double least_end, dou
   return best;
 }
 
+std::optional<RangeContour> FindSectorContour(double begin, double end, double accuracy, double angle, double shift) {
+  const double loss = shift * end;
+  if (!(loss < kLargestLoss)) return std::nullopt;
+  const Contour hyperbola = BestHyperbola(angle, end / begin, accuracy, loss);
+  if (hyperbola.nodes == 0) return std::nullopt;
+  return RangeContour{.begin = begin,
+                      .end = end,
+                      .shift = shift,
+                      .hyperbola = hyperbola,
+                      .log_loss = loss + hyperbola.mu * (1 - std::sin(hyperbola.gamma))};
+}
+
 }  // namespace dlcs

@@ -14,8 +14,8 @@
 namespace dlcs {
 namespace {
 
-// Steps between two sums of the certificate; its columns stay in the cache.
-constexpr Index kChunk = 256;
+// Steps between two sums of the certificate; its columns stay in the cache, or fill 16 MB each.
+Index Chunk(Index num_states) { return std::clamp<Index>((Index{1} << 21) / num_states, 1, 256); }
 
 }  // namespace
 
@@ -46,19 +46,44 @@ Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& ch
       q_(problem.num_constraints()),
       size_(problem.num_constraints()) {}
 
+Marcher::Marcher(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
+                 std::unique_ptr<LcpSolver> solver)
+    : problem_(problem),
+      sparse_(std::move(sparse)),
+      scheme_(sparse_->Description()),
+      choice_(choice),
+      coupled_(std::move(solver), problem.num_constraints(), scheme_.y_is_linear),
+      q_(problem.num_constraints()),
+      size_(problem.num_constraints()) {}
+
+void Marcher::StartWithSources(Segment& segment) const {
+  if (sparse_) return sparse_->StartWithSources(segment);
+  const Index steps = segment.steps;
+  auto x = segment.x.rightCols(steps);
+  x.noalias() = scheme_.f_after * segment.f.rightCols(steps);
+  if (scheme_.f_before.size() > 0) x.noalias() += scheme_.f_before * segment.f.leftCols(steps);
+}
+
+void Marcher::AddBefore(Segment& segment, Index j) const {
+  if (sparse_) return sparse_->AddBefore(segment, j);
+  auto x = segment.x.col(j);
+  x.noalias() += scheme_.state * segment.x.col(j - 1);
+  if (scheme_.y_before.size() > 0) x.noalias() += scheme_.y_before * segment.y.col(j - 1);
+}
+
+void Marcher::AddAfter(Segment& segment, Index j) const {
+  if (sparse_) return sparse_->AddAfter(segment, j);
+  segment.x.col(j).noalias() += scheme_.y_after * segment.y.col(j);
+}
+
 LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved) {
   const Index steps = segment.steps;
-  Matrix& x = segment.x;
-  Matrix& y = segment.y;
-  auto sources = x.rightCols(steps);
-  sources.noalias() = scheme_.f_after * segment.f.rightCols(steps);
-  if (scheme_.f_before.size() > 0) sources.noalias() += scheme_.f_before * segment.f.leftCols(steps);
+  StartWithSources(segment);
   const Vector size_of_g = RowMaxAbs(segment.g);
 
   for (solved = 0; solved < steps && !stop.stop_requested(); ++solved) {
     const Index j = solved + 1;
-    x.col(j).noalias() += scheme_.state * x.col(j - 1);
-    if (scheme_.y_before.size() > 0) x.col(j).noalias() += scheme_.y_before * y.col(j - 1);
+    AddBefore(segment, j);
     if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
     const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
     if (verdict != LcpVerdict::kSolved) return verdict;
@@ -69,13 +94,18 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departu
 LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
   auto x = segment.x.col(j);
   auto y = segment.y.col(j);
-  q_.noalias() = problem_.N.Dense() * x;
-  q_ += segment.g.col(j);
   size_ = size_of_g;
-  size_.noalias() += abs_N_ * x.cwiseAbs();
+  if (sparse_) {
+    q_ = problem_.N * x;
+    size_ += problem_.N.AbsTimes(x.cwiseAbs());
+  } else {
+    q_.noalias() = problem_.N.Dense() * x;
+    size_.noalias() += abs_N_ * x.cwiseAbs();
+  }
+  q_ += segment.g.col(j);
   const LcpVerdict verdict = coupled_.Solve(q_, size_, departures, y);
   if (verdict != LcpVerdict::kSolved) return verdict;
-  x.noalias() += scheme_.y_after * y;
+  AddAfter(segment, j);
   return LcpVerdict::kSolved;
 }
 
@@ -103,16 +133,10 @@ bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) 
   return true;
 }
 
-bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
-               NewtonAccount* newton) {
+namespace {
+
+bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, bool by_newton) {
   const Problem& problem = context.problem;
-  StepCache<Marcher> marchers([&](double step) {
-    Scheme scheme = SharedScheme(context, kind, step, make_scheme);
-    auto solver = SharedCoupledSolver(context, problem.N * scheme.y_after);
-    auto marcher = std::make_unique<Marcher>(problem, std::move(scheme), context.choice(), std::move(solver));
-    if (newton) marcher->UseNewton(*newton);
-    return marcher;
-  });
   Departures departures;
   Progress progress(context);
   Vector x = problem.x0;
@@ -123,7 +147,7 @@ bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFacto
     Marcher& marcher = marchers.At(run.step);
     for (Index done = 0; done < run.steps;) {
       Segment segment;
-      const Index steps = std::min(kChunk, run.steps - done);
+      const Index steps = std::min(Chunk(problem.num_states()), run.steps - done);
       if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
         return context.FailNonFinite(*bad);
       }
@@ -139,7 +163,7 @@ bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFacto
       segment.y.col(0) = y;
       Index solved = 0;
       const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
-      if (!newton) context.solution.cost.lcps += solved;
+      if (!by_newton) context.solution.cost.lcps += solved;
       context.solution.cost.steps += solved;
 
       if (starts_stretch && !y_is_solution) {
@@ -165,6 +189,29 @@ bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFacto
   progress.Finish(problem.horizon);
   WarnOf(departures, context);
   return true;
+}
+
+}  // namespace
+
+bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
+               NewtonAccount* newton) {
+  const auto make_marcher = [&](double step) {
+    Scheme scheme = SharedScheme(context, kind, step, make_scheme);
+    auto solver = SharedCoupledSolver(context, context.problem.N * scheme.y_after);
+    auto marcher = std::make_unique<Marcher>(context.problem, std::move(scheme), context.choice(), std::move(solver));
+    if (newton) marcher->UseNewton(*newton);
+    return marcher;
+  };
+  return MarchGrid(context, StepCache<Marcher>(make_marcher), newton != nullptr);
+}
+
+bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step) {
+  const auto make_marcher = [&](double step) {
+    auto sparse = make_step(step);
+    auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
+    return std::make_unique<Marcher>(context.problem, std::move(sparse), context.choice(), std::move(solver));
+  };
+  return MarchGrid(context, StepCache<Marcher>(make_marcher), false);
 }
 
 }  // namespace dlcs

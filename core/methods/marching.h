@@ -16,10 +16,12 @@
 #include "core/methods/newton_step.h"
 #include "core/methods/scheme.h"
 #include "core/methods/solve_context.h"
+#include "core/methods/sparse_step.h"
 
 namespace dlcs {
 
 using SchemeFactory = std::function<Scheme(double step)>;
+using SparseStepFactory = std::function<std::unique_ptr<const SparseStep>(double step)>;
 
 // What Newton's method did in a march.
 struct NewtonAccount {
@@ -41,6 +43,10 @@ class Marcher {
   // The same with the `solver` of its coupled step made already.
   Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver);
 
+  // For a large sparse A: `sparse` takes the place of the matrices of a scheme.
+  Marcher(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
+          std::unique_ptr<LcpSolver> solver);
+
   // Solves the steps by Newton's method from now on, and by the coupled LCP only where that fails. Keeps a reference
   // to `account` and counts there.
   void UseNewton(NewtonAccount& account);
@@ -55,14 +61,20 @@ class Marcher {
   LcpVerdict March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved);
 
  private:
+  // A step in three parts: the columns 1.. of x get what f says of them; x_j gets all the rest but for y_j; and that.
+  void StartWithSources(Segment& segment) const;
+  void AddBefore(Segment& segment, Index j) const;
+  void AddAfter(Segment& segment, Index j) const;
+
   // Both complete step j of `segment`, whose x.col(j) holds the explicit part of the scheme; SolveByNewton() leaves
   // it as it is where it returns false.
   LcpVerdict Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures);
   bool SolveByNewton(Segment& segment, const Vector& size_of_g, Index j);
 
   const Problem& problem_;
-  Matrix abs_N_;
-  Scheme scheme_;
+  std::unique_ptr<const SparseStep> sparse_;
+  Matrix abs_N_;  // without sparse_
+  Scheme scheme_;  // with sparse_ without matrices
   SolutionChoice choice_;
   CoupledStep coupled_;
   Vector q_;
@@ -76,6 +88,8 @@ class Marcher {
 // given. Returns whether the end was reached; otherwise the solution says why not.
 bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton = nullptr);
+// The same with sparse steps.
+bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step);
 
 }  // namespace dlcs
 

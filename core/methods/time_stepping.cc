@@ -54,11 +54,37 @@ bool MarchByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
 
 }  // namespace
 
+bool StepsSparsely(const Problem& problem, const Options& options) {
+  // Below, products with dense matrices of size m are as fast as solves with sparse factors.
+  constexpr Index kSmall = 200;
+  if (options.step_solver == StepSolver::kNewton || options.inelastic_impact) return false;
+  if (options.realisation != Realisation::kAuto) return options.realisation == Realisation::kSparseStepping;
+  return !problem.A.is_dense() && problem.num_states() > kSmall;
+}
+
 Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step) {
   return options.average_y ? AveragedScheme(problem, step) : ThetaScheme(problem, step, options.theta);
 }
 
+std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, double step) {
+  Workers workers(options.num_threads);
+  const double theta = options.average_y ? 0.5 : options.theta;
+  return std::make_unique<const SparseStep>(problem, step, theta, options.average_y, workers);
+}
+
+Matrix CoupledStepMatrix(const Problem& problem, const Options& options, double step) {
+  const Matrix K0 = StepsSparsely(problem, options) ? TimeSteppingStep(problem, options, step)->CoupledTerm()
+                                                    : problem.N * TimeSteppingScheme(problem, options, step).y_after;
+  return problem.M.Dense() + K0;
+}
+
 bool TimeStepping(SolveContext& context) {
+  if (StepsSparsely(context.problem, context.options)) {
+    return MarchGrid(context, [&](double step) {
+      ++context.solution.realisation.factorizations;
+      return TimeSteppingStep(context.problem, context.options, step);
+    });
+  }
   const auto make_scheme = [&](double step) {
     return TimeSteppingScheme(context.problem, context.options, step);
   };

@@ -4,12 +4,24 @@
 #ifndef DLCS_CORE_METHODS_TIME_STEPPING_H_
 #define DLCS_CORE_METHODS_TIME_STEPPING_H_
 
+#include <memory>
+
 #include "core/methods/solve_context.h"
+#include "core/methods/sparse_step.h"
 
 namespace dlcs {
 
-// The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule.
+// Whether the steps are solved by sparse factors: where that was asked for, or A is not dense and of some size. Newton's
+// method and inelastic impacts need dense matrices.
+bool StepsSparsely(const Problem& problem, const Options& options);
+
+// The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule; and the same
+// for sparse A. `problem` must outlive them.
 Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step);
+std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, double step);
+
+// M^h = M + K_0, the matrix of the coupled step, with either.
+Matrix CoupledStepMatrix(const Problem& problem, const Options& options, double step);
 
 // Marches (1.3) of [Chen & Xiang 2013]; with θ = 0 and the least element it is ILETS (1.8).
 //

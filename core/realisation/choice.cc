@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "core/methods/time_stepping.h"
+#include "core/realisation/contour_system.h"
 #include "core/realisation/kronecker_system.h"
 #include "core/solution.h"
 
@@ -11,6 +13,10 @@ namespace {
 
 // Up to here dense matrices cost microseconds a step.
 constexpr Index kSmall = 64;
+// Up to here they cost less than the factorizations of a contour.
+constexpr Index kSmallSparse = 300;
+// A contour costs as many solves a node.
+constexpr Index kFewConstraints = 200;
 // From here on one matrix function takes minutes.
 constexpr Index kLargestDense = 4000;
 
@@ -51,6 +57,11 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
   const Realisation wanted = options.realisation;
   const bool reduced = method == Method::kExponentialMarch || method == Method::kLaplaceIteration;
   if (wanted == Realisation::kDense) return DenseOrRefuse(problem, "asked for");
+  if (method == Method::kTimeStepping && StepsSparsely(problem, options)) {
+    RealisationChoice choice;
+    choice.record = {.used = Realisation::kSparseStepping, .reason = "A is " + problem.A.Describe()};
+    return choice;
+  }
   if (!reduced) return DenseOrRefuse(problem, std::string(MethodName(method)) + " works on states");
   if (wanted == Realisation::kAuto && problem.A.is_dense()) return Dense("A is dense");
   if (wanted == Realisation::kAuto && problem.num_states() <= kSmall) return Dense(States(problem) + " is small");
@@ -59,6 +70,13 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
   if (wanted == Realisation::kAuto || wanted == Realisation::kKroneckerSum) {
     if (auto system = KroneckerSystem::Create(problem, why_not)) return Use(std::move(system));
   }
+  const bool few = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
+  if (wanted == Realisation::kContour || (wanted == Realisation::kAuto && few)) {
+    std::string why_no_contour;
+    if (auto system = ContourSystem::Create(problem, options, why_no_contour)) return Use(std::move(system));
+    why_not += (why_not.empty() ? "" : "; ") + why_no_contour;
+  }
+  if (wanted == Realisation::kSparseStepping) why_not = "sparse stepping is for time-stepping";
   if (wanted != Realisation::kAuto) return Refuse("The realisation asked for does not serve: " + why_not + ".");
   return DenseOrRefuse(problem, why_not);
 }

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much memory a solve will take, said before anything is allocated.
+
+#ifndef DLCS_CORE_REALISATION_MEMORY_PREDICTION_H_
+#define DLCS_CORE_REALISATION_MEMORY_PREDICTION_H_
+
+#include "core/methods/grid.h"
+#include "core/options.h"
+#include "core/problem.h"
+
+namespace dlcs {
+
+// Bytes held at the same time: matrices or factors of the realisation `used`, the kernel, the columns of a run, the trajectory. A model to a
+// factor of about two; sparse factors are taken to be those of a grid in the plane. Those of contours are not in it: they are judged
+// where they are chosen (core/realisation/contour_system.h).
+double PredictBytes(const Problem& problem, const Grid& grid, Method method, Realisation used);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_REALISATION_MEMORY_PREDICTION_H_

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Large sparse systems: time and peak memory. Peak memory is that of the process so far: run one benchmark at a time,
+//
+//     large_bench --benchmark_filter=Contour/447
+
+#include <benchmark/benchmark.h>
+#include <sys/resource.h>
+
+#include <cmath>
+
+#include "core/solve.h"
+#include "tests/support/sparse_problems.h"
+
+namespace dlcs {
+namespace {
+
+double PeakMegabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+// A certificate that does not hold, or another end than that of the horizon, is an error and no figure.
+void Solve(benchmark::State& state, const Problem& problem, const Options& options) {
+  for (auto _ : state) {
+    Observer observer;
+    const auto solution = dlcs::Solve(problem, options, observer, {});
+    if (!solution.ok() || solution->termination != Termination::kConverged) {
+      state.SkipWithError(solution.ok() ? solution->message.c_str() : solution.status().ToString().c_str());
+      return;
+    }
+    if (!(solution->certificate.node_residual <= 1e-9 * solution->certificate.lcp_scale)) {
+      state.SkipWithError("the certificate does not hold");
+      return;
+    }
+    state.counters["m"] = static_cast<double>(problem.num_states());
+    state.counters["n"] = static_cast<double>(problem.num_constraints());
+    state.counters["factorizations"] = static_cast<double>(solution->realisation.factorizations);
+    state.counters["setup_s"] = solution->cost.seconds_setup;
+    state.counters["lcp_s"] = solution->cost.seconds_lcp;
+    state.counters["residual"] = solution->certificate.node_residual / solution->certificate.lcp_scale;
+    state.counters["predicted_MB"] = solution->cost.predicted_bytes / (1 << 20);
+  }
+  state.counters["peak_MB"] = PeakMegabytes();
+}
+
+Options AtTheEnd(Method method, Realisation realisation) {
+  Options options;
+  options.method = method;
+  options.realisation = realisation;
+  options.num_steps = 400;
+  options.output_times = {0.5, 1};
+  options.output_times_only = true;
+  return options;
+}
+
+Problem Plane(const benchmark::State& state, Index constraints) {
+  return testing::AdvectedGrid({.side = state.range(0), .constraints = constraints, .speed = 0.3});
+}
+
+// 447² = 199,809 states, 50 constraints.
+void BM_Stepping(benchmark::State& state) {
+  Options options = AtTheEnd(Method::kTimeStepping, Realisation::kSparseStepping);
+  options.average_y = true;
+  Solve(state, Plane(state, 50), options);
+}
+BENCHMARK(BM_Stepping)->Arg(100)->Arg(200)->Arg(447)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
+
+void BM_Contour(benchmark::State& state) {
+  Solve(state, Plane(state, 50), AtTheEnd(Method::kExponentialMarch, Realisation::kContour));
+}
+BENCHMARK(BM_Contour)->Arg(100)->Arg(200)->Arg(447)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
+
+// As many constraints as every one of 45² = 2,025 states could have, with sparse M.
+void BM_ManyConstraints(benchmark::State& state) {
+  Options options = AtTheEnd(Method::kTimeStepping, Realisation::kSparseStepping);
+  options.average_y = true;
+  options.num_steps = 100;
+  Solve(state, testing::AdvectedGrid({.side = 45, .constraints = state.range(0), .speed = 0.3}), options);
+}
+BENCHMARK(BM_ManyConstraints)->Arg(500)->Arg(2000)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
+
+}  // namespace
+}  // namespace dlcs
+
+BENCHMARK_MAIN();
