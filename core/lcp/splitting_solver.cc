@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/wide_loops.h"
 
 namespace dlcs {
 
@@ -57,37 +59,50 @@ namespace {
 class Diagonals {
  public:
   // Of `K` without its three middle diagonals, as far as `bandwidth`.
-  Diagonals(const Matrix& K, Index bandwidth) {
+  Diagonals(const Matrix& K, Index bandwidth)
+      : n_(K.rows()),
+        bandwidth_(bandwidth),
+        above_(Matrix::Zero(n_, std::max<Index>(bandwidth - 1, 0))),
+        below_(above_),
+        padded_y_(Vector::Zero(n_ + 2 * bandwidth)) {
     for (Index d = 2; d <= bandwidth; ++d) {
-      above_.push_back(K.diagonal(d));
-      below_.push_back(K.diagonal(-d));
+      above_.col(d - 2).head(n_ - d) = K.diagonal(d);
+      below_.col(d - 2).tail(n_ - d) = K.diagonal(-d);
     }
   }
 
-  void operator()(const Vector& y, Vector& result) const {
-    result.setZero(y.size());
-    for (std::size_t k = 0; k < above_.size(); ++k) {
-      const Index count = above_[k].size();
-      result.head(count) += above_[k].cwiseProduct(y.tail(count));
-      result.tail(count) += below_[k].cwiseProduct(y.head(count));
+  void operator()(const Vector& y, Vector& result) {
+    padded_y_.segment(bandwidth_, n_) = y;  // zeros on both sides
+    result.setZero(n_);
+    const Index n = n_;
+    double* __restrict sum = result.data();
+    for (Index d = 2; d <= bandwidth_; ++d) {
+      const double* __restrict above = above_.col(d - 2).data();
+      const double* __restrict below = below_.col(d - 2).data();
+      const double* after = padded_y_.data() + bandwidth_ + d;
+      const double* before = padded_y_.data() + bandwidth_ - d;
+      RunWide([=]() DLCS_WIDE {
+        for (Index i = 0; i < n; ++i) sum[i] += above[i] * after[i] + below[i] * before[i];
+      });
     }
   }
 
  private:
-  std::vector<Vector> above_, below_;
+  Index n_, bandwidth_;
+  Matrix above_, below_;  // K(i, i + d) and K(i, i - d) at (i, d - 2)
+  Vector padded_y_;
 };
 
-// The least bandwidth beyond which no row of K has more than rounding.
+// The least bandwidth beyond which no entry of K is more than the rounding of its row.
 Index BandwidthUpToRounding(const Matrix& K) {
-  constexpr double kNegligible = 1e-16;
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const Index n = K.rows();
-  const Vector allowed = kNegligible * K.cwiseAbs().rowwise().sum();
-  Vector dropped = Vector::Zero(n);
+  const Vector allowed = kRounding * K.cwiseAbs().rowwise().sum();
   for (Index d = n - 1; d > 1; --d) {
     const Index count = n - d;
-    dropped.head(count) += K.diagonal(d).cwiseAbs();
-    dropped.tail(count) += K.diagonal(-d).cwiseAbs();
-    if (!(dropped.array() <= allowed.array()).all()) return d;
+    const bool negligible = (K.diagonal(d).array().abs() <= allowed.head(count).array()).all() &&
+                            (K.diagonal(-d).array().abs() <= allowed.tail(count).array()).all();
+    if (!negligible) return d;
   }
   return 1;
 }

@@ -63,8 +63,8 @@ struct TridiagonalSplitting {
 };
 
 // Splits the square matrix `K` where that serves: T is clearly an M-matrix, and the rate at most
-// `largest_rate` < 1. Entries of R far from the diagonal are dropped as long as those of a row sum up to at
-// most 1e-16 of the row of K. Cost O(n²); applying R costs 2 n · bandwidth multiplications.
+// `largest_rate` < 1. Diagonals of R far from the main one are dropped where no entry is more than 8 ε = 1.8e-15 of its row
+// of K: a computed K has rounding there. Cost O(n²); applying R costs 2 n · bandwidth multiplications.
 std::optional<TridiagonalSplitting> SplitOffTridiagonal(const Matrix& K, double largest_rate = 0.5);
 
 }  // namespace dlcs

@@ -69,7 +69,7 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   const Problem& problem = context.problem;
   const Index n = problem.num_constraints();
   Vector q = problem.N * x + g;
-  const Vector size = SizeOfSums(problem.N, x, g);
+  const Vector size = problem.N.AbsTimes(RowMaxAbs(x)) + RowMaxAbs(g);
   Basis basis(n, 0);
   y.setZero();
   y_is_solution = false;
@@ -115,7 +115,7 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   context.solution.jumps.push_back({time, dx, jump.p});
   if (context.y_is_function()) {
     q = problem.N * x + g;
-    y_is_solution = Select(context, q, kConsistencyTolerance * SizeOfSums(problem.N, x, g), y) == LcpVerdict::kSolved;
+    y_is_solution = Select(context, q, kConsistencyTolerance * (problem.N.AbsTimes(RowMaxAbs(x)) + RowMaxAbs(g)), y) == LcpVerdict::kSolved;
   }
   return true;
 }

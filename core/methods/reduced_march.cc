@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/methods/reduced_march.h"
 
-#include "core/methods/coupled_step.h"
 #include "core/methods/marching.h"
 #include "core/methods/progress.h"
 #include "core/methods/reduced_run.h"
+#include "core/methods/split_step.h"
 #include "core/methods/step_cache.h"
 
 namespace dlcs {
 namespace {
+
+// A guess of y_j: the polynomial through up to three nodes before it, where that is positive.
+void Extrapolate(Matrix& y, Index j) {
+  if (j == 1) {
+    y.col(j) = y.col(j - 1);
+  } else if (j == 2) {
+    y.col(j) = (2 * y.col(j - 1) - y.col(j - 2)).cwiseMax(0);
+  } else {
+    y.col(j) = (3 * (y.col(j - 1) - y.col(j - 2)) + y.col(j - 3)).cwiseMax(0);
+  }
+}
 
 class ReducedMarcher {
  public:
@@ -16,16 +27,12 @@ class ReducedMarcher {
       : context_(context),
         hold_(hold),
         progress_(progress),
-        coupled_([this](double) {
-          return std::make_unique<CoupledStep>(
-              MakeCoupledLcpSolver(context_.problem.M, kernel_->K0(), context_.choice()),
-              context_.problem.num_constraints(), hold_ == Hold::kLinear);
-        }) {}
+        steps_([this](double) { return MakeStep(); }) {}
 
   // Marches `run`; returns the number of steps done.
   Index March(ReducedRun& run) {
-    kernel_ = run.kernel.get();
-    CoupledStep& coupled = coupled_.At(run.run.step);
+    kernel_ = run.kernel;
+    SplitStep& step = steps_.At(run.run.step);
     const auto memory = kernel_->Start(run.y.col(0));
     const Vector size = run.Sizes();
     Vector past(size.size()), q(size.size());
@@ -42,18 +49,18 @@ class ReducedMarcher {
         progress_.At(run.Time(context_.grid, done));
       }
       memory->Next(past);
-      run.q.col(j) += past;
-      q = run.q.col(j) + run.g.col(j);
-      const LcpVerdict verdict = coupled.Solve(q, size + past.cwiseAbs(), departures_, run.y.col(j));
+      q = run.free.nodes.col(j) + run.g.col(j) + past;
+      Extrapolate(run.y, j);
+      const LcpVerdict verdict = step.Solve(q, size + past.cwiseAbs(), departures_, run.y.col(j));
       if (verdict != LcpVerdict::kSolved) {
         Fail(verdict, time);
         break;
       }
-      run.q.col(j).noalias() += kernel_->K0() * run.y.col(j);
       memory->Push(run.y.col(j));
       ++context_.solution.cost.lcps;
     }
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;
+    FormQ(run, done);
     return done;
   }
 
@@ -61,6 +68,23 @@ class ReducedMarcher {
 
  private:
   static constexpr Index kStepsPerLook = 16;
+
+  // q anew from y: all steps at once are cheaper than one by one, and tell more.
+  void FormQ(ReducedRun& run, Index steps) const {
+    if (steps == 0) return;
+    run.q.middleCols(1, steps) += kernel_->Start(run.y.col(0))->History(steps);
+    run.q.middleCols(1, steps) += kernel_->Respond(run.y.middleCols(1, steps), context_.workers);
+  }
+
+  std::unique_ptr<SplitStep> MakeStep() const {
+    const StructuredMatrix& M = context_.problem.M;
+    std::optional<TridiagonalSplitting> splitting;
+    if (context_.selection == Selection::kUnique) splitting = SplitOffTridiagonal(M.Dense() + kernel_->K0());
+    return std::make_unique<SplitStep>(splitting, [this, &M, kernel = kernel_] {
+      return std::make_unique<CoupledStep>(MakeCoupledLcpSolver(M, kernel->K0(), context_.choice()), M.rows(),
+                                           hold_ == Hold::kLinear);
+    });
+  }
 
   void Fail(LcpVerdict verdict, double time) {
     if (departures_.steps_off_selection > 0 && hold_ == Hold::kLinear) {
@@ -73,8 +97,8 @@ class ReducedMarcher {
   SolveContext& context_;
   Hold hold_;
   Progress& progress_;
-  const ReducedKernel* kernel_ = nullptr;  // of the run
-  StepCache<CoupledStep> coupled_;
+  std::shared_ptr<const ReducedKernel> kernel_;  // of the run
+  StepCache<SplitStep> steps_;
   Departures departures_;
 };
 

@@ -2,12 +2,12 @@
 #include "core/realisation/factor_transform.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 #include <utility>
-#include <vector>
+
+#include "core/linalg/wide_loops.h"
 
 namespace dlcs {
 namespace {
@@ -46,21 +46,65 @@ std::optional<SecondDifference> AsSecondDifference(const SparseMatrix& factor) {
   return found;
 }
 
-// Even, for the real FFT, and without large prime factors.
-bool IsFastLength(Index length) {
-  if (length % 2 != 0) return false;
-  for (const Index prime : {2, 3, 5}) {
-    while (length % prime == 0) length /= prime;
-  }
-  return length == 1;
+struct SineTables {
+  Index half;  // N/2
+  const double *sines, *turn_re, *turn_im;
+};
+
+// The real sequence of length N whose transform holds that of the sines, its even elements in `re` and its odd ones in `im`.
+template <Index lanes>
+void Fold(const SineTables& tables, const double* x, double* re_out, double* im_out) {
+  const Index half = tables.half, length = 2 * half;
+  const double* sines = tables.sines;
+  RunWide([=]() DLCS_WIDE {
+    double* __restrict re = re_out;
+    double* __restrict im = im_out;
+    for (Index l = 0; l < lanes; ++l) re[l] = 0;
+    for (Index i = 0; i < half; ++i) {
+      for (Index l = 0; l < lanes; ++l) {
+        if (i > 0) {
+          const double one = x[(2 * i - 1) * lanes + l], other = x[(length - 2 * i - 1) * lanes + l];
+          re[i * lanes + l] = sines[2 * i] * (one + other) + 0.5 * (one - other);
+        }
+        const double one = x[2 * i * lanes + l], other = x[(length - 2 * i - 2) * lanes + l];
+        im[i * lanes + l] = sines[2 * i + 1] * (one + other) + 0.5 * (one - other);
+      }
+    }
+  });
+}
+
+// The sine transform from the half-length transform of the folded sequence, even and odd elements taken apart first.
+template <Index lanes>
+void Unfold(const SineTables& tables, FourierLanes::Parts z, double* x_out) {
+  const Index half = tables.half;
+  const double scale = std::sqrt(1.0 / static_cast<double>(half));  // √(2/N)
+  RunWide([=]() DLCS_WIDE {
+    double* __restrict x = x_out;
+    double odd[lanes];
+    for (Index l = 0; l < lanes; ++l) {
+      odd[l] = 0.5 * (z.re[l] + z.im[l]);
+      x[l] = scale * odd[l];
+    }
+    for (Index k = 1; k < half; ++k) {
+      const double *a_re = z.re + k * lanes, *a_im = z.im + k * lanes;
+      const double *b_re = z.re + (half - k) * lanes, *b_im = z.im + (half - k) * lanes;
+      const double w_re = tables.turn_re[k], w_im = tables.turn_im[k];
+      for (Index l = 0; l < lanes; ++l) {
+        const double odd_re = 0.5 * (a_im[l] + b_im[l]), odd_im = 0.5 * (b_re[l] - a_re[l]);
+        const double re = 0.5 * (a_re[l] + b_re[l]) + (w_re * odd_re - w_im * odd_im);
+        const double im = 0.5 * (a_im[l] - b_im[l]) + (w_re * odd_im + w_im * odd_re);
+        odd[l] += re;
+        x[(2 * k - 1) * lanes + l] = -scale * im;
+        x[2 * k * lanes + l] = scale * odd[l];
+      }
+    }
+  });
 }
 
 }  // namespace
 
 struct FactorTransform::Work {
-  Eigen::FFT<double> fft;
-  std::vector<double> series;
-  std::vector<std::complex<double>> spectrum;
+  Vector values, parts;  // of the lanes; real and imaginary parts, twice
   Vector product;
 };
 
@@ -73,13 +117,22 @@ std::optional<FactorTransform> FactorTransform::Create(const SparseMatrix& facto
   const Index size = factor.rows();
   FactorTransform transform;
   const auto difference = AsSecondDifference(factor);
-  if (difference && IsFastLength(size + 1)) {
+  if (difference && size % 2 == 1 && FourierLanes::IsFastLength(size + 1)) {
+    const Index half = (size + 1) / 2;
     transform.is_fast_ = true;
     transform.eigenvalues_.resize(size);
-    transform.sines_.resize(size);
+    transform.fourier_ = FourierLanes(half);
+    transform.sines_ = Vector::Zero(size + 1);
+    transform.turn_re_.resize(half);
+    transform.turn_im_.resize(half);
+    for (Index k = 0; k < half; ++k) {
+      const double angle = pi * static_cast<double>(k) / static_cast<double>(half);
+      transform.turn_re_[k] = std::cos(angle);
+      transform.turn_im_[k] = -std::sin(angle);
+    }
     for (Index k = 0; k < size; ++k) {
       const double angle = pi * static_cast<double>(k + 1) / static_cast<double>(size + 1);
-      transform.sines_[k] = std::sin(angle);
+      transform.sines_[k + 1] = std::sin(angle);
       // a + 2b cos θ without cancellation for a = -2b.
       const double s = std::sin(angle / 2);
       transform.eigenvalues_[k] = (difference->diagonal + 2 * difference->beside) - 4 * difference->beside * s * s;
@@ -94,38 +147,40 @@ std::optional<FactorTransform> FactorTransform::Create(const SparseMatrix& facto
 
 // x_k = √(2/N) Σ_j sin(πjk/N) x_j, N = q + 1, its own inverse, by one real FFT of length N: of the sequence
 // sin(πj/N) (x_j + x_{N-j}) + (x_j - x_{N-j})/2 the imaginary parts are the even components, and the real parts are the differences
-// of the odd ones [Press et al., Numerical Recipes, section 12.4].
-void FactorTransform::SineTransform(Eigen::Ref<Vector> x, Work& work) const {
-  const Index size = x.size(), length = size + 1;
-  work.series.resize(static_cast<std::size_t>(length));
-  work.series[0] = 0;
-  for (Index j = 1; j < length; ++j) {
-    const double one = x[j - 1], other = x[length - j - 1];
-    work.series[static_cast<std::size_t>(j)] = sines_[j - 1] * (one + other) + 0.5 * (one - other);
-  }
-  work.fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  work.fft.fwd(work.spectrum, work.series);
-  const double scale = std::sqrt(2.0 / static_cast<double>(length));
-  double odd = 0.5 * work.spectrum[0].real();
-  x[0] = scale * odd;
-  for (Index k = 1; 2 * k <= size; ++k) {
-    const std::complex<double> value = work.spectrum[static_cast<std::size_t>(k)];
-    x[2 * k - 1] = -scale * value.imag();
-    odd += value.real();
-    if (2 * k < size) x[2 * k] = scale * odd;
-  }
+// of the odd ones [Press et al., Numerical Recipes, section 12.4]. The real FFT is a complex one of half the length.
+void FactorTransform::SineTransform(double* x, Work& work) const {
+  const Index half = fourier_.length();
+  work.parts.resize(4 * half);
+  double* parts = work.parts.data();
+  const SineTables tables{half, sines_.data(), turn_re_.data(), turn_im_.data()};
+  Fold<1>(tables, x, parts, parts + half);
+  Unfold<1>(tables, fourier_.Forward(1, {parts, parts + half}, {parts + 2 * half, parts + 3 * half}), x);
+}
+
+void FactorTransform::SineTransforms(Eigen::Ref<Matrix> columns, Work& work) const {
+  const Index half = fourier_.length(), size = columns.rows(), part = half * kLanes;
+  work.values.setZero(size * kLanes);
+  work.parts.resize(4 * part);
+  double* parts = work.parts.data();
+  Eigen::Map<Eigen::Matrix<double, kLanes, Eigen::Dynamic>> values(work.values.data(), kLanes, size);
+  values.topRows(columns.cols()) = columns.transpose();
+  const SineTables tables{half, sines_.data(), turn_re_.data(), turn_im_.data()};
+  Fold<kLanes>(tables, work.values.data(), parts, parts + part);
+  const auto spectrum = fourier_.Forward(kLanes, {parts, parts + part}, {parts + 2 * part, parts + 3 * part});
+  Unfold<kLanes>(tables, spectrum, work.values.data());
+  columns = values.topRows(columns.cols()).transpose();
 }
 
 void FactorTransform::ForwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace) const {
   if (!workspace.work_) workspace.work_ = std::make_unique<Work>();
-  if (is_fast_) return SineTransform(x, *workspace.work_);
+  if (is_fast_) return SineTransform(x.data(), *workspace.work_);
   workspace.work_->product.noalias() = Q_.transpose() * x;
   x = workspace.work_->product;
 }
 
 void FactorTransform::BackwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace) const {
   if (!workspace.work_) workspace.work_ = std::make_unique<Work>();
-  if (is_fast_) return SineTransform(x, *workspace.work_);
+  if (is_fast_) return SineTransform(x.data(), *workspace.work_);
   workspace.work_->product.noalias() = Q_ * x;
   x = workspace.work_->product;
 }
@@ -134,7 +189,9 @@ Matrix FactorTransform::Forward(const Eigen::Ref<const Matrix>& X) const {
   if (!is_fast_) return Q_.transpose() * X;
   Matrix result = X;
   Work work;
-  for (Index k = 0; k < X.cols(); ++k) SineTransform(result.col(k), work);
+  for (Index k = 0; k < X.cols(); k += kLanes) {
+    SineTransforms(result.middleCols(k, std::min(kLanes, X.cols() - k)), work);
+  }
   return result;
 }
 

@@ -8,12 +8,14 @@
 #include <optional>
 
 #include "core/linalg/structured_matrix.h"
+#include "core/realisation/fourier_lanes.h"
 #include "core/types.h"
 
 namespace dlcs {
 
 // F = Q Λ Qᵀ. For F = tridiag(b, a, b), second differences with fixed ends, Q is the sine transform, made by an FFT where its
-// length has small prime factors only; for all others it is computed (9 q³) and applied as a dense product.
+// length has small prime factors only (columns side by side, core/realisation/fourier_lanes.h); for all others it is computed
+// (9 q³) and applied as a dense product. A column has the same bits alone and among others.
 class FactorTransform {
  public:
   // Absent where F is not symmetric.
@@ -42,12 +44,17 @@ class FactorTransform {
   void BackwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace) const;
 
  private:
-  void SineTransform(Eigen::Ref<Vector> x, Work& work) const;
+  void SineTransform(double* x, Work& work) const;
+  void SineTransforms(Eigen::Ref<Matrix> columns, Work& work) const;  // at most kLanes
+
+  static constexpr Index kLanes = 8;
 
   Vector eigenvalues_;
   bool is_fast_ = false;
-  Vector sines_;  // sin(πj/(q+1)), j = 1..q, of the sine transform
-  Matrix Q_;      // of all others
+  // Of the sine transform, N = q + 1: the FFT of length N/2, sin(πj/N) for j < N, and e^{-2πik/N} for k < N/2.
+  FourierLanes fourier_;
+  Vector sines_, turn_re_, turn_im_;
+  Matrix Q_;  // of all others
 };
 
 }  // namespace dlcs

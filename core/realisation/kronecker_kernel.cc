@@ -6,13 +6,14 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/wide_loops.h"
 #include "core/realisation/scalar_phi.h"
 
 namespace dlcs {
 namespace {
 
 // Modes that one thread carries through all steps: their memory stays in the first cache.
-constexpr Index kModesPerBlock = 32;
+constexpr Index kModesPerBlock = 64;
 
 KernelTerms MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
   const SumOfExponentials& sum = modes.response;
@@ -39,6 +40,35 @@ KernelTerms MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
     }
   }
   return made;
+}
+
+// P <- decay P + û for the rows begin ... begin + P.rows() - 1 of the terms.
+void AdvancePast(const Matrix& decay, Index begin, const double* input, Matrix& past) {
+  const Index count = past.rows(), terms = past.cols(), stride = decay.rows();
+  const double* const first_decay = decay.data() + begin;
+  double* const first_past = past.data();
+  RunWide([=]() DLCS_WIDE {
+    for (Index k = 0; k < terms; ++k) {
+      const double* __restrict e = first_decay + k * stride;
+      double* __restrict p = first_past + k * count;
+      for (Index r = 0; r < count; ++r) p[r] = e[r] * p[r] + input[r];
+    }
+  });
+}
+
+// sum += Σ_k weights_k P_k, in the order of k.
+void AddPast(const Matrix& weights, Index begin, const Matrix& past, double* sum_out) {
+  const Index count = past.rows(), terms = past.cols(), stride = weights.rows();
+  const double* const first_weight = weights.data() + begin;
+  const double* const first_past = past.data();
+  RunWide([=]() DLCS_WIDE {
+    double* __restrict sum = sum_out;
+    for (Index k = 0; k < terms; ++k) {
+      const double* __restrict w = first_weight + k * stride;
+      const double* __restrict p = first_past + k * count;
+      for (Index r = 0; r < count; ++r) sum[r] += w[r] * p[r];
+    }
+  });
 }
 
 class KroneckerMemory final : public Memory {
@@ -80,14 +110,10 @@ class KroneckerMemory final : public Memory {
     input_.noalias() = modes_.C * y;
     modes_.ToModesInPlace(input_, workspace_);
   }
-  void Advance() {
-    for (Index k = 0; k < past_.cols(); ++k) {
-      past_.col(k).array() = terms_.decay.col(k).array() * past_.col(k).array() + input_.array();
-    }
-  }
+  void Advance() { AdvancePast(terms_.decay, 0, input_.data(), past_); }
   void Sum(Eigen::Ref<Vector> output) const {
     output.setZero();
-    for (Index k = 0; k < past_.cols(); ++k) output.array() += terms_.past.col(k).array() * past_.col(k).array();
+    AddPast(terms_.past, 0, past_, output.data());
   }
 
   const KroneckerModes& modes_;
@@ -106,16 +132,8 @@ struct Carried {
   Carried(const KernelTerms& of, Index first, Index count, const Eigen::Ref<const Vector>& input)
       : terms(of), begin(first), past(of.start.middleRows(first, count).array().colwise() * input.array()) {}
 
-  void Advance(const Eigen::Ref<const Vector>& input) {
-    for (Index k = 0; k < past.cols(); ++k) {
-      past.col(k).array() = terms.decay.col(k).segment(begin, past.rows()).array() * past.col(k).array() + input.array();
-    }
-  }
-  void AddTo(Eigen::Ref<Vector> sum, const Matrix& weights) const {
-    for (Index k = 0; k < past.cols(); ++k) {
-      sum.array() += weights.col(k).segment(begin, past.rows()).array() * past.col(k).array();
-    }
-  }
+  void Advance(const Eigen::Ref<const Vector>& input) { AdvancePast(terms.decay, begin, input.data(), past); }
+  void AddTo(Eigen::Ref<Vector> sum, const Matrix& weights) const { AddPast(weights, begin, past, sum.data()); }
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/wide_loops.h"
 #include "core/realisation/scalar_phi.h"
 
 namespace dlcs {
@@ -67,26 +68,30 @@ std::optional<SparseMatrix> AlongTheSameWall(const KroneckerModes& modes, const 
 // For each input the values of the exponentials of `basis` at `nodes`: basis × p for each node.
 void AddResponses(const ExponentialSteps& steps, const Matrix& inputs, Hold hold, const std::vector<Index>& nodes,
                   Workers& workers, std::vector<Matrix>& values) {
-  constexpr Index kModesPerBlock = 32;
+  constexpr Index kModesPerBlock = 16;  // their past stays in the first cache
   workers.ForBlocks(inputs.rows(), kModesPerBlock, [&](Index, Index begin, Index end) {
-    const Index count = end - begin;
-    Vector input = inputs.col(0).segment(begin, count);
-    Matrix past = steps.start.middleRows(begin, count).array().colwise() * input.array();
-    if (hold == Hold::kConstant) input.setZero();
-    std::size_t next = 0;
-    for (Index j = 1; next < nodes.size(); ++j) {
-      for (Index k = 0; k < past.cols(); ++k) {
-        past.col(k).array() = steps.decay.col(k).segment(begin, count).array() * past.col(k).array() + input.array();
-      }
-      input = inputs.col(j).segment(begin, count);
-      if (nodes[next] != j) continue;
-      for (Index k = 0; k < past.cols(); ++k) {
-        values[next].row(k).segment(begin, count) +=
-            (steps.alpha.col(k).segment(begin, count).cwiseProduct(input) +
-             steps.beta.col(k).segment(begin, count).cwiseProduct(past.col(k)))
-                .transpose();
-      }
-      ++next;
+    const Index count = end - begin, terms = steps.decay.cols();
+    const Matrix decay = steps.decay.middleRows(begin, count);
+    Matrix past = steps.start.middleRows(begin, count).array().colwise() * inputs.col(0).segment(begin, count).array();
+    Matrix input = inputs.middleRows(begin, count);
+    if (hold == Hold::kConstant) input.col(0).setZero();
+    Index from = 0;
+    for (std::size_t next = 0; next < nodes.size(); ++next) {
+      const Index to = nodes[next];
+      RunWide([=, e_all = decay.data(), p_all = past.data(), u_all = input.data()]() DLCS_WIDE {
+        for (Index k = 0; k < terms; ++k) {
+          const double* __restrict e = e_all + k * count;
+          double* __restrict p = p_all + k * count;
+          for (Index j = from; j < to; ++j) {
+            const double* __restrict u = u_all + j * count;
+            for (Index r = 0; r < count; ++r) p[r] = e[r] * p[r] + u[r];
+          }
+        }
+      });
+      from = to;
+      const auto alpha = steps.alpha.middleRows(begin, count), beta = steps.beta.middleRows(begin, count);
+      values[next].middleCols(begin, count) +=
+          (beta.cwiseProduct(past) + (alpha.array().colwise() * input.col(to).array()).matrix()).transpose();
     }
   });
 }
@@ -187,13 +192,13 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
   const Index count = static_cast<Index>(nodes.size());
   const Vector rates = modes.mu(modes.basis.kept);
   std::vector<Matrix> driven(nodes.size(), Matrix::Zero(rates.size(), modes.num_modes()));
-  {
-    const ExponentialSteps steps(rates, modes.lambda, sources.step, hold);
-    AddResponses(steps, modes.ToModes(modes.C * y), hold, nodes, workers, driven);
-  }
-  if (form_ == SourceForm::kAlongWall) {
-    const ExponentialSteps steps(rates, modes.lambda, sources.step, Hold::kLinear);
-    AddResponses(steps, modes.ToModes(C_psi_ * sources.psi), Hold::kLinear, nodes, workers, driven);
+  const bool along_wall = form_ == SourceForm::kAlongWall;
+  Matrix inputs = modes.C * y;
+  if (along_wall && hold == Hold::kLinear) inputs += C_psi_ * sources.psi;
+  AddResponses({rates, modes.lambda, sources.step, hold}, modes.ToModes(inputs), hold, nodes, workers, driven);
+  if (along_wall && hold == Hold::kConstant) {
+    AddResponses({rates, modes.lambda, sources.step, Hold::kLinear}, modes.ToModes(C_psi_ * sources.psi), Hold::kLinear, nodes,
+                 workers, driven);
   }
   std::vector<Matrix> carried(nodes.size());
   if (form_ == SourceForm::kGeneral) {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/methods/split_step.h"
+
+#include <utility>
+
+#include "core/methods/solve_context.h"
+
+namespace dlcs {
+
+SplitStep::SplitStep(const std::optional<TridiagonalSplitting>& splitting, MakeStep make_step)
+    : make_step_(std::move(make_step)) {
+  if (splitting) splitting_.emplace(splitting->T, splitting->remainder);
+}
+
+LcpVerdict SplitStep::Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y) {
+  if (splitting_ && patience_ > 0) {
+    tolerance_ = kLcpTolerance * size;
+    if (splitting_->Solve(q, tolerance_, y) == SplittingVerdict::kSolved) return LcpVerdict::kSolved;
+    --patience_;
+  }
+  if (!step_) step_ = make_step_();
+  return step_->Solve(q, size, departures, y);
+}
+
+}  // namespace dlcs

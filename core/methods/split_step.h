@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// The coupled LCP of a step, by tridiagonal LCPs where those serve.
+
+#ifndef DLCS_CORE_METHODS_SPLIT_STEP_H_
+#define DLCS_CORE_METHODS_SPLIT_STEP_H_
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/lcp/splitting_solver.h"
+#include "core/methods/coupled_step.h"
+
+namespace dlcs {
+
+// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a tridiagonal M-matrix (SplitOffTridiagonal(): it is an H-matrix with a
+// positive diagonal then, so its LCP has one solution) tridiagonal LCPs serve, O(n) a step. The solver for dense
+// matrices is made only when they do not.
+class SplitStep {
+ public:
+  using MakeStep = std::function<std::unique_ptr<CoupledStep>()>;
+
+  // Without a splitting it is a CoupledStep, made by `make_step`.
+  SplitStep(const std::optional<TridiagonalSplitting>& splitting, MakeStep make_step);
+
+  // As CoupledStep::Solve(). `y` is a guess in, of any sign.
+  LcpVerdict Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y);
+
+ private:
+  std::optional<SplittingLcpSolver> splitting_;
+  Index patience_ = 3;  // failures of the splitting before it is given up
+  MakeStep make_step_;
+  std::unique_ptr<CoupledStep> step_;
+  Vector tolerance_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_SPLIT_STEP_H_
