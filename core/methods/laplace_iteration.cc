@@ -125,9 +125,10 @@ class Iteration {
 }  // namespace
 
 bool LaplaceIteration(SolveContext& context) {
-  if (context.realised) return ReducedIteration(context);
-  context.solution.kernel.emplace();
-  return Iteration(context).ReachEnd();
+  if (!context.realised) context.solution.kernel.emplace();
+  const bool reached = context.realised ? ReducedIteration(context) : Iteration(context).ReachEnd();
+  // The last window may stand there without having converged.
+  return reached && context.solution.termination == Termination::kNotSolved;
 }
 
 }  // namespace dlcs

@@ -68,9 +68,10 @@ class Iteration {
       }
       last_change = change;
     }
-    return context_.Fail(
-        Termination::kIterationLimit, horizon,
-        "After " + std::to_string(limit) + " iterations the change is still " + FormatNumber(last_change) + ".");
+    Keep();
+    return context_.Fail(Termination::kIterationLimit, horizon,
+                         "After " + std::to_string(limit) + " iterations the change is still " +
+                             FormatNumber(last_change) + "; the trajectory is the last iterate.");
   }
 
  private:
@@ -167,15 +168,20 @@ class Iteration {
   }
 
   bool Accept(Index iterations) {
-    const Grid& grid = context_.grid;
     context_.observer.OnWindowFinished({0, problem_.horizon, iterations, true, false, {}});
+    Keep();
+    return true;
+  }
+
+  // The iterate as the trajectory.
+  void Keep() {
+    const Grid& grid = context_.grid;
     context_.solution.cost.steps = grid.num_steps();
     for (size_t r = 0; r < grid.runs.size(); ++r) {
       segments_[r].x = x_.middleCols(columns_.First(r), columns_.Count(r));
       segments_[r].y = y_.middleCols(columns_.First(r), columns_.Count(r));
       context_.Add(segments_[r], ExponentialPiecewiseLinear(problem_, grid.runs[r].step));
     }
-    return true;
   }
 
   SolveContext& context_;

@@ -23,6 +23,7 @@ namespace dlcs {
 // Eigenvalues outside the sector |arg(-λ)| < π/2 - γ, imaginary and unstable ones, are split off and integrated by
 // φ-functions (core/laplace/spectrum_split.h; zero lies inside every contour), with a warning. Solution::contour
 // tells what was done.
+// Where the iterations run out the trajectory is the last iterate, with its certificate.
 // Cost: O(J² P m) an iteration. It is the faithful form, for checking; LaplaceIteration() is the fast one.
 // Accuracy: that of the contour, O(e^{-2.06√P}/√P) for narrow sectors (core/laplace/contour_choice.h), besides the
 // interpolation: O(h²), with cubic splines O(h⁴) where f and y are smooth. The certificate measures x and y as

@@ -24,7 +24,7 @@ void WindowSequence::Begin(const std::function<double()>& kernel_bound) {
 }
 
 std::unique_ptr<WindowModel> WindowSequence::Take(const std::function<std::unique_ptr<WindowModel>()>& gather) {
-  for (;;) {
+  while (!ended_) {
     std::unique_ptr<WindowModel> window = gather();
     if (!window) return nullptr;
     const Index steps = window->steps();
@@ -62,9 +62,17 @@ std::unique_ptr<WindowModel> WindowSequence::Take(const std::function<std::uniqu
     }
     if (jumped && (steps == 1 || width_is_fixed())) return context_.FailJump(end, result.why), nullptr;
     if (march) return FailLcp(context_, verdict, end, "The coupled step LCP(q, M + K_0)"), nullptr;
-    if (width_is_fixed()) return FailFixedWindow(result, begin, end), nullptr;
+    if (width_is_fixed()) {
+      ended_ = true;
+      FailFixedWindow(result, begin, end);
+      if (result.end != WindowEnd::kIterationLimit) return nullptr;
+      context_.solution.cost.steps += steps;
+      window->Finish();
+      return window;
+    }
     width_ = std::max<Index>(1, steps / 2);
   }
+  return nullptr;
 }
 
 bool WindowSequence::FailFixedWindow(const WindowResult& result, double begin, double end) {

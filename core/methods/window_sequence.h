@@ -23,7 +23,8 @@ class WindowSequence {
 
   // Takes the next window: `gather` makes one of at most Width() steps from where the last one ended, or null where it has ended
   // the solve; it is called again with half the width until the window converges, or is one step and marched. Returns the
-  // window, finished, or null where the solve has ended.
+  // window, finished, or null where the solve has ended. Where a window of fixed width only ran out of iterations the solve
+  // has failed, but the last iterate is still returned, for the trajectory; the next call returns null.
   std::unique_ptr<WindowModel> Take(const std::function<std::unique_ptr<WindowModel>()>& gather);
 
  private:
@@ -33,6 +34,7 @@ class WindowSequence {
   WindowIteration iteration_;
   Index width_ = 0;  // where it is not fixed
   Index number_ = 0;
+  bool ended_ = false;
 };
 
 }  // namespace dlcs

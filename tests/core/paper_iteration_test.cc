@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/lcp/lcp.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -237,6 +238,31 @@ TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
   ASSERT_TRUE(solution.ok());
   EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
   EXPECT_GT(check.count, 10);
+}
+
+// y^{k+1} solves the LCPs of x^k.
+TEST(PaperIterationTest, KeepsTheLastIterateWhereIterationsRunOut) {
+  const Problem problem = testing::FourVariableEasy();
+  for (const Method method : {Method::kPaperIteration, Method::kLaplaceIteration}) {
+    Options options = On(method, 32);
+    options.window_steps = Options::kWholeHorizon;
+    options.max_iterations = 3;
+    const Solution third = testing::SolveWith(problem, options);
+    options.max_iterations = 4;
+    const Solution fourth = testing::SolveWith(problem, options);
+    ASSERT_EQ(third.termination, Termination::kIterationLimit) << third.message;
+    ASSERT_EQ(third.times.size(), 33u);
+    ASSERT_EQ(fourth.times.size(), 33u);
+    EXPECT_GT(MaxAbs(third.x - fourth.x), 1e-6);
+    TimeFunctionEvaluator g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints()).value();
+    Vector q(problem.num_constraints());
+    for (Index j = 1; j <= 32; ++j) {
+      g.Evaluate(third.times[j], Side::kRight, q);
+      q += problem.N * third.x.col(j);
+      const LcpResult lcp = SolveLcp(problem.M, q, SolutionRule::kLeastElement).value();
+      EXPECT_LT(MaxAbs(lcp.y - fourth.y.col(j)), 1e-10) << MethodName(method) << ", node " << j;
+    }
+  }
 }
 
 }  // namespace
