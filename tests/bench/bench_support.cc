@@ -12,8 +12,6 @@
 namespace dlcs::bench {
 namespace {
 
-constexpr double kResidualTolerance = 1e-9;
-
 // A line of /proc/self/status, "VmHWM:  1234 kB", in bytes.
 double MemoryBytes(const std::string& key) {
   std::ifstream status("/proc/self/status");
@@ -28,25 +26,25 @@ double MemoryBytes(const std::string& key) {
 
 }  // namespace
 
-std::string WhatIsWrong(const Solution& solution) {
+std::string WhatIsWrong(const Solution& solution, double tolerance) {
   if (solution.termination != Termination::kConverged) {
     return std::string(TerminationName(solution.termination)) + ": " + solution.message;
   }
   const Certificate& certificate = solution.certificate;
   const double scale = std::max(certificate.lcp_scale, 1e-300);
-  if (!(certificate.node_residual <= kResidualTolerance * scale))
-    return "the LCPs at the nodes are not solved";
-  if (!(certificate.node_complementarity <=
-        kResidualTolerance * static_cast<double>(solution.y.rows()) * scale * scale))
+  if (!(certificate.node_residual <= tolerance * scale)) return "the LCPs at the nodes are not solved";
+  if (!(certificate.node_complementarity <= tolerance * static_cast<double>(solution.y.rows()) * scale * scale))
     return "y and w are not complementary at the nodes";
   if (!solution.x.allFinite() || !solution.y.allFinite()) return "the trajectory is not finite";
   return "";
 }
 
-std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options) {
+std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options,
+                                    double tolerance) {
   Observer observer;
   absl::StatusOr<Solution> solution = Solve(problem, options, observer, {});
-  const std::string wrong = solution.ok() ? WhatIsWrong(*solution) : std::string(solution.status().message());
+  const std::string wrong =
+      solution.ok() ? WhatIsWrong(*solution, tolerance) : std::string(solution.status().message());
   if (wrong.empty()) return *std::move(solution);
   state.SkipWithError(wrong.c_str());
   return std::nullopt;

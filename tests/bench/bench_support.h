@@ -15,12 +15,19 @@
 
 namespace dlcs::bench {
 
-// Why `solution` does not count: it did not converge, or its residuals at the nodes are not those of a
-// solution. Empty where it counts. NaN does not.
-std::string WhatIsWrong(const Solution& solution);
+// The "error" of a run that was left out because it would have told nothing new, or taken too long: no failure.
+inline constexpr const char* kNotNeeded = "not needed";
+
+// The largest residual of an LCP that counts as solved, relative to its numbers.
+inline constexpr double kResidualTolerance = 1e-9;
+
+// Why `solution` does not count: it did not converge, or its residuals at the nodes are not those of a solution.
+// Empty where it counts. NaN does not.
+std::string WhatIsWrong(const Solution& solution, double tolerance = kResidualTolerance);
 
 // Solves; where the answer does not count, marks `state` as failed and returns nothing.
-std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options);
+std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options,
+                                    double tolerance = kResidualTolerance);
 
 // The most memory (resident set) that the process took since it was made, above what it had then.
 // Page by page: what stays below some 100 KB is noise.
