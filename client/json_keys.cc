@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/json_text.h"
+#include "client/matrix_json.h"
 
 namespace dlcs::client {
 
@@ -17,14 +18,14 @@ void ReadMatrixKey(const json& root, const std::string& key, const std::string& 
                    v1::Matrix& matrix) {
   const json* value = reader.Require(root, key, rule);
   if (value == nullptr) return;
-  if (auto dense = reader.ReadMatrix(*value, key)) *matrix.mutable_dense() = *std::move(dense);
+  if (auto read = ReadAnyMatrix(*value, key, reader)) matrix = *std::move(read);
 }
 
 void ReadNumbersKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
                     google::protobuf::RepeatedField<double>& numbers) {
   const json* value = reader.Require(root, key, rule);
   if (value == nullptr) return;
-  if (const auto list = reader.ReadNumbers(*value, key)) numbers.Add(list->begin(), list->end());
+  if (const auto list = ReadAnyVector(*value, key, reader)) numbers.Add(list->begin(), list->end());
 }
 
 void ReadSelectorKey(const json& root, JsonReader& reader, v1::Selector& selector) {
@@ -40,8 +41,7 @@ void ReadSelectorKey(const json& root, JsonReader& reader, v1::Selector& selecto
   const json* b =
       reader.Require(value, "b", "selector needs the vector b of ‖C y - b‖, a value per row of C");
   if (c != nullptr) {
-    if (auto dense = reader.ReadMatrix(*c, "selector.C"))
-      *selector.mutable_c()->mutable_dense() = *std::move(dense);
+    if (auto matrix = ReadAnyMatrix(*c, "selector.C", reader)) *selector.mutable_c() = *std::move(matrix);
   }
   if (b != nullptr) {
     if (const auto list = reader.ReadNumbers(*b, "selector.b"))

@@ -105,7 +105,11 @@ std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json&
   std::vector<double> numbers;
   numbers.reserve(value.size());
   for (std::size_t i = 0; i < value.size(); ++i) {
-    if (const auto number = ReadNumber(value[i], fmt::format("{}[{}]", path, i))) numbers.push_back(*number);
+    if (value[i].is_number()) {
+      numbers.push_back(value[i].get<double>());
+    } else {
+      ReadNumber(value[i], fmt::format("{}[{}]", path, i));  // says what is wrong
+    }
   }
   if (numbers.size() != value.size()) return std::nullopt;
   return numbers;

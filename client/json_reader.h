@@ -24,6 +24,8 @@ class JsonReader {
   // `source` is the file's name for messages.
   explicit JsonReader(std::string source) : source_(std::move(source)) {}
 
+  const std::string& source() const { return source_; }
+
   // Notes that `path` breaks a rule, both in the user's words: "x0[1]", "is a string; must be a number".
   void Refuse(const std::string& path, const std::string& rule);
 

@@ -10,8 +10,10 @@
 #include "client/json_keys.h"
 #include "client/json_reader.h"
 #include "client/json_text.h"
+#include "client/problem_file.h"
 #include "client/time_function_json.h"
 #include "core/models/input_output.h"
+#include "core/models/signorini.h"
 #include "server/convert.h"
 
 namespace dlcs::client {
@@ -52,14 +54,13 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
   return model;
 }
 
-ordered_json Rows(const Matrix& matrix) {
-  ordered_json rows = ordered_json::array();
-  for (const auto& row : matrix.rowwise()) {
-    std::vector<double> values(row.begin(), row.end());
-    for (double& value : values) value += 0.0;  // -0.0 becomes 0.0
-    rows.push_back(values);
+// "cells: is 1, must be ..." -> "--cells: is 1, must be ...", a line for each.
+absl::Status InWordsOfTheOptions(const absl::Status& status) {
+  std::string lines = "--" + std::string(status.message());
+  for (std::size_t end = lines.find('\n'); end != std::string::npos; end = lines.find('\n', end + 1)) {
+    lines.insert(end + 1, "--");
   }
-  return rows;
+  return absl::InvalidArgumentError(lines);
 }
 
 // The engine names its own fields: x0 is the model's d.
@@ -75,19 +76,13 @@ absl::Status InWordsOfTheModel(const absl::Status& status, const std::string& so
   return absl::InvalidArgumentError(lines);
 }
 
-ordered_json ProblemJson(const json& root, const Problem& problem) {
+// What the model says of itself, then the problem.
+ordered_json FileOf(const json& root, const Problem& problem) {
   ordered_json file = ordered_json::object();
   for (const char* key : {"name", "about", "source"}) {
     if (root.contains(key)) file[key] = root[key];
   }
-  file["A"] = Rows(problem.A);
-  file["B"] = Rows(problem.B);
-  file["N"] = Rows(problem.N);
-  file["M"] = Rows(problem.M);
-  if (root.contains("f")) file["f"] = root["f"];
-  file["x0"] = std::vector<double>(problem.x0.begin(), problem.x0.end());
-  file["T"] = problem.horizon;
-  file["rule"] = "least-element";
+  file.update(ProblemJson(ToProto(problem)));
   return file;
 }
 
@@ -108,7 +103,19 @@ absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const 
   if (absl::Status status = reader.status(); !status.ok()) return status;
   const auto problem = MakeInputOutputProblem(model);
   if (!problem.ok()) return InWordsOfTheModel(problem.status(), source);
-  return ModelledProblem{ProblemJson(*root, *problem), ToProto(InputOutputSection(model))};
+  return ModelledProblem{FileOf(*root, *problem), ToProto(InputOutputSection(model))};
+}
+
+absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon) {
+  SignoriniModel model;
+  model.cells = cells;
+  model.coefficient = coefficient;
+  model.horizon = horizon;
+  const auto problem = MakeSignoriniProblem(model);
+  if (!problem.ok()) return InWordsOfTheOptions(problem.status());
+  const json notes = {{"name", fmt::format("Signorini, 1/{}, c = {}", model.cells, model.coefficient)},
+                      {"source", "(4.3) to (4.6) of Wu & Chen"}};
+  return FileOf(notes, *problem);
 }
 
 }  // namespace dlcs::client

@@ -4,6 +4,7 @@
 #ifndef DLCS_CLIENT_MODEL_H_
 #define DLCS_CLIENT_MODEL_H_
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -22,6 +23,10 @@ struct ModelledProblem {
 // missing), and name, about and source, which are handed on. Errors: InvalidArgument with one "source: place
 // rule" per line.
 absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const std::string& source);
+
+// The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its structure: some 2 MB for 65,025 states.
+// Errors: InvalidArgument with one "--option: rule" per line.
+absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon);
 
 }  // namespace dlcs::client
 

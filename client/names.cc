@@ -52,6 +52,7 @@ constexpr std::string_view kMethodPrefix = "METHOD_";
 constexpr std::string_view kRulePrefix = "SOLUTION_RULE_";
 constexpr std::string_view kStepSolverPrefix = "STEP_SOLVER_";
 constexpr std::string_view kKernelSourcePrefix = "KERNEL_SOURCE_";
+constexpr std::string_view kRealisationPrefix = "REALISATION_";
 constexpr std::string_view kInterpolationPrefix = "INTERPOLATION_";
 constexpr std::string_view kContourChoicePrefix = "CONTOUR_CHOICE_";
 
@@ -99,6 +100,18 @@ std::optional<v1::KernelSource> ParseKernelSource(const std::string& name) {
 
 std::vector<std::string> KernelSourceNames() {
   return WordNames(*v1::KernelSource_descriptor(), kKernelSourcePrefix);
+}
+
+std::string RealisationName(v1::Realisation realisation) {
+  return WordName(*v1::Realisation_descriptor(), realisation, kRealisationPrefix);
+}
+
+std::optional<v1::Realisation> ParseRealisation(const std::string& name) {
+  return Parse<v1::Realisation>(*v1::Realisation_descriptor(), name, kRealisationPrefix);
+}
+
+std::vector<std::string> RealisationNames() {
+  return WordNames(*v1::Realisation_descriptor(), kRealisationPrefix);
 }
 
 std::string InterpolationName(v1::Interpolation interpolation) {

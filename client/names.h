@@ -32,6 +32,11 @@ std::string KernelSourceName(v1::KernelSource kernel);
 std::optional<v1::KernelSource> ParseKernelSource(const std::string& name);
 std::vector<std::string> KernelSourceNames();
 
+// "auto", "dense", "kronecker-sum", "contour", "sparse-stepping".
+std::string RealisationName(v1::Realisation realisation);
+std::optional<v1::Realisation> ParseRealisation(const std::string& name);
+std::vector<std::string> RealisationNames();
+
 // "auto", "linear", "cubic-spline".
 std::string InterpolationName(v1::Interpolation interpolation);
 std::optional<v1::Interpolation> ParseInterpolation(const std::string& name);

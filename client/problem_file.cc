@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,12 +14,16 @@
 #include "client/json_keys.h"
 #include "client/json_reader.h"
 #include "client/json_text.h"
+#include "client/matrix_json.h"
+#include "client/names.h"
 #include "client/time_function_json.h"
+#include "proto/matrix_shape.h"
 
 namespace dlcs::client {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 const std::vector<std::string>& ProblemKeys() {
   static const std::vector<std::string> keys = {"A", "B",      "N",    "M",        "x0",           "T",   "f",
@@ -67,8 +74,11 @@ void ReadLinear(const json& root, JsonReader& reader, v1::Problem& problem) {
   ReadMatrixKey(root, "M", "the n rows of the complementarity matrix", reader, *problem.mutable_m());
   ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
   ReadTimes(root, reader, problem);
-  ReadSources(root, problem.a().dense().rows(), problem.m().dense().rows(), reader, *problem.mutable_f(),
-              *problem.mutable_g());
+  const auto rows = [](const v1::Matrix& matrix) {
+    return static_cast<int>(
+        std::clamp<std::int64_t>(ShapeOf(matrix).rows, 0, std::numeric_limits<int>::max()));
+  };
+  ReadSources(root, rows(problem.a()), rows(problem.m()), reader, *problem.mutable_f(), *problem.mutable_g());
   ReadRuleKeys(root, reader, problem);
 }
 
@@ -135,6 +145,26 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
 
   const absl::Status status = reader.status();
   if (!status.ok()) return status;
+  return file;
+}
+
+ordered_json ProblemJson(const v1::Problem& problem) {
+  ordered_json file = ordered_json::object();
+  file["A"] = MatrixJson(problem.a());
+  file["B"] = MatrixJson(problem.b());
+  file["N"] = MatrixJson(problem.n());
+  file["M"] = MatrixJson(problem.m());
+  ordered_json f = SourceJson(problem.f(), problem.x0_size());
+  if (!f.is_null()) file["f"] = std::move(f);
+  ordered_json g = SourceJson(problem.g(), static_cast<int>(ShapeOf(problem.m()).rows));
+  if (!g.is_null()) file["g"] = std::move(g);
+  file["x0"] = problem.x0();
+  file["T"] = problem.horizon();
+  if (!problem.break_points().empty()) file["break_points"] = problem.break_points();
+  if (problem.rule() != v1::SOLUTION_RULE_UNSPECIFIED) file["rule"] = RuleName(problem.rule());
+  if (problem.has_selector()) {
+    file["selector"] = {{"C", MatrixJson(problem.selector().c())}, {"b", problem.selector().b()}};
+  }
   return file;
 }
 

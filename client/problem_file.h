@@ -26,16 +26,19 @@ struct ProblemFile {
 // ("kind": "nonlinear") f g x0 T W break_points, where f and g are lists of formulas in t, x1, ... and y1,
 // ...
 //
-// In a linear one f and g are a list with a formula or a number per component, or samples, or a piecewise
-// polynomial; one that is missing is zero. Where `pieces` is given it replaces both. Only what this format
-// promises is judged here: types, equal row lengths, known keys. Whether shapes fit together and formulas
-// make sense is the engine's to say, so that a file is refused with the same words here and by a server.
+// Matrices take the forms of matrix_json.h, f and g those of time_function_json.h; a source that is missing
+// is zero. Where `pieces` is given it replaces both. Only what this format promises is judged here: types,
+// equal row lengths, known keys. Whether shapes fit together and formulas make sense is the engine's to say,
+// so that a file is refused with the same words here and by a server.
 //
 // `source` is the file's name for messages. Errors: InvalidArgument with one "source: place rule" per line.
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source);
 
 // The same for the file at `path`, `-` for standard input. Errors: as above and as ReadTextFile().
 absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path);
+
+// The keys of a problem file that ParseProblem() reads as the sound `problem`; its structure is kept.
+nlohmann::ordered_json ProblemJson(const v1::Problem& problem);
 
 }  // namespace dlcs::client
 

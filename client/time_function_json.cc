@@ -5,14 +5,21 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "client/matrix_json.h"
+#include "proto/matrix_shape.h"
 
 namespace dlcs::client {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 // A list with a formula or a number per component. Numbers alone are a constant; next to formulas they are
 // written as formulas, with all their digits.
@@ -95,24 +102,104 @@ void ReadZero(int size, v1::TimePiece& piece) {
   for (int i = 0; i < size; ++i) piece.mutable_constant()->add_values(0);
 }
 
-// One of f and g, in an object (`root` or a piece) at `prefix`.
-void ReadPiece(const json& object, const std::string& key, const std::string& prefix, int size,
-               JsonReader& reader, v1::TimePiece& piece) {
-  const auto value = object.find(key);
-  const std::string path = prefix + key;
-  if (value == object.end()) {
-    ReadZero(size, piece);
-  } else if (value->is_array()) {
-    ReadComponents(*value, path, reader, piece);
-  } else if (value->is_object() && (value->contains("breaks") || value->contains("coefficients"))) {
-    ReadPolynomials(*value, path, size, reader, piece);
-  } else if (value->is_object()) {
-    ReadSamples(*value, path, size, reader, piece);
+void ReadSource(const json& value, const std::string& path, int size, JsonReader& reader,
+                v1::TimePiece& piece) {
+  if (value.is_array()) {
+    ReadComponents(value, path, reader, piece);
+  } else if (value.is_object() && (value.contains("breaks") || value.contains("coefficients"))) {
+    ReadPolynomials(value, path, size, reader, piece);
+  } else if (value.is_object()) {
+    ReadSamples(value, path, size, reader, piece);
   } else {
     reader.Refuse(path, fmt::format("is {}; must be a list with a formula or a number per component, as in "
                                     "[\"sin(t)\", 0], or an object with samples or polynomials",
-                                    DescribeJson(*value)));
+                                    DescribeJson(value)));
   }
+}
+
+// One of f and g, in a piece at `prefix`.
+void ReadPiece(const json& object, const std::string& key, const std::string& prefix, int size,
+               JsonReader& reader, v1::TimePiece& piece) {
+  const auto value = object.find(key);
+  if (value == object.end()) {
+    ReadZero(size, piece);
+  } else {
+    ReadSource(*value, prefix + key, size, reader, piece);
+  }
+}
+
+void ReadOwnPieces(const json& pieces, const std::string& path, int size, JsonReader& reader,
+                   v1::TimeFunction& function) {
+  if (!pieces.is_array() || pieces.empty()) {
+    reader.Refuse(path, fmt::format("is {}; must be a list of objects {{\"t0\": ..., \"of\": ...}}",
+                                    DescribeJson(pieces)));
+    return;
+  }
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    const std::string place = fmt::format("{}[{}]", path, k);
+    if (!pieces[k].is_object() || !pieces[k].contains("t0") || !pieces[k].contains("of")) {
+      reader.Refuse(place, fmt::format("is {}; must be an object {{\"t0\": ..., \"of\": ...}}",
+                                       DescribeJson(pieces[k])));
+      continue;
+    }
+    reader.RefuseUnknownKeys(pieces[k], {"t0", "of"}, place);
+    v1::TimePiece& piece = *function.add_pieces();
+    piece.set_start(reader.ReadNumber(pieces[k]["t0"], place + ".t0").value_or(0));
+    ReadSource(pieces[k]["of"], place + ".of", size, reader, piece);
+  }
+}
+
+// f or g of a problem: a source, or an object that is a matrix times one, or pieces of its own.
+void ReadFunction(const json& root, const std::string& key, int size, JsonReader& reader,
+                  v1::TimeFunction& function) {
+  const auto value = root.find(key);
+  const bool composed =
+      value != root.end() && value->is_object() && (value->contains("matrix") || value->contains("pieces"));
+  if (!composed) return ReadPiece(root, key, "", size, reader, *function.add_pieces());
+  reader.RefuseUnknownKeys(*value, {"matrix", value->contains("pieces") ? "pieces" : "of"}, key);
+  if (value->contains("matrix")) {
+    const auto lift = ReadAnyMatrix((*value)["matrix"], key + ".matrix", reader);
+    if (!lift) return;
+    *function.mutable_lift() = *lift;
+    size = static_cast<int>(
+        std::clamp<std::int64_t>(ShapeOf(*lift).columns, 0, std::numeric_limits<int>::max()));
+  }
+  if (value->contains("pieces")) {
+    ReadOwnPieces((*value)["pieces"], key + ".pieces", size, reader, function);
+  } else if (const json* of = reader.Require(
+                 *value, "of", fmt::format("{} needs the functions that its matrix multiplies", key))) {
+    ReadSource(*of, key + ".of", size, reader, *function.add_pieces());
+  }
+}
+
+// `values` as rows of `size`.
+ordered_json RowsOf(const google::protobuf::RepeatedField<double>& values, int size) {
+  ordered_json rows = ordered_json::array();
+  for (int begin = 0; size > 0 && begin < values.size(); begin += size) {
+    rows.push_back(std::vector<double>(values.begin() + begin, values.begin() + begin + size));
+  }
+  return rows;
+}
+
+ordered_json PieceJson(const v1::TimePiece& piece, int size) {
+  if (piece.has_formulas()) return piece.formulas().formulas();
+  if (piece.has_samples()) {
+    return {{"times", piece.samples().times()}, {"values", RowsOf(piece.samples().values(), size)}};
+  }
+  if (piece.has_polynomial()) {
+    ordered_json coefficients = ordered_json::array();
+    for (const auto& one : piece.polynomial().coefficients())
+      coefficients.push_back(RowsOf(one.values(), size));
+    return {{"breaks", piece.polynomial().breaks()}, {"coefficients", std::move(coefficients)}};
+  }
+  return piece.constant().values();
+}
+
+bool IsZero(const v1::TimeFunction& function) {
+  return std::all_of(function.pieces().begin(), function.pieces().end(), [](const v1::TimePiece& piece) {
+    const auto& values = piece.constant().values();
+    return piece.has_constant() && std::all_of(values.begin(), values.end(), [](double v) { return v == 0; });
+  });
 }
 
 }  // namespace
@@ -121,8 +208,8 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
                  v1::TimeFunction& g) {
   const auto pieces = root.find("pieces");
   if (pieces == root.end()) {
-    ReadPiece(root, "f", "", states, reader, *f.add_pieces());
-    ReadPiece(root, "g", "", constraints, reader, *g.add_pieces());
+    ReadFunction(root, "f", states, reader, f);
+    ReadFunction(root, "g", constraints, reader, g);
     return;
   }
   if (!pieces->is_array() || pieces->empty()) {
@@ -151,6 +238,23 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
     f.mutable_pieces(f.pieces_size() - 1)->set_start(start);
     g.mutable_pieces(g.pieces_size() - 1)->set_start(start);
   }
+}
+
+ordered_json SourceJson(const v1::TimeFunction& function, int size) {
+  if (IsZero(function)) return nullptr;
+  if (function.has_lift()) size = static_cast<int>(ShapeOf(function.lift()).columns);
+  ordered_json source = ordered_json::object();
+  if (function.has_lift()) source["matrix"] = MatrixJson(function.lift());
+  if (function.pieces_size() == 1) {
+    ordered_json only = PieceJson(function.pieces(0), size);
+    if (!function.has_lift()) return only;
+    source["of"] = std::move(only);
+    return source;
+  }
+  for (const v1::TimePiece& piece : function.pieces()) {
+    source["pieces"].push_back({{"t0", piece.start()}, {"of", PieceJson(piece, size)}});
+  }
+  return source;
 }
 
 }  // namespace dlcs::client

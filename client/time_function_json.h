@@ -17,9 +17,17 @@ namespace dlcs::client {
 //     {"breaks": [...], "coefficients": [p_0, ...]}     piecewise polynomials; p_i is a list of rows, row k
 //                                                       the factors of (t - breaks[i])^k
 //     "pieces": [{"t0": 0, "f": ..., "g": ...}, ...]    replaces both; each holds from its t0 to the next
+// f and g themselves may also be
+//     {"matrix": F, "of": s}                            F (a matrix as in matrix_json.h) times s, one of the
+//     first three forms
+//     {"pieces": [{"t0": 0, "of": s}, ...]}             pieces of this function alone; with "matrix" F times
+//     them
 // What is missing is zero, of `states` respectively `constraints` components.
 void ReadSources(const nlohmann::json& root, int states, int constraints, JsonReader& reader,
                  v1::TimeFunction& f, v1::TimeFunction& g);
+
+// A sound function of `size` components as ReadSources() reads it; null where it is zero.
+nlohmann::ordered_json SourceJson(const v1::TimeFunction& function, int size);
 
 }  // namespace dlcs::client
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analyze.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -23,6 +24,24 @@ std::string DescribeRule(Selection selection) {
   return name;
 }
 
+// Sections that write A down and take time like its cube are left out beyond this many states or pairs.
+constexpr Index kMostWrittenDown = 2000;
+
+bool IsTooLarge(const Problem& problem) {
+  return std::max(problem.num_states(), problem.num_constraints()) > kMostWrittenDown;
+}
+
+AnalysisSection NotComputed(const char* id, const char* title, const Problem& problem) {
+  AnalysisSection section{id, title, {}, {}, {}};
+  const std::string size = std::to_string(problem.num_states()) + " states and " +
+                           std::to_string(problem.num_constraints()) + " pairs";
+  section.findings.push_back({"computed", "All was looked at",
+                              {Answer::kNo, "not computed: too large, " + size + "; at most " +
+                                                std::to_string(kMostWrittenDown) + " of each are looked at here"},
+                              ""});
+  return section;
+}
+
 }  // namespace
 
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
@@ -42,8 +61,14 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   analysis.sections.push_back(SolutionSection(problem, matrix_class, *selection, stop));
   analysis.sections.push_back(LaplaceSection(problem, options, matrix_class, *selection));
   analysis.sections.push_back(TimeSteppingSection(problem, options, matrix_class, *selection));
-  if (matrix_class.zero_row) analysis.sections.push_back(RelativeDegreeSection(problem, *selection));
-  if (problem.M.IsZero()) analysis.sections.push_back(IndexOneSection(problem, stop));
+  if (matrix_class.zero_row) {
+    analysis.sections.push_back(IsTooLarge(problem) ? NotComputed("relative-degree", "Relative degree", problem)
+                                                    : RelativeDegreeSection(problem, *selection));
+  }
+  if (problem.M.IsZero()) {
+    analysis.sections.push_back(IsTooLarge(problem) ? NotComputed("index-one", "Index one: M = 0", problem)
+                                                    : IndexOneSection(problem, stop));
+  }
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();
   analysis.recommendation = *std::move(recommendation);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/solve_session.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -45,6 +47,12 @@ absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Opti
 absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {
   if (request.has_nonlinear()) return ReadSound(request.nonlinear(), request.options(), limits);
   return ReadSound(request.problem(), request.options(), limits);
+}
+
+double PeakResidentBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
 // Numbers the events of one solve and turns what the engine reports into them.
@@ -155,6 +163,7 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
     v1::Summary& summary = *event.mutable_summary();
     summary = SummaryToProto(solution_);
     summary.set_termination(termination());
+    summary.mutable_cost()->set_process_peak_bytes(PeakResidentBytes());
     if (solution_.termination == Termination::kCancelled) {
       summary.set_message(fmt::format("{} {}", solution_.message, StopAdvice(cause_)));
     }

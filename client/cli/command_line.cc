@@ -62,6 +62,7 @@ void AddSolve(CLI::App& main, SolveCommand& command) {
   app.add_flag_function(
       "--estimate-error", [&](std::int64_t) { options.set_estimate_error(true); },
       "Solve with half the step too and compare");
+  AddRealisation(app, options);
   AddContour(app, options);
   AddNumber(
       app, "--threads", "N", WholeAtLeast("a whole number of at least 0", 0),
@@ -128,13 +129,32 @@ void AddDcp(CLI::App& main, DcpCommand& command) {
 
 void AddModel(CLI::App& main, ModelCommand& command) {
   CLI::App& app = *main.add_subcommand("model", "Make a problem file of a model");
-  app.add_option("KIND", "The kind of model")
+  app.add_option("KIND", command.kind, "The kind of model")
       ->required()
-      ->type_name("input-output")
-      ->check(CLI::IsMember({"input-output"}).description(""));
-  app.add_option("FILE", command.path, "JSON file of the model; - reads standard input")
-      ->required()
-      ->type_name("FILE");
+      ->type_name("input-output|signorini")
+      ->check(CLI::IsMember({"input-output", "signorini"}).description(""));
+  CLI::Option* file =
+      app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
+          ->type_name("FILE");
+  CLI::Option* cells = AddNumber(
+      app, "--cells", "N", WholeAtLeast("a whole number of at least 2", 2),
+      [&command](double v) { command.cells = static_cast<std::int64_t>(std::min(v, 1e9)); },
+      "signorini: cells of the grid in each direction, 1/Δx");
+  CLI::Option* coefficient = AddNumber(
+      app, "--coefficient", "C", Positive(), [&command](double v) { command.coefficient = v; },
+      "signorini: c of V_t = c ΔV (2e-4)");
+  CLI::Option* horizon = AddNumber(
+      app, "--horizon", "T", Positive(), [&command](double v) { command.horizon = v; },
+      "signorini: the end of time (4)");
+  app.callback([=, &command] {
+    const bool grid = command.kind == "signorini";
+    if (grid && cells->count() == 0) throw CLI::ValidationError("signorini", "needs --cells N");
+    if (grid && file->count() > 0) throw CLI::ValidationError("signorini", "takes no file, but --cells N");
+    if (!grid && file->count() == 0) throw CLI::ValidationError("FILE", "is required for input-output");
+    for (const CLI::Option* option : {cells, coefficient, horizon}) {
+      if (!grid && option->count() > 0) throw CLI::ValidationError(option->get_name(), "is for signorini");
+    }
+  });
   app.add_option("--output", command.output,
                  "Write the problem there, whole or not at all, instead of printing it")
       ->type_name("FILE");

@@ -4,6 +4,7 @@
 #ifndef DLCS_CLIENT_CLI_COMMANDS_H_
 #define DLCS_CLIENT_CLI_COMMANDS_H_
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -57,7 +58,11 @@ struct DcpCommand {
 };
 
 struct ModelCommand {
-  std::string path;    // of the model's file; "-" is standard input
+  std::string kind;        // "input-output" or "signorini"
+  std::string path;        // of an input-output model's file; "-" is standard input
+  std::int64_t cells = 0;  // of the Signorini model
+  double coefficient = 2e-4;
+  double horizon = 4;
   std::string output;  // empty is standard output
 };
 

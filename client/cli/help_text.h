@@ -74,8 +74,11 @@ inline constexpr const char* kModelExamples =
     "Prints a problem file, and on standard error what is known of the model. `input-output` is the\n"
     "dynamic economy x' = A x + B y + f(t), 0 <= y, (I - C) y - x >= 0 complementary, x(0) = d, as in\n"
     "    {\"C\": [[0.2]], \"A\": [[-1]], \"B\": [[0.5]], \"d\": [1], \"T\": 5, \"f\": [\"1+sin(t)\"]}\n"
+    "`signorini` is the membrane of Wu & Chen on a grid of N x N cells, as a Kronecker sum and sparse "
+    "matrices.\n"
     "\n"
     "Examples:\n"
+    "  dlcs model signorini --cells 256 --coefficient 0.2 --output membrane.json\n"
     "  dlcs model input-output economy.json --output problem.json\n"
     "  dlcs model input-output economy.json | dlcs solve -";
 

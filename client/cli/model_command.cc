@@ -26,23 +26,29 @@ void PrintFile(const nlohmann::ordered_json& file, std::FILE* out) {
   fmt::print(out, "\n}}\n");
 }
 
+absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
+  if (command.kind == "signorini") return ModelSignorini(command.cells, command.coefficient, command.horizon);
+  const auto text = ReadTextFile(command.path);
+  if (!text.ok()) return text.status();
+  auto model = ModelInputOutput(*text, SourceName(command.path));
+  if (!model.ok()) return model.status();
+  PrintSection(model->section, Detail::kBrief, WidthOf(stderr), stderr);
+  for (const std::string& warning : model->section.warnings()) fmt::print(stderr, "dlcs: {}\n", warning);
+  return std::move(model->file);
+}
+
 }  // namespace
 
 ExitCode Run(const ModelCommand& command) {
-  const auto text = ReadTextFile(command.path);
-  if (!text.ok()) return Complain(text.status(), kBadInput);
-  const auto model = ModelInputOutput(*text, SourceName(command.path));
-  if (!model.ok()) return Complain(model.status(), kBadInput);
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
     auto created = AtomicFile::Create(command.output);
     if (!created.ok()) return Complain(created.status(), kBadInput);
     output = *std::move(created);
   }
-
-  PrintSection(model->section, Detail::kBrief, WidthOf(stderr), stderr);
-  for (const std::string& warning : model->section.warnings()) fmt::print(stderr, "dlcs: {}\n", warning);
-  PrintFile(model->file, output ? output->stream() : stdout);
+  const auto file = MakeFile(command);
+  if (!file.ok()) return Complain(file.status(), kBadInput);
+  PrintFile(*file, output ? output->stream() : stdout);
   const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
 }

@@ -73,6 +73,18 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
   return ParseTimes(list, option + " " + text);
 }
 
+double ParseBytes(const std::string& text, const std::string& option) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}};
+  NumberRule rule = Positive();
+  rule.words = "above 0, in bytes, kB, MB, GB or TB";
+  for (const auto& [unit, bytes] : kUnits) {
+    if (text.size() > 2 && text.ends_with(unit)) {
+      return bytes * CheckedNumber(text.substr(0, text.size() - 2), rule, option);
+    }
+  }
+  return CheckedNumber(text, rule, option);
+}
+
 CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
                        const NumberRule& rule, const std::function<void(double)>& set,
                        const std::string& help) {

@@ -39,6 +39,9 @@ std::vector<double> ParseTimes(const std::string& text, const std::string& optio
 // blanks or new lines.
 std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option);
 
+// Above 0: "8GB", "500MB", "20kB" (decimal), or a number of bytes.
+double ParseBytes(const std::string& text, const std::string& option);
+
 CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
                        const NumberRule& rule, const std::function<void(double)>& set,
                        const std::string& help);

@@ -38,6 +38,9 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (options.window_steps() == -1) command += " --window whole";
   if (options.window_steps() > 0) command += fmt::format(" --window {}", options.window_steps());
   if (options.kernel() != unset.kernel()) command += " --kernel " + KernelSourceName(options.kernel());
+  if (options.realisation() != unset.realisation())
+    command += " --realisation " + RealisationName(options.realisation());
+  if (options.acceleration() != 0) command += fmt::format(" --acceleration {}", options.acceleration());
   if (options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE) command += " --interpolation cubic-spline";
   if (options.contour().choice() != unset.contour().choice())
     command += " --contour " + ContourChoiceName(options.contour().choice());

@@ -51,7 +51,9 @@ ordered_json CostJson(const v1::Cost& c) {
           {"seconds_setup", c.seconds_setup()},
           {"seconds_lcp", c.seconds_lcp()},
           {"seconds_linear", c.seconds_linear()},
-          {"seconds_total", c.seconds_total()}};
+          {"seconds_total", c.seconds_total()},
+          {"predicted_bytes", c.predicted_bytes()},
+          {"process_peak_bytes", c.process_peak_bytes()}};
 }
 
 ordered_json NewtonJson(const v1::NewtonRecord& newton) {
@@ -67,6 +69,14 @@ ordered_json KernelJson(const v1::KernelRecord& kernel) {
           {"factorizations", kernel.factorizations()},
           {"contour_error", kernel.contour_error()},
           {"fallback", kernel.fallback()}};
+}
+
+ordered_json RealisationJson(const v1::RealisationRecord& realisation) {
+  return {{"used", RealisationName(realisation.used())},
+          {"reason", realisation.reason()},
+          {"terms", realisation.terms()},
+          {"factorizations", realisation.factorizations()},
+          {"error", realisation.error()}};
 }
 
 ordered_json ContourJson(const v1::ContourRecord& contour) {
@@ -125,6 +135,7 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"certificate", CertificateJson(s.certificate())},
           {"cost", CostJson(s.cost())},
           {"kernel", s.has_kernel() ? KernelJson(s.kernel()) : ordered_json(nullptr)},
+          {"realisation", s.has_realisation() ? RealisationJson(s.realisation()) : ordered_json(nullptr)},
           {"contour", s.has_contour() ? ContourJson(s.contour()) : ordered_json(nullptr)},
           {"newton", s.has_newton() ? NewtonJson(s.newton()) : ordered_json(nullptr)},
           {"jumps", JumpsJson(s)},

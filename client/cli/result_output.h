@@ -16,8 +16,8 @@
 namespace dlcs::client {
 
 // One object, keys in a fixed order: name, termination, message, failure_time, method, reason, matrix_class,
-// lipschitz, warnings, step, iterations, seconds, certificate, cost, kernel, contour, newton (null where no step was
-// solved by it), jumps, times, x, y (a list per time).
+// lipschitz, warnings, step, iterations, seconds, certificate, cost, kernel, realisation, contour, newton
+// (null where no step was solved by it), jumps, times, x, y (a list per time).
 void PrintJson(const std::string& name, const SolveResult& result, std::FILE* out);
 
 // A header t,x1,...,xm,y1,...,yn and a line per time.

@@ -135,6 +135,31 @@ void PrintContours(const v1::Summary& summary, std::FILE* out) {
   }
 }
 
+// What carried the state to the constraints, where it was not simply the matrices themselves.
+void PrintRealisation(const v1::Summary& summary, int width, std::FILE* out) {
+  const v1::RealisationRecord& realisation = summary.realisation();
+  if (realisation.used() == v1::REALISATION_UNSPECIFIED || realisation.used() == v1::REALISATION_DENSE)
+    return;
+  fmt::print(out, "\nRealisation\n");
+  std::string text = RealisationName(realisation.used());
+  if (realisation.terms() > 0) text += ", " + Count(realisation.terms(), "term");
+  if (realisation.factorizations() > 0)
+    text += ", " + Count(realisation.factorizations(), "sparse factorization");
+  if (realisation.error() > 0) text += fmt::format(", error {:.1e}", realisation.error());
+  if (!realisation.reason().empty()) text += ": " + realisation.reason();
+  Paragraphs(width, out).Print("  ", text);
+}
+
+// Of interest where it is much.
+void PrintMemory(const v1::Cost& cost, std::FILE* out) {
+  constexpr double kMuch = 1e8;
+  if (std::max(cost.predicted_bytes(), cost.process_peak_bytes()) < kMuch) return;
+  fmt::print(out, "Memory: {:.2g} GB at most in this process so far", 1e-9 * cost.process_peak_bytes());
+  if (cost.predicted_bytes() > 0)
+    fmt::print(out, ", {:.2g} GB predicted for this solve", 1e-9 * cost.predicted_bytes());
+  fmt::print(out, "\n");
+}
+
 // "; 0.01 s (...)" follows what was counted; a method without windows counts none.
 void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
   if (cost.lcps() == 0) {  // ended before its first step, or without telling
@@ -174,7 +199,9 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
   PrintNewton(summary, out);
   PrintContours(summary, out);
+  PrintRealisation(summary, width, out);
   if (!refused) PrintCost(summary.cost(), width, out);
+  PrintMemory(summary.cost(), out);
 }
 
 }  // namespace dlcs::client

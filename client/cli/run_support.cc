@@ -17,7 +17,7 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 25> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 28> kOptionNames = {{
     {"method", "--method"},
     {"all_basic_solutions", "--all"},
     {"steps", "--steps"},
@@ -28,6 +28,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 25> kOptionN
     {"average_y", "--average-y"},
     {"window_steps", "--window"},
     {"kernel", "--kernel"},
+    {"realisation", "--realisation"},
+    {"acceleration", "--acceleration"},
+    {"max_memory_bytes", "--max-memory"},
     {"interpolation", "--interpolation"},
     {"contour.choice", "--contour"},
     {"tolerance", "--iteration-tolerance"},

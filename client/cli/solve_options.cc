@@ -95,6 +95,22 @@ void AddMethod(CLI::App& app, v1::SolveOptions& options) {
       "Iterations per window, at most (60, or 1000 for windows that cannot shrink)");
 }
 
+void AddRealisation(CLI::App& app, v1::SolveOptions& options) {
+  AddWord<v1::Realisation>(
+      app, "--realisation", RealisationNames(), ParseRealisation,
+      [&](v1::Realisation realisation) { options.set_realisation(realisation); },
+      "How the state is carried to the constraints; auto chooses by the structure and the size of A");
+  AddNumber(
+      app, "--acceleration", "DEPTH", Within("a number from 0 to 20", 0, 20),
+      [&](double v) { options.set_acceleration(static_cast<std::int32_t>(v)); },
+      "laplace-iteration: depth of Anderson acceleration (0: the plain iteration)");
+  app.add_option_function<std::string>(
+         "--max-memory",
+         [&](const std::string& text) { options.set_max_memory_bytes(ParseBytes(text, "--max-memory")); },
+         "Refuse a solve that would allocate more (8GB; on a server what it allows)")
+      ->type_name("BYTES|MB|GB");
+}
+
 void AddContour(CLI::App& app, v1::SolveOptions& options) {
   AddWord<v1::ContourChoice>(
       app, "--contour", ContourChoiceNames(), ParseContourChoice,

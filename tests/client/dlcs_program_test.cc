@@ -284,6 +284,53 @@ TEST(DlcsProgramTest, NamesWhatIsWrongWithAModel) {
   EXPECT_EQ(RunDlcs("model growth x.json").code, 2);
 }
 
+TEST(DlcsProgramTest, MakesASignoriniProblemThatItThenSolves) {
+  const ProgramOutcome model = RunDlcs("model signorini --cells 8 --coefficient 0.2 --horizon 0.25");
+  ASSERT_EQ(model.code, 0) << model.err;
+  const auto problem = nlohmann::json::parse(model.out);
+  EXPECT_EQ(problem["A"]["kronecker_sum"].size(), 2u);
+  EXPECT_EQ(problem["f"]["of"].size(), 7u);
+  // The same system with every entry written down.
+  nlohmann::json dense = problem;
+  const auto rows = [](const nlohmann::json& sparse) {
+    nlohmann::json all(sparse["rows"].get<std::size_t>(), std::vector<double>(sparse["columns"].get<std::size_t>(), 0.0));
+    for (std::size_t k = 0; k < sparse["values"].size(); ++k) {
+      all[sparse["row_indices"][k].get<std::size_t>()][sparse["column_indices"][k].get<std::size_t>()] = sparse["values"][k];
+    }
+    return all;
+  };
+  const nlohmann::json difference = rows(problem["A"]["kronecker_sum"][0]);
+  nlohmann::json a(49, std::vector<double>(49, 0.0));
+  for (std::size_t q = 0; q < 7; ++q) {
+    for (std::size_t i = 0; i < 7; ++i) {
+      for (std::size_t j = 0; j < 7; ++j) {
+        for (const auto& [row, column] : {std::pair(q * 7 + i, q * 7 + j), std::pair(i * 7 + q, j * 7 + q)}) {
+          a[row][column] = a[row][column].get<double>() + difference[i][j].get<double>();
+        }
+      }
+    }
+  }
+  dense["A"] = a;
+  for (const char* key : {"B", "N", "M"}) dense[key] = rows(problem[key]);
+  const std::string options = "--method exponential-march --steps 100 --at 0.25 --format json --quiet";
+  const ProgramOutcome structured = SolveText("'" + model.out + "'", options);
+  const ProgramOutcome written_down = SolveText("'" + dense.dump() + "'", options);
+  ASSERT_EQ(structured.code, 0) << structured.err;
+  ASSERT_EQ(written_down.code, 0) << written_down.err;
+  const auto x = nlohmann::json::parse(structured.out)["x"][0].get<std::vector<double>>();
+  const auto expected = nlohmann::json::parse(written_down.out)["x"][0].get<std::vector<double>>();
+  ASSERT_EQ(x.size(), 49u);
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i], expected[i], 1e-11) << i;
+}
+
+TEST(DlcsProgramTest, NamesWhatIsWrongWithASignoriniModel) {
+  EXPECT_THAT(RunDlcs("model signorini").err, HasSubstr("needs --cells"));
+  EXPECT_THAT(RunDlcs("model signorini --cells 5000").err, HasSubstr("--cells: is 5000, must be from 2 to 4096"));
+  EXPECT_THAT(RunDlcs("model signorini x.json --cells 4").err, HasSubstr("takes no file"));
+  EXPECT_THAT(RunDlcs("model input-output x.json --cells 4").err, HasSubstr("--cells"));
+  EXPECT_EQ(RunDlcs("model input-output").code, 2);
+}
+
 TEST(DlcsProgramTest, SendsAFileOfAnotherKindToItsCommand) {
   const std::string lcp = R"(echo '{"M": [[1]], "q": [-1]}' | )";
   EXPECT_THAT(RunDlcs("solve -", lcp).err,

@@ -79,6 +79,26 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertTrue(passes({**EXAMPLE, "rule": "minimiser", "selector": {"C": [[1]], "b": [0]}}))
                 self.assertTrue(passes({**EXAMPLE, "pieces": [{"t0": 0, "g": source}]}))
 
+    def test_forms_of_matrices_pass(self):
+        entries = {"rows": 1, "columns": 1, "entries": [[0, 0, 2.5]]}
+        lists = {"rows": 1, "columns": 1, "row_indices": [0], "column_indices": [0], "values": [2.5]}
+        diagonals = {"rows": 3, "diagonals": {"0": 4, "1": [-1, -1], "-1": -1}}
+        market = {"matrix_market": "a.mtx"}
+        for matrix in ([[1]], entries, lists, diagonals, market, {"kronecker_sum": [[[1]], diagonals, market]}):
+            with self.subTest(matrix=matrix):
+                self.assertTrue(passes({**EXAMPLE, "A": matrix, "x0": market}))
+                self.assertTrue(passes({**EXAMPLE, "f": {"matrix": matrix, "of": ["t"]}}))
+                self.assertTrue(passes({**EXAMPLE, "g": {"matrix": matrix, "pieces": [{"t0": 0, "of": [1]}]}}))
+
+    def test_mistakes_in_matrices_do_not_pass(self):
+        for matrix in ({}, {"rows": 1, "entries": []}, {"rows": 0, "columns": 1, "entries": []},
+                       {"rows": 1, "columns": 1, "entries": [[0, 0]]}, {"rows": 1, "columns": 1, "entries": [[-1, 0, 1]]},
+                       {"rows": 1, "columns": 1, "entries": [[0.5, 0, 1]]}, {"rows": 1, "columns": 1, "values": [1]},
+                       {"rows": 2, "diagonals": {"up": 1}}, {"rows": 2, "diagonals": {"-0": 1}}, {"kronecker_sum": []},
+                       {"kronecker_sum": [{"kronecker_sum": [[[1]]]}]}, {"matrix_market": 1}):
+            with self.subTest(matrix=matrix):
+                self.assertFalse(passes({**EXAMPLE, "A": matrix}))
+
     def test_every_required_key_is_required(self):
         for key in EXAMPLE:
             with self.subTest(key=key):
