@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stop_token>
@@ -197,6 +198,47 @@ TEST(RunDcpTest, KeepsToTheLimits) {
   limits = {};
   limits.max_constraints = 0;
   EXPECT_EQ(RunDcp(request, limits, {}).status().code(), absl::StatusCode::kResourceExhausted);
+}
+
+// 4500² numbers are 162 MB each time that A is written down, and its matrix functions take minutes.
+TEST(RunAnalysisTest, LeavesOutWhatNeedsAMatrixWrittenDown) {
+  constexpr int kStates = 4500;
+  v1::AnalyzeProblemRequest request;
+  v1::Problem& problem = *request.mutable_problem();
+  v1::SparseMatrix& a = *problem.mutable_a()->mutable_sparse();
+  a.set_rows(kStates);
+  a.set_columns(kStates);
+  for (int i = 0; i < kStates; ++i) {
+    a.add_row_indices(i);
+    a.add_column_indices(i);
+    a.add_values(-1);
+    problem.add_x0(0);
+  }
+  problem.mutable_f()->mutable_lift()->mutable_sparse()->set_rows(kStates);
+  problem.mutable_f()->mutable_lift()->mutable_sparse()->set_columns(1);
+  problem.mutable_f()->add_pieces()->mutable_constant()->add_values(0);
+  problem.mutable_g()->add_pieces()->mutable_constant()->add_values(1);
+  for (v1::SparseMatrix* vector : {problem.mutable_b()->mutable_sparse(), problem.mutable_n()->mutable_sparse()}) {
+    vector->set_rows(1);
+    vector->set_columns(1);
+    vector->add_row_indices(0);
+    vector->add_column_indices(0);
+    vector->add_values(1);
+  }
+  problem.mutable_b()->mutable_sparse()->set_rows(kStates);
+  problem.mutable_n()->mutable_sparse()->set_columns(kStates);
+  *problem.mutable_m() = testing::DenseMatrix(1, 1, {0});
+  problem.set_horizon(1);
+  request.mutable_options()->set_method(v1::METHOD_TIME_STEPPING);
+  request.mutable_options()->set_steps(2);
+  const auto response = RunAnalysis(request, SessionLimits{}, {});
+  ASSERT_TRUE(response.ok()) << response.status();
+  for (const char* id : {"relative-degree", "index-one"}) {
+    const auto found = std::find_if(response->sections().begin(), response->sections().end(),
+                                    [id](const v1::AnalysisSection& section) { return section.id() == id; });
+    ASSERT_NE(found, response->sections().end()) << id;
+    EXPECT_THAT(found->findings(0).why(), ::testing::HasSubstr("not computed: too large, 4500 states and 1 pair"));
+  }
 }
 
 }  // namespace
