@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "core/linalg/elimination_loops.h"
+
 namespace dlcs {
 
 Bandwidth BandwidthOf(const Matrix& M) {
@@ -27,6 +29,7 @@ MMatrixFactor::MMatrixFactor(const MMatrixFactor& other)
 Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
   // Pivots above this fraction of the diagonal entry have lost few digits; those below are looked at closely.
   constexpr double kClearlyPositive = 1e-7;
+  constexpr Index kPanel = 12;  // by trial: 8 to 16 are within 5 % for n = 64 to 255
   const Index size = static_cast<Index>(indices.size());
   const bool increasing = std::is_sorted(indices.begin(), indices.end());
   factors_band_ = increasing ? band_ : Bandwidth{size, size};
@@ -35,23 +38,33 @@ Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
     const Index last = std::min(size - 1, j + below);
     for (Index i = std::max<Index>(0, j - above); i <= last; ++i) lu_(i, j) = M(indices[i], indices[j]);
   }
-  for (Index p = 0; p < size; ++p) {
-    const double diagonal = M(indices[p], indices[p]);
-    const double pivot = lu_(p, p);
-    if (!(pivot > kClearlyPositive * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
-    const double inverse = 1 / pivot;
-    const Index rows = std::min(size - 1, p + below) - p;
-    const Index last_column = std::min(size - 1, p + above);
-    double* const multipliers = &lu_(p, p) + 1;
-    for (Index i = 0; i < rows; ++i) multipliers[i] *= inverse;
-    for (Index j = p + 1; j <= last_column; ++j) {
-      const double factor = lu_(p, j);
-      if (factor == 0) continue;
-      double* const column = &lu_(p, j) + 1;
-      for (Index i = 0; i < rows; ++i) column[i] -= multipliers[i] * factor;
+  // Bands are eliminated column by column; for full matrices the columns behind a panel take its products together.
+  const Index panel = std::min(below, above) >= size - 1 ? kPanel : size;
+  for (Index begin = 0; begin < size; begin += panel) {
+    const Index end = std::min(size, begin + panel);
+    for (Index p = begin; p < end; ++p) {
+      const double diagonal = M(indices[p], indices[p]);
+      const double pivot = lu_(p, p);
+      if (!(pivot > kClearlyPositive * diagonal) && !IsPositiveBeyondRounding(M, indices, p)) return p;
+      const Index rows = std::min(size - 1, p + below) - p;
+      const Index last_column = std::min(end - 1, p + above);
+      double* const multipliers = &lu_(p, p) + 1;
+      const double inverse = 1 / pivot;
+      for (Index i = 0; i < rows; ++i) multipliers[i] *= inverse;
+      for (Index j = p + 1; j <= last_column; ++j) SubtractMultiple(rows, lu_(p, j), multipliers, &lu_(p, j) + 1);
     }
+    if (end < size) UpdateBehind(begin, end, size);
   }
   return size;
+}
+
+void MMatrixFactor::UpdateBehind(Index begin, Index end, Index size) {
+  for (Index j = end; j < size; ++j) {
+    for (Index p = begin; p < end; ++p) SubtractMultiple(end - p - 1, lu_(p, j), &lu_(p, p) + 1, &lu_(p, j) + 1);
+  }
+  const Index stride = lu_.rows();
+  SubtractProduct(size - end, size - end, end - begin, &lu_(end, begin), stride, &lu_(begin, end), stride,
+                  &lu_(end, end), stride);
 }
 
 // The pivot is the Schur complement d = M_rr - M_rS M_SS⁻¹ M_Sr. The factors are exact for a matrix that
@@ -79,11 +92,12 @@ void MMatrixFactor::Solve(Eigen::Ref<Vector> x) const {
   const Index size = x.size();
   for (Index p = 0; p < size; ++p) {
     const Index last = std::min(size - 1, p + factors_band_.below);
-    for (Index i = p + 1; i <= last; ++i) x[i] -= lu_(i, p) * x[p];
+    SubtractMultiple(last - p, x[p], &lu_(p, p) + 1, &x[p] + 1);
   }
   for (Index p = size - 1; p >= 0; --p) {
     x[p] /= lu_(p, p);
-    for (Index i = std::max<Index>(0, p - factors_band_.above); i < p; ++i) x[i] -= lu_(i, p) * x[p];
+    const Index first = std::max<Index>(0, p - factors_band_.above);
+    SubtractMultiple(p - first, x[p], &lu_(first, p), &x[first]);
   }
 }
 

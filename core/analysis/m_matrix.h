@@ -45,6 +45,8 @@ class MMatrixFactor {
   double pivot(Index p) const { return lu_(p, p); }
 
  private:
+  // The rows and columns from `end` on, once the columns from `begin` to `end` are eliminated in a full matrix.
+  void UpdateBehind(Index begin, Index end, Index size);
   bool IsPositiveBeyondRounding(const Matrix& M, std::span<const Index> indices, Index p) const;
 
   Bandwidth band_;          // of M

@@ -4,14 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/linalg/elimination_loops.h"
+
 namespace dlcs {
 
 BasisPoint::BasisPoint(const ScaledLcp& lcp, Elimination elimination)
-    : factor_(lcp.M(), elimination),
-      y_(lcp.size()),
-      correction_(lcp.size()),
-      w_(lcp.size()),
-      allowed_(lcp.size()) {
+    : factor_(lcp.M(), elimination), y_(lcp.size()), correction_(lcp.size()), w_(lcp.size()), allowed_(lcp.size()) {
   violations_.reserve(lcp.size());
 }
 
@@ -59,7 +57,8 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
     scaled_norm = std::max(scaled_norm, std::abs(value));
     original_norm = std::max(original_norm, scale[j] * std::abs(value));
     const Index last = std::min(n - 1, j + band.below);
-    for (Index i = std::max<Index>(0, j - band.above); i <= last; ++i) w_[i] += M(i, j) * value;
+    const Index first = std::max<Index>(0, j - band.above);
+    SubtractMultiple(last + 1 - first, -value, &M(first, j), &w_[first]);
   }
   if (!std::isfinite(sum)) return false;
   const double cap = kNormRounding * (lcp.original_q_norm + norm * original_norm);

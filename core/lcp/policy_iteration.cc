@@ -5,17 +5,14 @@
 #include <limits>
 #include <type_traits>
 
+#include "core/linalg/simd.h"
+
 // Functions that take or return vectors are inlined, so no caller sees the convention that the warning is
 // about.
 #pragma GCC diagnostic ignored "-Wpsabi"
-#define DLCS_INLINE [[gnu::always_inline]] inline
 
 namespace dlcs {
 namespace {
-
-using Double2 = double __attribute__((vector_size(16)));
-using Double4 = double __attribute__((vector_size(32)));
-using Double8 = double __attribute__((vector_size(64)));
 
 template <typename V>
 using Truth = decltype(V{} < V{});  // bool, or lanes of which all bits are set or none
@@ -31,6 +28,16 @@ DLCS_INLINE V Abs(const V& value) {
   return (V)((Truth<V>)value & (Truth<V>{} + INT64_MAX));
 }
 DLCS_INLINE double Abs(double value) { return std::abs(value); }
+
+// GCC 12 joins comparisons of vectors that meet in & or | and then takes the lanes one by one; it leaves alone what it
+// cannot look through.
+template <typename V>
+DLCS_INLINE Truth<V> Opaque(Truth<V> condition) {
+#ifdef __x86_64__
+  if constexpr (!std::is_same_v<V, double>) asm("" : "+v"(condition));
+#endif
+  return condition;
+}
 
 template <typename V>
 DLCS_INLINE Truth<V> Not(const Truth<V>& condition) {
@@ -79,20 +86,19 @@ DLCS_INLINE void Eliminate(const Work<V, Basic>& work) {
 // Judges row i, at `k` in the arrays, by y_{i-1}, y_i and y_{i+1}, which are >= 0: where the certificate
 // fails, `wrong` is set. Moves the index to the other side where it has to go, and returns whether it does.
 template <typename V, typename Basic>
-DLCS_INLINE Truth<V> Judge(const Work<V, Basic>& work, Index i, Index k, const V& left, const V& y,
-                           const V& right, Truth<V>& wrong) {
+DLCS_INLINE Truth<V> Judge(const Work<V, Basic>& work, Index i, Index k, const V& left, const V& y, const V& right,
+                           Truth<V>& wrong) {
   constexpr double kRounding = 1e-14;
   constexpr double kLargest = std::numeric_limits<double>::max();
-  const V from_left = work.M.below[i] * left, own = work.M.diagonal[i] * y,
-          from_right = work.M.above[i] * right;
+  const V from_left = work.M.below[i] * left, own = work.M.diagonal[i] * y, from_right = work.M.above[i] * right;
   const V w = work.q[k] + from_left + own + from_right;
   const V size = Abs(work.q[k]) + Abs(from_left) + Abs(own) + Abs(from_right);
   const V allowed = work.tolerance[i] + kRounding * size;
   const Truth<V> basic = work.basic[k];
-  const Truth<V> positive = y > 0.0;
-  const Truth<V> good =
-      (Select(positive, Abs(w), 0.0 - w) <= allowed) & (size <= kLargest);  // false with NaN, too
-  const Truth<V> moves = (basic & Not<V>(positive) & (w > allowed)) | (Not<V>(basic) & Not<V>(good));
+  const Truth<V> positive = Opaque<V>(y > 0.0);
+  const Truth<V> accurate = Opaque<V>(Select(positive, Abs(w), 0.0 - w) <= allowed);
+  const Truth<V> good = accurate & Opaque<V>(size <= kLargest);  // false with NaN, too
+  const Truth<V> moves = (basic & Not<V>(positive) & Opaque<V>(w > allowed)) | (Not<V>(basic) & Not<V>(good));
   work.basic[k] = basic ^ moves;
   wrong |= Not<V>(good);
   return moves;
@@ -109,7 +115,7 @@ DLCS_INLINE void Substitute(const Work<V, Basic>& work, Tally* moved, Truth<V>* 
     for (int p = 0; p < parts; ++p) {
       const Index k = i * parts + p;
       below[p] = work.y[k] - work.ratio[k] * below[p];
-      const V next = Select(below[p] > 0.0, below[p], V{});
+      const V next = Select(Opaque<V>(below[p] > 0.0), below[p], V{});
       work.y[k] = next;
       if (i + 1 < work.M.size()) moved[p] += Judge(work, i + 1, k + parts, next, y[p], right[p], wrong[p]);
       right[p] = y[p];
@@ -148,25 +154,12 @@ DLCS_INLINE std::uint32_t Iterate(const Work<double, std::int64_t>& lanes) {
   return solved;
 }
 
-using LaneSolver = std::uint32_t (*)(const Work<double, std::int64_t>&);
-
 std::uint32_t IterateBaseline(const Work<double, std::int64_t>& lanes) { return Iterate<Double2>(lanes); }
-
-#ifdef __x86_64__
-[[gnu::target("avx2")]] std::uint32_t IterateAvx2(const Work<double, std::int64_t>& lanes) {
+DLCS_TARGET("avx2") std::uint32_t IterateAvx2(const Work<double, std::int64_t>& lanes) {
   return Iterate<Double4>(lanes);
 }
-[[gnu::target("avx512f")]] std::uint32_t IterateAvx512(const Work<double, std::int64_t>& lanes) {
+DLCS_TARGET("avx512f") std::uint32_t IterateAvx512(const Work<double, std::int64_t>& lanes) {
   return Iterate<Double8>(lanes);
-}
-#endif
-
-LaneSolver ChooseLaneSolver() {
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx512f")) return IterateAvx512;
-  if (__builtin_cpu_supports("avx2")) return IterateAvx2;
-#endif
-  return IterateBaseline;
 }
 
 }  // namespace
@@ -188,17 +181,21 @@ bool PolicyIteration::Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>
 
 std::uint32_t PolicyLanes::Solve(const Tridiagonal& M, const Eigen::Ref<const Matrix>& q,
                                  const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Matrix> y) {
-  static const LaneSolver solve = ChooseLaneSolver();
+  static const auto solve = ChooseVersion(IterateBaseline, IterateAvx2, IterateAvx512);
   const Index n = M.size();
   const Index columns = q.cols();
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j < kLanes; ++j) {  // q = 0 in the lanes left over
-      q_[i].lane[j] = j < columns ? q(i, j) : 0;
-      basic_[i].lane[j] = j < columns && y(i, j) > 0 ? -1 : 0;
+  for (Index j = 0; j < kLanes; ++j) {
+    if (j >= columns) {  // a lane left over solves LCP(0, M)
+      for (Index i = 0; i < n; ++i) q_[i].lane[j] = 0;
+      for (Index i = 0; i < n; ++i) basic_[i].lane[j] = 0;
+      continue;
     }
+    const double* const right = q.data() + j * q.outerStride();
+    const double* const guess = y.data() + j * y.outerStride();
+    for (Index i = 0; i < n; ++i) q_[i].lane[j] = right[i];
+    for (Index i = 0; i < n; ++i) basic_[i].lane[j] = -std::int64_t{guess[i] > 0};
   }
-  const std::uint32_t solved =
-      solve({M, tolerance.data(), q_[0].lane, y_[0].lane, ratio_[0].lane, basic_[0].lane});
+  const std::uint32_t solved = solve({M, tolerance.data(), q_[0].lane, y_[0].lane, ratio_[0].lane, basic_[0].lane});
   for (Index j = 0; j < columns; ++j) {
     if ((solved >> j & 1) == 0) continue;
     for (Index i = 0; i < n; ++i) y(i, j) = y_[i].lane[j];

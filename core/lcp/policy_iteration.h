@@ -39,8 +39,8 @@ class PolicyIteration {
 
   // Solves from `basis`, which ends as that of the solution; adds the indices that changed sides to `pivots`.
   // False, with neither `basis` nor `y` of use, where it is not solved. All arrays have n entries.
-  bool Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>& q,
-             const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y, Index& pivots);
+  bool Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+             Basis& basis, Eigen::Ref<Vector> y, Index& pivots);
 
  private:
   std::vector<double> ratio_;  // M_{i,i+1} over the pivot of i, for i in S

@@ -61,8 +61,7 @@ TEST(SplittingLcpSolverTest, AgreesWithTheDenseSolver) {
     for (const double decay : {0.05, 0.2, 0.4}) {
       const Matrix K = Decaying(generator, n, decay);
       for (int k = 0; k < 5; ++k) {
-        ExpectTheSolution(K, generator.GaussianVector(n),
-                          k == 0 ? Vector::Zero(n) : generator.GaussianVector(n));
+        ExpectTheSolution(K, generator.GaussianVector(n), k == 0 ? Vector::Zero(n) : generator.GaussianVector(n));
       }
     }
   }
@@ -132,8 +131,7 @@ TEST(SplitOffTridiagonalTest, RefusesWhatItDoesNotServe) {
   LcpGenerator generator(5);
   EXPECT_FALSE(SplitOffTridiagonal(generator.PositiveDefinite(12)).has_value());  // T is no M-matrix
   EXPECT_FALSE(SplitOffTridiagonal(2.0 * Matrix::Identity(9, 9) + Matrix::Ones(9, 9)).has_value());
-  EXPECT_FALSE(
-      SplitOffTridiagonal(Matrix::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())).has_value());
+  EXPECT_FALSE(SplitOffTridiagonal(Matrix::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())).has_value());
   Matrix far = 2.0 * Matrix::Identity(9, 9);
   far(0, 8) = 1.9;
   EXPECT_FALSE(SplitOffTridiagonal(far).has_value());

@@ -64,9 +64,7 @@ Vector SolvableQ(LcpGenerator& generator, const Tridiagonal& M, Vector& y) {
 
 Eigen::SparseMatrix<double> Sparse(const Matrix& M) { return M.sparseView(0, 0); }
 
-std::shared_ptr<const Tridiagonal> Shared(const Tridiagonal& M) {
-  return std::make_shared<const Tridiagonal>(M);
-}
+std::shared_ptr<const Tridiagonal> Shared(const Tridiagonal& M) { return std::make_shared<const Tridiagonal>(M); }
 
 TEST(TridiagonalTest, IsReadFromDenseAndSparseMatrices) {
   LcpGenerator generator(1);
@@ -164,9 +162,8 @@ TEST(PolicyIterationTest, LeavesWhatOverflowsToOthers) {
   Tridiagonal M(2);
   M.diagonal.setConstant(1e-300);
   PolicyIteration iteration(2);
-  for (const double bad :
-       {-1e300, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-        -std::numeric_limits<double>::infinity()}) {
+  for (const double bad : {-1e300, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
     Basis basis(2, 0);
     Vector y(2);
     Index pivots = 0;
@@ -238,8 +235,7 @@ TEST(PolicyLanesTest, KeepBadColumnsToThemselves) {
     spoiled(bad, bad) = std::numeric_limits<double>::quiet_NaN();
     Matrix y = Matrix::Zero(n, columns);
     EXPECT_EQ(lanes.Solve(M, spoiled, tolerance, y), 0x1ffu ^ (1u << bad));
-    for (Index j = 0; j < columns; ++j)
-      EXPECT_EQ(y.col(j), j == bad ? Vector(Vector::Zero(n)) : Vector(good.col(j)));
+    for (Index j = 0; j < columns; ++j) EXPECT_EQ(y.col(j), j == bad ? Vector(Vector::Zero(n)) : Vector(good.col(j)));
   }
 }
 
@@ -278,8 +274,7 @@ TEST(TridiagonalSolverTest, AgreesWithTheGeneralSolver) {
       ASSERT_EQ(verdict, general.Solve(q, tolerance, general_basis, general_y));
       if (verdict != LcpVerdict::kSolved) continue;
       EXPECT_STREQ(solver->Account().method, "policy iteration");
-      EXPECT_LE(((y - general_y).array().abs() / (1e-300 + general_y.array().abs().maxCoeff())).maxCoeff(),
-                1e-11);
+      EXPECT_LE(((y - general_y).array().abs() / (1e-300 + general_y.array().abs().maxCoeff())).maxCoeff(), 1e-11);
     }
   }
 }
