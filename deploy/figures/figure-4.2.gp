@@ -7,6 +7,7 @@ set xrange [0:1]
 columns = "2 3 4 6 8"
 names = "x_1 x_2 x_3 y_2 y_4"
 unset key
+set bmargin -1
 do for [i=1:5] {
   column = int(word(columns, i))
   set ylabel word(names, i)

@@ -6,12 +6,14 @@ set xlabel "t" offset 0,-0.5
 set ylabel "x_2"
 set zlabel "V(0, x_2, t)" rotate parallel offset -1
 set view 52, 325
+set zrange [-0.2:1.2]
 set xyplane relative 0
 set ztics 0.5
 set ytics 0.5
 set xtics 1
 set hidden3d
 unset key
+set bmargin -1
 set border 31
 set palette defined (0 "#f7fbff", 0.5 "#6baed6", 1 "#08306b")
 set cbrange [-0.2:1.2]

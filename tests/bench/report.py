@@ -224,6 +224,7 @@ CHAPTERS = {
     "events_bench": ("Event location", report_plain),
     "lcp_bench": ("Linear complementarity problems", report_plain),
     "signorini_bench": ("The Signorini problem", report_signorini),
+    "implicit_euler_bench": ("Implicit Euler done well, on the Signorini problem", report_plain),
     "growth_bench": ("Growth with steps, pairs and states", report_growth),
     "threads_bench": ("Threads", report_threads),
     "service_bench": ("What the service costs", report_service),
