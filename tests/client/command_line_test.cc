@@ -54,6 +54,19 @@ std::string Refused(const std::vector<const char*>& arguments) {
   return outcome.err;
 }
 
+TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
+  const v1::SolveOptions options =
+      Solve({"--realisation", "sparse-stepping", "--acceleration", "4", "--max-memory", "1.5GB"}).options;
+  EXPECT_EQ(options.realisation(), v1::REALISATION_SPARSE_STEPPING);
+  EXPECT_EQ(options.acceleration(), 4);
+  EXPECT_EQ(options.max_memory_bytes(), 1.5e9);
+  EXPECT_EQ(Solve({"--max-memory", "2000"}).options.max_memory_bytes(), 2000);
+  EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "8GX"}), HasSubstr("in bytes, kB, MB, GB or TB"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "-1GB"}), HasSubstr("above 0"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--acceleration", "21"}), HasSubstr("from 0 to 20"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--realisation", "kroneker"}), HasSubstr("did you mean kronecker-sum?"));
+}
+
 TEST(CommandLineTest, LeavesUnsetWhatWasNotGiven) {
   const SolveCommand command = Solve({});
   EXPECT_EQ(command.problem_path, "p.json");
