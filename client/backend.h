@@ -20,6 +20,9 @@ struct CallLimits {
   // From the start of the call. There is always one: a call that can hang for ever will, some night.
   std::chrono::duration<double> deadline = std::chrono::minutes(10);
   std::stop_token stop;
+  // Whether the result of a solve holds its trajectory. Where it does not, the chunks go to the callback alone: for
+  // trajectories that are written down as they come.
+  bool keep_trajectory = true;
 };
 
 // Called for every event as it arrives, one at a time; a slow callback makes a server conflate iterates.

@@ -79,7 +79,7 @@ Client::Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stu
 absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                           const CallLimits& limits) {
   const auto start = std::chrono::steady_clock::now();
-  ResultCollector collector(request);
+  ResultCollector collector(request, limits.keep_trajectory);
   Call call(limits);
   const auto reader = stub_->Solve(call.context(), request);
   for (v1::SolveEvent event; reader->Read(&event);) {

@@ -102,7 +102,7 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
   SolveControl control;
   const DeadlineTimer timer(limits.deadline, control);
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
-  ResultCollector collector(request);
+  ResultCollector collector(request, limits.keep_trajectory);
   CallbackSink sink(collector, on_event);
   const absl::Status status = RunSolveToEnd(request, LimitsOfThisMachine(), "local", control, sink);
   if (!status.ok()) return Describe(status);

@@ -26,7 +26,8 @@ bool LimitsFit(const v1::TrajectoryChunk& chunk, std::size_t constraints) {
 
 }  // namespace
 
-ResultCollector::ResultCollector(const v1::SolveRequest& request) {
+ResultCollector::ResultCollector(const v1::SolveRequest& request, bool keep_trajectory)
+    : keep_trajectory_(keep_trajectory) {
   asked_times_ = request.options().output_times_size();
   // From the request and not from the analysis: an unsupported problem may end before its analysis.
   const v1::Problem& linear = request.problem();
@@ -43,7 +44,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
       break;
     case v1::SolveEvent::kAnalysis:
       result_.analysis = event.analysis();
-      Reserve();
+      if (keep_trajectory_) Reserve();
       break;
     case v1::SolveEvent::kWindowStarted:
       window_ = event.window_started();
@@ -78,15 +79,17 @@ void ResultCollector::Reserve() {
 
 void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   const auto count = static_cast<std::size_t>(chunk.times_size());
-  const bool fits = static_cast<std::size_t>(chunk.first()) == result_.times.size() &&
+  const bool fits = static_cast<std::size_t>(chunk.first()) == received_times_ &&
                     static_cast<std::size_t>(chunk.x_size()) == count * result_.states &&
                     static_cast<std::size_t>(chunk.y_size()) == count * result_.constraints &&
                     LimitsFit(chunk, result_.constraints);
   if (!fits && fault_.empty()) {
     fault_ = fmt::format("the chunk of the trajectory at index {} does not continue it at {}", chunk.first(),
-                         result_.times.size());
+                         received_times_);
   }
   if (!fault_.empty()) return;
+  received_times_ += count;
+  if (!keep_trajectory_) return;
   Append(chunk.times(), result_.times);
   Append(chunk.x(), result_.x);
   Append(chunk.y(), result_.y);
@@ -96,9 +99,9 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
 absl::StatusOr<SolveResult> ResultCollector::Finish() && {
   if (!fault_.empty()) return absl::DataLossError(fault_);
   if (!has_summary_) return absl::DataLossError("the events of the solve ended without a summary");
-  if (static_cast<std::size_t>(result_.summary.times()) != result_.times.size()) {
-    return absl::DataLossError(fmt::format("the trajectory has {} times; {} were announced",
-                                           result_.times.size(), result_.summary.times()));
+  if (static_cast<std::size_t>(result_.summary.times()) != received_times_) {
+    return absl::DataLossError(
+        fmt::format("the trajectory has {} times; {} were announced", received_times_, result_.summary.times()));
   }
   return std::move(result_);
 }
@@ -108,8 +111,7 @@ std::string ResultCollector::Progress() const {
   std::string progress =
       fmt::format("in window {} (t from {:.6g} to {:.6g})", window_.window(), window_.begin(), window_.end());
   if (iterate_.iteration() > 0 && iterate_.window() == window_.window()) {
-    progress +=
-        fmt::format(" at iteration {}, where the change was {:.1e}", iterate_.iteration(), iterate_.change());
+    progress += fmt::format(" at iteration {}, where the change was {:.1e}", iterate_.iteration(), iterate_.change());
   }
   return progress;
 }
@@ -119,15 +121,14 @@ SolveResult ResultCollector::Abandon(v1::Termination termination, double seconds
   summary.set_termination(termination);
   summary.set_message(
       termination == v1::CANCELLED
-          ? fmt::format("Cancelled after {:.1f} s, {}. The server has stopped the solve.", seconds,
-                        Progress())
-          : fmt::format("The deadline passed after {:.1f} s, {}. Allow more time or ask for fewer steps.",
-                        seconds, Progress()));
+          ? fmt::format("Cancelled after {:.1f} s, {}. The server has stopped the solve.", seconds, Progress())
+          : fmt::format("The deadline passed after {:.1f} s, {}. Allow more time or ask for fewer steps.", seconds,
+                        Progress()));
   summary.set_method(result_.analysis.method());
   summary.set_reason(result_.analysis.reason());
   *summary.mutable_warnings() = result_.analysis.warnings();
   summary.set_step(result_.analysis.step());
-  summary.set_times(static_cast<std::int64_t>(result_.times.size()));
+  summary.set_times(static_cast<std::int64_t>(received_times_));
   summary.mutable_cost()->set_seconds_total(seconds);
   return std::move(result_);
 }

@@ -32,7 +32,8 @@ struct SolveResult {
 // Puts the events of one solve together, in their order. Not thread-safe.
 class ResultCollector {
  public:
-  explicit ResultCollector(const v1::SolveRequest& request);
+  // Without `keep_trajectory` the chunks are checked and counted, and the result holds none of them.
+  explicit ResultCollector(const v1::SolveRequest& request, bool keep_trajectory = true);
 
   void Add(const v1::SolveEvent& event);
 
@@ -53,6 +54,8 @@ class ResultCollector {
   std::string Progress() const;
 
   SolveResult result_;
+  bool keep_trajectory_;
+  std::size_t received_times_ = 0;
   std::int64_t asked_times_ = 0;  // 0: all nodes
   bool accepted_ = false;
   bool has_summary_ = false;

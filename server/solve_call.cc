@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/solve_call.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -24,6 +26,8 @@ using SystemClock = std::chrono::system_clock;
 // to hand over the trajectory at what one busy gigabit link carries.
 constexpr double kMaxWindDown_s = 1;
 constexpr double kDeliveryBytesPerSecond = 100e6;
+
+constexpr std::int64_t kLargeResultBytes = 16 << 20;
 
 // Distinct among the calls of this process, and very likely among processes.
 std::string NewSolveId() {
@@ -108,6 +112,8 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
   StopBeforeDeadline(prepared->result_bytes);
   absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, id_, *control_, *this);
   if (finished.ok()) LogSolve(id_, *prepared, *finished);
+  // What the engine took to work with goes back to the system while a large result waits for its reader.
+  if (prepared->result_bytes > kLargeResultBytes) malloc_trim(0);
   return finished;
 }
 

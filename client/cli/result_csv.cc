@@ -16,20 +16,32 @@ void AppendFields(std::span<const double> numbers, fmt::memory_buffer& line) {
   }
 }
 
+void PrintLine(double time, std::span<const double> x, std::span<const double> y, std::FILE* out) {
+  fmt::memory_buffer line;
+  fmt::format_to(std::back_inserter(line), "{}", time);
+  AppendFields(x, line);
+  AppendFields(y, line);
+  line.push_back('\n');
+  std::fwrite(line.data(), 1, line.size(), out);
+}
+
 }  // namespace
 
-void PrintCsv(const SolveResult& result, std::FILE* out) {
+void PrintCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out) {
   fmt::print(out, "t");
-  for (std::size_t i = 1; i <= result.states; ++i) fmt::print(out, ",x{}", i);
-  for (std::size_t i = 1; i <= result.constraints; ++i) fmt::print(out, ",y{}", i);
+  for (std::size_t i = 1; i <= states; ++i) fmt::print(out, ",x{}", i);
+  for (std::size_t i = 1; i <= constraints; ++i) fmt::print(out, ",y{}", i);
   fmt::print(out, "\n");
-  for (std::size_t k = 0; k < result.times.size(); ++k) {
-    fmt::memory_buffer line;
-    fmt::format_to(std::back_inserter(line), "{}", result.times[k]);
-    AppendFields(result.x_at(k), line);
-    AppendFields(result.y_at(k), line);
-    line.push_back('\n');
-    std::fwrite(line.data(), 1, line.size(), out);
+}
+
+void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
+  const auto times = static_cast<std::size_t>(chunk.times_size());
+  if (times == 0) return;
+  const std::size_t states = static_cast<std::size_t>(chunk.x_size()) / times;
+  const std::size_t constraints = static_cast<std::size_t>(chunk.y_size()) / times;
+  for (std::size_t k = 0; k < times; ++k) {
+    PrintLine(chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
+              {chunk.y().data() + k * constraints, constraints}, out);
   }
 }
 

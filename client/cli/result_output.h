@@ -20,8 +20,9 @@ namespace dlcs::client {
 // (null where no step was solved by it), jumps, times, x, y (a list per time).
 void PrintJson(const std::string& name, const SolveResult& result, std::FILE* out);
 
-// A header t,x1,...,xm,y1,...,yn and a line per time.
-void PrintCsv(const SolveResult& result, std::FILE* out);
+// A header t,x1,...,xm,y1,...,yn, and a line for each time of each chunk, as they come.
+void PrintCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out);
+void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 
 // Verdict, trajectory and certificate in words. Columns that do not fit into `width` letters follow in
 // further blocks.

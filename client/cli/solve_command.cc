@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -39,16 +40,13 @@ v1::SolveRequest MakeRequest(const SolveCommand& command, const ProblemFile& fil
   const double horizon = Horizon(request);
   if (command.format == OutputFormat::kTable && command.options.output_times().empty() && horizon > 0) {
     for (int k = 0; k <= kTableIntervals; ++k) {
-      request.mutable_options()->add_output_times(k == kTableIntervals ? horizon
-                                                                       : horizon * k / kTableIntervals);
+      request.mutable_options()->add_output_times(k == kTableIntervals ? horizon : horizon * k / kTableIntervals);
     }
   }
   return request;
 }
 
-bool HasStep(const v1::SolveOptions& options) {
-  return options.grid_case() != v1::SolveOptions::GRID_NOT_SET;
-}
+bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
 
 void Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
   switch (command.format) {
@@ -59,8 +57,8 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
       PrintJson(name, result, out);
       break;
     case OutputFormat::kCsv:
-      PrintCsv(result, out);
-      break;
+      if (result.times.empty() && result.summary.times() == 0) PrintCsvHeader(result.states, result.constraints, out);
+      break;  // was written as it came
   }
 }
 
@@ -90,12 +88,10 @@ void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinea
   unused(options.window_steps() != 0, "--window", v1::METHOD_LAPLACE_ITERATION);
   unused(options.kernel() != 0, "--kernel", v1::METHOD_LAPLACE_ITERATION);
   unused(options.acceleration() != 0, "--acceleration", v1::METHOD_LAPLACE_ITERATION);
-  unused(options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE, "--interpolation",
-         v1::METHOD_PAPER_ITERATION);
+  unused(options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE, "--interpolation", v1::METHOD_PAPER_ITERATION);
   unused(options.has_contour(), "--contour", v1::METHOD_PAPER_ITERATION);
   const auto linear_only = [nonlinear](bool given, const char* option) {
-    if (given && nonlinear)
-      fmt::print(stderr, "dlcs: {} changed nothing: it is for linear problems\n", option);
+    if (given && nonlinear) fmt::print(stderr, "dlcs: {} changed nothing: it is for linear problems\n", option);
   };
   linear_only(options.kernel() != 0, "--kernel");
   linear_only(options.project_initial_state(), "--project-initial-state");
@@ -105,8 +101,7 @@ void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinea
 void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
   if (summary.termination() == v1::CONVERGED) return;
   const bool table_says_it = command.format == OutputFormat::kTable && command.output.empty();
-  if (!table_says_it)
-    fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
+  if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
   if (const char* advice = Advice(summary.termination())) fmt::print(stderr, "dlcs: {}\n", advice);
 }
 
@@ -123,18 +118,31 @@ absl::Status Deliver(const SolveCommand& command, const std::string& name, const
   return committed;
 }
 
-absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRequest& request,
-                                  Backend& backend, std::stop_token stop) {
+std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, const v1::TrajectoryChunk& chunk) {
+  return static_cast<std::size_t>(values.size() / std::max(1, chunk.times_size()));
+}
+
+// `out` takes a CSV as it comes, so that it may be larger than memory.
+absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRequest& request, Backend& backend,
+                                  std::FILE* out, std::stop_token stop) {
   LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
                          .width = WidthOf(stderr),
                          .horizon = Horizon(request),
                          .warnings = command.format != OutputFormat::kTable || !command.output.empty(),
                          .nonlinear = request.has_nonlinear(),
                          .default_steps = !HasStep(command.options)});
-  const EventCallback show = [&view](const v1::SolveEvent& event) { view.OnEvent(event); };
-  return backend.Solve(
-      request, command.quiet ? EventCallback() : show,
-      {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = std::move(stop)});
+  const bool as_it_comes = command.format == OutputFormat::kCsv;
+  const EventCallback show = [&](const v1::SolveEvent& event) {
+    if (!command.quiet) view.OnEvent(event);
+    if (!as_it_comes || !event.has_trajectory()) return;
+    const v1::TrajectoryChunk& chunk = event.trajectory();
+    if (chunk.first() == 0) PrintCsvHeader(ColumnsOf(chunk.x(), chunk), ColumnsOf(chunk.y(), chunk), out);
+    PrintCsvLines(chunk, out);
+  };
+  return backend.Solve(request, show,
+                       {.deadline = std::chrono::duration<double>(command.deadline_s),
+                        .stop = std::move(stop),
+                        .keep_trajectory = !as_it_comes});
 }
 
 }  // namespace
@@ -143,9 +151,8 @@ ExitCode Run(const SolveCommand& command) {
   const auto file = ReadProblemFile(command.problem_path);
   if (!file.ok()) return Complain(file.status(), kBadInput);
   if (file->nonlinear && command.rule) {
-    return Complain(
-        absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies"),
-        kBadInput);
+    return Complain(absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies"),
+                    kBadInput);
   }
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
@@ -158,12 +165,12 @@ ExitCode Run(const SolveCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
-  const auto result = Watch(command, MakeRequest(command, *file), **backend, interrupt.token());
+  const auto result =
+      Watch(command, MakeRequest(command, *file), **backend, output ? output->stream() : stdout, interrupt.token());
   const std::string source = SourceName(command.problem_path);
   if (!result.ok()) return ComplainAboutCall(result.status(), source);
 
-  const absl::Status delivered =
-      Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
+  const absl::Status delivered = Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
   if (!command.quiet) PrintUnused(command.options, result->summary.method(), file->nonlinear.has_value());
   PrintVerdict(command, result->summary);

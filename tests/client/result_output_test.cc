@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "tests/client/printed.h"
 
@@ -107,7 +108,19 @@ TEST(ResultJsonTest, IsSoundWithoutATrajectory) {
 
 TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
   const SolveResult result = Example();
-  std::istringstream lines(Printed([&](std::FILE* out) { PrintCsv(result, out); }));
+  const auto chunk = [&](std::size_t first, std::size_t end) {
+    v1::TrajectoryChunk part;
+    part.mutable_times()->Add(result.times.begin() + first, result.times.begin() + end);
+    part.mutable_x()->Add(result.x.begin() + first * result.states, result.x.begin() + end * result.states);
+    part.mutable_y()->Add(result.y.begin() + first * result.constraints, result.y.begin() + end * result.constraints);
+    return part;
+  };
+  std::istringstream lines(Printed([&](std::FILE* out) {
+    PrintCsvHeader(result.states, result.constraints, out);
+    for (const auto& [first, end] : {std::pair<std::size_t, std::size_t>(0, 2), {2, 2}, {2, 3}}) {
+      PrintCsvLines(chunk(first, end), out);
+    }
+  }));
   std::string line;
   std::getline(lines, line);
   EXPECT_EQ(line, "t,x1,x2,y1");

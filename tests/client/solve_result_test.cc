@@ -44,11 +44,11 @@ class FakeServerTest : public testing::Test {
     client_ = Client::Connect("127.0.0.1:" + std::to_string(port)).value();
   }
 
-  absl::StatusOr<SolveResult> Solve() {
+  absl::StatusOr<SolveResult> Solve(const EventCallback& on_event = {}, const CallLimits& limits = {}) {
     v1::SolveRequest request;
     request.mutable_problem()->add_x0(1);
     request.mutable_problem()->mutable_m()->mutable_dense()->set_rows(1);
-    return client_->Solve(request, {}, {});
+    return client_->Solve(request, on_event, limits);
   }
 
   void SendChunk(std::int64_t first, std::vector<double> times, std::vector<double> x,
@@ -99,6 +99,21 @@ TEST_F(FakeServerTest, NoticesATrajectoryThatIsTooShort) {
   SendChunk(0, {0}, {10}, {20});
   SendSummary(2);
   EXPECT_THAT(std::string(Solve().status().message()), HasSubstr("2 were announced"));
+}
+
+TEST_F(FakeServerTest, KeepsNoTrajectoryWhereItIsToldSo) {
+  SendChunk(0, {0, 1}, {10, 11}, {20, 21});
+  SendChunk(2, {2}, {12}, {22});
+  SendSummary(3);
+  int times = 0;
+  const auto count = [&times](const v1::SolveEvent& event) { times += event.trajectory().times_size(); };
+  const CallLimits limits{.stop = {}, .keep_trajectory = false};
+  const auto result = Solve(count, limits);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(times, 3);
+  EXPECT_TRUE(result->times.empty() && result->x.empty() && result->y.empty());
+  service_.events.erase(service_.events.begin());
+  EXPECT_THAT(std::string(Solve(count, limits).status().message()), HasSubstr("at index 2 does not continue it at 0"));
 }
 
 TEST_F(FakeServerTest, NoticesAMissingSummary) {
