@@ -39,8 +39,8 @@ absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& opti
                                      std::stop_token stop) {
   return Solve(problem, options, observer, std::move(stop));
 }
-absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options,
-                                     Observer& observer, std::stop_token stop) {
+absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options, Observer& observer,
+                                     std::stop_token stop) {
   return SolveNonlinear(problem, options, observer, std::move(stop));
 }
 
@@ -127,10 +127,11 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0};
   Options& options = prepared.options;
 
-  const double steps =
-      std::visit([&](const auto& problem) { return CountSteps(problem, options); }, prepared.system);
+  const double steps = std::visit([&](const auto& problem) { return CountSteps(problem, options); }, prepared.system);
   const auto doubles_per_time = static_cast<double>(1 + prepared.num_states() + prepared.num_constraints());
-  const double bytes = (steps + 1) * doubles_per_time * sizeof(double);
+  const bool outputs_alone = options.output_times_only && std::holds_alternative<Problem>(prepared.system);
+  const double times = outputs_alone ? static_cast<double>(options.output_times.size()) : steps + 1;
+  const double bytes = times * doubles_per_time * sizeof(double);
   absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
   limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
   if (!limit.ok()) return limit;
@@ -177,15 +178,15 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
                                        const SolveControl& control, SolveSink& sink) {
   EventWriter writer(sink);
   writer.Accept(solve_id);
-  absl::StatusOr<Solution> solution = std::visit(
-      [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token()); },
-      prepared.system);
+  absl::StatusOr<Solution> solution =
+      std::visit([&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token()); },
+                 prepared.system);
   if (!solution.ok()) return FromEngine(solution.status());
   return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
 }
 
-absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,
-                           const std::string& solve_id, const SolveControl& control, SolveSink& sink) {
+absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits, const std::string& solve_id,
+                           const SolveControl& control, SolveSink& sink) {
   const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, limits);
   if (!prepared.ok()) return prepared.status();
   absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, solve_id, control, sink);

@@ -52,8 +52,7 @@ TEST(SolveSessionTest, TellsTheWholeStoryInOrder) {
 
 TEST(SolveSessionTest, TrajectorySolvesTheProblem) {
   Collector sink;
-  ASSERT_TRUE(
-      RunSolveToEnd(testing::SwitchingRequest(2000), SessionLimits(), "here", SolveControl(), sink).ok());
+  ASSERT_TRUE(RunSolveToEnd(testing::SwitchingRequest(2000), SessionLimits(), "here", SolveControl(), sink).ok());
   double worst = 0;
   int nodes = 0;
   for (const v1::SolveEvent& event : sink.events) {
@@ -95,15 +94,26 @@ TEST(SolveSessionTest, NamesTheLimit) {
   bytes.max_result_bytes = 1001 * 3 * 8 - 1;
   SessionLimits states;
   states.max_states = 0;
-  for (const auto& [limits, name] :
-       {std::pair(steps, "max_steps = 1000"), std::pair(bytes, "max_result_bytes = 24024"),
-        std::pair(states, "max_states = 1")}) {
+  for (const auto& [limits, name] : {std::pair(steps, "max_steps = 1000"), std::pair(bytes, "max_result_bytes = 24024"),
+                                     std::pair(states, "max_states = 1")}) {
     const absl::Status status = PrepareSolve(request, limits).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
     EXPECT_THAT(std::string(status.message()), HasSubstr(name));
   }
   bytes.max_result_bytes += 1;
   EXPECT_TRUE(PrepareSolve(request, bytes).ok());
+}
+
+TEST(SolveSessionTest, CountsTheTrajectoryAtTheTimesAskedFor) {
+  v1::SolveRequest request = testing::SwitchingRequest(1'000'000);
+  for (const double t : {1.0, 2.5}) request.mutable_options()->add_output_times(t);
+  SessionLimits limits;
+  limits.max_result_bytes = 2 * 3 * 8;
+  const auto prepared = PrepareSolve(request, limits);
+  ASSERT_TRUE(prepared.ok()) << prepared.status();
+  EXPECT_EQ(prepared->result_bytes, 48);
+  limits.max_result_bytes -= 1;
+  EXPECT_THAT(std::string(PrepareSolve(request, limits).status().message()), HasSubstr("max_result_bytes = 48"));
 }
 
 TEST(SolveSessionTest, CountsTheNodesGiven) {
@@ -188,10 +198,9 @@ class StoppingCollector final : public SolveSink {
 };
 
 TEST(SolveSessionTest, TheCauseOfAStopIsTold) {
-  for (const auto& [cause, termination, words] :
-       {std::tuple(StopCause::kCancelled, v1::CANCELLED, "caller"),
-        std::tuple(StopCause::kDeadline, v1::DEADLINE, "deadline"),
-        std::tuple(StopCause::kShutdown, v1::CANCELLED, "shutting down")}) {
+  for (const auto& [cause, termination, words] : {std::tuple(StopCause::kCancelled, v1::CANCELLED, "caller"),
+                                                  std::tuple(StopCause::kDeadline, v1::DEADLINE, "deadline"),
+                                                  std::tuple(StopCause::kShutdown, v1::CANCELLED, "shutting down")}) {
     SolveControl control;
     StoppingCollector sink(control, cause);
     const absl::Status status =
