@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole solves of sparse systems: realised on contours, stepped, and refused where they fit nowhere.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/analysis/relative_degree.h"
+#include "core/linalg/norms.h"
+#include "tests/support/solving.h"
+#include "tests/support/sparse_problems.h"
+
+namespace dlcs {
+namespace {
+
+using testing::AdvectedGrid;
+using testing::SolveToEnd;
+using testing::SolveWith;
+using testing::WithDenseMatrices;
+
+Options With(Method method, Realisation realisation) {
+  Options options;
+  options.method = method;
+  options.realisation = realisation;
+  options.num_steps = 50;
+  return options;
+}
+
+TEST(LargeSparseTest, MarchesAndIteratesOnContoursAsWithDenseMatrices) {
+  const Problem problem = AdvectedGrid({.side = 9, .constraints = 4, .speed = 0.4});
+  const Solution dense =
+      SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialMarch, Realisation::kDense));
+  ASSERT_GT(MaxAbs(dense.y), 0.1);
+  for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration}) {
+    const Solution solution = SolveToEnd(problem, With(method, Realisation::kContour));
+    EXPECT_EQ(solution.realisation.used, Realisation::kContour);
+    EXPECT_GT(solution.realisation.terms, 0);
+    EXPECT_GT(solution.realisation.factorizations, 0);
+    EXPECT_LE(MaxAbs(solution.x - dense.x), 1e-11 * MaxAbs(dense.x)) << MethodName(method);
+    EXPECT_LE(MaxAbs(solution.y - dense.y), 1e-11 * MaxAbs(dense.y)) << MethodName(method);
+    EXPECT_LE(solution.certificate.node_residual, 1e-11 * solution.certificate.lcp_scale);
+    EXPECT_NEAR(solution.certificate.midpoint_residual, dense.certificate.midpoint_residual,
+                1e-11 * dense.certificate.lcp_scale);
+  }
+}
+
+TEST(LargeSparseTest, GoesOnFromRunToRun) {
+  Problem problem = AdvectedGrid({.side = 8, .constraints = 3});
+  problem.break_points = {0.3, 0.55};
+  Options options = With(Method::kExponentialMarch, Realisation::kContour);
+  const Solution contours = SolveToEnd(problem, options);
+  options.realisation = Realisation::kDense;
+  const Solution dense = SolveToEnd(WithDenseMatrices(problem), options);
+  EXPECT_LE(MaxAbs(contours.x - dense.x), 1e-11 * MaxAbs(dense.x));
+}
+
+// 90,000 states, whose dense A would take 65 GB.
+Problem TooLarge() { return AdvectedGrid({.side = 300, .constraints = 2}); }
+
+TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
+  Options newton = With(Method::kTimeStepping, Realisation::kAuto);
+  newton.step_solver = StepSolver::kNewton;
+  for (const Options& options :
+       {With(Method::kPaperIteration, Realisation::kAuto), With(Method::kEventLocated, Realisation::kAuto),
+        With(Method::kExponentialMarch, Realisation::kDense), With(Method::kTimeStepping, Realisation::kDense), newton}) {
+    const Solution solution = SolveWith(TooLarge(), options);
+    EXPECT_EQ(solution.termination, Termination::kUnsupported) << MethodName(options.method);
+    EXPECT_NE(solution.message.find("m = 90000"), std::string::npos) << solution.message;
+  }
+}
+
+TEST(LargeSparseTest, RefusesWhatDoesNotFitTheMemoryAndSaysHowMuchItNeeds) {
+  Options options = With(Method::kTimeStepping, Realisation::kSparseStepping);
+  options.max_memory = 50e6;  // the trajectory at 51 nodes alone takes 37 MB
+  const Solution solution = SolveWith(TooLarge(), options);
+  EXPECT_EQ(solution.termination, Termination::kUnsupported);
+  EXPECT_NE(solution.message.find("max_memory"), std::string::npos) << solution.message;
+  EXPECT_GT(solution.cost.predicted_bytes, 50e6);
+  EXPECT_LT(solution.cost.predicted_bytes, 500e6);
+}
+
+// M = 0 asks for the relative degree, which must not write A down.
+TEST(LargeSparseTest, KnowsTheRelativeDegreeOfLargeSystems) {
+  const Problem problem = TooLarge();
+  SparseMatrix none(2, 2);
+  for (const auto& degree : RelativeDegrees(problem.A, problem.B, problem.N, StructuredMatrix(none))) {
+    EXPECT_EQ(degree, 1);
+  }
+  const Problem small = AdvectedGrid({.side = 9, .constraints = 3});
+  Problem shifted = small;
+  shifted.N = StructuredMatrix(SparseMatrix(small.N.Sparse() * small.A.Sparse()));
+  const StructuredMatrix zero(SparseMatrix(3, 3));
+  EXPECT_EQ(RelativeDegrees(small.A, small.B, shifted.N, zero),
+            RelativeDegrees(small.A.Dense(), small.B.Dense(), shifted.N.Dense(), Matrix::Zero(3, 3)));
+}
+
+}  // namespace
+}  // namespace dlcs
