@@ -66,11 +66,14 @@ struct Butterfly<5> {
     const double near_re = re[1] + re[4], near_im = im[1] + im[4], far_re = re[2] + re[3], far_im = im[2] + im[3];
     const double by_near_re = im[4] - im[1], by_near_im = re[1] - re[4];
     const double by_far_re = im[3] - im[2], by_far_im = re[2] - re[3];
-    const double first_re = re[0] + kCos1 * near_re + kCos2 * far_re, first_im = im[0] + kCos1 * near_im + kCos2 * far_im;
+    const double first_re = re[0] + kCos1 * near_re + kCos2 * far_re,
+                 first_im = im[0] + kCos1 * near_im + kCos2 * far_im;
     const double second_re = re[0] + kCos2 * near_re + kCos1 * far_re;
     const double second_im = im[0] + kCos2 * near_im + kCos1 * far_im;
-    const double turned1_re = kSin1 * by_near_re + kSin2 * by_far_re, turned1_im = kSin1 * by_near_im + kSin2 * by_far_im;
-    const double turned2_re = kSin2 * by_near_re - kSin1 * by_far_re, turned2_im = kSin2 * by_near_im - kSin1 * by_far_im;
+    const double turned1_re = kSin1 * by_near_re + kSin2 * by_far_re,
+                 turned1_im = kSin1 * by_near_im + kSin2 * by_far_im;
+    const double turned2_re = kSin2 * by_near_re - kSin1 * by_far_re,
+                 turned2_im = kSin2 * by_near_im - kSin1 * by_far_im;
     re[0] += near_re + far_re;
     im[0] += near_im + far_im;
     re[1] = first_re - turned1_re;
@@ -84,9 +87,11 @@ struct Butterfly<5> {
   }
 };
 
-// y[q + s(radix k + r)] = e^{-2πikr/n} (the transform of x[q + s(k + j n/radix)], j < radix)_r for q < s.
-template <int radix>
-void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLanes::Parts from, FourierLanes::Parts to) {
+// y[q + s(radix k + r)] = e^{-2πikr/n} (the transform of x[q + s(k + j n/radix)], j < radix)_r for q < s. The inner
+// loop has to be free of loops, so those over j and r are written as packs.
+template <int radix, int... j, int... r>
+void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLanes::Parts from, FourierLanes::Parts to,
+             std::integer_sequence<int, j...> /*all*/, std::integer_sequence<int, r...> /*all but the last*/) {
   RunWide([=]() DLCS_WIDE {
     const Index m = n / radix;
     for (Index k = 0; k < m; ++k) {
@@ -94,30 +99,28 @@ void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLa
       const double* __restrict x_im = from.im + s * k;
       double* __restrict y_re = to.re + s * radix * k;
       double* __restrict y_im = to.im + s * radix * k;
-      double turn_re[radix], turn_im[radix];
-#pragma GCC unroll 5
-      for (int r = 1; r < radix; ++r) {
-        turn_re[r] = w_re[k * (radix - 1) + r - 1];
-        turn_im[r] = w_im[k * (radix - 1) + r - 1];
-      }
+      const double turn_re[] = {w_re[k * (radix - 1) + r]...};
+      const double turn_im[] = {w_im[k * (radix - 1) + r]...};
+      // All elements that are written are distinct, and none is read.
+#pragma GCC ivdep
       for (Index q = 0; q < s; ++q) {
-        double re[radix], im[radix];
-#pragma GCC unroll 5
-        for (int j = 0; j < radix; ++j) {
-          re[j] = x_re[q + s * m * j];
-          im[j] = x_im[q + s * m * j];
-        }
+        double re[] = {x_re[q + s * m * j]...};
+        double im[] = {x_im[q + s * m * j]...};
         Butterfly<radix>::Apply(re, im);
         y_re[q] = re[0];
         y_im[q] = im[0];
-#pragma GCC unroll 5
-        for (int r = 1; r < radix; ++r) {
-          y_re[q + s * r] = turn_re[r] * re[r] - turn_im[r] * im[r];
-          y_im[q + s * r] = turn_re[r] * im[r] + turn_im[r] * re[r];
-        }
+        ((y_re[q + s * (r + 1)] = turn_re[r] * re[r + 1] - turn_im[r] * im[r + 1]), ...);
+        ((y_im[q + s * (r + 1)] = turn_re[r] * im[r + 1] + turn_im[r] * re[r + 1]), ...);
       }
     }
   });
+}
+
+template <int radix>
+void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLanes::Parts from,
+             FourierLanes::Parts to) {
+  RunPass<radix>(n, s, w_re, w_im, from, to, std::make_integer_sequence<int, radix>(),
+                 std::make_integer_sequence<int, radix - 1>());
 }
 
 }  // namespace
