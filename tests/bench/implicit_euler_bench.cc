@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parabolic Signorini problem (core/models/signorini.h), T = 4, J = 400, on one thread: the engine's methods beside implicit Euler
-// done well for this problem, once with a sparse Cholesky factor and once with sine transforms.
+// The parabolic Signorini problem (core/models/signorini.h), T = 4, J = 400, on one thread: the engine's methods beside
+// implicit Euler done well for this problem, once with a sparse Cholesky factor and once with sine transforms.
 //
 //     implicit_euler_bench [--quick] [Google Benchmark's flags]
 //
-// A line is METHOD/COEFFICIENT/CELLS. Both forms of implicit Euler are spared what they could be made to pay for: M^h is formed
-// by sine transforms, and its LCPs are solved by tridiagonal ones (core/lcp/splitting_solver.h), as the march does.
+// A line is METHOD/COEFFICIENT/CELLS; total_ms is processor time. Both forms of implicit Euler are spared what they
+// could be made to pay for: M^h is formed by sine transforms, and its LCPs are solved by tridiagonal ones
+// (core/lcp/splitting_solver.h), as the march does.
 //
-// Checks: the engine's answers have their certificates; the march and the iteration agree on y(T), the iteration to what (4.8) of
-// [Wu & Chen] leaves; the two forms of implicit Euler agree to 1e-9, and with the march to its first order.
+// Checks: the engine's answers have their certificates; the march and the iteration agree on y(T), the iteration to
+// what (4.8) of [Wu & Chen] leaves; the two forms of implicit Euler agree to 1e-9, and with the march to its first
+// order.
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <map>
 #include <memory>
@@ -50,8 +52,8 @@ SignoriniModel ModelOf(const Setting& setting) {
   return model;
 }
 
-// What the two forms of implicit Euler share: x⁺ = R (x + h B (y + ψ)), R = (I - hA)⁻¹, with y from LCP(N R (x + h B ψ) + g, M^h).
-// Mode (a, b) of the grid, a along x1 and b along x2, is multiplied by R_ab.
+// What the two forms of implicit Euler share: x⁺ = R (x + h B (y + ψ)), R = (I - hA)⁻¹, with y from LCP(N R (x + h B ψ)
+// + g, M^h). Mode (a, b) of the grid, a along x1 and b along x2, is multiplied by R_ab.
 class Euler {
  public:
   explicit Euler(const Problem& problem)
@@ -118,7 +120,8 @@ class Euler {
 // The state on the grid, two solves with a sparse Cholesky factor a step.
 class CholeskyEuler : public Euler {
  public:
-  explicit CholeskyEuler(const Problem& problem) : Euler(problem), B_(problem.B.Sparse()), N_(problem.N.Sparse()), x_(problem.x0) {
+  explicit CholeskyEuler(const Problem& problem)
+      : Euler(problem), B_(problem.B.Sparse()), N_(problem.N.Sparse()), x_(problem.x0) {
     SparseMatrix identity(x_.size(), x_.size());
     identity.setIdentity();
     factor_.compute(identity - step_ * problem.A.Sparse());
@@ -209,9 +212,8 @@ Options OptionsFor(Method method, const Setting& setting, bool whole_window) {
   return options;
 }
 
-double Seconds(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
+// Of the processor: other programs do not count.
+double Seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // y(T) of the march and all y of implicit Euler in modes, made once for each setting.
 struct Reference {
@@ -244,11 +246,15 @@ void RunEngine(benchmark::State& state, const Setting& setting, Method method, b
   const Options options = OptionsFor(method, setting, whole_window);
   const Reference& reference = ReferenceOf(state, setting);
   std::optional<Solution> best;
+  double total = 1e9;
   for (auto _ : state) {
     Observer observer;
+    const double begin = Seconds();
     auto solution = Solve(problem, options, observer, {});
     if (!solution.ok() || solution->termination != Termination::kConverged) return state.SkipWithError("not solved");
-    if (!best || solution->cost.seconds_total < best->cost.seconds_total) best = *std::move(solution);
+    const double seconds = Seconds() - begin;
+    if (seconds < total) best = *std::move(solution);
+    total = std::min(total, seconds);
   }
   const bool iterates = method == Method::kLaplaceIteration;
   const double allowed = iterates ? 100 * options.tolerance : 1e-9;
@@ -259,7 +265,7 @@ void RunEngine(benchmark::State& state, const Setting& setting, Method method, b
   state.counters["setup_ms"] = 1e3 * cost.seconds_setup;
   state.counters["lcp_ms"] = 1e3 * cost.seconds_lcp;
   state.counters["linear_ms"] = 1e3 * cost.seconds_linear;
-  state.counters["total_ms"] = 1e3 * cost.seconds_total;
+  state.counters["total_ms"] = 1e3 * total;
 }
 
 void RunSine(benchmark::State& state, const Setting& setting) {
@@ -267,14 +273,14 @@ void RunSine(benchmark::State& state, const Setting& setting) {
   const Reference& reference = ReferenceOf(state, setting);
   double setup = 1e9, total = 1e9;
   for (auto _ : state) {
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = Seconds();
     SineEuler euler(problem);
-    setup = std::min(setup, Seconds(begin));
+    setup = std::min(setup, Seconds() - begin);
     euler.Run();
-    total = std::min(total, Seconds(begin));
+    total = std::min(total, Seconds() - begin);
     benchmark::DoNotOptimize(euler.y().data());
   }
-  constexpr double kFirstOrder = 0.3;
+  constexpr double kFirstOrder = 1e-2;
   ExpectAtMost(state, MaxAbs(reference.euler_y.rightCols(1) - reference.y_end), kFirstOrder, "far from the march");
   state.counters["setup_ms"] = 1e3 * setup;
   state.counters["total_ms"] = 1e3 * total;
@@ -286,12 +292,12 @@ void RunCholesky(benchmark::State& state, const Setting& setting, Index steps) {
   const Reference& reference = ReferenceOf(state, setting);
   double setup = 1e9, marching = 1e9, error = 0;
   for (auto _ : state) {
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = Seconds();
     CholeskyEuler euler(problem);
-    setup = std::min(setup, Seconds(begin));
-    const auto marched = std::chrono::steady_clock::now();
+    setup = std::min(setup, Seconds() - begin);
+    const double marched = Seconds();
     euler.Run(steps);
-    marching = std::min(marching, Seconds(marched) * kSteps / static_cast<double>(steps));
+    marching = std::min(marching, (Seconds() - marched) * kSteps / static_cast<double>(steps));
     error = MaxAbs(euler.y().middleCols(1, steps) - reference.euler_y.middleCols(1, steps));
   }
   ExpectAtMost(state, error, 1e-9, "the two forms of implicit Euler differ");
