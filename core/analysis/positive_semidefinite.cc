@@ -65,8 +65,7 @@ Fact TestPositiveSemidefinite(const Matrix& M) {
   std::vector<Index> positive;
   for (Index i = 0; i < M.rows(); ++i) {
     if (symmetric(i, i) < 0) {
-      return Refuted(absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is negative"),
-                     Vector::Unit(M.rows(), i));
+      return Refuted(absl::StrCat("M[", i, "][", i, "] = ", M(i, i), " is negative"), Vector::Unit(M.rows(), i));
     }
     if (symmetric(i, i) > 0) {
       positive.push_back(i);
@@ -85,20 +84,18 @@ Fact TestPositiveSemidefinite(const Matrix& M) {
   // Gershgorin's circles, without the O(n³) of the eigenvalues.
   const double beside = (scaled.cwiseAbs().rowwise().sum() - scaled.diagonal().cwiseAbs()).maxCoeff();
   if (scaled.allFinite() && beside <= 0.75 * scaled.diagonal().minCoeff()) {
-    return {Answer::kYes, "its symmetric part is strictly diagonally dominant"};
+    return {Answer::kYes, "its symmetric part, scaled to unit diagonal, is strictly diagonally dominant"};
   }
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled);
   const Vector& eigenvalues = solver.eigenvalues();
   if (eigenvalues[0] < -EigenvalueRounding(eigenvalues)) {
     Vector z = Vector::Zero(M.rows());
     z(positive) = scale.cwiseProduct(solver.eigenvectors().col(0));
-    return Refuted(
-        absl::StrCat("its symmetric part, scaled to unit diagonal, has the eigenvalue ", eigenvalues[0]),
-        std::move(z));
+    return Refuted(absl::StrCat("its symmetric part, scaled to unit diagonal, has the eigenvalue ", eigenvalues[0]),
+                   std::move(z));
   }
   return {Answer::kYes,
-          absl::StrCat("the smallest eigenvalue of its symmetric part, scaled to unit diagonal, is ",
-                       eigenvalues[0])};
+          absl::StrCat("the smallest eigenvalue of its symmetric part, scaled to unit diagonal, is ", eigenvalues[0])};
 }
 
 std::optional<double> SmallestEigenvalueIfDefinite(const Matrix& M) {
@@ -106,8 +103,7 @@ std::optional<double> SmallestEigenvalueIfDefinite(const Matrix& M) {
   if (!(symmetric.diagonal().minCoeff() > 0)) return std::nullopt;
   const Vector scaled = UnitDiagonalEigenvalues(symmetric);
   if (!(scaled[0] > EigenvalueRounding(scaled))) return std::nullopt;
-  const double smallest =
-      Eigen::SelfAdjointEigenSolver<Matrix>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  const double smallest = Eigen::SelfAdjointEigenSolver<Matrix>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()[0];
   if (!(smallest > 0)) return std::nullopt;
   return smallest;
 }

@@ -21,11 +21,11 @@ SplittingLcpSolver::SplittingLcpSolver(Tridiagonal T, Remainder remainder)
       lagged_(T.size()),
       current_(T.size()) {}
 
-SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q,
-                                           const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Vector> y) {
+SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                           Eigen::Ref<Vector> y) {
   constexpr double kRounding = 1e-14;
   constexpr double kSlowest = 0.7;  // beyond that, eighty solves are not enough for twelve digits
-  constexpr int kPatience = 3;  // ratios above it in a row: the first ones tell of the guess, not of the rate
+  constexpr int kPatience = 3;      // ratios above it in a row: the first ones tell of the guess, not of the rate
   iterations_ = 0;
   rate_ = 0;
   y_ = y;
@@ -35,8 +35,7 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q,
   for (int patience = kPatience; patience > 0;) {
     shifted_q_ = q + lagged_;
     ++iterations_;
-    if (tridiagonal_.Solve(shifted_q_, tolerance, basis_, y_) != LcpVerdict::kSolved)
-      return SplittingVerdict::kFailed;
+    if (tridiagonal_.Solve(shifted_q_, tolerance, basis_, y_) != LcpVerdict::kSolved) return SplittingVerdict::kFailed;
     remainder_(y_, current_);
     const double rounding = kRounding * MaxAbs(current_);
     lagged_ -= current_;
@@ -122,8 +121,7 @@ std::optional<TridiagonalSplitting> SplitOffTridiagonal(const Matrix& K, double 
   Basis basis(n, 1);
   Vector v(n);
   TridiagonalSolver solver(std::make_shared<const Tridiagonal>(result.T), nullptr);
-  if (solver.Solve(row_sums.cwiseMin(0), Vector::Zero(n), basis, v) != LcpVerdict::kSolved)
-    return std::nullopt;
+  if (solver.Solve(row_sums.cwiseMin(0), Vector::Zero(n), basis, v) != LcpVerdict::kSolved) return std::nullopt;
   result.rate = MaxAbs(v);
   if (!(result.rate <= largest_rate)) return std::nullopt;
   result.remainder = Diagonals(K, result.bandwidth);

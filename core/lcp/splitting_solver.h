@@ -43,7 +43,7 @@ class SplittingLcpSolver {
                          Eigen::Ref<Vector> y);
 
   Index iterations() const { return iterations_; }  // tridiagonal LCPs of the last Solve()
-  double rate() const { return rate_; }  // ... and the last ratio of changes of R y; 0 before there are two
+  double rate() const { return rate_; }             // ... and the last ratio of changes of R y; 0 before there are two
 
  private:
   TridiagonalSolver tridiagonal_;
@@ -63,8 +63,8 @@ struct TridiagonalSplitting {
 };
 
 // Splits the square matrix `K` where that serves: T is clearly an M-matrix, and the rate at most
-// `largest_rate` < 1. Diagonals of R far from the main one are dropped where no entry is more than 8 ε = 1.8e-15 of its row
-// of K: a computed K has rounding there. Cost O(n²); applying R costs 2 n · bandwidth multiplications.
+// `largest_rate` < 1. Diagonals of R far from the main one are dropped where no entry is more than 8 ε = 1.8e-15 of its
+// row of K: a computed K has rounding there. Cost O(n²); applying R costs 2 n · bandwidth multiplications.
 std::optional<TridiagonalSplitting> SplitOffTridiagonal(const Matrix& K, double largest_rate = 0.5);
 
 }  // namespace dlcs

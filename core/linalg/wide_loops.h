@@ -39,9 +39,10 @@ template <class Body>
 
 }  // namespace wide_internal
 
-// Calls body(), compiled for these registers. Its loops are vectorized where they run over elements that do not depend on
-// each other, through pointers that are declared __restrict. Each element goes through its operations in the order in which they are
-// written, in IEEE arithmetic and without contraction, so the bits of the result are the same on every processor.
+// Calls body(), compiled for these registers. Its loops are vectorized where they run over elements that do not depend
+// on each other, through pointers that are declared __restrict. Each element goes through its operations in the order
+// in which they are written, in IEEE arithmetic and without contraction, so the bits of the result are the same on
+// every processor.
 template <class Body>
 void RunWide(const Body& body) {
 #ifdef __x86_64__

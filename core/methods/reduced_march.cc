@@ -24,10 +24,7 @@ void Extrapolate(Matrix& y, Index j) {
 class ReducedMarcher {
  public:
   ReducedMarcher(SolveContext& context, Hold hold, Progress& progress)
-      : context_(context),
-        hold_(hold),
-        progress_(progress),
-        steps_([this](double) { return MakeStep(); }) {}
+      : context_(context), hold_(hold), progress_(progress), steps_([this](double) { return MakeStep(); }) {}
 
   // Marches `run`; returns the number of steps done.
   Index March(ReducedRun& run) {

@@ -13,9 +13,9 @@
 
 namespace dlcs {
 
-// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a tridiagonal M-matrix (SplitOffTridiagonal(): it is an H-matrix with a
-// positive diagonal then, so its LCP has one solution) tridiagonal LCPs serve, O(n) a step. The solver for dense
-// matrices is made only when they do not.
+// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a tridiagonal M-matrix (SplitOffTridiagonal(): it is an
+// H-matrix with a positive diagonal then, so its LCP has one solution) tridiagonal LCPs serve, O(n) a step. The solver
+// for dense matrices is made only when they do not.
 class SplitStep {
  public:
   using MakeStep = std::function<std::unique_ptr<CoupledStep>()>;

@@ -197,8 +197,8 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
   if (along_wall && hold == Hold::kLinear) inputs += C_psi_ * sources.psi;
   AddResponses({rates, modes.lambda, sources.step, hold}, modes.ToModes(inputs), hold, nodes, workers, driven);
   if (along_wall && hold == Hold::kConstant) {
-    AddResponses({rates, modes.lambda, sources.step, Hold::kLinear}, modes.ToModes(C_psi_ * sources.psi), Hold::kLinear, nodes,
-                 workers, driven);
+    AddResponses({rates, modes.lambda, sources.step, Hold::kLinear}, modes.ToModes(C_psi_ * sources.psi), Hold::kLinear,
+                 nodes, workers, driven);
   }
   std::vector<Matrix> carried(nodes.size());
   if (form_ == SourceForm::kGeneral) {
