@@ -51,6 +51,9 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "All trajectories in memory together")
       ->capture_default_str();
   app.add_option("--max-memory-bytes", config.max_memory_bytes, "What one solve may allocate")->capture_default_str();
+  app.add_option("--setup-cache-bytes", config.setup_cache_bytes,
+                 "Matrix functions and factors kept for further solves of the same matrices; 0 keeps none")
+      ->capture_default_str();
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request")->capture_default_str();
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
       ->check(CLI::Range(0.0, 86400.0))

@@ -35,6 +35,8 @@ struct ServerConfig {
   std::int64_t max_held_result_bytes = std::int64_t{2} << 30;
   // What one solve may allocate, as the engine predicts it.
   std::int64_t max_memory_bytes = std::int64_t{4} << 30;
+  // Of what solves of the same matrices share (core/setup_cache.h); 0 keeps nothing.
+  std::int64_t setup_cache_bytes = std::int64_t{512} << 20;
   // Of one request. gRPC holds it in memory before anybody can look at it.
   std::int64_t max_message_bytes = std::int64_t{64} << 20;
 };

@@ -110,7 +110,7 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
   if (!result.ok()) return result.status();
   result_ = *std::move(result);
   StopBeforeDeadline(prepared->result_bytes);
-  absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, id_, *control_, *this);
+  absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, id_, *control_, *this, environment_.setups);
   if (finished.ok()) LogSolve(id_, *prepared, *finished);
   // What the engine took to work with goes back to the system while a large result waits for its reader.
   if (prepared->result_bytes > kLargeResultBytes) malloc_trim(0);

@@ -25,6 +25,7 @@ struct CallEnvironment {
   Admission& admission;
   WorkerPool& workers;
   CallRegistry& calls;
+  SetupCache* setups;  // null where nothing is kept
 };
 
 // Nothing blocks a reaction: the request is converted and solved on a worker thread, which puts events into

@@ -36,11 +36,11 @@ double CountSteps(const NonlinearProblem& problem, const Options& options) {
 }
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
-                                     std::stop_token stop) {
-  return Solve(problem, options, observer, std::move(stop));
+                                     std::stop_token stop, SetupCache* setups) {
+  return Solve(problem, options, observer, std::move(stop), setups);
 }
 absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options, Observer& observer,
-                                     std::stop_token stop) {
+                                     std::stop_token stop, SetupCache* /*setups*/) {
   return SolveNonlinear(problem, options, observer, std::move(stop));
 }
 
@@ -175,12 +175,12 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
 }
 
 absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
-                                       const SolveControl& control, SolveSink& sink) {
+                                       const SolveControl& control, SolveSink& sink, SetupCache* setups) {
   EventWriter writer(sink);
   writer.Accept(solve_id);
-  absl::StatusOr<Solution> solution =
-      std::visit([&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token()); },
-                 prepared.system);
+  absl::StatusOr<Solution> solution = std::visit(
+      [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token(), setups); },
+      prepared.system);
   if (!solution.ok()) return FromEngine(solution.status());
   return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
 }

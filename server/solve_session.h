@@ -26,6 +26,8 @@
 
 namespace dlcs {
 
+class SetupCache;
+
 enum class StopCause { kNone, kCancelled, kDeadline, kShutdown };
 
 // Stops a solve and remembers why. The first cause stays. Safe from any thread.
@@ -88,8 +90,9 @@ class FinishedSolve {
 // Runs the engine. `sink` gets accepted (with `solve_id`), analysis, windows and iterates, numbered from 1.
 // Errors: InvalidArgument for what only the engine can judge (a rule that M does not admit). Threads: those
 // of the engine; `sink` is called from the calling one.
+// `setups`, where given, lends and keeps what solves of the same matrices share.
 absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
-                                       const SolveControl& control, SolveSink& sink);
+                                       const SolveControl& control, SolveSink& sink, SetupCache* setups = nullptr);
 
 // All of it for a caller in the same process: prepare, run, and hand every event to `sink`, summary last.
 absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,

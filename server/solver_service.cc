@@ -14,7 +14,9 @@ namespace dlcs {
 SolverService::SolverService(const ServerConfig& config)
     : config_(config),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
-      environment_{LimitsOf(config), admission_, workers_, calls_},
+      setups_(static_cast<double>(config.setup_cache_bytes)),
+      environment_{LimitsOf(config), admission_, workers_, calls_,
+                   config.setup_cache_bytes > 0 ? &setups_ : nullptr},
       workers_(config.max_concurrent_solves) {}
 
 template <typename Response, typename Run>
@@ -66,6 +68,14 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_answer_bytes(kMaxAnswerBytes);
   response->set_max_concurrent_solves(config_.max_concurrent_solves);
   response->set_threads(config_.threads);
+  const SetupCache::Statistics setups = setups_.statistics();
+  v1::SetupCacheStatistics& told = *response->mutable_setup_cache();
+  told.set_max_bytes(config_.setup_cache_bytes);
+  told.set_bytes(static_cast<std::int64_t>(setups.bytes));
+  told.set_values(setups.values);
+  told.set_hits(setups.hits);
+  told.set_misses(setups.misses);
+  told.set_dropped(setups.dropped);
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;

@@ -6,6 +6,7 @@
 
 #include <chrono>
 
+#include "core/setup_cache.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 #include "server/admission.h"
 #include "server/call_registry.h"
@@ -52,6 +53,7 @@ class SolverService final : public v1::SolverService::CallbackService {
   const ServerConfig config_;
   CallRegistry calls_;
   Admission admission_;
+  SetupCache setups_;
   const CallEnvironment environment_;
   WorkerPool workers_;  // last: its threads, which use the others, are joined first
 };

@@ -37,7 +37,14 @@ void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
                              {"max_memory_bytes", LimitJson(response.max_memory_bytes())},
                              {"max_message_bytes", LimitJson(response.max_message_bytes())},
                              {"max_concurrent_solves", LimitJson(response.max_concurrent_solves())},
-                             {"threads", response.threads()}};
+                             {"threads", response.threads()},
+                             {"setup_cache",
+                              {{"max_bytes", response.setup_cache().max_bytes()},
+                               {"bytes", response.setup_cache().bytes()},
+                               {"values", response.setup_cache().values()},
+                               {"hits", response.setup_cache().hits()},
+                               {"misses", response.setup_cache().misses()},
+                               {"dropped", response.setup_cache().dropped()}}}};
   fmt::print(out, "{}\n", root.dump(2, ' ', false, ordered_json::error_handler_t::replace));
 }
 
@@ -58,6 +65,11 @@ void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& 
   fmt::print(out, "  bytes of memory     {}\n", LimitText(response.max_memory_bytes()));
   fmt::print(out, "  bytes of a request  {}\n", LimitText(response.max_message_bytes()));
   fmt::print(out, "  solves at once      {}\n", LimitText(response.max_concurrent_solves()));
+  const v1::SetupCacheStatistics& setups = response.setup_cache();
+  if (setups.max_bytes() == 0) return;
+  fmt::print(out, "\nSet-ups kept for further solves of the same matrices\n");
+  fmt::print(out, "  values              {}, {} of {} bytes\n", setups.values(), setups.bytes(), setups.max_bytes());
+  fmt::print(out, "  hits, misses        {}, {}; {} dropped\n", setups.hits(), setups.misses(), setups.dropped());
 }
 
 }  // namespace

@@ -390,6 +390,29 @@ TEST_F(SolverServiceTest, TellsItsCapabilities) {
   EXPECT_GE(response.threads(), 1);
 }
 
+TEST_F(SolverServiceTest, SharesSetUpsBetweenSolvesOfTheSameMatrices) {
+  const auto statistics = [&] {
+    grpc::ClientContext context;
+    testing::SetDeadline(context, seconds(10));
+    v1::GetCapabilitiesResponse response;
+    EXPECT_TRUE(stub_->GetCapabilities(&context, v1::GetCapabilitiesRequest(), &response).ok());
+    return response.setup_cache();
+  };
+  const Outcome first = testing::Solve(*stub_, testing::SwitchingRequest(100));
+  const v1::SetupCacheStatistics before = statistics();
+  EXPECT_GT(before.misses(), 0);
+  EXPECT_GT(before.bytes(), 0);
+  EXPECT_GT(before.max_bytes(), before.bytes());
+  v1::SolveRequest other = testing::SwitchingRequest(100);
+  other.mutable_problem()->set_x0(0, 0.25);
+  ASSERT_TRUE(testing::Solve(*stub_, other).status.ok());
+  const Outcome again = testing::Solve(*stub_, testing::SwitchingRequest(100));
+  const v1::SetupCacheStatistics after = statistics();
+  EXPECT_EQ(after.misses(), before.misses());
+  EXPECT_GT(after.hits(), before.hits());
+  EXPECT_EQ(WhatIsTold(again.events).numbers, WhatIsTold(first.events).numbers);
+}
+
 // One malformed request per case, and the field that has to be named.
 struct Malformed {
   const char* name;
