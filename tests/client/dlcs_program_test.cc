@@ -79,6 +79,26 @@ TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
 }
 
 // A mass falls from height 1 at unit gravity and stays on the ground from t = sqrt(2) on.
+TEST(DlcsProgramTest, LocatesSwitchingTimesForASmallErrorAndShowsThem) {
+  const ProgramOutcome outcome = SolveText(kEasy, "--tolerance 1e-9");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("Method event-located: an error of 1e-09 is asked for"),
+                                 HasSubstr("Switching times"), HasSubstr("start"), HasSubstr("estimated error")));
+  EXPECT_THAT(outcome.err, HasSubstr("steps as short as the error that is allowed needs"));
+}
+
+TEST(DlcsProgramTest, TakesAToleranceInsteadOfAStepWithEveryMethod) {
+  const auto last_x = [](const std::string& options) {
+    const ProgramOutcome outcome = SolveText(kEasy, "--at 4 --quiet --format json " + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["x"][0][0].get<double>();
+  };
+  const double exact = last_x("--method event-located --tolerance 1e-12");
+  for (const char* method : {"exponential-march", "laplace-iteration", "time-stepping"}) {
+    EXPECT_NEAR(last_x(std::string("--tolerance 1e-3 --method ") + method), exact, 1e-3) << method;
+  }
+}
+
 TEST(DlcsProgramTest, SolvesStepsByNewtonsMethodAndShowsItsRate) {
   const std::string method = "--quiet --steps 64 --method time-stepping ";
   const ProgramOutcome table = SolveText(kEasy, method + "--step-solver newton");

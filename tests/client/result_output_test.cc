@@ -68,6 +68,41 @@ TEST(ResultJsonTest, HoldsEveryPromisedKey) {
   EXPECT_TRUE(root["failure_time"].is_null());
 }
 
+// y1 becomes positive at 0.1, where it jumps.
+SolveResult WithSwitchings() {
+  SolveResult result = Example();
+  v1::SwitchingTime& start = *result.summary.add_switching_times();
+  start.set_kind("start");
+  v1::SwitchingTime& switching = *result.summary.add_switching_times();
+  switching.set_time(0.1);
+  switching.add_entering(0);
+  switching.set_kind("break point");
+  result.summary.set_switchings(2);
+  v1::LeftLimit& limit = result.left_limits.emplace_back();
+  limit.set_index(1);
+  limit.add_y(0.5);
+  return result;
+}
+
+TEST(ResultJsonTest, HoldsSwitchingTimesAndLeftLimits) {
+  const auto root = nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("", WithSwitchings(), out); }));
+  ASSERT_EQ(root["switching_times"].size(), 2U);
+  EXPECT_EQ(root["switching_times"][1]["time"], 0.1);
+  EXPECT_EQ(root["switching_times"][1]["kind"], "break point");
+  EXPECT_EQ(root["switching_times"][1]["entering"], nlohmann::json({0}));
+  EXPECT_TRUE(root["switching_times"][1]["leaving"].empty());
+  EXPECT_EQ(root["left_limits"][0]["time"], 0.1);
+  EXPECT_EQ(root["left_limits"][0]["y"][0], 0.5);
+}
+
+TEST(ResultTableTest, ListsSwitchingTimesByTheNamesOfItsColumns) {
+  const std::string table = Printed([](std::FILE* out) { PrintTable("", WithSwitchings(), 80, out); });
+  EXPECT_THAT(table, ::testing::ContainsRegex("0\\.1 +break point +y1 +-"));
+  SolveResult many = WithSwitchings();
+  many.summary.set_switchings(500);
+  EXPECT_THAT(Printed([&](std::FILE* out) { PrintTable("", many, 80, out); }), HasSubstr("and 498 more"));
+}
+
 TEST(ResultJsonTest, GivesBackTheSameBits) {
   const SolveResult result = Example();
   const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));

@@ -143,6 +143,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.project_initial_state = true;
   options.inelastic_impact = true;
   options.estimate_error = true;
+  options.error_tolerance = 1e-7;
   options.num_threads = 3;
   std::vector<Violation> violations;
   const Options back = OptionsFromProto(ToProto(options), violations);
@@ -159,6 +160,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   EXPECT_EQ(back.contour, ContourChoice::kRemark24);
   EXPECT_EQ(back.window_steps, options.window_steps);
   EXPECT_EQ(back.tolerance, options.tolerance);
+  EXPECT_EQ(back.error_tolerance, 1e-7);
   EXPECT_EQ(back.num_threads, options.num_threads);
   EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), ToProto(options)));
 }
@@ -250,6 +252,33 @@ TEST(ConvertTest, ChunkHoldsTheTimesAskedFor) {
   EXPECT_THAT(chunk.times(), ElementsAre(1, 2));
   EXPECT_THAT(chunk.x(), ElementsAre(solution.x(0, 1), solution.x(1, 1), solution.x(0, 2), solution.x(1, 2)));
   EXPECT_THAT(chunk.y(), ElementsAre(solution.y(0, 1), solution.y(0, 2)));
+}
+
+TEST(ConvertTest, LeftLimitsTravelWithTheChunkThatHoldsTheirTime) {
+  Solution solution;
+  solution.times = {0, 1, 2, 3};
+  solution.x = Matrix::Random(2, 4);
+  solution.y = Matrix::Random(1, 4);
+  solution.left_limits = {{1, Vector::Constant(1, 5)}, {3, Vector::Constant(1, 6)}};
+  const v1::TrajectoryChunk chunk = ChunkToProto(solution, 2, 2);
+  ASSERT_EQ(chunk.left_limits_size(), 1);
+  EXPECT_EQ(chunk.left_limits(0).index(), 3);
+  EXPECT_THAT(chunk.left_limits(0).y(), ElementsAre(6));
+}
+
+TEST(ConvertTest, SwitchingTimesAreToldUpToABound) {
+  Solution solution;
+  solution.switching_times.push_back({0.25, {1, 3}, {0}, "switch"});
+  const v1::Summary one = SummaryToProto(solution);
+  ASSERT_EQ(one.switching_times_size(), 1);
+  EXPECT_EQ(one.switching_times(0).time(), 0.25);
+  EXPECT_THAT(one.switching_times(0).entering(), ElementsAre(1, 3));
+  EXPECT_THAT(one.switching_times(0).leaving(), ElementsAre(0));
+  EXPECT_EQ(one.switching_times(0).kind(), "switch");
+  solution.switching_times.resize(12345);
+  const v1::Summary many = SummaryToProto(solution);
+  EXPECT_EQ(many.switching_times_size(), 10000);
+  EXPECT_EQ(many.switchings(), 12345);
 }
 
 TEST(ConvertTest, FailureTimeIsAbsentWhereThereIsNone) {
