@@ -17,6 +17,9 @@ constexpr Index kSmall = 64;
 constexpr Index kSmallSparse = 300;
 // A contour costs as many solves a node.
 constexpr Index kFewConstraints = 200;
+// Beyond it the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are for who asks
+// for the march or the iteration.
+constexpr Index kLargestChosenContour = 20'000;
 // From here on one matrix function takes minutes.
 constexpr Index kLargestDense = 4000;
 
@@ -71,7 +74,10 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
     if (auto system = KroneckerSystem::Create(problem, why_not)) return Use(std::move(system));
   }
   const bool few = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
-  if (wanted == Realisation::kContour || (wanted == Realisation::kAuto && few)) {
+  const bool too_slow = options.method == Method::kAuto && problem.num_states() > kLargestChosenContour;
+  if (wanted == Realisation::kAuto && few && too_slow) {
+    why_not += "; a contour would take some two hundred factorizations";
+  } else if (wanted == Realisation::kContour || (wanted == Realisation::kAuto && few)) {
     std::string why_no_contour;
     if (auto system = ContourSystem::Create(problem, options, why_no_contour)) return Use(std::move(system));
     why_not += (why_not.empty() ? "" : "; ") + why_no_contour;

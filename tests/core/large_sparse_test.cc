@@ -57,6 +57,24 @@ TEST(LargeSparseTest, GoesOnFromRunToRun) {
 // 90,000 states, whose dense A would take 65 GB.
 Problem TooLarge() { return AdvectedGrid({.side = 300, .constraints = 2}); }
 
+// Left to itself the engine steps implicitly where contours would take minutes: half the step, half the error. (The trapezoidal
+// rule rings for as long on the stiff modes of a rough start.)
+TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
+  const Problem problem = AdvectedGrid({.side = 150, .constraints = 2, .speed = 0.4});
+  const auto state_with = [&](Index steps) {
+    Options options;
+    options.num_steps = steps;
+    options.output_times = {problem.horizon};
+    options.output_times_only = true;
+    const Solution solution = SolveToEnd(problem, options);
+    EXPECT_EQ(solution.realisation.used, Realisation::kSparseStepping) << solution.reason;
+    EXPECT_LE(solution.certificate.node_residual, 1e-11 * solution.certificate.lcp_scale);
+    return Vector(solution.x.col(0));
+  };
+  const Vector coarse = state_with(16), middle = state_with(32), fine = state_with(64);
+  EXPECT_GT(MaxAbs(coarse - middle), 1.5 * MaxAbs(middle - fine));
+}
+
 TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
   Options newton = With(Method::kTimeStepping, Realisation::kAuto);
   newton.step_solver = StepSolver::kNewton;
