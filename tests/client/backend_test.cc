@@ -43,6 +43,7 @@ std::string JsonWithoutSeconds(SolveResult result) {
   cost.clear_seconds_lcp();
   cost.clear_seconds_linear();
   cost.clear_seconds_total();
+  cost.clear_process_peak_bytes();
   char* text = nullptr;
   std::size_t size = 0;
   std::FILE* stream = open_memstream(&text, &size);

@@ -72,6 +72,7 @@ Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
       cost.clear_seconds_lcp();
       cost.clear_seconds_linear();
       cost.clear_seconds_total();
+      cost.clear_process_peak_bytes();
     }
     if (event.has_analysis() || event.has_iterate() || event.has_summary()) {
       told.words.push_back(event.ShortDebugString());
