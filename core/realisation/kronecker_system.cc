@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/linalg/low_rank.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/wide_loops.h"
 #include "core/realisation/scalar_phi.h"
@@ -164,9 +165,11 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Wor
   const double top = modes.mu.maxCoeff();
   const Vector rates = (modes.mu(modes.basis.kept).array() - top).matrix();
   const Vector shifted = (modes.lambda.array() + top).matrix();
-  const Matrix seen = modes.basis.weights.transpose() * (modes.n.asDiagonal() * state);
   const Index times = 2 * steps + 1;
-  Matrix motion = seen.transpose() * ExponentialTable(rates, sources.step / 2, times);
+  // Smooth states have a low rank, a product of functions of each direction the rank one.
+  const LowRank seen = FactorByRank(modes.basis.weights.transpose() * (modes.n.asDiagonal() * state));
+  Matrix motion =
+      seen.rows.transpose() * (seen.columns.transpose() * ExponentialTable(rates, sources.step / 2, times)).eval();
   motion = motion.cwiseProduct(ExponentialTable(shifted, sources.step / 2, times));
   motion.col(0) = state.transpose() * modes.n;
 
