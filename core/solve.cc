@@ -276,7 +276,8 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   }
   const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   const double predicted_bytes = PredictBytes(problem, grid, task.choice.method, task.realisation.record.used);
-  if (task.choice.refusal.empty() && predicted_bytes > options.max_memory) {
+  const bool is_served = task.choice.refusal.empty();
+  if (is_served && predicted_bytes > options.max_memory) {
     task.choice.refusal = "The solve needs about " + FormatNumber(predicted_bytes) + " bytes, more than max_memory = " +
                           FormatNumber(options.max_memory) +
                           ". Ask for fewer output times, or for a realisation that needs less.";
@@ -317,7 +318,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     refused.method = task.choice.method;
     refused.reason = task.choice.reason;
     refused.warnings = report.warnings;
-    refused.cost.predicted_bytes = predicted_bytes;
+    if (is_served) refused.cost.predicted_bytes = predicted_bytes;  // too much; otherwise of no form that would serve
     refused.x.resize(problem.num_states(), 0);
     refused.y.resize(problem.num_constraints(), 0);
     return refused;
