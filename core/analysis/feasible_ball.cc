@@ -45,7 +45,7 @@ FeasibleBall LargestFeasibleBall(const Vector& q0, const Matrix& M) {
   return {(q0 + M * y).minCoeff(), y};
 }
 
-double FeasibleStateRadius(double radius, double drift, const Matrix& N) {
+double FeasibleStateRadius(double radius, double drift, const StructuredMatrix& N) {
   if (radius < drift) return 0;
   const double norm = InfinityNorm(N);
   return norm == 0 ? kInfinity : (radius - drift) / norm;

@@ -6,6 +6,7 @@
 
 #include <optional>
 
+#include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -29,7 +30,7 @@ FeasibleBall LargestFeasibleBall(const Vector& q0, const Matrix& M);
 // β of (3.5): ‖x - x0‖_∞ < β keeps FEA(N x + g(t), M) not empty for q0 = N x0 + g(0), as long as ‖g(t) - g(0)‖_∞ <=
 // `drift`. β = (ρ - drift)/‖N‖_∞; infinite where ρ is, or where N = 0 and ρ >= drift; 0 where the drift alone leaves
 // the ball.
-double FeasibleStateRadius(double radius, double drift, const Matrix& N);
+double FeasibleStateRadius(double radius, double drift, const StructuredMatrix& N);
 
 }  // namespace dlcs
 

@@ -30,8 +30,8 @@ bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::
   return context.Fail(Termination::kNotSolved, time, at + ": solved, but reported as failed.");
 }
 
-Vector SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g) {
-  return N.cwiseAbs() * RowMaxAbs(x) + RowMaxAbs(g);
+Vector SizeOfSums(const StructuredMatrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g) {
+  return N.AbsTimes(RowMaxAbs(x)) + RowMaxAbs(g);
 }
 
 }  // namespace dlcs

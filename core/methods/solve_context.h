@@ -122,7 +122,7 @@ bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::
 // For each row, the size of the numbers that q = N x + g is summed from, max over the columns: the rounding in q_i is
 // this times 1e-16, and w_i smaller than kLcpTolerance times it counts as zero. Rows have sizes of their own, since
 // they have units of their own (volts beside amperes).
-Vector SizeOfSums(const Matrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g);
+Vector SizeOfSums(const StructuredMatrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g);
 constexpr double kLcpTolerance = 1e-13;
 
 }  // namespace dlcs
