@@ -28,15 +28,8 @@ bool BasisPoint::Compute(const ScaledLcp& lcp, const Basis& basis) {
     y_.head(size) -= correction_.head(size);
     if (!Evaluate(lcp)) return false;
   }
-  Index p = 0;
-  for (Index i = 0; i < lcp.size(); ++i) {
-    if (basis[i]) {
-      const double value = y_[p++];
-      if (value < 0 && !Negligible(lcp, i, value)) violations_.push_back(i);
-    } else if (w_[i] < -allowed_[i]) {
-      violations_.push_back(i);
-    }
-  }
+  FindViolations(
+      basis, y_, w_, allowed_, [&](Index i, double value) { return Negligible(lcp, i, value); }, violations_);
   return true;
 }
 

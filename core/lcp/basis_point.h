@@ -11,6 +11,22 @@
 
 namespace dlcs {
 
+// Fills `violations` with the indices, increasing, of a negative y_i (in S; `y_of_S` in that order) that is not negligible(i, y_i),
+// or of a w_i < -allowed_i (not in S).
+template <typename Negligible>
+void FindViolations(const Basis& basis, const Vector& y_of_S, const Vector& w, const Vector& allowed,
+                    const Negligible& negligible, std::vector<Index>& violations) {
+  Index p = 0;
+  for (Index i = 0; i < w.size(); ++i) {
+    if (basis[i]) {
+      const double value = y_of_S[p++];
+      if (value < 0 && !negligible(i, value)) violations.push_back(i);
+    } else if (w[i] < -allowed[i]) {
+      violations.push_back(i);
+    }
+  }
+}
+
 // For a basis S: y_S = -M_SS⁻¹ q_S, y = 0 elsewhere, w = q + M y. The certificate that every solver of this
 // folder ends with: nothing is returned as a solution that was not computed and judged here, from M and q
 // themselves. The empty list of violations together with accurate() means: solved.

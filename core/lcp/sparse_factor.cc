@@ -3,15 +3,6 @@
 
 namespace dlcs {
 
-bool IsSymmetric(const SparseMatrix& M) {
-  if (M.rows() != M.cols()) return false;
-  const SparseMatrix difference = M - SparseMatrix(M.transpose());
-  for (Index k = 0; k < difference.nonZeros(); ++k) {
-    if (difference.valuePtr()[k] != 0) return false;  // NaN counts as different
-  }
-  return true;
-}
-
 bool SparseBasisFactor::Factor(const SparseMatrix& M, bool symmetric, const Basis& basis) {
   if (factored_ && basis == basis_) return usable_;
   factored_ = true;

@@ -13,9 +13,6 @@
 
 namespace dlcs {
 
-// Whether M = Mᵀ, to the bit.
-bool IsSymmetric(const SparseMatrix& M);
-
 // LDLᵀ factors of M_SS for a symmetric M, LU factors with row exchanges for others; computed when S changes
 // and kept while it does not. They depend on M and S alone. M_SS is all that is factored: a small basis of a
 // large matrix is cheap.

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/lcp/basis_point.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/symmetry.h"
 
 namespace dlcs {
 namespace {
@@ -48,15 +50,8 @@ bool SparsePoint::Compute(const SparseLcp& lcp, const Basis& basis) {
     y_ -= factor_.Solve(w_(S));
     if (!Evaluate(lcp)) return false;
   }
-  Index p = 0;
-  for (Index i = 0; i < lcp.size(); ++i) {
-    if (basis[i]) {
-      const double value = y_[p++];
-      if (value < 0 && !Negligible(lcp, i, value)) violations_.push_back(i);
-    } else if (w_[i] < -allowed_[i]) {
-      violations_.push_back(i);
-    }
-  }
+  FindViolations(
+      basis, y_, w_, allowed_, [&](Index i, double value) { return Negligible(lcp, i, value); }, violations_);
   return true;
 }
 

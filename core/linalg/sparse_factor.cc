@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/symmetry.h"
 
 namespace dlcs {
 namespace {
@@ -21,11 +22,6 @@ Eigen::SparseMatrix<Scalar> Shifted(const SparseMatrix& A, Scalar z, double s) {
   Eigen::SparseMatrix<Scalar> identity(A.rows(), A.rows());
   identity.setIdentity();
   return z * identity - (s * A).template cast<Scalar>();
-}
-
-bool IsSymmetric(const SparseMatrix& A) {
-  const SparseMatrix difference = A - SparseMatrix(A.transpose());
-  return MaxAbs(Eigen::Map<const Vector>(difference.valuePtr(), difference.nonZeros())) == 0;
 }
 
 }  // namespace

@@ -7,23 +7,13 @@
 #include <numbers>
 #include <utility>
 
+#include "core/linalg/symmetry.h"
 #include "core/linalg/wide_loops.h"
 
 namespace dlcs {
 namespace {
 
 using std::numbers::pi;
-
-bool IsSymmetric(const SparseMatrix& factor) {
-  if (factor.rows() != factor.cols()) return false;
-  const SparseMatrix difference = factor - SparseMatrix(factor.transpose());
-  for (Index j = 0; j < difference.outerSize(); ++j) {
-    for (SparseMatrix::InnerIterator entry(difference, j); entry; ++entry) {
-      if (entry.value() != 0) return false;
-    }
-  }
-  return true;
-}
 
 // The diagonal and the one beside it of tridiag(b, a, b).
 struct SecondDifference {
