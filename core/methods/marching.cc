@@ -193,12 +193,17 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, bool by_newto
 
 }  // namespace
 
+Marcher MakeMarcher(const SolveContext& context, const std::string& kind, double step,
+                    const SchemeFactory& make_scheme) {
+  Scheme scheme = SharedScheme(context, kind, step, make_scheme);
+  auto solver = SharedCoupledSolver(context, context.problem.N * scheme.y_after);
+  return Marcher(context.problem, std::move(scheme), context.choice(), std::move(solver));
+}
+
 bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton) {
   const auto make_marcher = [&](double step) {
-    Scheme scheme = SharedScheme(context, kind, step, make_scheme);
-    auto solver = SharedCoupledSolver(context, context.problem.N * scheme.y_after);
-    auto marcher = std::make_unique<Marcher>(context.problem, std::move(scheme), context.choice(), std::move(solver));
+    std::unique_ptr<Marcher> marcher(new Marcher(MakeMarcher(context, kind, step, make_scheme)));
     if (newton) marcher->UseNewton(*newton);
     return marcher;
   };

@@ -84,6 +84,10 @@ class Marcher {
   Vector u_;
 };
 
+// The marcher of the scheme `kind` for `step`, with scheme and solver shared (core/methods/shared_setup.h).
+Marcher MakeMarcher(const SolveContext& context, const std::string& kind, double step,
+                    const SchemeFactory& make_scheme);
+
 // Marches the whole grid with the schemes of `make_scheme`, shared under the name `kind`, by Newton's method where `newton`, its account, is
 // given. Returns whether the end was reached; otherwise the solution says why not.
 bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,

@@ -7,6 +7,7 @@
 
 #include "core/linalg/norms.h"
 #include "core/methods/reduced_run.h"
+#include "core/methods/shared_setup.h"
 #include "core/methods/window_sequence.h"
 
 namespace dlcs {
@@ -38,8 +39,7 @@ class ReducedWindow final : public WindowModel {
   double KernelBound() override { return run_.kernel->Bound(steps()) * run_.kernel->step(); }
   void Finish() override { N_x = Follow() - g_; }
   LcpVerdict March(Departures& departures) override {
-    const Matrix& K0 = run_.kernel->K0();
-    CoupledStep step(MakeCoupledLcpSolver(context_.problem.M, K0, context_.choice()), y.rows(), true);
+    CoupledStep step(SharedCoupledSolver(context_, run_.kernel->K0()), y.rows(), true);
     const LcpVerdict verdict = step.Solve(without_y_.col(1), Sizes(), departures, y.col(1));
     if (verdict == LcpVerdict::kSolved) Finish();
     return verdict;
@@ -86,10 +86,7 @@ bool ReducedIteration(SolveContext& context) {
   return SolveRunByRun(context, Hold::kLinear, [&](ReducedRun& run) {
     if (!begun) windows.Begin([&] { return run.kernel->Bound(2) * run.kernel->step(); });
     begun = true;
-    const Index before = context.solution.cost.steps;
-    const Index done = Iterate(context, windows, run);
-    context.solution.cost.steps = before;  // SolveRunByRun() counts
-    return done;
+    return Iterate(context, windows, run);
   });
 }
 

@@ -4,6 +4,7 @@
 #include "core/methods/marching.h"
 #include "core/methods/progress.h"
 #include "core/methods/reduced_run.h"
+#include "core/methods/shared_setup.h"
 #include "core/methods/split_step.h"
 #include "core/methods/step_cache.h"
 
@@ -57,6 +58,7 @@ class ReducedMarcher {
       ++context_.solution.cost.lcps;
     }
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;
+    context_.solution.cost.steps += done;
     FormQ(run, done);
     return done;
   }
@@ -77,8 +79,8 @@ class ReducedMarcher {
     const StructuredMatrix& M = context_.problem.M;
     std::optional<TridiagonalSplitting> splitting;
     if (context_.selection == Selection::kUnique) splitting = SplitOffTridiagonal(M.Dense() + kernel_->K0());
-    return std::make_unique<SplitStep>(splitting, [this, &M, kernel = kernel_] {
-      return std::make_unique<CoupledStep>(MakeCoupledLcpSolver(M, kernel->K0(), context_.choice()), M.rows(),
+    return std::make_unique<SplitStep>(splitting, [this, kernel = kernel_] {
+      return std::make_unique<CoupledStep>(SharedCoupledSolver(context_, kernel->K0()), kernel->K0().rows(),
                                            hold_ == Hold::kLinear);
     });
   }

@@ -161,7 +161,6 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(R
     context.solution.cost.seconds_setup += linear_begin - setup_begin;
 
     const Index steps = solve(run);
-    context.solution.cost.steps += steps;
     const double states_begin = context.Seconds();
     if (steps > 0) {
       const std::vector<Index> nodes = NodesWanted(context.grid, grid_run, steps);

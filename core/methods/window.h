@@ -9,7 +9,6 @@
 #include "core/laplace/kernel.h"
 #include "core/methods/marching.h"
 #include "core/methods/segment.h"
-#include "core/methods/shared_setup.h"
 #include "core/methods/solve_context.h"
 #include "core/methods/window_model.h"
 
@@ -18,10 +17,8 @@ namespace dlcs {
 // What depends on the step length alone.
 struct StepTools {
   StepTools(SolveContext& context, double step)
-      : marcher(context.problem,
-                SharedScheme(context, "exp-PL", step,
-                             [&](double h) { return ExponentialPiecewiseLinear(context.problem, h); }),
-                context.choice()),
+      : marcher(MakeMarcher(context, "exp-PL", step,
+                            [&](double h) { return ExponentialPiecewiseLinear(context.problem, h); })),
         kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers,
                *context.solution.kernel) {}
   const Scheme& scheme() const { return marcher.scheme(); }

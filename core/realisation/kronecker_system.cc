@@ -117,24 +117,20 @@ KroneckerSystem::KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, co
   }
 }
 
-const KroneckerKernel& KroneckerSystem::Kernel(double step, Hold hold) {
+std::shared_ptr<const KroneckerKernel> KroneckerSystem::Kernel(double step, Hold hold) {
   for (const KeptKernel& kept : kernels_) {
-    if (kept.step == step && kept.hold == hold) return *kept.kernel;
+    if (kept.step == step && kept.hold == hold) return kept.kernel;
   }
   constexpr std::size_t kMostKept = 8;
   if (kernels_.size() == kMostKept) kernels_.erase(kernels_.begin());
   kernels_.push_back({step, hold, std::make_shared<KroneckerKernel>(modes_, step, hold)});
-  return *kernels_.back().kernel;
+  return kernels_.back().kernel;
 }
 
 std::shared_ptr<const ReducedKernel> KroneckerSystem::MakeKernel(double step, Hold hold, Index /*longest_window*/,
                                                                  Workers& /*workers*/,
                                                                  const std::stop_token& /*stop*/) {
-  Kernel(step, hold);
-  for (const KeptKernel& kept : kernels_) {
-    if (kept.step == step && kept.hold == hold) return kept.kernel;
-  }
-  return nullptr;
+  return Kernel(step, hold);
 }
 
 void KroneckerSystem::CarrySources(const RunSources& sources, const std::stop_token& stop,
@@ -177,9 +173,9 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Wor
   Matrix middles = motion(Eigen::all, Eigen::seqN(1, steps, 2));
   if (form_ == SourceForm::kAlongWall) {
     const Matrix inputs = modes.ToModes(C_psi_ * sources.psi);
-    const KroneckerKernel& kernel = Kernel(sources.step, Hold::kLinear);
-    nodes += kernel.ModesAtNodes(inputs, workers);
-    middles += kernel.ModesAtMiddles(inputs, workers);
+    const auto kernel = Kernel(sources.step, Hold::kLinear);
+    nodes += kernel->ModesAtNodes(inputs, workers);
+    middles += kernel->ModesAtMiddles(inputs, workers);
   } else if (form_ == SourceForm::kGeneral) {
     CarrySources(sources, stop, [&](Index j, const Matrix& node, const Matrix& middle) {
       nodes.col(j) += node.transpose() * modes.n;

@@ -39,7 +39,8 @@ class KroneckerSystem final : public RealisedSystem {
 
   KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, const Problem& problem);
 
-  const KroneckerKernel& Kernel(double step, Hold hold);
+  // That of kernels_, made where there is none.
+  std::shared_ptr<const KroneckerKernel> Kernel(double step, Hold hold);
   // The modes of lift ψ in all m coordinates, carried from rest: calls visit(j, node, middle of step j) for j = 1, 2, .... With
   // kGeneral.
   void CarrySources(const RunSources& sources, const std::stop_token& stop,
