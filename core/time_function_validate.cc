@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string_view>
 
 #include "absl/status/status.h"
 #include "core/formula_syntax.h"
@@ -38,10 +40,16 @@ struct PieceRules {
     if (static_cast<Index>(function.formulas.size()) != size) {
       list.Add(field, SizeRule(function.formulas.size(), size));
     }
+    std::set<std::string_view> sound;  // grids have the same formula at many points
     for (std::size_t i = 0; i < function.formulas.size() && !list.full(); ++i) {
+      if (sound.count(function.formulas[i]) > 0) continue;
       // The grammar decides; to translate for evaluation costs ten times as much.
       const absl::StatusOr<FormulaSyntax> formula = ReadFormula(function.formulas[i]);
-      if (!formula.ok()) list.Add(At(field, i), std::string(formula.status().message()));
+      if (formula.ok()) {
+        sound.insert(function.formulas[i]);
+      } else {
+        list.Add(At(field, i), std::string(formula.status().message()));
+      }
     }
   }
 
