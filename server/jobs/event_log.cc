@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/event_log.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace dlcs::jobs {
+namespace {
+
+constexpr std::int64_t kReservationBlock = 4096;
+
+std::size_t SizeOf(const Event& event) { return event.payload->size() + kEventOverheadBytes; }
+
+// The first event with a number above `sequence`.
+std::deque<Event>::const_iterator After(const std::deque<Event>& events, std::int64_t sequence) {
+  return std::upper_bound(events.begin(), events.end(), sequence,
+                          [](std::int64_t number, const Event& event) { return number < event.sequence; });
+}
+
+}  // namespace
+
+EventLog::EventLog(const EventLogLimits& limits, const Clock& clock, EventWaker* waker, std::int64_t archived_through)
+    : limits_(limits), clock_(clock), waker_(waker) {
+  AdvanceArchive(archived_through, false);
+}
+
+std::int64_t EventLog::Append(EventKind kind, std::string payload) {
+  // Memory is taken, and time read, before the mutex is.
+  Event event{.time = clock_.Now(), .kind = kind, .payload = std::make_shared<const std::string>(std::move(payload))};
+  std::int64_t sequence = 0;
+  bool wake = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return 0;
+    closed_ = kind == EventKind::kSummary;
+    sequence = event.sequence = ++last_;
+    bytes_ += SizeOf(event);
+    (IsKept(kind) ? kept_ : passing_).push_back(std::move(event));
+    if (OverLimits()) Evict();
+    wake = VisibleThrough() >= sequence && NeedsWake();
+  }
+  WakeIf(wake);
+  return sequence;
+}
+
+void EventLog::MarkDurable(std::int64_t through) {
+  bool wake = false;
+  {
+    const std::lock_guard lock(mutex_);
+    durable_ = std::max(durable_, through);
+    if (OverLimits()) Evict();
+    wake = NeedsWake();
+  }
+  WakeIf(wake);
+}
+
+void EventLog::Reserve(std::int64_t through) {
+  bool wake = false;
+  {
+    const std::lock_guard lock(mutex_);
+    reserved_ = std::max(reserved_, through);
+    wake = NeedsWake();
+  }
+  WakeIf(wake);
+}
+
+std::int64_t EventLog::WantedReservation() const {
+  const std::lock_guard lock(mutex_);
+  // A block in proportion to what was used so far: the store is asked O(log events) times.
+  const std::int64_t block = std::max(kReservationBlock, last_ - first_);
+  return reserved_ - last_ >= block / 2 ? 0 : last_ + block;
+}
+
+void EventLog::AdvanceArchive(std::int64_t through, bool closed) {
+  bool wake = false;
+  {
+    const std::lock_guard lock(mutex_);
+    last_ = std::max(last_, through);
+    reserved_ = std::max(reserved_, last_);
+    durable_ = archived_ = forgotten_ = first_ = last_;
+    closed_ = closed_ || closed;
+    passing_.clear();
+    kept_.clear();
+    bytes_ = 0;
+    wake = NeedsWake();
+  }
+  WakeIf(wake);
+}
+
+std::int64_t EventLog::last_sequence() const {
+  const std::lock_guard lock(mutex_);
+  return last_;
+}
+
+bool EventLog::closed() const {
+  const std::lock_guard lock(mutex_);
+  return closed_;
+}
+
+std::size_t EventLog::num_events() const {
+  const std::lock_guard lock(mutex_);
+  return passing_.size() + kept_.size();
+}
+
+std::size_t EventLog::num_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+Duration EventLog::TakeReady(std::vector<std::shared_ptr<const std::function<void()>>>& ready) {
+  const Duration now = clock_.Elapsed();
+  const std::lock_guard lock(mutex_);
+  woken_ = false;
+  next_due_ = Duration::max();
+  for (EventWatch* watch : watches_) {
+    if (!watch->waiting_) continue;
+    const Choice choice = Choose(*watch, now);
+    if (choice.what == Choice::What::kWait) {
+      watch->due_ = choice.due;
+      next_due_ = std::min(next_due_, choice.due);
+    } else {
+      watch->waiting_ = false;
+      ready.push_back(watch->ready_);
+    }
+  }
+  return next_due_;
+}
+
+EventLog::Choice EventLog::Choose(const EventWatch& watch, Duration now) const {
+  using What = Choice::What;
+  if (watch.ended_) return {What::kEnd};
+  if (!watch.supplied_.empty()) return {What::kSupplied, &watch.supplied_.front()};
+  if (std::max(watch.position_, watch.supplied_through_) < archived_) return {What::kArchived};
+  if (closed_ && watch.position_ >= last_) return {What::kEnd};
+  Choice choice = ChooseFromMemory(watch, now);
+  if (choice.what != What::kWait) return choice;
+  const Duration heartbeat_due = watch.last_delivery_ + watch.options_.heartbeat;
+  if (now >= heartbeat_due) return {What::kHeartbeat};
+  choice.due = std::min(choice.due, heartbeat_due);
+  return choice;
+}
+
+EventLog::Choice EventLog::ChooseFromMemory(const EventWatch& watch, Duration now) const {
+  using What = Choice::What;
+  const std::int64_t visible = VisibleThrough();
+  const auto kept = After(kept_, watch.position_);
+  const bool has_kept = kept != kept_.end() && kept->sequence <= visible;
+  // The run of passing events before the next kept one.
+  const auto first = After(passing_, watch.position_);
+  const auto last = After(passing_, has_kept ? kept->sequence : visible);
+  if (first < last) {
+    const bool throttled = watch.options_.min_interval > Duration::zero();
+    if (!throttled || now >= watch.next_passing_) {
+      const bool newest_only = throttled || static_cast<std::size_t>(last - first) > watch.options_.max_backlog;
+      return {What::kPassing, newest_only ? &*std::prev(last) : &*first};
+    }
+    // Too early for this run; the next kept event supersedes it.
+    if (!has_kept) return {What::kWait, nullptr, watch.next_passing_};
+  }
+  if (has_kept) return {What::kKept, &*kept};
+  return {What::kWait};
+}
+
+std::int64_t EventLog::VisibleThrough() const {
+  const auto on_its_way = After(kept_, durable_);
+  const std::int64_t settled = on_its_way == kept_.end() ? last_ : on_its_way->sequence - 1;
+  return std::min(settled, reserved_);
+}
+
+bool EventLog::OverLimits() const {
+  return passing_.size() + kept_.size() > limits_.max_events || bytes_ > limits_.max_bytes;
+}
+
+void EventLog::Evict() {
+  while (OverLimits() && passing_.size() > 1) {
+    bytes_ -= SizeOf(passing_.front());
+    forgotten_ = passing_.front().sequence;
+    passing_.pop_front();
+  }
+  // Only now, so that below archived_ there is nothing but what the store has.
+  if (!OverLimits() || kept_.empty() || kept_.front().sequence > durable_) return;
+  while (OverLimits() && !kept_.empty() && kept_.front().sequence <= durable_) {
+    bytes_ -= SizeOf(kept_.front());
+    archived_ = kept_.front().sequence;
+    kept_.pop_front();
+  }
+  while (!passing_.empty() && passing_.front().sequence < archived_) {
+    bytes_ -= SizeOf(passing_.front());
+    forgotten_ = passing_.front().sequence;
+    passing_.pop_front();
+  }
+}
+
+bool EventLog::NeedsWake() {
+  if (waker_ == nullptr || woken_) return false;
+  woken_ = std::any_of(watches_.begin(), watches_.end(), [](const EventWatch* watch) { return watch->waiting_; });
+  return woken_;
+}
+
+void EventLog::WakeIf(bool needed) {
+  if (needed) waker_->Wake(shared_from_this());
+}
+
+EventWatch::EventWatch(std::shared_ptr<EventLog> log, const EventWatchOptions& options, std::function<void()> ready)
+    : log_(std::move(log)),
+      options_([&options] {
+        EventWatchOptions cut = options;
+        cut.heartbeat = std::min(cut.heartbeat, EventWatchOptions::kMaxHeartbeat);
+        return cut;
+      }()),
+      ready_(std::make_shared<const std::function<void()>>(std::move(ready))),
+      position_(options.after),
+      last_delivery_(log_->clock_.Elapsed()) {
+  const std::lock_guard lock(log_->mutex_);
+  log_->watches_.push_back(this);
+}
+
+EventWatch::~EventWatch() {
+  const std::lock_guard lock(log_->mutex_);
+  std::erase(log_->watches_, this);
+}
+
+EventWatch::Delivery EventWatch::Next() {
+  using What = EventLog::Choice::What;
+  const Duration now = log_->clock_.Elapsed();
+  bool wake = false;
+  Delivery delivery;
+  {
+    const std::lock_guard lock(log_->mutex_);
+    waiting_ = false;
+    const EventLog::Choice choice = log_->Choose(*this, now);
+    switch (choice.what) {
+      case What::kSupplied: {
+        Event event = std::move(supplied_.front());
+        supplied_.pop_front();
+        delivery = Deliver(std::move(event), now);
+        break;
+      }
+      case What::kPassing:
+        next_passing_ = now + options_.min_interval;
+        [[fallthrough]];
+      case What::kKept:
+        delivery = Deliver(*choice.event, now);
+        break;
+      case What::kArchived:
+        delivery.got = Got::kArchived;
+        break;
+      case What::kHeartbeat:
+        last_delivery_ = now;
+        delivery.got = Got::kHeartbeat;
+        break;
+      case What::kEnd:
+        delivery.got = Got::kEnd;
+        break;
+      case What::kWait:
+        waiting_ = true;
+        due_ = choice.due;
+        // The waker sleeps until the earliest of the times it knows.
+        wake = due_ < log_->next_due_ && log_->NeedsWake();
+        break;
+    }
+  }
+  log_->WakeIf(wake);
+  return delivery;
+}
+
+EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
+  Delivery delivery{.got = Got::kEvent, .gap = std::nullopt, .event = {}};
+  if (event.sequence > position_ + 1) {
+    EventGap gap{.first = position_ + 1, .last = event.sequence - 1, .why = EventGap::Why::kSlow};
+    if (gap.first <= std::max(log_->first_, log_->forgotten_)) {
+      gap.why = EventGap::Why::kNotRetained;
+    } else if (options_.min_interval > Duration::zero()) {
+      gap.why = EventGap::Why::kInterval;
+    }
+    delivery.gap = gap;
+  }
+  position_ = event.sequence;
+  last_delivery_ = now;
+  ended_ = event.kind == EventKind::kSummary;
+  delivery.event = std::move(event);
+  return delivery;
+}
+
+void EventWatch::Supply(std::vector<Event> events, std::int64_t through) {
+  const std::lock_guard lock(log_->mutex_);
+  // What is in memory as well comes from there, with the passing events around it.
+  const std::int64_t archived = log_->archived_;
+  for (Event& event : events) {
+    if (event.sequence > position_ && event.sequence <= archived) supplied_.push_back(std::move(event));
+  }
+  supplied_through_ = std::max(supplied_through_, std::min(through, archived));
+}
+
+}  // namespace dlcs::jobs

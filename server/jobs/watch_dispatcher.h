@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that wakes watchers, so that the engine's does not have to.
+
+#ifndef DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
+#define DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "server/jobs/clock.h"
+#include "server/jobs/event_log.h"
+
+namespace dlcs::jobs {
+
+// One thread for all logs of a server. Calls `ready` of watchers that have something to read, or whose minimum interval
+// or heartbeat is due. Logs may go at any time; the dispatcher must outlive them. Wake() costs one mutex and, when the
+// thread sleeps, one system call.
+class WatchDispatcher final : public EventWaker {
+ public:
+  explicit WatchDispatcher(const Clock& clock);
+  ~WatchDispatcher() override;
+
+  void Wake(std::shared_ptr<EventLog> log) override;
+
+ private:
+  void Run();
+  // Wakes what can go on in `log`, without mutex_; remembers when to come back.
+  void Serve(const std::shared_ptr<EventLog>& log);
+  void ServeDue();
+
+  const Clock& clock_;
+
+  // Of the thread alone: when to look at a log again, one entry each.
+  struct Timer {
+    Duration due;
+    std::weak_ptr<EventLog> log;
+  };
+  std::unordered_map<const EventLog*, Timer> timers_;
+  std::set<std::pair<Duration, const EventLog*>> due_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::shared_ptr<EventLog>> woken_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
