@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/sqlite_database.h"
+
+#include <sqlite3.h>
+
+#include "fmt/format.h"
+#include "server/jobs/sqlite_schema.h"
+
+namespace dlcs::jobs {
+namespace {
+
+// Written by us, so that an operator need not know SQLite's codes; the file's path stays out of what users may see.
+absl::Status Explain(const SqliteError& error) {
+  const auto unavailable = [&error](const char* what) {
+    return absl::UnavailableError(fmt::format("The job store {} ({}).", what, error.what()));
+  };
+  switch (error.code() & 0xff) {
+    case SQLITE_FULL:
+      return unavailable("cannot grow: its disk is full or its size limit is reached");
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return unavailable("is locked by another process");
+    case SQLITE_CANTOPEN:
+      return unavailable("cannot be opened: its file or folder is missing or not accessible");
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+    case SQLITE_AUTH:
+      return unavailable("cannot be written: its file is read-only or was moved");
+    case SQLITE_IOERR:
+    case SQLITE_NOLFS:
+    case SQLITE_PROTOCOL:
+      return unavailable("cannot be read or written: its disk reports an error");
+    case SQLITE_NOMEM:
+      return unavailable("ran out of memory");
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return absl::DataLossError(
+          fmt::format("The job store is damaged ({}): put a copy of it back in place.", error.what()));
+    default:
+      return absl::InternalError(fmt::format("The job store failed with code {} ({}).", error.code(), error.what()));
+  }
+}
+
+bool IsOfTheFile(int code) {
+  switch (code & 0xff) {
+    case SQLITE_CANTOPEN:
+    case SQLITE_READONLY:
+    case SQLITE_IOERR:
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// What every connection is told. FULL: the log is synchronised before a commit returns.
+void Configure(SqliteConnection& connection, const SqliteDatabaseOptions& options) {
+  connection.Execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
+  if (options.max_bytes > 0) {
+    const std::int64_t page_bytes = std::stoll(connection.Query("PRAGMA page_size"));
+    connection.Execute(fmt::format("PRAGMA max_page_count = {}", options.max_bytes / page_bytes));
+  }
+}
+
+void CheckPages(SqliteConnection& connection, const SqliteDatabaseOptions& options) {
+  const std::int64_t bytes =
+      std::stoll(connection.Query("PRAGMA page_count")) * std::stoll(connection.Query("PRAGMA page_size"));
+  if (bytes > options.check_up_to_bytes) return;
+  if (const std::string found = connection.Query("PRAGMA quick_check(1)"); found != "ok") {
+    throw SqliteError(SQLITE_CORRUPT, found);
+  }
+}
+
+}  // namespace
+
+SqliteDatabase::~SqliteDatabase() {
+  if (writer_ == nullptr || writer_->HasMoved()) return;
+  try {
+    writer_->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  } catch (const SqliteError&) {
+    // The log stays beside the file and is read at the next start.
+  }
+}
+
+absl::Status SqliteDatabase::OpenWriter() {
+  if (writer_ != nullptr) {
+    CheckInPlace(*writer_);
+    return absl::OkStatus();
+  }
+  using IfMissing = SqliteConnection::IfMissing;
+  auto connection = std::make_unique<SqliteConnection>(
+      options_.path, was_open_ ? IfMissing::kFail : IfMissing::kCreate, options_.busy_timeout);
+  // Before the first table: freed pages can then be given back to the disk.
+  connection->Execute("PRAGMA auto_vacuum = INCREMENTAL");
+  if (const std::string mode = connection->Query("PRAGMA journal_mode = WAL"); mode != "wal") {
+    throw SqliteError(SQLITE_CANTOPEN, "no write-ahead log on this file system, but " + mode);
+  }
+  Configure(*connection, options_);
+  CheckPages(*connection, options_);
+  absl::Status status = Migrate(*connection, SqliteMigrations());
+  if (!status.ok()) {
+    healthy_ = false;
+    return status;
+  }
+  writer_ = std::move(connection);
+  was_open_ = true;
+  return absl::OkStatus();
+}
+
+absl::Status SqliteDatabase::OpenReader() {
+  if (reader_ != nullptr) {
+    CheckInPlace(*reader_);
+    return absl::OkStatus();
+  }
+  {
+    const std::lock_guard lock(writer_mutex_);
+    if (absl::Status status = OpenWriter(); !status.ok()) return status;
+  }
+  auto connection = std::make_unique<SqliteConnection>(options_.path, SqliteConnection::IfMissing::kFail,
+                                                       options_.busy_timeout);
+  Configure(*connection, options_);
+  connection->Execute("PRAGMA query_only = ON");
+  reader_ = std::move(connection);
+  return absl::OkStatus();
+}
+
+void SqliteDatabase::CheckInPlace(const SqliteConnection& connection) {
+  if (connection.HasMoved()) throw SqliteError(SQLITE_CANTOPEN, "the file was deleted, moved or replaced");
+}
+
+absl::Status SqliteDatabase::Failed(const SqliteError& error, std::unique_ptr<SqliteConnection>& connection) {
+  healthy_ = false;
+  if (IsOfTheFile(error.code())) connection.reset();
+  return Explain(error);
+}
+
+}  // namespace dlcs::jobs
