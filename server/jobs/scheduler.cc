@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/scheduler.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace dlcs::jobs {
+namespace {
+
+double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+Duration FromSeconds(double seconds) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+Duration RetryAfter(double seconds) { return FromSeconds(std::max(seconds, 0.1)); }
+
+}  // namespace
+
+std::optional<Refusal> Scheduler::Enqueue(const Request& request) {
+  std::optional<Refusal> refusal = Refuse(request);
+  if (!refusal.has_value()) Restore(request);
+  return refusal;
+}
+
+void Scheduler::Restore(const Request& request) {
+  Request capped = request;
+  Demand& demand = capped.demand;
+  const int cores = IsLarge(demand) ? limits_.cores - limits_.cores_kept_for_small : limits_.cores;
+  demand.threads = std::clamp(demand.threads, 1, std::max(1, std::min(cores, limits_.max_threads_per_job)));
+  Add(std::move(capped));
+}
+
+std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
+  const Demand& demand = request.demand;
+  if (demand.memory_bytes > std::min(limits_.max_job_memory_bytes, limits_.max_running_memory_bytes)) {
+    return Refusal{"max_job_memory_bytes",
+                   static_cast<double>(std::min(limits_.max_job_memory_bytes, limits_.max_running_memory_bytes)),
+                   static_cast<double>(demand.memory_bytes), std::nullopt};
+  }
+  if (demand.core_seconds > limits_.max_job_core_seconds) {
+    return Refusal{"max_job_core_seconds", limits_.max_job_core_seconds, demand.core_seconds, std::nullopt};
+  }
+  if (std::optional<Refusal> refusal = RefuseForDeadline(request)) return refusal;
+
+  const auto owner = owners_.find(request.owner);
+  const auto of_owner = owner == owners_.end() ? 0.0 : static_cast<double>(owner->second.queue.size());
+  // When one place is free again: after a job of average size.
+  const double drain = queued_core_seconds_ / limits_.cores;
+  const auto after_one = [drain](double jobs) { return RetryAfter(drain / std::max(jobs, 1.0)); };
+  if (of_owner >= limits_.max_queued_jobs_per_owner) {
+    return Refusal{"max_queued_jobs_per_owner", static_cast<double>(limits_.max_queued_jobs_per_owner), of_owner + 1,
+                   after_one(of_owner)};
+  }
+  if (queued() >= limits_.max_queued_jobs) {
+    return Refusal{"max_queued_jobs", static_cast<double>(limits_.max_queued_jobs), queued() + 1.0, after_one(queued())};
+  }
+  const double total = queued_core_seconds_ + demand.core_seconds;
+  if (total > limits_.max_queued_core_seconds && queued() > 0) {
+    return Refusal{"max_queued_core_seconds", limits_.max_queued_core_seconds, total,
+                   RetryAfter((total - limits_.max_queued_core_seconds) / limits_.cores)};
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> Scheduler::RefuseForDeadline(const Request& request) const {
+  if (!request.deadline.has_value()) return std::nullopt;
+  const double left = Seconds(*request.deadline - clock_.Now());
+  const double run = RunSeconds(request.demand);
+  const double wait = WaitSeconds(request);
+  if (wait + run <= left) return std::nullopt;
+  Refusal refusal{"deadline", left, wait + run, std::nullopt};
+  // Later the same time allowed may do, unless it does not even do on an idle server.
+  if (run <= left) refusal.retry_after = RetryAfter(wait);
+  return refusal;
+}
+
+void Scheduler::Add(Request request) {
+  const QueueKey key{.priority = request.priority, .arrival = ++arrivals_};
+  queued_[request.id] = {.owner = request.owner, .key = key};
+  queued_core_seconds_ += request.demand.core_seconds;
+  if (request.deadline.has_value()) latest_starts_.emplace(LatestStart(request), request.id);
+  Owner& owner = owners_[request.owner];
+  if (owner.queue.empty()) {
+    owner.deficit = std::min(owner.deficit + given_ - owner.idle_since, limits_.max_saved_core_seconds);
+  }
+  owner.queued_core_seconds += request.demand.core_seconds;
+  owner.queue[key] = {.request = std::move(request), .passed_over_since = std::nullopt};
+}
+
+Scheduler::Request Scheduler::Take(const JobId& id) {
+  const auto place = queued_.extract(id);
+  Owner& owner = owners_[place.mapped().owner];
+  Request request = std::move(owner.queue.extract(place.mapped().key).mapped().request);
+  queued_core_seconds_ -= request.demand.core_seconds;
+  if (request.deadline.has_value()) latest_starts_.erase({LatestStart(request), request.id});
+  owner.queued_core_seconds -= request.demand.core_seconds;
+  if (owner.queue.empty()) owner.idle_since = given_;
+  return request;
+}
+
+Time Scheduler::LatestStart(const Request& request) {
+  return *request.deadline - FromSeconds(request.demand.core_seconds / request.demand.threads);
+}
+
+bool Scheduler::Remove(const JobId& id) {
+  if (!queued_.contains(id)) return false;
+  Take(id);
+  return true;
+}
+
+bool Scheduler::Fits(const Demand& demand) const {
+  if (busy_cores_ + demand.threads > limits_.cores) return false;
+  if (busy_memory_bytes_ + demand.memory_bytes > limits_.max_running_memory_bytes && !running_.empty()) return false;
+  if (!IsLarge(demand)) return true;
+  const int cores_for_large = std::max(1, limits_.cores - limits_.cores_kept_for_small);
+  return busy_cores_of_large_ + demand.threads <= cores_for_large;
+}
+
+std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
+  std::optional<Choice> best;
+  const auto consider = [&](std::map<std::string, Owner>::iterator owner) {
+    auto& queue = owner->second.queue;
+    const auto job = std::find_if(queue.begin(), queue.end(), [&](const auto& entry) {
+      return !only_fitting || Fits(entry.second.request.demand);
+    });
+    if (job == queue.end()) return;
+    const double missing = job->second.request.demand.core_seconds - owner->second.deficit;
+    if (!best.has_value() || missing < best->missing) best = Choice{owner, job, missing};
+  };
+  // Of equals, the next in the ring.
+  const auto begin = owners_.upper_bound(turn_);
+  for (auto owner = begin; owner != owners_.end(); ++owner) consider(owner);
+  for (auto owner = owners_.begin(); owner != begin; ++owner) consider(owner);
+  return best;
+}
+
+std::optional<Scheduler::Start> Scheduler::StartNext() {
+  const std::optional<Choice> turn = Choose(false);
+  if (!turn.has_value()) {
+    if (running_.empty()) owners_.clear();  // nobody to be compared with
+    return std::nullopt;
+  }
+  if (busy_cores_ >= limits_.cores) return std::nullopt;
+  if (Fits(turn->job->second.request.demand)) return Begin(*turn);
+
+  const Duration now = clock_.Elapsed();
+  std::optional<Duration>& since = turn->job->second.passed_over_since;
+  if (!since.has_value()) since = now;
+  if (now - *since > limits_.patience) return std::nullopt;
+  const std::optional<Choice> other = Choose(true);
+  if (!other.has_value()) return std::nullopt;
+  return Begin(*other);
+}
+
+Scheduler::Start Scheduler::Begin(const Choice& choice) {
+  const double gift = std::max(0.0, choice.missing);
+  given_ += gift;
+  for (auto& [name, owner] : owners_) {
+    if (owner.queue.empty()) continue;
+    // Whoever is passed over for want of memory or cores saves no more than its next job costs.
+    const double most = std::max(owner.deficit, owner.queue.begin()->second.request.demand.core_seconds);
+    owner.deficit = name == choice.owner->first ? owner.deficit + gift : std::min(owner.deficit + gift, most);
+  }
+  choice.owner->second.deficit -= choice.job->second.request.demand.core_seconds;
+  turn_ = choice.owner->first;
+
+  Request request = Take(JobId(choice.job->second.request.id));
+  busy_cores_ += request.demand.threads;
+  if (IsLarge(request.demand)) busy_cores_of_large_ += request.demand.threads;
+  busy_memory_bytes_ += request.demand.memory_bytes;
+  const Start start{.id = request.id, .threads = request.demand.threads};
+  running_[start.id] = {.request = std::move(request), .since = clock_.Elapsed()};
+  return start;
+}
+
+void Scheduler::Finished(const JobId& id, double core_seconds) {
+  const auto ended = running_.extract(id);
+  if (ended.empty()) return;
+  const Request& request = ended.mapped().request;
+  busy_cores_ -= request.demand.threads;
+  if (IsLarge(request.demand)) busy_cores_of_large_ -= request.demand.threads;
+  busy_memory_bytes_ -= request.demand.memory_bytes;
+  owners_[request.owner].deficit += request.demand.core_seconds - core_seconds;
+}
+
+std::vector<JobId> Scheduler::TakeHopeless() {
+  std::vector<JobId> hopeless;
+  while (!latest_starts_.empty() && latest_starts_.begin()->first < clock_.Now()) {
+    hopeless.push_back(latest_starts_.begin()->second);
+    Remove(JobId(hopeless.back()));
+  }
+  return hopeless;
+}
+
+double Scheduler::RunningCoreSeconds() const {
+  double rest = 0;
+  for (const auto& [id, running] : running_) {
+    const Demand& demand = running.request.demand;
+    rest += std::max(0.0, demand.core_seconds - Seconds(clock_.Elapsed() - running.since) * demand.threads);
+  }
+  return rest;
+}
+
+double Scheduler::WaitSeconds(const Request& request) const {
+  if (queued_.empty() && Fits(request.demand)) return 0;
+  double ahead = 0;
+  if (const auto own = owners_.find(request.owner); own != owners_.end()) {
+    for (const auto& [key, queued] : own->second.queue) {
+      if (key.priority >= request.priority) ahead += queued.request.demand.core_seconds;
+    }
+  }
+  // While this user is served so much, each of the others gets at most the same.
+  double total = RunningCoreSeconds() + ahead;
+  for (const auto& [name, owner] : owners_) {
+    if (name != request.owner) total += std::min(owner.queued_core_seconds, ahead + request.demand.core_seconds);
+  }
+  return total / limits_.cores;
+}
+
+}  // namespace dlcs::jobs

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/scheduler.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "tests/server/jobs/manual_clock.h"
+
+namespace dlcs::jobs {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+
+class SchedulerTest : public ::testing::Test {
+ protected:
+  static Scheduler::Request Job(const std::string& owner, const std::string& name, double core_seconds = 1) {
+    return {.id = owner + name, .owner = owner, .priority = 0, .demand = {.core_seconds = core_seconds, .memory_bytes = 1, .threads = 1},
+            .deadline = std::nullopt};
+  }
+  // Starts, and ends at once, what there is, in order.
+  static std::vector<JobId> Order(Scheduler& scheduler) {
+    std::vector<JobId> order;
+    while (const auto start = scheduler.StartNext()) {
+      order.push_back(start->id);
+      scheduler.Finished(start->id, scheduler.running() > 0 ? 1 : 0);
+    }
+    return order;
+  }
+
+  testing::ManualClock clock_;
+};
+
+TEST_F(SchedulerTest, TakesTurnsBetweenUsersAndKeepsTheOrderOfEach) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  for (const std::string k : {"1", "2", "3"}) EXPECT_FALSE(scheduler.Enqueue(Job("ada", k)).has_value());
+  for (const std::string k : {"1", "2"}) EXPECT_FALSE(scheduler.Enqueue(Job("bob", k)).has_value());
+  EXPECT_THAT(Order(scheduler), ElementsAre("ada1", "bob1", "ada2", "bob2", "ada3"));
+  EXPECT_EQ(scheduler.queued(), 0);
+  EXPECT_EQ(scheduler.queued_core_seconds(), 0);
+}
+
+TEST_F(SchedulerTest, CoreSecondsCountNotJobs) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  scheduler.Restore(Job("big", "1", 10));
+  scheduler.Restore(Job("big", "2", 10));
+  for (int k = 0; k < 20; ++k) scheduler.Restore(Job("small", std::to_string(k), 1));
+  double small = 0;
+  double big = 0;
+  while (const auto start = scheduler.StartNext()) {
+    const bool is_big = start->id.starts_with("big");
+    (is_big ? big : small) += is_big ? 10 : 1;
+    scheduler.Finished(start->id, is_big ? 10 : 1);
+    EXPECT_LE(std::abs(big - small), 11);  // within one job of each
+  }
+  EXPECT_EQ(big, 20);
+  EXPECT_EQ(small, 20);
+}
+
+TEST_F(SchedulerTest, PredictingTooLittleGainsNothing) {
+  Scheduler scheduler({.cores = 1, .max_queued_jobs_per_owner = 1000}, clock_);
+  for (int k = 0; k < 300; ++k) {
+    scheduler.Restore(Job("honest", std::to_string(k), 1));
+    scheduler.Restore(Job("liar", std::to_string(k), 0.1));
+  }
+  double honest = 0;
+  double liar = 0;
+  for (int k = 0; k < 200; ++k) {
+    const auto start = scheduler.StartNext();
+    ASSERT_TRUE(start.has_value());
+    (start->id.starts_with("liar") ? liar : honest) += 1;
+    scheduler.Finished(start->id, 1);  // all take the same
+  }
+  EXPECT_NEAR(liar, honest, 4);
+}
+
+TEST_F(SchedulerTest, PriorityCountsWithinAUserOnly) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  Scheduler::Request urgent = Job("ada", "urgent");
+  urgent.priority = 5;
+  scheduler.Restore(Job("ada", "1"));
+  scheduler.Restore(Job("ada", "2"));
+  scheduler.Restore(Job("bob", "1"));
+  scheduler.Restore(urgent);
+  EXPECT_THAT(Order(scheduler), ElementsAre("adaurgent", "bob1", "ada1", "ada2"));
+}
+
+TEST_F(SchedulerTest, RunsWhatFitsIntoCoresAndMemory) {
+  Scheduler scheduler({.cores = 3, .max_running_memory_bytes = 100}, clock_);
+  const auto add = [&](const std::string& name, int threads, std::int64_t memory) {
+    Scheduler::Request request = Job("ada", name);
+    request.demand.threads = threads;
+    request.demand.memory_bytes = memory;
+    scheduler.Restore(request);
+  };
+  add("a", 2, 60);
+  add("b", 2, 10);  // no core for it beside a
+  add("c", 1, 50);  // no memory
+  add("d", 1, 40);
+  EXPECT_EQ(scheduler.StartNext()->id, "adaa");
+  EXPECT_EQ(scheduler.StartNext()->id, "adad");
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Finished("adaa", 1);
+  EXPECT_EQ(scheduler.StartNext()->id, "adab");
+  scheduler.Finished("adad", 1);
+  EXPECT_EQ(scheduler.StartNext()->id, "adac");
+  EXPECT_EQ(scheduler.running(), 2);
+}
+
+TEST_F(SchedulerTest, CapsTheThreadsOfAJob) {
+  Scheduler scheduler({.cores = 8, .max_threads_per_job = 4, .large_core_seconds = 10, .cores_kept_for_small = 6}, clock_);
+  Scheduler::Request wide = Job("ada", "wide");
+  wide.demand.threads = 64;
+  Scheduler::Request large = Job("ada", "large", 100);
+  large.demand.threads = 64;
+  scheduler.Restore(wide);
+  scheduler.Restore(large);
+  EXPECT_EQ(scheduler.StartNext()->threads, 4);
+  EXPECT_EQ(scheduler.StartNext()->threads, 2);
+}
+
+TEST_F(SchedulerTest, ALargeJobLeavesACoreToSmallOnes) {
+  Scheduler scheduler({.cores = 2, .large_core_seconds = 10, .cores_kept_for_small = 1}, clock_);
+  scheduler.Restore(Job("ada", "large1", 1000));
+  scheduler.Restore(Job("ada", "large2", 1000));
+  EXPECT_EQ(scheduler.StartNext()->id, "adalarge1");
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Restore(Job("bob", "small", 0.1));
+  EXPECT_EQ(scheduler.StartNext()->id, "bobsmall");
+}
+
+TEST_F(SchedulerTest, AJobThatIsPassedOverTooLongHoldsUpTheOthersUntilItFits) {
+  Scheduler scheduler({.cores = 4, .max_running_memory_bytes = 100, .patience = 30s}, clock_);
+  Scheduler::Request hungry = Job("ada", "hungry");
+  hungry.demand.memory_bytes = 100;
+  scheduler.Restore(Job("bob", "0"));
+  EXPECT_EQ(scheduler.StartNext()->id, "bob0");
+  scheduler.Restore(hungry);
+  for (int k = 1; k <= 10; ++k) scheduler.Restore(Job("bob", std::to_string(k)));
+  EXPECT_TRUE(scheduler.StartNext().has_value());
+  clock_.Advance(29s);
+  EXPECT_TRUE(scheduler.StartNext().has_value());
+  clock_.Advance(2s);
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Finished("bob0", 1);
+  scheduler.Finished("bob1", 1);
+  scheduler.Finished("bob2", 1);
+  EXPECT_EQ(scheduler.StartNext()->id, "adahungry");
+}
+
+TEST_F(SchedulerTest, RefusalsNameTheLimitAndSayWhenToComeBack) {
+  const SchedulerLimits limits{.cores = 2,
+                               .max_running_memory_bytes = 1000,
+                               .max_job_memory_bytes = 500,
+                               .max_job_core_seconds = 50,
+                               .max_queued_jobs = 4,
+                               .max_queued_jobs_per_owner = 2,
+                               .max_queued_core_seconds = 80};
+  Scheduler scheduler(limits, clock_);
+  Scheduler::Request request = Job("ada", "memory");
+  request.demand.memory_bytes = 501;
+  EXPECT_EQ(scheduler.Enqueue(request)->limit, "max_job_memory_bytes");
+  EXPECT_FALSE(scheduler.Enqueue(request)->retry_after.has_value());
+  EXPECT_EQ(scheduler.Enqueue(Job("ada", "work", 51))->limit, "max_job_core_seconds");
+
+  EXPECT_FALSE(scheduler.Enqueue(Job("ada", "1", 10)).has_value());
+  EXPECT_FALSE(scheduler.Enqueue(Job("ada", "2", 30)).has_value());
+  const auto too_many = scheduler.Enqueue(Job("ada", "3"));
+  EXPECT_EQ(too_many->limit, "max_queued_jobs_per_owner");
+  EXPECT_EQ(too_many->value, 2);
+  EXPECT_EQ(too_many->retry_after, 10s);  // 40 core-seconds, 2 cores, 2 jobs
+  const auto too_much = scheduler.Enqueue(Job("bob", "1", 44));
+  EXPECT_EQ(too_much->limit, "max_queued_core_seconds");
+  EXPECT_EQ(too_much->asked, 84);
+  EXPECT_EQ(too_much->retry_after, 2s);
+  EXPECT_FALSE(scheduler.Enqueue(Job("bob", "1")).has_value());
+  EXPECT_FALSE(scheduler.Enqueue(Job("cyd", "1")).has_value());
+  EXPECT_EQ(scheduler.Enqueue(Job("dan", "1"))->limit, "max_queued_jobs");
+
+  const absl::Status status = ToStatus(*too_much);
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(status.message(), "max_queued_core_seconds is 80, and this needs 84. Try again in 2 s.");
+  EXPECT_EQ(RefusalOf(status)->limit, "max_queued_core_seconds");
+  EXPECT_EQ(RefusalOf(status)->retry_after, 2s);
+  EXPECT_FALSE(RefusalOf(absl::ResourceExhaustedError("memory")).has_value());
+}
+
+TEST_F(SchedulerTest, RefusesAtOnceWhatCannotMeetItsDeadline) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  Scheduler::Request request = Job("ada", "late", 10);
+  request.deadline = clock_.Now() + 9s;
+  EXPECT_EQ(scheduler.Enqueue(request)->limit, "deadline");
+  EXPECT_FALSE(scheduler.Enqueue(request)->retry_after.has_value());  // not even on an idle server
+  request.deadline = clock_.Now() + 11s;
+  scheduler.Restore(Job("ada", "running", 5));
+  ASSERT_TRUE(scheduler.StartNext().has_value());
+  EXPECT_EQ(scheduler.Enqueue(request)->retry_after, 5s);
+  clock_.Advance(4500ms);
+  request.deadline = clock_.Now() + 11s;
+  EXPECT_FALSE(scheduler.Enqueue(request).has_value());
+}
+
+TEST_F(SchedulerTest, AnothersLongQueueDoesNotCountForALightUsersDeadline) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  for (int k = 0; k < 100; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 1));
+  Scheduler::Request request = Job("light", "1", 1);
+  request.deadline = clock_.Now() + 3s;  // one of the heavy user's, and its own
+  EXPECT_FALSE(scheduler.Enqueue(request).has_value());
+  Scheduler::Request heavy = Job("heavy", "last", 1);
+  heavy.deadline = clock_.Now() + 50s;
+  EXPECT_EQ(scheduler.Enqueue(heavy)->limit, "deadline");
+}
+
+TEST_F(SchedulerTest, TakesOutWhatHasBecomeHopeless) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  Scheduler::Request request = Job("ada", "1", 10);
+  request.deadline = clock_.Now() + 20s;
+  scheduler.Restore(request);
+  scheduler.Restore(Job("ada", "2", 10));
+  clock_.Advance(9s);
+  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre());
+  clock_.Advance(2s);
+  EXPECT_THAT(scheduler.TakeHopeless(), ElementsAre("ada1"));
+  EXPECT_EQ(scheduler.queued(), 1);
+}
+
+TEST_F(SchedulerTest, RemovesQueuedJobsOnly) {
+  Scheduler scheduler({.cores = 1}, clock_);
+  scheduler.Restore(Job("ada", "1"));
+  scheduler.Restore(Job("ada", "2"));
+  ASSERT_EQ(scheduler.StartNext()->id, "ada1");
+  EXPECT_FALSE(scheduler.Remove("ada1"));
+  EXPECT_TRUE(scheduler.Remove("ada2"));
+  EXPECT_FALSE(scheduler.Remove("ada2"));
+  EXPECT_TRUE(scheduler.Knows("ada1"));
+  scheduler.Finished("ada1", 1);
+  EXPECT_FALSE(scheduler.Knows("ada1"));
+  scheduler.Finished("ada1", 1);  // of nothing
+  EXPECT_EQ(scheduler.running(), 0);
+}
+
+}  // namespace
+}  // namespace dlcs::jobs
