@@ -24,23 +24,25 @@ EventLog::EventLog(const EventLogLimits& limits, const Clock& clock, EventWaker*
   AdvanceArchive(archived_through, false);
 }
 
-std::int64_t EventLog::Append(EventKind kind, std::string payload) {
+Event EventLog::Append(EventKind kind, std::string payload) {
   // Memory is taken, and time read, before the mutex is.
-  Event event{.time = clock_.Now(), .kind = kind, .payload = std::make_shared<const std::string>(std::move(payload))};
-  std::int64_t sequence = 0;
+  Event event{.sequence = 0,
+              .time = clock_.Now(),
+              .kind = kind,
+              .payload = std::make_shared<const std::string>(std::move(payload))};
   bool wake = false;
   {
     const std::lock_guard lock(mutex_);
-    if (closed_) return 0;
+    if (closed_) return event;
     closed_ = kind == EventKind::kSummary;
-    sequence = event.sequence = ++last_;
+    event.sequence = ++last_;
     bytes_ += SizeOf(event);
-    (IsKept(kind) ? kept_ : passing_).push_back(std::move(event));
+    (IsKept(kind) ? kept_ : passing_).push_back(event);
     if (OverLimits()) Evict();
-    wake = VisibleThrough() >= sequence && NeedsWake();
+    wake = VisibleThrough() >= event.sequence && NeedsWake();
   }
   WakeIf(wake);
-  return sequence;
+  return event;
 }
 
 void EventLog::MarkDurable(std::int64_t through) {
@@ -75,16 +77,27 @@ void EventLog::AdvanceArchive(std::int64_t through, bool closed) {
   bool wake = false;
   {
     const std::lock_guard lock(mutex_);
-    last_ = std::max(last_, through);
-    reserved_ = std::max(reserved_, last_);
-    durable_ = archived_ = forgotten_ = first_ = last_;
-    closed_ = closed_ || closed;
-    passing_.clear();
-    kept_.clear();
-    bytes_ = 0;
+    if (closed_ || through < last_ || (through == last_ && !closed)) return;
+    closed_ = closed;
+    RestartAfter(through);
     wake = NeedsWake();
   }
   WakeIf(wake);
+}
+
+void EventLog::Abandon() {
+  const std::lock_guard lock(mutex_);
+  closed_ = false;
+  RestartAfter(VisibleThrough());
+}
+
+void EventLog::RestartAfter(std::int64_t sequence) {
+  last_ = sequence;
+  reserved_ = std::max(reserved_, last_);
+  durable_ = archived_ = forgotten_ = first_ = last_;
+  passing_.clear();
+  kept_.clear();
+  bytes_ = 0;
 }
 
 std::int64_t EventLog::last_sequence() const {
@@ -244,6 +257,7 @@ EventWatch::Delivery EventWatch::Next() {
         break;
       case What::kArchived:
         delivery.got = Got::kArchived;
+        delivery.archived_through = log_->archived_;
         break;
       case What::kHeartbeat:
         last_delivery_ = now;
@@ -265,7 +279,7 @@ EventWatch::Delivery EventWatch::Next() {
 }
 
 EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
-  Delivery delivery{.got = Got::kEvent, .gap = std::nullopt, .event = {}};
+  Delivery delivery{.got = Got::kEvent, .gap = std::nullopt, .event = {}, .archived_through = 0};
   if (event.sequence > position_ + 1) {
     EventGap gap{.first = position_ + 1, .last = event.sequence - 1, .why = EventGap::Why::kSlow};
     if (gap.first <= std::max(log_->first_, log_->forgotten_)) {

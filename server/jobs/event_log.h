@@ -54,8 +54,8 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   // Continues after `archived_through`, 0 for a new job. `waker` may be null and must outlive the log.
   EventLog(const EventLogLimits& limits, const Clock& clock, EventWaker* waker, std::int64_t archived_through);
 
-  // Returns the event's number; 0, and drops it, when the log is closed. A summary closes it.
-  std::int64_t Append(EventKind kind, std::string payload);
+  // Returns the event with its number; 0, and drops it, when the log is closed. A summary closes it.
+  Event Append(EventKind kind, std::string payload);
 
   // Kept events up to `through` are in the store.
   void MarkDurable(std::int64_t through);
@@ -66,9 +66,11 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::int64_t WantedReservation() const;
 
   // Somebody else wrote events up to `through` into the store (the store itself, another server): numbers go on after
-  // it. `closed` says that the last of them is the summary. Forgets what is in memory; to be called when no Append()
-  // is under way.
+  // it. `closed` says that the last of them is the summary. Forgets what is in memory, so nobody may be appending.
+  // Does nothing when this log has come as far itself.
   void AdvanceArchive(std::int64_t through, bool closed);
+  // Somebody else goes on with the job: forgets what no watcher can have seen.
+  void Abandon();
 
   std::int64_t last_sequence() const;
   bool closed() const;
@@ -94,6 +96,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::int64_t VisibleThrough() const;
   bool OverLimits() const;
   void Evict();
+  void RestartAfter(std::int64_t sequence);
   bool NeedsWake();
   void WakeIf(bool needed);
 
@@ -154,6 +157,7 @@ class EventWatch {
     Got got = Got::kNothing;
     std::optional<EventGap> gap;  // stands before `event`
     Event event;                  // of kEvent
+    std::int64_t archived_through = 0;  // of kArchived: the store has all kept events up to here
   };
 
   // `ready` is called from the waker's thread after each kNothing, at most once, and may be called shortly after this
@@ -166,7 +170,7 @@ class EventWatch {
   Delivery Next();
 
   // Answers kArchived: the kept events after position(), as many as were read, in order. `through` is the number up to
-  // which there are no others: the last one's, or as far as the store's mark went when all were read.
+  // which there are no others: the last one's, or Delivery::archived_through when those were all.
   void Supply(std::vector<Event> events, std::int64_t through);
 
   // All up to this number was delivered or announced as a gap: where to resume.

@@ -67,7 +67,8 @@ struct Job {
   std::optional<Time> started;   // the first attempt
   std::optional<Time> finished;
   int attempts = 0;              // begun since the job last got on: a job that kills its server is found out
-  std::int64_t sequence = 0;     // no event has a higher number
+  std::int64_t sequence = 0;     // the mark: no event has a higher number, in the store or in memory
+  std::int64_t last_event = 0;   // in the store
   std::int64_t chunks = 0;       // parts of the trajectory in the store
   double progress = 0;           // 0 to 1
   absl::Status error;            // of kFailed

@@ -17,9 +17,24 @@ Duration RetryAfter(double seconds) { return FromSeconds(std::max(seconds, 0.1))
 
 }  // namespace
 
-std::optional<Refusal> Scheduler::Enqueue(const Request& request) {
+std::optional<Refusal> Scheduler::Reserve(const Request& request) {
   std::optional<Refusal> refusal = Refuse(request);
-  if (!refusal.has_value()) Restore(request);
+  if (refusal.has_value()) return refusal;
+  reserved_[request.id] = request;
+  queued_core_seconds_ += request.demand.core_seconds;
+  return std::nullopt;
+}
+
+void Scheduler::Confirm(const JobId& id) {
+  const auto place = reserved_.extract(id);
+  if (place.empty()) return;
+  queued_core_seconds_ -= place.mapped().demand.core_seconds;
+  Restore(place.mapped());
+}
+
+std::optional<Refusal> Scheduler::Enqueue(const Request& request) {
+  std::optional<Refusal> refusal = Reserve(request);
+  if (!refusal.has_value()) Confirm(request.id);
   return refusal;
 }
 
@@ -44,7 +59,10 @@ std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
   if (std::optional<Refusal> refusal = RefuseForDeadline(request)) return refusal;
 
   const auto owner = owners_.find(request.owner);
-  const auto of_owner = owner == owners_.end() ? 0.0 : static_cast<double>(owner->second.queue.size());
+  const auto kept = std::count_if(reserved_.begin(), reserved_.end(),
+                                  [&](const auto& entry) { return entry.second.owner == request.owner; });
+  const auto of_owner =
+      static_cast<double>(kept) + (owner == owners_.end() ? 0.0 : static_cast<double>(owner->second.queue.size()));
   // When one place is free again: after a job of average size.
   const double drain = queued_core_seconds_ / limits_.cores;
   const auto after_one = [drain](double jobs) { return RetryAfter(drain / std::max(jobs, 1.0)); };
@@ -104,6 +122,10 @@ Time Scheduler::LatestStart(const Request& request) {
 }
 
 bool Scheduler::Remove(const JobId& id) {
+  if (const auto place = reserved_.extract(id)) {
+    queued_core_seconds_ -= place.mapped().demand.core_seconds;
+    return true;
+  }
   if (!queued_.contains(id)) return false;
   Take(id);
   return true;

@@ -63,7 +63,11 @@ class Scheduler {
   // `clock` must outlive it.
   Scheduler(const SchedulerLimits& limits, const Clock& clock) : limits_(limits), clock_(clock) {}
 
-  // Queues the job, or says which limit speaks against it.
+  // Keeps a place in the queue for a job that is still to be stored, or says which limit speaks against it. The place
+  // is taken by Confirm() or given back by Remove().
+  std::optional<Refusal> Reserve(const Request& request);
+  void Confirm(const JobId& id);
+  // Both at once.
   std::optional<Refusal> Enqueue(const Request& request);
   // Queues a job that was admitted before, whatever the limits say now.
   void Restore(const Request& request);
@@ -82,10 +86,13 @@ class Scheduler {
   // Takes out the queued jobs that would end after their deadline if they started now.
   std::vector<JobId> TakeHopeless();
 
-  int queued() const { return static_cast<int>(queued_.size()); }
+  // With the places kept.
+  int queued() const { return static_cast<int>(queued_.size() + reserved_.size()); }
   int running() const { return static_cast<int>(running_.size()); }
   double queued_core_seconds() const { return queued_core_seconds_; }
-  bool Knows(const JobId& id) const { return queued_.contains(id) || running_.contains(id); }
+  bool Knows(const JobId& id) const {
+    return queued_.contains(id) || running_.contains(id) || reserved_.contains(id);
+  }
 
  private:
   struct QueueKey {
@@ -140,9 +147,10 @@ class Scheduler {
   std::map<std::string, Owner> owners_;
   std::string turn_;   // the owner that was served last
   double given_ = 0;   // to each user who waited all the time
+  std::map<JobId, Request> reserved_;
   std::map<JobId, Place> queued_;
   std::set<std::pair<Time, JobId>> latest_starts_;  // of queued jobs with a deadline
-  double queued_core_seconds_ = 0;
+  double queued_core_seconds_ = 0;  // with those of places kept
   std::map<JobId, Running> running_;
   int busy_cores_ = 0;
   int busy_cores_of_large_ = 0;

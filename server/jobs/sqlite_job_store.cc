@@ -33,7 +33,7 @@ absl::StatusOr<std::optional<Job>> FindRequestIn(SqliteConnection& connection, c
                                         " WHERE owner = ?1 AND request_id = ?2 AND request_id <> ''");
   query->Bind(owner, request_id);
   if (!query->Step()) return std::optional<Job>();
-  constexpr int kHashColumn = 23;
+  constexpr int kHashColumn = 24;
   if (query->Bytes(kHashColumn) != body_hash) {
     return absl::AlreadyExistsError("request_id was used for another request: take a new one for this.");
   }

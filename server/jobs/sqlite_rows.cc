@@ -34,6 +34,7 @@ JobRow ReadJob(const SqliteStatement& row) {
   result.fence = row.Int(column++);
   result.worker = row.Bytes(column++);
   result.lease_until = row.TimeAt(column++);
+  job.last_event = row.Int(column++);
   return result;
 }
 

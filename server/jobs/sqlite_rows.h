@@ -14,9 +14,11 @@
 #include "server/jobs/sqlite.h"
 
 // The columns that ReadJob() reads, first in a SELECT.
-#define DLCS_JOB_COLUMNS                                                                                        \
-  "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, created, started, " \
-  "finished, attempts, sequence, chunks, progress, error_code, error_message, stored_bytes, fence, worker, lease_until"
+#define DLCS_JOB_COLUMNS                                                                            \
+  "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
+  "created, started, finished, attempts, sequence, chunks, progress, error_code, error_message, "   \
+  "stored_bytes, fence, worker, lease_until, "                                                      \
+  "(SELECT MAX(sequence) FROM events WHERE events.job = jobs.number)"
 
 namespace dlcs::jobs {
 

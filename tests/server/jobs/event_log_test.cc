@@ -34,7 +34,7 @@ class EventLogTest : public ::testing::Test {
   }
   // As the store's writer does.
   void Keep(EventLog& log, EventKind kind, const std::string& payload) {
-    const std::int64_t sequence = log.Append(kind, payload);
+    const std::int64_t sequence = log.Append(kind, payload).sequence;
     Archive(sequence, kind, payload);
     log.MarkDurable(sequence);
   }
@@ -63,7 +63,7 @@ class EventLogTest : public ::testing::Test {
           break;
         case Got::kArchived: {
           std::vector<Event> events = ReadArchive(watch.position(), page);
-          const std::int64_t through = events.size() < page ? 1'000'000'000 : events.back().sequence;
+          const std::int64_t through = events.size() < page ? delivery.archived_through : events.back().sequence;
           watch.Supply(std::move(events), through);
           break;
         }
@@ -107,8 +107,8 @@ TEST_F(EventLogTest, NothingComesAfterTheSummary) {
   const auto log = MakeLog();
   Keep(*log, EventKind::kSummary, "done");
   EXPECT_TRUE(log->closed());
-  EXPECT_EQ(log->Append(EventKind::kIterate, "late"), 0);
-  EXPECT_EQ(log->Append(EventKind::kSummary, "again"), 0);
+  EXPECT_EQ(log->Append(EventKind::kIterate, "late").sequence, 0);
+  EXPECT_EQ(log->Append(EventKind::kSummary, "again").sequence, 0);
   EXPECT_EQ(log->last_sequence(), 1);
   EXPECT_THAT(Read(*Watch(log)), ElementsAre("1:done", "end"));
 }
@@ -143,7 +143,7 @@ TEST_F(EventLogTest, ShowsNothingFromAnEventOnThatTheStoreDoesNotHaveYet) {
   const auto log = MakeLog();
   const auto watch = Watch(log);
   log->Append(EventKind::kIterate, "a");
-  const std::int64_t window = log->Append(EventKind::kWindowAccepted, "w");
+  const std::int64_t window = log->Append(EventKind::kWindowAccepted, "w").sequence;
   log->Append(EventKind::kIterate, "b");
   EXPECT_THAT(Read(*watch), ElementsAre("1:a"));
   log->MarkDurable(window);
@@ -215,7 +215,7 @@ TEST_F(EventLogTest, BoundsBytesButKeepsTheNewestIterate) {
 TEST_F(EventLogTest, HoldsKeptEventsUntilTheStoreHasThem) {
   const auto log = MakeLog({.max_events = 10, .max_bytes = 1 << 20});
   for (int k = 0; k < 50; ++k) {
-    Archive(log->Append(EventKind::kWindowAccepted, "w"), EventKind::kWindowAccepted, "w");
+    Archive(log->Append(EventKind::kWindowAccepted, "w").sequence, EventKind::kWindowAccepted, "w");
   }
   EXPECT_EQ(log->num_events(), 50u);  // the store is behind: nothing may be forgotten
   log->MarkDurable(50);
@@ -229,7 +229,7 @@ TEST_F(EventLogTest, GoesOnAboveTheStoresMarkAfterARestart) {
   Archive(7, EventKind::kWindowAccepted, "w");
   Archive(4097, EventKind::kState, "RUNNING");
   const auto log = MakeLog({}, 4097);
-  EXPECT_EQ(log->Append(EventKind::kIterate, "i"), 4098);
+  EXPECT_EQ(log->Append(EventKind::kIterate, "i").sequence, 4098);
   EXPECT_THAT(Read(*Watch(log, {.after = 5})),
               ElementsAre("[6-6 not retained]", "7:w", "[8-4096 not retained]", "4097:RUNNING", "4098:i"));
 }
@@ -243,6 +243,21 @@ TEST_F(EventLogTest, FollowsWhatOthersWroteIntoTheStore) {
   Archive(3, EventKind::kSummary, "");
   log->AdvanceArchive(3, true);
   EXPECT_THAT(Read(*watch), ElementsAre("2:CANCELLED", "3:", "end"));
+}
+
+TEST_F(EventLogTest, ForgetsWhatNobodySawWhenSomebodyElseGoesOn) {
+  const auto log = std::make_shared<EventLog>(EventLogLimits{}, clock_, nullptr, 0);
+  const auto watch = Watch(log);
+  log->Reserve(3);
+  for (const char* text : {"a", "b", "c", "d", "e"}) log->Append(EventKind::kIterate, text);
+  EXPECT_THAT(Read(*watch), ElementsAre("1:a", "2:b", "3:c"));
+  log->Append(EventKind::kSummary, "never stored");
+  log->Abandon();
+  EXPECT_THAT(Read(*watch), ElementsAre());
+  Archive(4, EventKind::kState, "RUNNING");  // elsewhere, above the mark
+  Archive(9, EventKind::kSummary, "done");
+  log->AdvanceArchive(9, true);
+  EXPECT_THAT(Read(*watch), ElementsAre("4:RUNNING", "[5-8 not retained]", "9:done", "end"));
 }
 
 TEST_F(EventLogTest, HeartbeatsFillSilenceAtMostFifteenSecondsLong) {
@@ -298,7 +313,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
         const EventKind kind = step == 599   ? EventKind::kSummary
                                : chance(20) ? EventKind::kWindowAccepted
                                             : EventKind::kIterate;
-        const std::int64_t sequence = log->Append(kind, std::string(random() % 300, 'p'));
+        const std::int64_t sequence = log->Append(kind, std::string(random() % 300, 'p')).sequence;
         appended[sequence] = kind;
         if (IsKept(kind)) uncommitted.emplace_back(sequence, kind);
       }
@@ -312,7 +327,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
         if (delivery.got == Got::kEvent) check(delivery);
         if (delivery.got == Got::kArchived) {
           std::vector<Event> page = ReadArchive(watch->position(), 2);
-          const std::int64_t through = page.size() < 2 ? log->last_sequence() : page.back().sequence;
+          const std::int64_t through = page.size() < 2 ? delivery.archived_through : page.back().sequence;
           watch->Supply(std::move(page), through);
         }
       }
@@ -324,7 +339,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
       if (delivery.got == Got::kEvent) check(delivery);
       if (delivery.got == Got::kArchived) {
         std::vector<Event> page = ReadArchive(watch->position(), 100);
-        const std::int64_t through = page.size() < 100 ? log->last_sequence() : page.back().sequence;
+        const std::int64_t through = page.size() < 100 ? delivery.archived_through : page.back().sequence;
         watch->Supply(std::move(page), through);
       }
       ASSERT_FALSE(HasFatalFailure());

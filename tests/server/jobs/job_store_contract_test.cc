@@ -181,6 +181,7 @@ TEST_P(JobStoreContractTest, RunsFromClaimToSummary) {
   ASSERT_TRUE(store_.Append(claimed.lease, SampleWindow(1, 20)).ok());
   ASSERT_TRUE(store_.Append(claimed.lease, {.chunks = {}, .state = {}, .events = {}, .reserve_through = 5000}).ok());
   EXPECT_EQ(store_.Get("ada", id)->sequence, 5000);
+  EXPECT_EQ(store_.Get("ada", id)->last_event, 20);
   EXPECT_EQ(store_.Get("ada", id)->chunks, 2);
   EXPECT_DOUBLE_EQ(store_.Get("ada", id)->progress, 0.02);
   ASSERT_TRUE(store_.Finish(claimed.lease, SampleEnd(30)).ok());

@@ -228,6 +228,19 @@ TEST_F(SchedulerTest, TakesOutWhatHasBecomeHopeless) {
   EXPECT_EQ(scheduler.queued(), 1);
 }
 
+TEST_F(SchedulerTest, AKeptPlaceCountsButDoesNotStart) {
+  Scheduler scheduler({.cores = 1, .max_queued_jobs = 2}, clock_);
+  EXPECT_FALSE(scheduler.Reserve(Job("ada", "1")).has_value());
+  EXPECT_FALSE(scheduler.Reserve(Job("ada", "2")).has_value());
+  EXPECT_EQ(scheduler.Reserve(Job("bob", "1"))->limit, "max_queued_jobs");
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  EXPECT_TRUE(scheduler.Remove("ada1"));
+  scheduler.Confirm("ada2");
+  EXPECT_FALSE(scheduler.Reserve(Job("bob", "1")).has_value());
+  EXPECT_EQ(scheduler.StartNext()->id, "ada2");
+  EXPECT_EQ(scheduler.queued_core_seconds(), 1);
+}
+
 TEST_F(SchedulerTest, RemovesQueuedJobsOnly) {
   Scheduler scheduler({.cores = 1}, clock_);
   scheduler.Restore(Job("ada", "1"));

@@ -118,9 +118,9 @@ TEST(WatchDispatcherTest, NoWatcherSleepsThroughAnEvent) {
     });
     for (int k = 0; k < 2000; ++k) {
       log->Append(EventKind::kIterate, "i");
-      if (k % 100 == 99) to_commit = log->Append(EventKind::kWindowAccepted, "w");
+      if (k % 100 == 99) to_commit = log->Append(EventKind::kWindowAccepted, "w").sequence;
     }
-    to_commit = log->Append(EventKind::kSummary, "done");
+    to_commit = log->Append(EventKind::kSummary, "done").sequence;
     writer.join();
     for (std::thread& thread : threads) thread.join();
     for (const auto& reader : readers) {
@@ -136,7 +136,7 @@ TEST(WatchDispatcherTest, RingsForHeartbeatsWhileNothingHappens) {
   Reader reader(log, {.heartbeat = 20ms});
   std::thread thread([&reader] { reader.ReadToEnd(); });
   std::this_thread::sleep_for(210ms);
-  log->MarkDurable(log->Append(EventKind::kSummary, "done"));
+  log->MarkDurable(log->Append(EventKind::kSummary, "done").sequence);
   thread.join();
   EXPECT_GE(reader.heartbeats(), 5);
   EXPECT_LE(reader.heartbeats(), 10);
@@ -188,7 +188,7 @@ TEST(WatchDispatcherTest, TheEngineDoesNotWaitForAHundredWatchers) {
     log->Append(EventKind::kIterate, std::string(200, 'i'));
     microseconds.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before).count());
   }
-  log->MarkDurable(log->Append(EventKind::kSummary, "done"));
+  log->MarkDurable(log->Append(EventKind::kSummary, "done").sequence);
   for (std::thread& thread : threads) thread.join();
 
   double sum = 0;
