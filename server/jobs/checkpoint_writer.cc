@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/checkpoint_writer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace dlcs::jobs {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kFirstPause{10};
+constexpr milliseconds kLongestPause{1000};
+
+}  // namespace
+
+CheckpointWriter::CheckpointWriter(JobStore& store) : store_(store), thread_([this] { Work(); }) {}
+
+CheckpointWriter::~CheckpointWriter() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void CheckpointWriter::Ask(std::weak_ptr<JobRun> run) {
+  {
+    const std::lock_guard lock(mutex_);
+    asked_.push_back(std::move(run));
+  }
+  changed_.notify_one();
+}
+
+void CheckpointWriter::Work() {
+  milliseconds pause = kFirstPause;
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return ending_ || !asked_.empty(); });
+    if (ending_) return;
+    const std::shared_ptr<JobRun> run = asked_.front().lock();
+    asked_.pop_front();
+    if (run == nullptr) continue;
+    lock.unlock();
+    const absl::Status status = run->Write(store_);
+    if (absl::IsAborted(status)) run->Stop(StopCause::kLeaseLost);
+    lock.lock();
+    if (status.ok() || absl::IsAborted(status)) {
+      pause = kFirstPause;
+    } else {
+      asked_.push_back(run);
+      changed_.wait_until(lock, std::chrono::system_clock::now() + pause, [this] { return ending_; });
+      pause = std::min(2 * pause, kLongestPause);
+    }
+  }
+}
+
+}  // namespace dlcs::jobs

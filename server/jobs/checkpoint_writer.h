@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that brings accepted windows into the store, so that no engine waits for a disk.
+
+#ifndef DLCS_SERVER_JOBS_CHECKPOINT_WRITER_H_
+#define DLCS_SERVER_JOBS_CHECKPOINT_WRITER_H_
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "server/jobs/job_run.h"
+#include "server/jobs/job_store.h"
+
+namespace dlcs::jobs {
+
+// What gathers while one write is on its way is the next write. A store that fails is tried again, ever more
+// slowly up to once a second; runs whose lease is lost are stopped.
+class CheckpointWriter {
+ public:
+  // `store` must outlive it.
+  explicit CheckpointWriter(JobStore& store);
+  ~CheckpointWriter();
+
+  // `run` has something to write.
+  void Ask(std::weak_ptr<JobRun> run);
+
+ private:
+  void Work();
+
+  JobStore& store_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::weak_ptr<JobRun>> asked_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_JOBS_CHECKPOINT_WRITER_H_

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens by itself: leases, deadlines, jobs and events of other servers, expiry, the store's health.
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+#include <utility>
+
+#include "server/jobs/job_manager.h"
+
+namespace dlcs::jobs {
+namespace {
+
+// A task that is due every so often.
+class Every {
+ public:
+  Every(Duration period, Duration now) : period_(period), next_(now + period) {}
+  bool Due(Duration now) {
+    if (now < next_) return false;
+    next_ = now + period_;
+    return true;
+  }
+  Duration next() const { return next_; }
+
+ private:
+  const Duration period_;
+  Duration next_;
+};
+
+}  // namespace
+
+void JobManager::KeepHouse() {
+  const Duration begin = clock_.Elapsed();
+  Every poll(options_.poll, begin);
+  Every renew(options_.lease / 4, begin);
+  Every probe(options_.probe, begin);
+  Every expire(options_.expire_every, begin);
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    Duration pause = std::min({poll.next(), renew.next(), probe.next(), expire.next()}) - clock_.Elapsed();
+    if (const auto deadline = NextDeadline()) pause = std::min(pause, *deadline - clock_.Now());
+    // By the time of day: GCC 12's thread sanitizer does not see waits on steady clocks.
+    if (pause > Duration::zero()) house_.wait_until(lock, std::chrono::system_clock::now() + pause);
+    if (ending_) return;
+    lock.unlock();
+    const Duration now = clock_.Elapsed();
+    StopWhatIsLate();
+    if (renew.Due(now)) RenewLeases();
+    if (poll.Due(now)) {
+      GiveUpHopeless();
+      TakeUpJobs();
+      FollowOthers();
+    }
+    // Nobody waits for the answers of these: Healthy() tells.
+    if (probe.Due(now)) store_.Probe().IgnoreError();
+    if (expire.Due(now)) store_.Expire(options_.expiry).status().IgnoreError();
+    lock.lock();
+  }
+}
+
+void JobManager::TakeUpJobs() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (draining_) return;
+  }
+  if (!leases_released_) {
+    // Of an earlier life: this one has claimed nothing yet.
+    if (!store_.ReleaseLeases(options_.worker).ok()) return;
+    leases_released_ = true;
+  }
+  const absl::StatusOr<std::vector<Job>> jobs = store_.ListClaimable(options_.limits.max_queued_jobs);
+  if (!jobs.ok()) return;
+  const std::lock_guard lock(mutex_);
+  for (const Job& job : *jobs) {
+    if (!scheduler_.Knows(job.id) && !active_.contains(job.id)) scheduler_.Restore(RequestOf(job));
+  }
+  work_.notify_all();
+}
+
+void JobManager::FollowOthers() {
+  std::vector<JobId> others;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(logs_, [](const auto& entry) { return entry.second.expired(); });
+    for (const auto& [id, weak] : logs_) {
+      const auto log = weak.lock();
+      if (log != nullptr && !log->closed() && !active_.contains(id)) others.push_back(id);
+    }
+  }
+  for (const JobId& id : others) {
+    const absl::StatusOr<Job> job = store_.Get(std::nullopt, id);
+    if (!job.ok() && !absl::IsNotFound(job.status())) continue;
+    const std::lock_guard lock(mutex_);
+    const auto found = logs_.find(id);
+    // Once it is ours, what the log gets comes from the run.
+    if (found == logs_.end() || active_.contains(id)) continue;
+    const std::shared_ptr<EventLog> log = found->second.lock();
+    if (log == nullptr) continue;
+    if (job.ok()) {
+      log->AdvanceArchive(job->last_event, IsFinal(job->state));
+    } else {
+      // Deleted: watchers are sent to the store, which tells them so.
+      log->AdvanceArchive(log->last_sequence() + 1, true);
+    }
+  }
+}
+
+std::vector<std::shared_ptr<JobRun>> JobManager::Runs() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<JobRun>> runs;
+  for (const auto& [id, active] : active_) {
+    if (active.run != nullptr) runs.push_back(active.run);
+  }
+  return runs;
+}
+
+void JobManager::RenewLeases() {
+  for (const std::shared_ptr<JobRun>& run : Runs()) {
+    const absl::StatusOr<bool> cancelled = store_.RenewLease(run->lease(), options_.lease);
+    if (absl::IsAborted(cancelled.status())) {
+      // Ended a moment ago, or lost: either way there is nothing to go on for.
+      run->Stop(StopCause::kLeaseLost);
+    } else if (cancelled.ok() && *cancelled) {
+      run->Stop(StopCause::kCancelled);
+      run->SayCancelling();
+    }
+  }
+}
+
+std::optional<Time> JobManager::NextDeadline() const {
+  std::optional<Time> next;
+  for (const auto& [id, active] : active_) {
+    if (active.run == nullptr || active.run->stop().stop_requested()) continue;
+    const std::optional<Time>& deadline = active.run->job().deadline;
+    if (deadline.has_value() && (!next.has_value() || *deadline < *next)) next = deadline;
+  }
+  return next;
+}
+
+void JobManager::StopWhatIsLate() {
+  const Time now = clock_.Now();
+  for (const std::shared_ptr<JobRun>& run : Runs()) {
+    const std::optional<Time>& deadline = run->job().deadline;
+    if (deadline.has_value() && *deadline <= now) run->Stop(StopCause::kDeadline);
+  }
+}
+
+void JobManager::GiveUpHopeless() {
+  std::vector<JobId> hopeless;
+  {
+    const std::lock_guard lock(mutex_);
+    hopeless = scheduler_.TakeHopeless();
+  }
+  for (const JobId& id : hopeless) {
+    const JobId candidates[] = {id};
+    auto claimed = store_.Claim(options_.worker, options_.lease, candidates);
+    if (!claimed.ok() || !claimed->has_value()) continue;  // found again by TakeUpJobs(), if it is still there
+    const Job job = (*claimed)->job;
+    const std::shared_ptr<EventLog> log = LogOf(job);
+    log->AdvanceArchive(job.last_event, false);
+    const auto run = std::make_shared<JobRun>(**std::move(claimed), 1, log, [](const std::weak_ptr<JobRun>&) {});
+    const absl::Status late = absl::DeadlineExceededError("The deadline came too near while the job was queued.");
+    // A failure leaves it with a lease that runs out.
+    run->Finish(store_, JobState::kFailed, late, "").IgnoreError();
+  }
+}
+
+}  // namespace dlcs::jobs

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// What users ask for, and how a job runs. What happens by itself is in job_housekeeping.cc.
+#include "server/jobs/job_manager.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "fmt/format.h"
+#include "server/guarded.h"
+
+namespace dlcs::jobs {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kFirstPause{10};
+constexpr milliseconds kLongestPause{1000};
+constexpr std::chrono::seconds kPatienceWithTheStore{2};
+// How long a job that does not fit may wait for the next look at the queue; ends of others are noticed at once.
+constexpr milliseconds kLookAgain{500};
+
+// The thread sanitizer of GCC 12 does not see the waits on steady clocks.
+auto In(Duration duration) { return std::chrono::system_clock::now() + duration; }
+
+}  // namespace
+
+JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve,
+                       const Clock& clock)
+    : options_(std::move(options)),
+      store_(store),
+      cost_(std::move(cost)),
+      solve_(std::move(solve)),
+      clock_(clock),
+      dispatcher_(clock),
+      writer_(store),
+      scheduler_(options_.limits, clock) {
+  TakeUpJobs();
+  threads_.emplace_back([this] { KeepHouse(); });
+  for (int k = 0; k < options_.limits.cores; ++k) threads_.emplace_back([this] { Work(); });
+}
+
+JobManager::~JobManager() {
+  Drain(Duration(0));
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  work_.notify_all();
+  house_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+Scheduler::Request JobManager::RequestOf(const Job& job) {
+  return {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline};
+}
+
+absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submission) {
+  // First of all, so that what was taken is found again when there is no room for more.
+  absl::StatusOr<std::optional<Job>> earlier =
+      store_.FindRequest(submission.owner, submission.request_id, submission.body_hash);
+  if (!earlier.ok()) return earlier.status();
+  if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
+
+  const absl::StatusOr<Demand> demand = cost_(submission.body);
+  if (!demand.ok()) return demand.status();
+  const NewJob job{.id = NewJobId(),
+                   .owner = submission.owner,
+                   .request_id = submission.request_id,
+                   .body_hash = submission.body_hash,
+                   .body = submission.body,
+                   .priority = submission.priority,
+                   .demand = *demand,
+                   .deadline = submission.deadline};
+  {
+    const std::lock_guard lock(mutex_);
+    if (draining_) return absl::UnavailableError("The server is shutting down: ask another, or later.");
+    const auto refusal = scheduler_.Reserve(
+        {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline});
+    if (refusal.has_value()) return ToStatus(*refusal);
+  }
+  absl::StatusOr<JobStore::Created> created = store_.Create(job);
+  {
+    const std::lock_guard lock(mutex_);
+    if (created.ok() && !created->existed) {
+      scheduler_.Confirm(job.id);
+    } else {
+      scheduler_.Remove(job.id);
+    }
+  }
+  work_.notify_one();
+  return created;
+}
+
+absl::StatusOr<Job> JobManager::Cancel(const std::optional<std::string>& owner, const JobId& id) {
+  absl::StatusOr<Job> job = store_.RequestCancel(owner, id);
+  if (!job.ok()) return job;
+  std::shared_ptr<JobRun> run;
+  {
+    const std::lock_guard lock(mutex_);
+    if (IsFinal(job->state)) scheduler_.Remove(id);
+    if (const auto active = active_.find(id); active != active_.end()) {
+      active->second.cancelled = true;
+      run = active->second.run;
+    } else if (const auto log = logs_.find(id); log != logs_.end()) {
+      if (const auto live = log->second.lock()) live->AdvanceArchive(job->last_event, IsFinal(job->state));
+    }
+  }
+  if (run != nullptr && job->state == JobState::kCancelling) {
+    run->Stop(StopCause::kCancelled);
+    run->SayCancelling();
+  }
+  return job;
+}
+
+absl::Status JobManager::Delete(const std::optional<std::string>& owner, const JobId& id) {
+  return store_.Delete(owner, id);
+}
+
+absl::StatusOr<std::unique_ptr<JobWatch>> JobManager::Watch(const std::optional<std::string>& owner, const JobId& id,
+                                                            const EventWatchOptions& options,
+                                                            std::function<void()> ready) {
+  const absl::StatusOr<Job> job = store_.Get(owner, id);
+  if (!job.ok()) return job.status();
+  if (options.after < 0 || options.after > job->sequence) {
+    return absl::OutOfRangeError(fmt::format("No event of this job has the number {}.", options.after));
+  }
+  return std::make_unique<JobWatch>(store_, id, LogOf(*job), options, std::move(ready));
+}
+
+std::shared_ptr<EventLog> JobManager::LogOf(const Job& job) {
+  const std::lock_guard lock(mutex_);
+  if (auto log = logs_[job.id].lock()) return log;
+  auto log = std::make_shared<EventLog>(options_.log, clock_, &dispatcher_, job.last_event);
+  if (IsFinal(job.state)) log->AdvanceArchive(job.last_event, true);
+  logs_[job.id] = log;
+  return log;
+}
+
+bool JobManager::Healthy() const {
+  const std::lock_guard lock(mutex_);
+  return !draining_ && store_.Healthy();
+}
+
+JobManager::Load JobManager::load() const {
+  const std::lock_guard lock(mutex_);
+  return {.queued = scheduler_.queued(),
+          .running = scheduler_.running(),
+          .queued_core_seconds = scheduler_.queued_core_seconds()};
+}
+
+void JobManager::Drain(Duration grace) {
+  std::unique_lock lock(mutex_);
+  draining_ = true;
+  const auto is_idle = [this] { return active_.empty(); };
+  if (idle_.wait_until(lock, In(grace), is_idle)) return;
+  for (const auto& [id, active] : active_) {
+    if (active.run != nullptr) active.run->Stop(StopCause::kDrain);
+  }
+  if (idle_.wait_until(lock, In(kPatienceWithTheStore), is_idle)) return;
+  abandoning_ = true;
+  work_.notify_all();
+  idle_.wait(lock, is_idle);
+}
+
+void JobManager::Work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    std::optional<Scheduler::Start> start;
+    if (!draining_) start = scheduler_.StartNext();
+    if (start.has_value()) {
+      active_[start->id] = {};
+      lock.unlock();
+      RunJob(*start);
+      lock.lock();
+      active_.erase(start->id);
+      if (active_.empty()) idle_.notify_all();
+      work_.notify_one();
+    } else if (ending_) {
+      return;
+    } else {
+      work_.wait_until(lock, In(kLookAgain));
+    }
+  }
+}
+
+void JobManager::RunJob(const Scheduler::Start& start) {
+  const Duration began = clock_.Elapsed();
+  if (const std::shared_ptr<JobRun> run = Begin(start)) {
+    house_.notify_one();  // it may have a deadline
+    End(*run, Solve(*run));
+  }
+  const std::chrono::duration<double> took = clock_.Elapsed() - began;
+  const std::lock_guard lock(mutex_);
+  scheduler_.Finished(start.id, took.count() * start.threads);
+}
+
+std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
+  const JobId candidates[] = {start.id};
+  absl::StatusOr<std::optional<ClaimedJob>> claimed = store_.Claim(options_.worker, options_.lease, candidates);
+  // What the store did not give now, the housekeeper finds again.
+  if (!claimed.ok() || !claimed->has_value()) return nullptr;
+  const Job job = (*claimed)->job;
+  const std::shared_ptr<EventLog> log = LogOf(job);
+  log->AdvanceArchive(job.last_event, false);
+  auto run = std::make_shared<JobRun>(**std::move(claimed), start.threads, log,
+                                      [this](std::weak_ptr<JobRun> asking) { writer_.Ask(std::move(asking)); });
+  const std::lock_guard lock(mutex_);
+  Active& active = active_[start.id];
+  active.run = run;
+  if (active.cancelled || job.state == JobState::kCancelling) run->Stop(StopCause::kCancelled);
+  if (draining_) run->Stop(StopCause::kDrain);
+  return run;
+}
+
+JobEnd JobManager::Solve(JobRun& run) {
+  if (run.job().attempts > options_.max_attempts) {
+    return {absl::InternalError(fmt::format("The job was begun {} times and each time its server ended without a word.",
+                                            options_.max_attempts)),
+            ""};
+  }
+  if (run.stop().stop_requested()) return {absl::CancelledError(), ""};
+  JobEnd end;
+  // Guarded() logs what is thrown and gives the status for it.
+  end.status = Guarded(run.id(), [&]() -> absl::Status {
+    end = solve_(run);
+    return end.status;
+  });
+  return end;
+}
+
+void JobManager::End(JobRun& run, const JobEnd& end) {
+  JobState state = end.status.ok() ? JobState::kSucceeded : JobState::kFailed;
+  absl::Status error = end.status;
+  if (absl::IsCancelled(end.status)) {
+    switch (run.cause()) {
+      case StopCause::kNone:
+        break;
+      case StopCause::kCancelled:
+        state = JobState::kCancelled;
+        error = absl::OkStatus();
+        break;
+      case StopCause::kDeadline:
+        error = absl::DeadlineExceededError("The deadline passed while the job was running.");
+        break;
+      case StopCause::kDrain:
+        return Persist(run, [&] { return run.Release(store_); });
+      case StopCause::kLeaseLost:
+        return run.log()->Abandon();
+    }
+  }
+  Persist(run, [&] { return run.Finish(store_, state, error, end.summary); });
+}
+
+void JobManager::Persist(JobRun& run, const std::function<absl::Status()>& write) {
+  milliseconds pause = kFirstPause;
+  for (;;) {
+    const absl::Status status = write();
+    if (status.ok()) return;
+    std::unique_lock lock(mutex_);
+    if (absl::IsAborted(status) || abandoning_) return run.log()->Abandon();
+    work_.wait_until(lock, In(pause), [this] { return abandoning_; });
+    pause = std::min(2 * pause, kLongestPause);
+  }
+}
+
+}  // namespace dlcs::jobs

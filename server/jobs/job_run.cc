@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/job_run.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace dlcs::jobs {
+namespace {
+
+bool IsEmpty(const Progress& progress) {
+  return progress.chunks.empty() && progress.events.empty() && progress.reserve_through == 0;
+}
+
+void AddTo(Progress& earlier, Progress later) {
+  std::move(later.chunks.begin(), later.chunks.end(), std::back_inserter(earlier.chunks));
+  std::move(later.events.begin(), later.events.end(), std::back_inserter(earlier.events));
+  if (later.state.has_value()) earlier.state = std::move(later.state);
+  earlier.reserve_through = std::max(earlier.reserve_through, later.reserve_through);
+  earlier.progress = std::max(earlier.progress, later.progress);
+}
+
+}  // namespace
+
+JobRun::JobRun(ClaimedJob job, int threads, std::shared_ptr<EventLog> log, AskForWriting ask_for_write)
+    : job_(std::move(job)),
+      threads_(threads),
+      log_(std::move(log)),
+      ask_for_write_(std::move(ask_for_write)),
+      next_chunk_(job_.job.chunks),
+      said_cancelling_(job_.job.state == JobState::kCancelling) {}
+
+void JobRun::Emit(EventKind kind, std::string payload) {
+  if (!IsKept(kind)) {
+    log_->Append(kind, std::move(payload));
+    if (log_->WantedReservation() > 0) AskForWrite();
+    return;
+  }
+  {
+    const std::lock_guard lock(pending_mutex_);
+    AppendKept(kind, std::move(payload));
+  }
+  AskForWrite();
+}
+
+void JobRun::Accept(AcceptedWindow window) {
+  {
+    const std::lock_guard lock(pending_mutex_);
+    pending_.chunks.push_back({.number = next_chunk_++,
+                               .begin = window.begin,
+                               .end = window.end,
+                               .data = std::move(window.trajectory)});
+    pending_.state = std::move(window.state);
+    pending_.progress = window.progress;
+    AppendKept(EventKind::kWindowAccepted, std::move(window.event));
+  }
+  AskForWrite();
+}
+
+void JobRun::AppendKept(EventKind kind, std::string payload) {
+  Event event = log_->Append(kind, std::move(payload));
+  if (event.sequence > 0) pending_.events.push_back(std::move(event));
+}
+
+void JobRun::AskForWrite() {
+  if (!asked_.exchange(true)) ask_for_write_(weak_from_this());
+}
+
+void JobRun::Stop(StopCause cause) {
+  StopCause none = StopCause::kNone;
+  cause_.compare_exchange_strong(none, cause);
+  stop_source_.request_stop();
+}
+
+void JobRun::SayCancelling() {
+  {
+    const std::lock_guard lock(pending_mutex_);
+    if (std::exchange(said_cancelling_, true)) return;
+    AppendKept(EventKind::kState, JobStateName(JobState::kCancelling));
+  }
+  AskForWrite();
+}
+
+absl::Status JobRun::Write(JobStore& store) {
+  const std::lock_guard write_lock(write_mutex_);
+  if (outcome_.has_value()) return absl::OkStatus();  // too late: Finish() writes the rest
+  asked_ = false;
+  {
+    const std::lock_guard lock(pending_mutex_);
+    AddTo(unwritten_, std::exchange(pending_, {}));
+  }
+  unwritten_.reserve_through = std::max(unwritten_.reserve_through, log_->WantedReservation());
+  if (IsEmpty(unwritten_)) return absl::OkStatus();
+  if (absl::Status status = store.Append(job_.lease, unwritten_); !status.ok()) return status;
+  // The mark is at the last event at least.
+  if (!unwritten_.events.empty()) {
+    const std::int64_t last = unwritten_.events.back().sequence;
+    log_->Reserve(last);
+    log_->MarkDurable(last);
+  }
+  log_->Reserve(unwritten_.reserve_through);
+  unwritten_ = {};
+  return absl::OkStatus();
+}
+
+absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status& error, const std::string& summary) {
+  if (absl::Status status = Write(store); !status.ok()) return status;
+  const std::lock_guard write_lock(write_mutex_);
+  if (!outcome_.has_value()) {
+    const std::lock_guard lock(pending_mutex_);
+    outcome_ = Outcome{.state = state, .error = error, .events = std::exchange(pending_, {}).events};
+    outcome_->events.push_back(log_->Append(EventKind::kState, JobStateName(state)));
+    outcome_->events.push_back(log_->Append(EventKind::kSummary, summary));
+  }
+  if (absl::Status status = store.Finish(job_.lease, *outcome_); !status.ok()) return status;
+  const std::int64_t last = outcome_->events.back().sequence;
+  log_->Reserve(last);
+  log_->MarkDurable(last);
+  return absl::OkStatus();
+}
+
+absl::Status JobRun::Release(JobStore& store) {
+  if (absl::Status status = Write(store); !status.ok()) return status;
+  const std::lock_guard write_lock(write_mutex_);
+  const std::int64_t last = log_->last_sequence();
+  if (absl::Status status = store.Release(job_.lease, last); !status.ok()) return status;
+  // It is the store that says QUEUED, with the next number.
+  log_->AdvanceArchive(last + 1, false);
+  return absl::OkStatus();
+}
+
+}  // namespace dlcs::jobs

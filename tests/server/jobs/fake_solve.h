@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Work whose result is known: a chain of windows, each of which depends on all before it.
+
+#ifndef DLCS_TESTS_SERVER_JOBS_FAKE_SOLVE_H_
+#define DLCS_TESTS_SERVER_JOBS_FAKE_SOLVE_H_
+
+#include <chrono>
+#include <cstdint>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "server/jobs/job_manager.h"
+
+namespace dlcs::jobs::testing {
+
+// The state behind `window`, from the state before it: what a wrong resume would change.
+inline std::uint64_t NextState(std::uint64_t state, std::int64_t window) {
+  state ^= static_cast<std::uint64_t>(window) + 0x9e3779b97f4a7c15u + (state << 6) + (state >> 2);
+  return state * 6364136223846793005u + 1442695040888963407u;
+}
+
+inline std::string ChunkOf(std::uint64_t state) { return "chunk of " + std::to_string(state); }
+
+// The whole trajectory of a job with so many windows.
+inline std::string Trajectory(std::int64_t windows) {
+  std::string text;
+  std::uint64_t state = 1;
+  for (std::int64_t k = 0; k < windows; ++k) text += ChunkOf(state = NextState(state, k)) + ";";
+  return text;
+}
+
+// What the store has of it.
+inline std::string Trajectory(JobStore& store, const JobId& id) {
+  std::string text;
+  const auto chunks = store.ReadChunks(id, 0, 1 << 30);
+  if (!chunks.ok()) return chunks.status().ToString();
+  for (const Chunk& chunk : *chunks) text += chunk.data + ";";
+  return text;
+}
+
+// "windows iterates microseconds-per-iterate", or "throw", or "wait" for until it is stopped.
+inline JobEnd FakeSolve(JobRun& run) {
+  if (run.body() == "throw") throw std::runtime_error("the engine broke");
+  if (run.body() == "fail") return {absl::InvalidArgumentError("no such problem"), ""};
+  std::int64_t windows = 0, iterates = 0, pause_us = 0;
+  std::istringstream(run.body()) >> windows >> iterates >> pause_us;
+  std::uint64_t state = run.resume_state().has_value() ? std::stoull(*run.resume_state()) : 1;
+  if (!run.resume_state().has_value()) run.Emit(EventKind::kAnalysis, "analysis");
+  for (std::int64_t k = run.num_accepted(); k < windows || run.body() == "wait"; ++k) {
+    for (std::int64_t i = 0; i < iterates || run.body() == "wait"; ++i) {
+      if (run.stop().stop_requested()) return {absl::CancelledError(), "stopped in window " + std::to_string(k)};
+      run.Emit(EventKind::kIterate, "iterate " + std::to_string(i));
+      std::this_thread::sleep_for(std::chrono::microseconds(run.body() == "wait" ? 500 : pause_us));
+    }
+    state = NextState(state, k);
+    run.Accept({.begin = static_cast<double>(k),
+                .end = static_cast<double>(k + 1),
+                .trajectory = ChunkOf(state),
+                .state = std::to_string(state),
+                .event = "window " + std::to_string(k),
+                .progress = static_cast<double>(k + 1) / static_cast<double>(windows)});
+  }
+  return {absl::OkStatus(), "solved"};
+}
+
+}  // namespace dlcs::jobs::testing
+
+#endif  // DLCS_TESTS_SERVER_JOBS_FAKE_SOLVE_H_

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// kill -9 of a whole server at random moments, with a watcher that follows its job through all of its lives.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/jobs/job_manager.h"
+#include "server/jobs/sqlite_job_store.h"
+#include "tests/server/jobs/fake_solve.h"
+#include "tests/server/jobs/job_follower.h"
+#include "tests/server/jobs/temporary_folder.h"
+
+namespace dlcs::jobs {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::FakeSolve;
+using testing::JobFollower;
+using testing::Trajectory;
+
+constexpr int kWindows = 6;
+
+absl::StatusOr<Demand> Cost(const std::string&) {
+  return Demand{.core_seconds = 0.01, .memory_bytes = 1000, .threads = 1};
+}
+
+JobManagerOptions Options() {
+  JobManagerOptions options;
+  options.limits.cores = 2;
+  options.poll = 20ms;
+  return options;
+}
+
+// A server with one user, who submits a job whenever fewer than four are unfinished, watches the oldest one from where
+// the last life left it, and says on `pipe` what was acknowledged and seen. Never returns.
+[[noreturn]] void Serve(const std::string& path, int pipe, const std::map<JobId, std::int64_t>& positions) {
+  const auto say = [pipe](const std::string& line) {
+    if (write(pipe, line.data(), line.size()) != static_cast<ssize_t>(line.size())) _exit(1);
+  };
+  SqliteJobStore store({.path = path}, SystemClock());
+  JobManager manager(Options(), store, &Cost, FakeSolve, SystemClock());
+  for (;;) {
+    const auto unfinished = store.List(
+        {.owner = "ada", .states = {JobState::kQueued, JobState::kRunning, JobState::kCancelling}}, 10, "");
+    if (!unfinished.ok()) _exit(1);
+    std::vector<Job> jobs = unfinished->jobs;
+    while (jobs.size() < 4) {
+      Submission submission;
+      submission.owner = "ada";
+      submission.body = std::to_string(kWindows) + " 3 500";
+      const auto created = manager.Submit(submission);
+      if (!created.ok()) _exit(1);
+      say("created " + created->job.id + "\n");
+      jobs.insert(jobs.begin(), created->job);
+    }
+    const JobId id = jobs.back().id;
+    const auto known = positions.find(id);
+    EventWatchOptions options;
+    options.after = known == positions.end() ? 0 : known->second;
+    const auto watch = manager.Watch("ada", id, options, [] {});
+    if (!watch.ok()) {
+      say("error " + watch.status().ToString() + "\n");
+      _exit(1);
+    }
+    for (bool ended = false; !ended;) {
+      const EventWatch::Delivery delivery = (*watch)->Next();
+      if (delivery.got == EventWatch::Got::kArchived && !(*watch)->Fetch().ok()) _exit(1);
+      if (delivery.got == EventWatch::Got::kNothing) std::this_thread::sleep_for(200us);
+      if (delivery.got == EventWatch::Got::kEnd) break;
+      if (delivery.got != EventWatch::Got::kEvent) continue;
+      const std::int64_t first = delivery.gap.has_value() ? delivery.gap->first : delivery.event.sequence;
+      ended = delivery.event.kind == EventKind::kSummary;
+      say("saw " + id + " " + std::to_string(first) + " " + std::to_string(delivery.event.sequence) + " " +
+          std::to_string(static_cast<int>(delivery.event.kind)) + " " + *delivery.event.payload + "\n");
+    }
+  }
+}
+
+struct Seen {
+  std::set<JobId> created;
+  std::map<JobId, std::int64_t> positions;
+  std::map<JobId, std::vector<std::string>> kept;
+  std::string errors;
+
+  void Read(const std::string& text) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      std::string what, id, payload;
+      std::int64_t first = 0, sequence = 0;
+      int kind = 0;
+      words >> what >> id;
+      if (what == "created") created.insert(id);
+      if (what == "error") errors += line + "\n";
+      if (what != "saw") continue;
+      words >> first >> sequence >> kind >> std::ws;
+      std::getline(words, payload);
+      // No number twice, none missing without a gap.
+      if (first != positions[id] + 1 || sequence < first) errors += "after " + std::to_string(positions[id]) + ": " + line + "\n";
+      positions[id] = sequence;
+      if (IsKept(static_cast<EventKind>(kind))) kept[id].push_back(payload);
+    }
+  }
+};
+
+std::string LiveAndDie(const std::string& path, std::chrono::microseconds life, const Seen& seen) {
+  int ends[2];
+  if (pipe(ends) != 0) return "error no pipe\n";
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    Serve(path, ends[1], seen.positions);
+  }
+  close(ends[1]);
+  // Read while it lives: a full pipe would hold it up.
+  std::string text;
+  std::thread reader([&text, end = ends[0]] {
+    char buffer[65536];
+    for (ssize_t size = 0; (size = read(end, buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(size));
+  });
+  std::this_thread::sleep_for(life);
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  reader.join();
+  close(ends[0]);
+  return text;
+}
+
+// DLCS_KILLS sets how often; DLCS_SEED replays a failure.
+TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer) {
+  const char* kills_text = std::getenv("DLCS_KILLS");
+  const char* seed_text = std::getenv("DLCS_SEED");
+  const int kills = kills_text != nullptr ? std::atoi(kills_text) : 15;
+  const unsigned seed = seed_text != nullptr ? static_cast<unsigned>(std::atoi(seed_text)) : std::random_device{}();
+  SCOPED_TRACE("DLCS_SEED=" + std::to_string(seed));
+  RecordProperty("seed", std::to_string(seed));
+  std::mt19937 random(seed);
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.File("jobs.db");
+  Seen seen;
+  for (int k = 0; k < kills && seen.errors.empty(); ++k) {
+    seen.Read(LiveAndDie(path, std::chrono::microseconds(5000 + random() % 120'000), seen));
+  }
+  EXPECT_EQ(seen.errors, "");
+  // The last life is not cut short.
+  SqliteJobStore store({.path = path}, SystemClock());
+  JobManager manager(Options(), store, &Cost, FakeSolve, SystemClock());
+  int resumed = 0;
+  for (const JobId& id : seen.created) {
+    JobFollower follower(manager, id, {.after = seen.positions[id]});
+    follower.ended = true;
+    follower.Read();
+    const auto job = store.Get("ada", id);
+    ASSERT_TRUE(job.ok()) << job.status();
+    EXPECT_EQ(job->state, JobState::kSucceeded) << job->error;
+    EXPECT_EQ(Trajectory(store, id), Trajectory(kWindows));
+    std::vector<std::string> kept = seen.kept[id];
+    kept.insert(kept.end(), follower.kept.begin(), follower.kept.end());
+    for (int window = 0; window < kWindows; ++window) {
+      EXPECT_EQ(std::count(kept.begin(), kept.end(), "window " + std::to_string(window)), 1) << id;
+    }
+    EXPECT_EQ(std::count(kept.begin(), kept.end(), "SUCCEEDED"), 1);
+    EXPECT_EQ(kept.back(), "solved");
+    resumed += std::count(kept.begin(), kept.end(), "RUNNING") > 1;
+  }
+  RecordProperty("jobs", std::to_string(seen.created.size()));
+  RecordProperty("resumed", std::to_string(resumed));
+  EXPECT_GT(seen.created.size(), 3u);
+}
+
+}  // namespace
+}  // namespace dlcs::jobs
