@@ -51,7 +51,7 @@ void CheckpointWriter::Work() {
       pause = kFirstPause;
     } else {
       asked_.push_back(run);
-      changed_.wait_until(lock, std::chrono::system_clock::now() + pause, [this] { return ending_; });
+      changed_.wait_for(lock, pause, [this] { return ending_; });
       pause = std::min(2 * pause, kLongestPause);
     }
   }

@@ -6,9 +6,7 @@ namespace {
 
 class MachineClock final : public Clock {
  public:
-  Time Now() const override {
-    return std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
-  }
+  Time Now() const override { return std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now()); }
   Duration Elapsed() const override {
     return std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch());
   }

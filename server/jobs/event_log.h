@@ -110,12 +110,12 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::size_t bytes_ = 0;
   std::int64_t last_ = 0;
   std::int64_t reserved_ = 0;
-  std::int64_t durable_ = 0;   // kept events up to here are in the store
-  std::int64_t archived_ = 0;  // and up to here they are not in kept_
-  std::int64_t forgotten_ = 0; // passing events up to here are not in passing_
-  std::int64_t first_ = 0;     // numbers up to here were used before this log began
+  std::int64_t durable_ = 0;    // kept events up to here are in the store
+  std::int64_t archived_ = 0;   // and up to here they are not in kept_
+  std::int64_t forgotten_ = 0;  // passing events up to here are not in passing_
+  std::int64_t first_ = 0;      // numbers up to here were used before this log began
   bool closed_ = false;
-  bool woken_ = false;         // the waker was called and has not yet come
+  bool woken_ = false;                   // the waker was called and has not yet come
   Duration next_due_ = Duration::max();  // what TakeReady() said last
   std::vector<EventWatch*> watches_;
 };
@@ -133,7 +133,7 @@ struct EventGap {
 };
 
 struct EventWatchOptions {
-  std::int64_t after = 0;      // begins above this number
+  std::int64_t after = 0;  // begins above this number
   // Passing events closer together than this are conflated: of each run the newest is delivered.
   Duration min_interval{0};
   // Quiet for so long, a heartbeat is delivered. Proxies cut streams that are silent for a minute.
@@ -155,8 +155,8 @@ class EventWatch {
   };
   struct Delivery {
     Got got = Got::kNothing;
-    std::optional<EventGap> gap;  // stands before `event`
-    Event event;                  // of kEvent
+    std::optional<EventGap> gap;        // stands before `event`
+    Event event;                        // of kEvent
     std::int64_t archived_through = 0;  // of kArchived: the store has all kept events up to here
   };
 

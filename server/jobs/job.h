@@ -64,15 +64,15 @@ struct Job {
 
   JobState state = JobState::kQueued;
   Time created;
-  std::optional<Time> started;   // the first attempt
+  std::optional<Time> started;  // the first attempt
   std::optional<Time> finished;
-  int attempts = 0;              // begun since the job last got on: a job that kills its server is found out
-  std::int64_t sequence = 0;     // the mark: no event has a higher number, in the store or in memory
-  std::int64_t last_event = 0;   // in the store
-  std::int64_t chunks = 0;       // parts of the trajectory in the store
-  double progress = 0;           // 0 to 1
-  absl::Status error;            // of kFailed
-  std::int64_t stored_bytes = 0; // body, chunks, state and events
+  int attempts = 0;               // begun since the job last got on: a job that kills its server is found out
+  std::int64_t sequence = 0;      // the mark: no event has a higher number, in the store or in memory
+  std::int64_t last_event = 0;    // in the store
+  std::int64_t chunks = 0;        // parts of the trajectory in the store
+  double progress = 0;            // 0 to 1
+  absl::Status error;             // of kFailed
+  std::int64_t stored_bytes = 0;  // body, chunks, state and events
 };
 
 }  // namespace dlcs::jobs

@@ -2,7 +2,7 @@
 // What happens by itself: leases, deadlines, jobs and events of other servers, expiry, the store's health.
 #include <algorithm>
 #include <chrono>
-#include <iterator>
+#include <set>
 #include <utility>
 
 #include "server/jobs/job_manager.h"
@@ -38,8 +38,7 @@ void JobManager::KeepHouse() {
   while (!ending_) {
     Duration pause = std::min({poll.next(), renew.next(), probe.next(), expire.next()}) - clock_.Elapsed();
     if (const auto deadline = NextDeadline()) pause = std::min(pause, *deadline - clock_.Now());
-    // By the time of day: GCC 12's thread sanitizer does not see waits on steady clocks.
-    if (pause > Duration::zero()) house_.wait_until(lock, std::chrono::system_clock::now() + pause);
+    if (pause > Duration::zero()) house_.wait_for(lock, pause);
     if (ending_) return;
     lock.unlock();
     const Duration now = clock_.Elapsed();
@@ -58,9 +57,12 @@ void JobManager::KeepHouse() {
 }
 
 void JobManager::TakeUpJobs() {
+  std::set<JobId> gone;  // unless the store says otherwise: claimed or cancelled elsewhere
   {
     const std::lock_guard lock(mutex_);
     if (draining_) return;
+    const std::vector<JobId> queued = scheduler_.QueuedIds();
+    gone.insert(queued.begin(), queued.end());
   }
   if (!leases_released_) {
     // Of an earlier life: this one has claimed nothing yet.
@@ -71,7 +73,13 @@ void JobManager::TakeUpJobs() {
   if (!jobs.ok()) return;
   const std::lock_guard lock(mutex_);
   for (const Job& job : *jobs) {
+    gone.erase(job.id);
     if (!scheduler_.Knows(job.id) && !active_.contains(job.id)) scheduler_.Restore(RequestOf(job));
+  }
+  if (jobs->size() < static_cast<std::size_t>(options_.limits.max_queued_jobs)) {
+    for (const JobId& id : gone) {
+      if (!active_.contains(id)) scheduler_.Remove(id);
+    }
   }
   work_.notify_all();
 }

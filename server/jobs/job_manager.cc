@@ -20,9 +20,6 @@ constexpr std::chrono::seconds kPatienceWithTheStore{2};
 // How long a job that does not fit may wait for the next look at the queue; ends of others are noticed at once.
 constexpr milliseconds kLookAgain{500};
 
-// The thread sanitizer of GCC 12 does not see the waits on steady clocks.
-auto In(Duration duration) { return std::chrono::system_clock::now() + duration; }
-
 }  // namespace
 
 JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve,
@@ -37,7 +34,8 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
       scheduler_(options_.limits, clock) {
   TakeUpJobs();
   threads_.emplace_back([this] { KeepHouse(); });
-  for (int k = 0; k < options_.limits.cores; ++k) threads_.emplace_back([this] { Work(); });
+  const int cores = options_.runs_jobs ? options_.limits.cores : 0;
+  for (int k = 0; k < cores; ++k) threads_.emplace_back([this] { Work(); });
 }
 
 JobManager::~JobManager() {
@@ -153,11 +151,11 @@ void JobManager::Drain(Duration grace) {
   std::unique_lock lock(mutex_);
   draining_ = true;
   const auto is_idle = [this] { return active_.empty(); };
-  if (idle_.wait_until(lock, In(grace), is_idle)) return;
+  if (idle_.wait_for(lock, grace, is_idle)) return;
   for (const auto& [id, active] : active_) {
     if (active.run != nullptr) active.run->Stop(StopCause::kDrain);
   }
-  if (idle_.wait_until(lock, In(kPatienceWithTheStore), is_idle)) return;
+  if (idle_.wait_for(lock, kPatienceWithTheStore, is_idle)) return;
   abandoning_ = true;
   work_.notify_all();
   idle_.wait(lock, is_idle);
@@ -179,7 +177,7 @@ void JobManager::Work() {
     } else if (ending_) {
       return;
     } else {
-      work_.wait_until(lock, In(kLookAgain));
+      work_.wait_for(lock, kLookAgain);
     }
   }
 }
@@ -259,7 +257,7 @@ void JobManager::Persist(JobRun& run, const std::function<absl::Status()>& write
     if (status.ok()) return;
     std::unique_lock lock(mutex_);
     if (absl::IsAborted(status) || abandoning_) return run.log()->Abandon();
-    work_.wait_until(lock, In(pause), [this] { return abandoning_; });
+    work_.wait_for(lock, pause, [this] { return abandoning_; });
     pause = std::min(2 * pause, kLongestPause);
   }
 }

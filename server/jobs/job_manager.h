@@ -45,11 +45,13 @@ using CostModel = std::function<absl::StatusOr<Demand>(const std::string& body)>
 struct JobManagerOptions {
   SchedulerLimits limits;
   EventLogLimits log;
+  // False for a server that admits, answers and lets others run; limits.cores are then those of the others.
+  bool runs_jobs = true;
   // Of this server among those that share the store; the same after a restart, so that it finds its jobs at once.
   std::string worker = "dlcsd";
-  Duration lease = std::chrono::seconds(30);       // renewed every quarter of it
-  Duration poll = std::chrono::seconds(1);         // how soon jobs of other servers, and their events, are seen
-  Duration probe = std::chrono::seconds(5);        // how soon a store that broke, or came back, is noticed
+  Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
+  Duration poll = std::chrono::seconds(1);    // how soon jobs of other servers, and their events, are seen
+  Duration probe = std::chrono::seconds(5);   // how soon a store that broke, or came back, is noticed
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
   // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a
@@ -70,8 +72,8 @@ struct Submission {
 // call them from a reaction. `owner` as in JobStore.
 class JobManager {
  public:
-  // Takes up at once the jobs that an earlier life of this worker left, and starts limits.cores threads that run jobs.
-  // All references must outlive it. `solve` is called from those threads; it may throw.
+  // Takes up at once the jobs that an earlier life of this worker left, and starts limits.cores threads that run jobs
+  // (options.runs_jobs). All references must outlive it. `solve` is called from those threads; it may throw.
   JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve, const Clock& clock);
   // Drain(0).
   ~JobManager();
@@ -81,7 +83,8 @@ class JobManager {
   absl::StatusOr<JobStore::Created> Submit(const Submission& submission);
   absl::StatusOr<Job> Cancel(const std::optional<std::string>& owner, const JobId& id);
   absl::Status Delete(const std::optional<std::string>& owner, const JobId& id);
-  // Errors: NOT_FOUND; OUT_OF_RANGE when options.after is a number that no event has.
+  // What is returned must be gone before the manager is. Errors: NOT_FOUND; OUT_OF_RANGE when options.after is a number
+  // that no event has.
   absl::StatusOr<std::unique_ptr<JobWatch>> Watch(const std::optional<std::string>& owner, const JobId& id,
                                                   const EventWatchOptions& options, std::function<void()> ready);
 
@@ -137,15 +140,15 @@ class JobManager {
   CheckpointWriter writer_;
 
   mutable std::mutex mutex_;
-  std::condition_variable work_;      // something may start, or the end
-  std::condition_variable house_;     // something to do for the housekeeper
-  std::condition_variable idle_;      // nothing runs
+  std::condition_variable work_;   // something may start, or the end
+  std::condition_variable house_;  // something to do for the housekeeper
+  std::condition_variable idle_;   // nothing runs
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
   bool leases_released_ = false;
   bool draining_ = false;
-  bool abandoning_ = false;           // the store is not waited for any more
+  bool abandoning_ = false;  // the store is not waited for any more
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

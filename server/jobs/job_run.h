@@ -101,8 +101,8 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   std::int64_t next_chunk_;
   bool said_cancelling_ = false;
 
-  std::mutex write_mutex_;    // long: one writer at a time; taken before pending_mutex_
-  Progress unwritten_;        // what a failed Write() left
+  std::mutex write_mutex_;  // long: one writer at a time; taken before pending_mutex_
+  Progress unwritten_;      // what a failed Write() left
   std::optional<Outcome> outcome_;
 };
 

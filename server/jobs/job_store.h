@@ -55,7 +55,7 @@ struct Progress {
 struct Outcome {
   JobState state = JobState::kFailed;  // a final one
   absl::Status error;
-  std::vector<Event> events;           // the last is the summary
+  std::vector<Event> events;  // the last is the summary
 };
 
 struct JobFilter {
@@ -69,7 +69,7 @@ struct JobPage {
 };
 
 struct Expiry {
-  Duration max_age = std::chrono::hours(24 * 7);       // of finished jobs
+  Duration max_age = std::chrono::hours(24 * 7);             // of finished jobs
   std::int64_t max_finished_bytes = std::int64_t{10} << 30;  // the oldest go first
 };
 

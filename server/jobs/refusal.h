@@ -13,8 +13,8 @@
 namespace dlcs::jobs {
 
 struct Refusal {
-  std::string limit;                    // its name, as in SchedulerLimits; "deadline" for what comes too late
-  double value = 0;                     // of the limit
+  std::string limit;  // its name, as in SchedulerLimits; "deadline" for what comes too late
+  double value = 0;   // of the limit
   double asked = 0;
   std::optional<Duration> retry_after;  // absent: never, on this server
 };

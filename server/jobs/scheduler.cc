@@ -71,7 +71,8 @@ std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
                    after_one(of_owner)};
   }
   if (queued() >= limits_.max_queued_jobs) {
-    return Refusal{"max_queued_jobs", static_cast<double>(limits_.max_queued_jobs), queued() + 1.0, after_one(queued())};
+    return Refusal{"max_queued_jobs", static_cast<double>(limits_.max_queued_jobs), queued() + 1.0,
+                   after_one(queued())};
   }
   const double total = queued_core_seconds_ + demand.core_seconds;
   if (total > limits_.max_queued_core_seconds && queued() > 0) {
@@ -129,6 +130,12 @@ bool Scheduler::Remove(const JobId& id) {
   if (!queued_.contains(id)) return false;
   Take(id);
   return true;
+}
+
+std::vector<JobId> Scheduler::QueuedIds() const {
+  std::vector<JobId> ids;
+  for (const auto& [id, place] : queued_) ids.push_back(id);
+  return ids;
 }
 
 bool Scheduler::Fits(const Demand& demand) const {

@@ -19,10 +19,10 @@
 namespace dlcs::jobs {
 
 struct SchedulerLimits {
-  int cores = 1;                                               // threads of all running jobs together
+  int cores = 1;  // threads of all running jobs together
   std::int64_t max_running_memory_bytes = std::int64_t{4} << 30;
-  int max_threads_per_job = 1 << 20;                           // a job that asks for more gets these
-  std::int64_t max_job_memory_bytes = std::int64_t{4} << 30;   // at most max_running_memory_bytes
+  int max_threads_per_job = 1 << 20;                          // a job that asks for more gets these
+  std::int64_t max_job_memory_bytes = std::int64_t{4} << 30;  // at most max_running_memory_bytes
   double max_job_core_seconds = 24 * 3600;
   int max_queued_jobs = 1000;
   int max_queued_jobs_per_owner = 200;
@@ -43,10 +43,10 @@ struct SchedulerLimits {
 // for a decision, O(jobs of the user) for an admission.
 //
 // Between users: deficit round robin by core-seconds [Shreedhar & Varghese 1996], with rounds as small as one likes:
-// a job starts when its user's deficit pays for it, all users who wait get the same until the first of them can pay, and
-// the one who can spare most goes first. Jobs are paid for as predicted when they start, and corrected when they end:
-// predicting too little gains nothing. Within a user: higher priority first, then first come, first served. A priority
-// does not count between users, since everybody would ask for the highest.
+// a job starts when its user's deficit pays for it, all users who wait get the same until the first of them can pay,
+// and the one who can spare most goes first. Jobs are paid for as predicted when they start, and corrected when they
+// end: predicting too little gains nothing. Within a user: higher priority first, then first come, first served. A
+// priority does not count between users, since everybody would ask for the highest.
 //
 // Source: M. Shreedhar, G. Varghese. Efficient fair queuing using deficit round-robin. IEEE/ACM Transactions on
 // Networking 4(3), 1996, 375-385.
@@ -86,13 +86,12 @@ class Scheduler {
   // Takes out the queued jobs that would end after their deadline if they started now.
   std::vector<JobId> TakeHopeless();
 
+  std::vector<JobId> QueuedIds() const;
   // With the places kept.
   int queued() const { return static_cast<int>(queued_.size() + reserved_.size()); }
   int running() const { return static_cast<int>(running_.size()); }
   double queued_core_seconds() const { return queued_core_seconds_; }
-  bool Knows(const JobId& id) const {
-    return queued_.contains(id) || running_.contains(id) || reserved_.contains(id);
-  }
+  bool Knows(const JobId& id) const { return queued_.contains(id) || running_.contains(id) || reserved_.contains(id); }
 
  private:
   struct QueueKey {
@@ -108,9 +107,9 @@ class Scheduler {
   };
   struct Owner {
     std::map<QueueKey, Queued> queue;
-    double deficit = 0;              // core-seconds it may use; below 0 after underpredictions
+    double deficit = 0;  // core-seconds it may use; below 0 after underpredictions
     double queued_core_seconds = 0;
-    double idle_since = 0;           // given_ when its queue became empty
+    double idle_since = 0;  // given_ when its queue became empty
   };
   struct Running {
     Request request;
@@ -145,12 +144,12 @@ class Scheduler {
   const Clock& clock_;
   std::int64_t arrivals_ = 0;
   std::map<std::string, Owner> owners_;
-  std::string turn_;   // the owner that was served last
-  double given_ = 0;   // to each user who waited all the time
+  std::string turn_;  // the owner that was served last
+  double given_ = 0;  // to each user who waited all the time
   std::map<JobId, Request> reserved_;
   std::map<JobId, Place> queued_;
   std::set<std::pair<Time, JobId>> latest_starts_;  // of queued jobs with a deadline
-  double queued_core_seconds_ = 0;  // with those of places kept
+  double queued_core_seconds_ = 0;                  // with those of places kept
   std::map<JobId, Running> running_;
   int busy_cores_ = 0;
   int busy_cores_of_large_ = 0;

@@ -89,8 +89,8 @@ absl::Status SqliteDatabase::OpenWriter() {
     return absl::OkStatus();
   }
   using IfMissing = SqliteConnection::IfMissing;
-  auto connection = std::make_unique<SqliteConnection>(
-      options_.path, was_open_ ? IfMissing::kFail : IfMissing::kCreate, options_.busy_timeout);
+  auto connection = std::make_unique<SqliteConnection>(options_.path, was_open_ ? IfMissing::kFail : IfMissing::kCreate,
+                                                       options_.busy_timeout);
   // Before the first table: freed pages can then be given back to the disk.
   connection->Execute("PRAGMA auto_vacuum = INCREMENTAL");
   if (const std::string mode = connection->Query("PRAGMA journal_mode = WAL"); mode != "wal") {
@@ -117,8 +117,8 @@ absl::Status SqliteDatabase::OpenReader() {
     const std::lock_guard lock(writer_mutex_);
     if (absl::Status status = OpenWriter(); !status.ok()) return status;
   }
-  auto connection = std::make_unique<SqliteConnection>(options_.path, SqliteConnection::IfMissing::kFail,
-                                                       options_.busy_timeout);
+  auto connection =
+      std::make_unique<SqliteConnection>(options_.path, SqliteConnection::IfMissing::kFail, options_.busy_timeout);
   Configure(*connection, options_);
   connection->Execute("PRAGMA query_only = ON");
   reader_ = std::move(connection);

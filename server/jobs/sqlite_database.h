@@ -89,7 +89,7 @@ class SqliteDatabase {
   std::atomic<bool> healthy_ = false;
   std::mutex writer_mutex_;
   std::unique_ptr<SqliteConnection> writer_;
-  bool was_open_ = false;  // with writer_mutex_
+  bool was_open_ = false;    // with writer_mutex_
   std::mutex reader_mutex_;  // taken before writer_mutex_ where both are
   std::unique_ptr<SqliteConnection> reader_;
 };

@@ -50,8 +50,8 @@ void AddChunk(SqliteConnection& connection, std::int64_t job, const Chunk& chunk
 
 absl::StatusOr<std::vector<Job>> SqliteJobStore::ListClaimable(int limit) {
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::vector<Job>> {
-    const auto query = connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE " DLCS_CLAIMABLE
-                                          " ORDER BY number LIMIT ?2");
+    const auto query =
+        connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE " DLCS_CLAIMABLE " ORDER BY number LIMIT ?2");
     query->Bind(clock_.Now(), limit);
     std::vector<Job> jobs;
     while (query->Step()) jobs.push_back(ReadJob(*query).job);
@@ -73,11 +73,11 @@ absl::StatusOr<std::optional<ClaimedJob>> SqliteJobStore::Claim(const std::strin
       const JobState state = row.job.state == JobState::kCancelling ? JobState::kCancelling : JobState::kRunning;
       EnterState(connection, row.number, state, now);
       row = *FindJob(connection, std::nullopt, id);
-      ClaimedJob result{.job = std::move(row.job),
-                        .lease = {.job = id, .worker = worker, .fence = row.fence},
-                        .body = ReadBlob(connection, "SELECT body FROM bodies WHERE job = ?1", row.number).value_or(""),
-                        .resume_state =
-                            ReadBlob(connection, "SELECT state FROM resume_states WHERE job = ?1", row.number)};
+      ClaimedJob result{
+          .job = std::move(row.job),
+          .lease = {.job = id, .worker = worker, .fence = row.fence},
+          .body = ReadBlob(connection, "SELECT body FROM bodies WHERE job = ?1", row.number).value_or(""),
+          .resume_state = ReadBlob(connection, "SELECT state FROM resume_states WHERE job = ?1", row.number)};
       return std::optional<ClaimedJob>(std::move(result));
     }
     return std::optional<ClaimedJob>();
@@ -146,7 +146,8 @@ absl::Status SqliteJobStore::Release(const Lease& lease, std::int64_t through) {
   return database_.Write([&](SqliteConnection& connection) -> absl::Status {
     const absl::StatusOr<JobRow> row = HeldAndRunning(connection, lease);
     if (!row.ok()) return row.status();
-    connection.Run("UPDATE jobs SET sequence = ?2, lease_until = 0, attempts = 0 WHERE number = ?1", row->number, through);
+    connection.Run("UPDATE jobs SET sequence = ?2, lease_until = 0, attempts = 0 WHERE number = ?1", row->number,
+                   through);
     if (row->job.state == JobState::kRunning) {
       EnterState(connection, row->number, JobState::kQueued, clock_.Now());
     }

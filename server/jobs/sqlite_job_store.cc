@@ -100,12 +100,13 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobFilter& filter, int page_s
 
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<JobPage> {
     // Two texts, so that each has its index.
-    const auto query =
-        filter.owner.has_value()
-            ? connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE number < ?1 AND ((1 << state) & ?2) <> 0"
-                                 " AND owner = ?4 ORDER BY number DESC LIMIT ?3")
-            : connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE number < ?1 AND ((1 << state) & ?2) <> 0"
-                                 " ORDER BY number DESC LIMIT ?3");
+    const auto query = filter.owner.has_value()
+                           ? connection.Prepare("SELECT " DLCS_JOB_COLUMNS
+                                                " FROM jobs WHERE number < ?1 AND ((1 << state) & ?2) <> 0"
+                                                " AND owner = ?4 ORDER BY number DESC LIMIT ?3")
+                           : connection.Prepare("SELECT " DLCS_JOB_COLUMNS
+                                                " FROM jobs WHERE number < ?1 AND ((1 << state) & ?2) <> 0"
+                                                " ORDER BY number DESC LIMIT ?3");
     // One more than asked for tells whether there is a next page.
     if (filter.owner.has_value()) {
       query->Bind(*below, states, page_size + std::int64_t{1}, *filter.owner);

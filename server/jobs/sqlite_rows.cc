@@ -54,11 +54,11 @@ absl::Status NoSuchJob(const JobId& id) {
 
 void AddEvent(SqliteConnection& connection, std::int64_t job, const Event& event) {
   const std::int64_t added =
-      connection.Run("INSERT OR IGNORE INTO events (job, sequence, time, kind, payload) VALUES (?1, ?2, ?3, ?4, ?5)", job,
-                     event.sequence, event.time, static_cast<int>(event.kind), Blob{*event.payload});
+      connection.Run("INSERT OR IGNORE INTO events (job, sequence, time, kind, payload) VALUES (?1, ?2, ?3, ?4, ?5)",
+                     job, event.sequence, event.time, static_cast<int>(event.kind), Blob{*event.payload});
   if (added == 0) return;
-  connection.Run("UPDATE jobs SET sequence = MAX(sequence, ?2), stored_bytes = stored_bytes + ?3 WHERE number = ?1", job,
-                 event.sequence, static_cast<std::int64_t>(event.payload->size()));
+  connection.Run("UPDATE jobs SET sequence = MAX(sequence, ?2), stored_bytes = stored_bytes + ?3 WHERE number = ?1",
+                 job, event.sequence, static_cast<std::int64_t>(event.payload->size()));
 }
 
 std::int64_t EnterState(SqliteConnection& connection, std::int64_t job, JobState state, Time now) {

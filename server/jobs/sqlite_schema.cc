@@ -80,8 +80,8 @@ absl::Status Migrate(SqliteConnection& connection, std::span<const char* const> 
   const auto version = [&connection] { return std::stoull(connection.Query("PRAGMA user_version")); };
   if (version() > scripts.size()) {
     return absl::FailedPreconditionError(fmt::format(
-        "The job store has schema version {}, and this program knows versions up to {}: use a newer program.", version(),
-        scripts.size()));
+        "The job store has schema version {}, and this program knows versions up to {}: use a newer program.",
+        version(), scripts.size()));
   }
   while (version() < scripts.size()) {
     SqliteTransaction transaction(connection);

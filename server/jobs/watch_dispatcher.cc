@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/jobs/watch_dispatcher.h"
 
-#include <chrono>
 #include <functional>
 #include <utility>
 
@@ -37,11 +36,8 @@ void WatchDispatcher::Run() {
       if (due_.empty()) {
         changed_.wait(lock, something);
       } else {
-        // A system_clock wait would do as well; wait_for on the steady clock is not seen by GCC 12's thread sanitizer.
         const Duration rest = due_.begin()->first - clock_.Elapsed();
-        if (rest > Duration::zero()) {
-          changed_.wait_until(lock, std::chrono::system_clock::now() + rest, something);
-        }
+        if (rest > Duration::zero()) changed_.wait_for(lock, rest, something);
       }
       if (ending_) return;
       logs.swap(woken_);

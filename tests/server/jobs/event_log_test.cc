@@ -80,7 +80,8 @@ class EventLogTest : public ::testing::Test {
   }
   static std::string Text(const EventGap& gap) {
     const char* const why[] = {"interval", "slow", "not retained"};
-    return "[" + std::to_string(gap.first) + "-" + std::to_string(gap.last) + " " + why[static_cast<int>(gap.why)] + "]";
+    return "[" + std::to_string(gap.first) + "-" + std::to_string(gap.last) + " " + why[static_cast<int>(gap.why)] +
+           "]";
   }
 
   testing::ManualClock clock_;
@@ -129,14 +130,14 @@ TEST_F(EventLogTest, ShowsNoNumberThatTheStoreHasNotReserved) {
 TEST_F(EventLogTest, AsksForReservationsALogarithmicNumberOfTimes) {
   const auto log = std::make_shared<EventLog>(EventLogLimits{}, clock_, nullptr, 0);
   int asked = 0;
-  for (int k = 0; k < 1'000'000; ++k) {
+  for (int k = 0; k < 200'000; ++k) {
     log->Append(EventKind::kIterate, "");
     if (const std::int64_t wanted = log->WantedReservation(); wanted > 0) {
       ++asked;
       log->Reserve(wanted);
     }
   }
-  EXPECT_LT(asked, 25);
+  EXPECT_LT(asked, 20);
 }
 
 TEST_F(EventLogTest, ShowsNothingFromAnEventOnThatTheStoreDoesNotHaveYet) {
@@ -286,7 +287,8 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
     const auto chance = [&random](int percent) { return static_cast<int>(random() % 100) < percent; };
     archive_.clear();
     const auto log = MakeLog({.max_events = 5 + random() % 40, .max_bytes = 2000 + random() % 10'000});
-    EventWatchOptions options{.min_interval = chance(50) ? Duration(3ms) : Duration(0), .max_backlog = 1 + random() % 20};
+    EventWatchOptions options{.min_interval = chance(50) ? Duration(3ms) : Duration(0),
+                              .max_backlog = 1 + random() % 20};
     auto watch = Watch(log, options);
     std::map<std::int64_t, EventKind> appended;
     std::vector<std::pair<std::int64_t, EventKind>> uncommitted;
@@ -310,7 +312,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
     for (int step = 0; step < 600; ++step) {
       clock_.Advance(Duration(random() % 2000));
       if (step == 599 || chance(50)) {
-        const EventKind kind = step == 599   ? EventKind::kSummary
+        const EventKind kind = step == 599  ? EventKind::kSummary
                                : chance(20) ? EventKind::kWindowAccepted
                                             : EventKind::kIterate;
         const std::int64_t sequence = log->Append(kind, std::string(random() % 300, 'p')).sequence;

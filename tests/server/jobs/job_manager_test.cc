@@ -25,8 +25,8 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::Contains;
 using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 using testing::FakeSolve;
+using ::testing::IsEmpty;
 using testing::JobFollower;
 using testing::Trajectory;
 
@@ -80,8 +80,8 @@ TEST_F(JobManagerTest, RunsAJobFromQueueToSummary) {
   const JobId id = Submit(*manager, "3 4 100");
   JobFollower follower(*manager, id);
   follower.Read();
-  EXPECT_THAT(follower.kept, ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "window 1", "window 2",
-                                         "SUCCEEDED", "solved"));
+  EXPECT_THAT(follower.kept,
+              ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "window 1", "window 2", "SUCCEEDED", "solved"));
   EXPECT_TRUE(follower.ended);
   EXPECT_EQ(StateOf(id), JobState::kSucceeded);
   EXPECT_EQ(Trajectory(store_, id), Trajectory(3));
@@ -164,7 +164,8 @@ TEST_F(JobManagerTest, CancelsWhatRunsAndWhatWaits) {
   EXPECT_EQ(manager->Cancel("bob", running).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(manager->Cancel("ada", running)->state, JobState::kCancelling);
   follower.Read();
-  EXPECT_THAT(follower.kept, ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", "stopped in window 0"));
+  EXPECT_THAT(follower.kept,
+              ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", "stopped in window 0"));
   EXPECT_EQ(StateOf(running), JobState::kCancelled);
   EXPECT_EQ(manager->Cancel("ada", running)->state, JobState::kCancelled);
   manager->Drain(5s);
@@ -278,6 +279,22 @@ TEST_F(JobManagerTest, TwoServersShareTheWorkAndTheWatchers) {
     EXPECT_EQ(Trajectory(store_, id), Trajectory(4));
     EXPECT_EQ(store_.Get("ada", id)->attempts, 1);
   }
+}
+
+TEST_F(JobManagerTest, AFrontAdmitsAndFollowsAndLetsOthersRun) {
+  JobManagerOptions options = Fast("front", 1);
+  options.runs_jobs = false;
+  options.limits.max_queued_jobs = 2;
+  const auto front = Start(options);
+  const JobId first = Submit(*front, "3 5 1000");
+  Submit(*front, "3 5 1000");
+  EXPECT_EQ(RefusalOf(front->Submit(Ask("1 1 1")).status())->limit, "max_queued_jobs");
+  EXPECT_EQ(front->load().queued, 2);
+  const auto worker = Start(Fast("worker", 1));
+  EXPECT_EQ(Wait(*front, first).state, JobState::kSucceeded);
+  for (int k = 0; k < 500 && front->load().queued > 0; ++k) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(front->load().queued, 0);
+  EXPECT_TRUE(front->Submit(Ask("1 1 1")).ok());
 }
 
 TEST_F(JobManagerTest, AServerThatWasTakenForDeadCannotSpoilTheResult) {

@@ -211,8 +211,11 @@ TEST_P(JobStoreContractTest, KeepsEveryByteOfAnEventAndAChunk) {
   const auto chunks = shared_->other().ReadChunks(claimed.job.id, 0, 1);
   EXPECT_EQ(chunks->at(0).data, progress.chunks[0].data);
   EXPECT_EQ(chunks->at(0).begin, 0.1);
-  EXPECT_EQ(store_.Get("ada", claimed.job.id)->stored_bytes,
-            static_cast<std::int64_t>(std::string("a problem" "QUEUED" "RUNNING").size()) + 4 + 3'000'000);
+  EXPECT_EQ(store_.Get("ada", claimed.job.id)->stored_bytes, static_cast<std::int64_t>(std::string("a problem"
+                                                                                                   "QUEUED"
+                                                                                                   "RUNNING")
+                                                                                           .size()) +
+                                                                 4 + 3'000'000);
 }
 
 TEST_P(JobStoreContractTest, ReadsTheTrajectoryInBoundedParts) {
@@ -357,8 +360,7 @@ TEST_P(JobStoreContractTest, AJobGivenBackGoesOnElsewhere) {
   const ClaimedJob second = Claim(shared_->other(), id, "other");
   EXPECT_EQ(second.resume_state, "state 0");
   EXPECT_EQ(second.job.attempts, 1);
-  EXPECT_THAT(EventsOf(store_, id),
-              ElementsAre("1 QUEUED", "2 RUNNING", "10 window 0", "16 QUEUED", "17 RUNNING"));
+  EXPECT_THAT(EventsOf(store_, id), ElementsAre("1 QUEUED", "2 RUNNING", "10 window 0", "16 QUEUED", "17 RUNNING"));
 }
 
 TEST_P(JobStoreContractTest, CancelEndsAQueuedJobAndTellsTheWorkerOfARunningOne) {

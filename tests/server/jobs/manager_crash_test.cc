@@ -53,8 +53,8 @@ JobManagerOptions Options() {
   SqliteJobStore store({.path = path}, SystemClock());
   JobManager manager(Options(), store, &Cost, FakeSolve, SystemClock());
   for (;;) {
-    const auto unfinished = store.List(
-        {.owner = "ada", .states = {JobState::kQueued, JobState::kRunning, JobState::kCancelling}}, 10, "");
+    const auto unfinished =
+        store.List({.owner = "ada", .states = {JobState::kQueued, JobState::kRunning, JobState::kCancelling}}, 10, "");
     if (!unfinished.ok()) _exit(1);
     std::vector<Job> jobs = unfinished->jobs;
     while (jobs.size() < 4) {
@@ -109,7 +109,8 @@ struct Seen {
       words >> first >> sequence >> kind >> std::ws;
       std::getline(words, payload);
       // No number twice, none missing without a gap.
-      if (first != positions[id] + 1 || sequence < first) errors += "after " + std::to_string(positions[id]) + ": " + line + "\n";
+      if (first != positions[id] + 1 || sequence < first)
+        errors += "after " + std::to_string(positions[id]) + ": " + line + "\n";
       positions[id] = sequence;
       if (IsKept(static_cast<EventKind>(kind))) kept[id].push_back(payload);
     }
@@ -129,7 +130,8 @@ std::string LiveAndDie(const std::string& path, std::chrono::microseconds life, 
   std::string text;
   std::thread reader([&text, end = ends[0]] {
     char buffer[65536];
-    for (ssize_t size = 0; (size = read(end, buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(size));
+    for (ssize_t size = 0; (size = read(end, buffer, sizeof buffer)) > 0;)
+      text.append(buffer, static_cast<std::size_t>(size));
   });
   std::this_thread::sleep_for(life);
   kill(child, SIGKILL);

@@ -28,7 +28,7 @@ struct Arrival {
   std::string owner;
   double predicted = 0;  // core-seconds
   double actual = 0;
-  double allowed = 0;    // until its deadline; 0: none
+  double allowed = 0;  // until its deadline; 0: none
 };
 
 struct Fate {
@@ -57,7 +57,9 @@ std::vector<Fate> Simulate(const SchedulerLimits& limits, std::vector<Arrival> a
     clock.Advance(std::max(Duration(0), FromSeconds(now - (Seconds(clock.Elapsed()) - origin))));
     if (arrives) {
       const Arrival& arrival = fates[next].arrival;
-      Scheduler::Request request{.id = std::to_string(next), .owner = arrival.owner, .priority = 0,
+      Scheduler::Request request{.id = std::to_string(next),
+                                 .owner = arrival.owner,
+                                 .priority = 0,
                                  .demand = {.core_seconds = arrival.predicted, .memory_bytes = 1, .threads = 1},
                                  .deadline = std::nullopt};
       if (arrival.allowed > 0) request.deadline = clock.Now() + FromSeconds(arrival.allowed);
@@ -129,7 +131,7 @@ TEST(SchedulerSimulationTest, EveryoneWhoAlwaysWantsMoreGetsTheSame) {
 }
 
 struct Load {
-  double factor = 5;   // of the capacity, by four users
+  double factor = 5;  // of the capacity, by four users
   bool heavy = true;
 };
 
@@ -140,8 +142,11 @@ std::vector<Arrival> OverloadAndALightUser(const Load& load, unsigned seed) {
   std::vector<Arrival> arrivals;
   for (double at = 0; load.heavy && at < 60; at += gap(random)) {
     const double predicted = 0.25 + 0.5 * std::uniform_real_distribution<double>()(random);
-    arrivals.push_back({.at = at, .owner = "heavy" + std::to_string(random() % 4), .predicted = predicted,
-                        .actual = predicted * error(random), .allowed = 10});
+    arrivals.push_back({.at = at,
+                        .owner = "heavy" + std::to_string(random() % 4),
+                        .predicted = predicted,
+                        .actual = predicted * error(random),
+                        .allowed = 10});
   }
   // A quarter of its share, 2 cores among five.
   for (int k = 0; k < 12; ++k) {

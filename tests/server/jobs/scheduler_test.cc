@@ -19,7 +19,10 @@ using ::testing::ElementsAre;
 class SchedulerTest : public ::testing::Test {
  protected:
   static Scheduler::Request Job(const std::string& owner, const std::string& name, double core_seconds = 1) {
-    return {.id = owner + name, .owner = owner, .priority = 0, .demand = {.core_seconds = core_seconds, .memory_bytes = 1, .threads = 1},
+    return {.id = owner + name,
+            .owner = owner,
+            .priority = 0,
+            .demand = {.core_seconds = core_seconds, .memory_bytes = 1, .threads = 1},
             .deadline = std::nullopt};
   }
   // Starts, and ends at once, what there is, in order.
@@ -112,7 +115,8 @@ TEST_F(SchedulerTest, RunsWhatFitsIntoCoresAndMemory) {
 }
 
 TEST_F(SchedulerTest, CapsTheThreadsOfAJob) {
-  Scheduler scheduler({.cores = 8, .max_threads_per_job = 4, .large_core_seconds = 10, .cores_kept_for_small = 6}, clock_);
+  Scheduler scheduler({.cores = 8, .max_threads_per_job = 4, .large_core_seconds = 10, .cores_kept_for_small = 6},
+                      clock_);
   Scheduler::Request wide = Job("ada", "wide");
   wide.demand.threads = 64;
   Scheduler::Request large = Job("ada", "large", 100);

@@ -104,7 +104,10 @@ TEST_F(SqliteFaultsTest, FreedPagesGoBackToTheDisk) {
     const auto created = store->Create(SampleJob("ada", std::string(100'000, 'b')));
     ASSERT_TRUE(store->RequestCancel("ada", created->job.id).ok());
   }
-  const auto bytes = [this] { return std::stoll(SqliteConnection(path_, SqliteConnection::IfMissing::kFail, 1s).Query("PRAGMA page_count")) * 4096; };
+  const auto bytes = [this] {
+    return std::stoll(SqliteConnection(path_, SqliteConnection::IfMissing::kFail, 1s).Query("PRAGMA page_count")) *
+           4096;
+  };
   EXPECT_GT(bytes(), 2'000'000);
   EXPECT_EQ(*store->Expire({.max_age = 1h, .max_finished_bytes = 0}), 20);
   EXPECT_LT(bytes(), 200'000);
@@ -209,7 +212,8 @@ TEST_F(SqliteFaultsTest, MigrationsKeepTheRowsAndAFailedStepLeavesTheVersionBefo
   EXPECT_THROW((void)Migrate(connection, broken), SqliteError);
   EXPECT_EQ(connection.Query("PRAGMA user_version"), "1");
   EXPECT_THROW(connection.Query("SELECT b FROM t"), SqliteError);
-  const char* const mended[] = {first[0], "ALTER TABLE t ADD COLUMN b INTEGER DEFAULT 7", "INSERT INTO t VALUES (2, 8)"};
+  const char* const mended[] = {first[0], "ALTER TABLE t ADD COLUMN b INTEGER DEFAULT 7",
+                                "INSERT INTO t VALUES (2, 8)"};
   ASSERT_TRUE(Migrate(connection, mended).ok());
   ASSERT_TRUE(Migrate(connection, mended).ok());  // nothing left to do
   EXPECT_EQ(connection.Query("PRAGMA user_version"), "3");

@@ -14,7 +14,8 @@ namespace {
 
 class SharedSqliteStore final : public SharedStore {
  public:
-  SharedSqliteStore() : one_({.path = folder_.File("jobs.db")}, clock_), other_({.path = folder_.File("jobs.db")}, clock_) {}
+  SharedSqliteStore()
+      : one_({.path = folder_.File("jobs.db")}, clock_), other_({.path = folder_.File("jobs.db")}, clock_) {}
   JobStore& one() override { return one_; }
   JobStore& other() override { return other_; }
   void Advance(Duration duration) override { clock_.Advance(duration); }

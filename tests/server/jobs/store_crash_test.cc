@@ -101,7 +101,8 @@ struct Acknowledged {
 std::string ReadAll(int pipe) {
   std::string text;
   char buffer[65536];
-  for (ssize_t size = 0; (size = read(pipe, buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(size));
+  for (ssize_t size = 0; (size = read(pipe, buffer, sizeof buffer)) > 0;)
+    text.append(buffer, static_cast<std::size_t>(size));
   return text;
 }
 
