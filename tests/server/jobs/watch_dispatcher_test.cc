@@ -193,6 +193,7 @@ TEST(WatchDispatcherTest, TheEngineDoesNotWaitForAHundredWatchers) {
   }
   log->MarkDurable(log->Append(EventKind::kSummary, "done").sequence);
   for (std::thread& thread : threads) thread.join();
+  const auto most = static_cast<std::size_t>((std::chrono::steady_clock::now() - begin) / 50ms) + 3;
 
   double sum = 0;
   for (const double time : microseconds) sum += time;
@@ -207,8 +208,8 @@ TEST(WatchDispatcherTest, TheEngineDoesNotWaitForAHundredWatchers) {
   EXPECT_LT(microseconds[microseconds.size() / 2], 100);
   for (const auto& reader : readers) {
     EXPECT_TRUE(reader->consecutive());
-    EXPECT_LE(reader->num_events(), 1500u / 50 + 3);
-    EXPECT_GE(reader->num_events(), 5u);
+    EXPECT_LE(reader->num_events(), most);
+    EXPECT_GE(reader->num_events(), 2u);
   }
   EXPECT_TRUE(unthrottled.consecutive());
 }
