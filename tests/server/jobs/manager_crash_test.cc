@@ -153,8 +153,11 @@ TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer
   const testing::TemporaryFolder folder;
   const std::string path = folder.File("jobs.db");
   Seen seen;
+  int scale = 1;
   for (int k = 0; k < kills && seen.errors.empty(); ++k) {
-    seen.Read(LiveAndDie(path, std::chrono::microseconds(5000 + random() % 120'000), seen));
+    const std::string text = LiveAndDie(path, scale * std::chrono::microseconds(5000 + random() % 120'000), seen);
+    seen.Read(text);
+    if (text.empty()) ++scale;  // a slow machine: not every life may end before it began
   }
   EXPECT_EQ(seen.errors, "");
   // The last life is not cut short.
