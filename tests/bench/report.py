@@ -11,63 +11,14 @@ import math
 import pathlib
 import sys
 
+from report_text import best, bytes_text, exponent, grouped, seconds, table, time_text, verdict
+from signorini_report import report_signorini
+
 GOAL_OVERHEAD = 0.05
 GOAL_STREAM = 0.80
 GOAL_RATIOS = {4: 10, 6: 100, 9: 10_000}  # of implicit Euler's time, by digits
 SMALL = 6  # states
 NOT_NEEDED = "not needed"  # the run would have told nothing new
-
-
-def seconds(run, clock="real_time"):
-    return run[clock] * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1}[run["time_unit"]]
-
-
-def time_text(value):
-    for unit, scale in (("s", 1), ("ms", 1e-3), ("µs", 1e-6)):
-        if value >= scale:
-            return f"{value / scale:.3g} {unit}"
-    return f"{value / 1e-9:.3g} ns"
-
-
-def bytes_text(value):
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if value >= scale:
-            return f"{value / scale:.3g} {unit}"
-    return f"{value:.0f} B"
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "| " + " | ".join("---" for _ in head) + " |"]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
-
-
-def verdict(met):
-    return "met" if met else "**missed**"
-
-
-def best(runs, clock="real_time"):
-    """Of repetitions: what disturbs a run only makes it longer."""
-    return min(seconds(run, clock) for run in runs)
-
-
-def grouped(runs, depth):
-    """Runs by the first `depth` parts of their names, in their order."""
-    groups = {}
-    for run in runs:
-        groups.setdefault(tuple(run["name"].split("/")[:depth]), []).append(run)
-    return groups
-
-
-def exponent(points):
-    """Of y ~ x^p, by least squares over the last decade of x (at least three points)."""
-    points = [(x, y) for x, y in points if y > 0]
-    last = [p for p in points if p[0] >= points[-1][0] / 10] if points else []
-    last = last if len(last) >= 3 else points[-3:]
-    if len(last) < 2:
-        return math.nan
-    logs = [(math.log(x), math.log(y)) for x, y in last]
-    mean_x, mean_y = (sum(values) / len(logs) for values in zip(*logs))
-    return sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x)**2 for x, _ in logs)
 
 
 def report_growth(runs):
@@ -171,71 +122,31 @@ def report_work_precision(runs):
 
 
 def report_threads(runs):
-    print("Wall-clock times, best of the repetitions; every answer has the bits of one thread. The serial fraction e "
-          "is that of Amdahl's law "
-          "for the measured speed-up at the most threads. **Model, not measured**: the speed-up on more cores is 1/(e "
-          "+ (1 - e)/p), "
-          "without the memory's bandwidth and with enough time points for all.\n")
-    rows = []
+    print("Wall-clock times, best of the repetitions; every answer has the bits of one thread. `more work`: what the threads take together, over "
+          "the processor time of one. `waiting`: the part of the threads' time in which they have no processor or nothing to do, the paper's "
+          "communication. The serial fraction e is that of Amdahl's law for the measured speed-up at the most threads.\n\n**Model, not "
+          "measured**: the speed-up on more cores is 1/(e + (1 - e)/p), without the memory's bandwidth and with enough time points for all.\n")
+    rows, models = [], []
     cores = (16, 32, 64, 128)
     for (work,), members in grouped(runs, 1).items():
         times = {}
         for run in members:
             times.setdefault(int(run["threads"]), []).append(run)
+        if 1 not in times:
+            continue
         one, most = best(times[1]), max(times)
-        quickest = min(times[1], key=seconds)
+        quickest, parallel = (min(times[threads], key=seconds) for threads in (1, most))
         speedup = one / best(times[most])
         serial = min(1.0, max(0.0, (1 / speedup - 1 / most) / (1 - 1 / most))) if most > 1 else math.nan
+        busy = seconds(parallel, "cpu_time")
         rows.append([work, time_text(one), *(f"{quickest[part] / one:.0%}" for part in ("seconds_lcp", "seconds_linear", "seconds_setup")),
-                     *(f"{one / best(times[p]):.2f}" for p in sorted(times) if p > 1), f"{serial:.2f}",
-                     *(f"{1 / (serial + (1 - serial) / p):.1f}" for p in cores)])
+                     *(f"{one / best(times[p]):.2f}" for p in sorted(times) if p > 1), f"{busy / seconds(quickest, 'cpu_time') - 1:+.0%}",
+                     f"{max(0, 1 - busy / (most * seconds(parallel))):.0%}", f"{serial:.2f}"])
+        models.append([work, *(f"{1 / (serial + (1 - serial) / p):.1f}" for p in cores)])
     threads = sorted({int(run["threads"]) for run in runs} - {1})
-    print(table(["solve", "one thread", "LCPs", "convolutions and states", "kernel", *(f"speed-up, {p} threads" for p in threads), "e",
-                 *(f"model, {p} cores" for p in cores)], rows))
-
-
-def report_signorini(runs):
-    print("The parabolic Signorini problem of [Wu & Chen], T = 4, by processor time on one thread, set-up included. "
-          "The iteration takes the whole "
-          "horizon as one window and stops at (4.8) of the paper; the march has its answer to rounding. `–`: left out, "
-          "because the "
-          "run before it took seconds.\n")
-    settings = {}
-    for run in runs:
-        what, name, cells, steps, coefficient = run["name"].split("/min_time")[0].split("|")
-        settings.setdefault((coefficient, int(cells), int(steps)), {})[name] = run
-    rows = []
-    for (coefficient, cells, steps), ways in settings.items():
-        times = [time_text(seconds(ways[name], "cpu_time")) if name in ways else "–" for name in ("iteration", "march", "implicit Euler")]
-        iteration = ways.get("iteration")
-        shares = [f"{iteration[share]:.0%}" if iteration else "–" for share in ("share_lcp", "share_linear", "share_setup")]
-        rows.append([coefficient, f"1/{cells}", f"{steps}", f"{iteration['iterations']:.0f}" if iteration else "–", *times, *shares])
-    print(table(["c", "Δx", "J", "iterations", "iteration", "march", "implicit Euler", "of the iteration: LCPs", "convolution, states", "kernel"], rows))
-
-
-def report_implicit_euler(runs):
-    print("The same problem beside implicit Euler done well for it: a sparse Cholesky factor, and sine transforms, both with tridiagonal "
-          "LCPs. Processor time, best of the runs, set-up included, one thread. `*`: extrapolated from the first steps.\n")
-    settings = {}
-    for run in runs:
-        name, coefficient, cells = run["name"].split("/")[:3]
-        settings.setdefault((coefficient, int(cells)), {})[name] = run
-    cholesky, sine = "implicit Euler, sparse Cholesky", "implicit Euler, sine transform"
-    columns = ["march", "iteration, whole window", "iteration, windows", sine, cholesky]
-    rows, verdicts = [], []
-    for (coefficient, cells), ways in settings.items():
-        times = {name: run["total_ms"] / 1e3 for name, run in ways.items()}
-        text = lambda name: time_text(times[name]) + ("*" if ways[name].get("steps", 400) < 400 else "") if name in times else "–"
-        rows.append([coefficient, f"1/{cells}", *(text(name) for name in columns)])
-        if cells == 256 and coefficient == "2e-4" and {"march", sine, cholesky} <= times.keys():
-            ratio = times[cholesky] / times["march"]
-            verdicts.append(f"March {ratio:.0f}× faster than sparse Cholesky (goal 300×): {verdict(ratio >= 300)}; "
-                            f"{times[sine] / times['march']:.2g}× faster than sine transforms (goal 1×): {verdict(times[sine] >= times['march'])}.")
-            whole = times.get("iteration, whole window", math.inf)
-            verdicts.append(f"Iteration, whole window, {times[cholesky] / whole:.0f}× faster than sparse Cholesky (goal 50×): "
-                            f"{verdict(times[cholesky] >= 50 * whole)}.")
-    print(table(["c", "Δx", *columns], rows))
-    print("\n".join(verdicts) + "\n")
+    print(table(["solve", "one thread", "LCPs", "convolutions and states", "kernel", *(f"speed-up, {p} threads" for p in threads), "more work",
+                 "waiting", "e"], rows))
+    print(table(["model", *(f"{p} cores" for p in cores)], models))
 
 
 def report_plain(runs):
@@ -249,7 +160,6 @@ CHAPTERS = {
     "events_bench": ("Event location", report_plain),
     "lcp_bench": ("Linear complementarity problems", report_plain),
     "signorini_bench": ("The Signorini problem", report_signorini),
-    "implicit_euler_bench": ("Implicit Euler done well, on the Signorini problem", report_implicit_euler),
     "growth_bench": ("Growth with steps, pairs and states", report_growth),
     "threads_bench": ("Threads", report_threads),
     "service_bench": ("What the service costs", report_service),
