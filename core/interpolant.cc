@@ -5,14 +5,16 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "core/events/legendre.h"
 #include "core/linalg/phi_functions.h"
 
 namespace dlcs {
 
 absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const Solution& solution) {
-  if (!solution.dense_output || solution.times.size() < 2) {
+  const bool dense = solution.dense_output || !solution.pieces.empty();
+  if (!dense || solution.times.size() < 2) {
     return absl::InvalidArgumentError(
-        "the solution is not dense: solve without output_times_only, and without splines");
+        "the solution is not dense: solve without output_times_only, without splines, and by event_located with keep_pieces");
   }
   if (solution.x.rows() != problem.num_states() || solution.y.rows() != problem.num_constraints()) {
     return absl::InvalidArgumentError("the solution is not one of this problem");
@@ -36,6 +38,7 @@ Interpolant::Point Interpolant::At(double time) {
 Interpolant::Point Interpolant::Limit(double time, Side side) {
   const std::vector<double>& times = solution_.times;
   time = std::clamp(time, times.front(), times.back());
+  if (!solution_.pieces.empty()) return InPiece(time, side);
   // The step that holds `time`, closed on the side that it is approached from.
   const auto end = side == Side::kLeft ? std::lower_bound(times.begin(), times.end(), time)
                                        : std::upper_bound(times.begin(), times.end(), time);
@@ -60,6 +63,18 @@ Interpolant::Point Interpolant::InStep(Index k, double tau) {
   const PhiFunctions phi = ComputePhiFunctions(tau * problem_.A.Dense());
   point.x = phi.phi0 * x_begin + tau * (phi.phi1 * s_begin + phi.phi2 * (s - s_begin));
   return point;
+}
+
+Interpolant::Point Interpolant::InPiece(double time, Side side) const {
+  const std::vector<TrajectoryPiece>& pieces = solution_.pieces;
+  // The first piece that ends at `time` or behind it; strictly behind it for the limit from the right.
+  const auto ends_before = [side](const TrajectoryPiece& piece, double t) {
+    return side == Side::kLeft ? piece.end < t : piece.end <= t;
+  };
+  auto piece = std::lower_bound(pieces.begin(), pieces.end(), time, ends_before);
+  if (piece == pieces.end()) --piece;
+  const LegendreVector values = LegendreValues(std::clamp(2 * (time - piece->begin) / piece->length - 1, -1.0, 1.0));
+  return {piece->x * values.head(piece->x.cols()), (piece->y * values.head(piece->y.cols())).cwiseMax(0)};
 }
 
 Vector Interpolant::LeftState(Index k) const {

@@ -20,6 +20,7 @@ namespace dlcs {
 //     exponential_march,       x = e^{τA} x_{j-1} + τ(φ_1 - φ_2)(τA) s(t_{j-1}) + τ φ_2(τA) s(t), τ = t - t_{j-1}, with
 //     laplace_iteration        s = B y + f, f linear between nodes, and y linear (exp-PL) or y_j (exp-PC)
 //     paper_iteration          as laplace_iteration; its nodes differ from that by the error of the contour
+//     event_located            the polynomials of its steps (Options::keep_pieces), as accurate as the nodes
 //
 // Keeps references to problem and solution. Not safe to share between threads, as TimeFunctionEvaluator.
 class Interpolant {
@@ -34,7 +35,7 @@ class Interpolant {
 
   // The limits at `time` from `side`, which differ where the state jumps, at nodes where y is constant on steps, and at
   // break points. At 0 and at the end of the solution both are the limit from inside. Times outside are moved there.
-  // Cost: a search, and one set of φ-functions of A where x is not linear (a product with B where it is).
+  // Cost: a search, and one set of φ-functions of A where x is neither linear (then a product with B) nor a polynomial.
   Point Limit(double time, Side side);
 
   // At nodes what the solution holds, between them the one value that there is.
@@ -45,6 +46,7 @@ class Interpolant {
 
   // At t_{k} + tau, 0 <= tau <= the step, inside the step from node k to k + 1.
   Point InStep(Index k, double tau);
+  Point InPiece(double time, Side side) const;
   Vector LeftState(Index k) const;  // x(t_k⁻)
   Vector LeftY(Index k) const;      // y(t_k⁻)
   Vector SourceAt(double time, Side side);

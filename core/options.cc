@@ -14,8 +14,6 @@ namespace {
 
 // A grid of a billion nodes is beyond every machine; a mistyped step should not be tried.
 constexpr Index kMaxSteps = 1'000'000'000;
-// Rounding alone is more.
-constexpr double kLeastErrorTolerance = 1e-13;
 // The contour is exact to rounding with a few hundred nodes.
 constexpr Index kMaxContourNodes = 10'000;
 
@@ -54,9 +52,10 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
     list.Add("grid_times", std::to_string(options.grid_times.size()) +
                                " times; only one of grid_times, step and num_steps may be set");
   }
-  if (options.error_tolerance != 0 && !(options.error_tolerance >= kLeastErrorTolerance && options.error_tolerance < 1)) {
+  constexpr double kLeast = Options::kLeastErrorTolerance;
+  if (options.error_tolerance != 0 && !(options.error_tolerance >= kLeast && options.error_tolerance < 1)) {
     list.Add("error_tolerance", NumberText(options.error_tolerance) + "; must be at least " +
-                                    NumberText(kLeastErrorTolerance) + " and below 1, or 0 for none");
+                                    NumberText(kLeast) + " and below 1, or 0 for none");
   }
   CheckTimes(options.grid_times, "grid_times", horizon, list);
   CheckTimes(options.output_times, "output_times", horizon, list);

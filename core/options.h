@@ -53,14 +53,24 @@ struct Options {
   // costs J of them.
   std::vector<double> grid_times;
 
-  // An error instead of a step, at least 1e-13: of each component of x relative to its largest value on [0, T], and of B y where
-  // y is Lipschitz (core/methods/step_control.h, event_located.h). A grid beside it says only where output is wanted.
+  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T] or a
+  // millionth of the largest of all, and of B y where y is a Lipschitz function of x; 0 asks for none. event_located controls
+  // its steps by it; for other methods the step comes from trial solves (core/methods/step_control.h), and the solution
+  // holds the error that was estimated, or says that it was not reached. A grid beside it says only where output is wanted.
   double error_tolerance = 0;
+  static constexpr double kLeastErrorTolerance = 1e-13;  // rounding alone is more
+
+  // Whether the nodes are asked for.
+  bool has_grid() const { return num_steps > 0 || step > 0 || !grid_times.empty(); }
 
   // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the
   // solution holds just these; otherwise every node.
   std::vector<double> output_times;
   bool output_times_only = false;
+
+  // event_located: keep the polynomials of its steps (Solution::pieces), 13 (m + n) numbers each, for dense output
+  // (core/interpolant.h). Other methods need no more for it than their nodes.
+  bool keep_pieces = false;
 
   // time_stepping: θ of (1.3) in Chen & Xiang; 0 implicit, 1/2 trapezoidal in x, 1 explicit in x.
   double theta = 0;

@@ -61,9 +61,7 @@ Violation NonFiniteValue(const TimeFunction& function, const std::string& field,
 void CheckValues(const TimeFunction& function, Index size, const std::vector<SampleTime>& samples,
                  const std::string& field, ViolationList& list) {
   if (function.is_lifted()) {  // finite where the lifted functions are
-    TimeFunction inner = function;
-    inner.lift = StructuredMatrix();
-    return CheckValues(inner, function.lift.cols(), samples, field + ".of", list);
+    return CheckValues(function.Inner(), function.lift.cols(), samples, field + ".of", list);
   }
   absl::StatusOr<TimeFunctionEvaluator> evaluator = TimeFunctionEvaluator::Create(function, size);
   if (!evaluator.ok()) return;  // has been listed with its rule

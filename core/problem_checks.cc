@@ -43,11 +43,11 @@ void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std:
 void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, const std::string& field,
                        ViolationList& list) {
   if (const KroneckerSum* sum = matrix.kronecker_sum()) {
-    if (sum->factors.empty()) list.Add(field + ".factors", "empty; a Kronecker sum has at least one factor");
+    if (sum->factors.empty()) list.Add(field + ".kronecker_sum", "no factors; a Kronecker sum has at least one factor");
     for (std::size_t k = 0; k < sum->factors.size(); ++k) {
       const SparseMatrix& factor = sum->factors[k];
       if (factor.rows() == factor.cols() && factor.rows() > 0) continue;
-      list.Add(field + ".factors[" + std::to_string(k) + "]",
+      list.Add(field + ".kronecker_sum.factors[" + std::to_string(k) + "]",
                ShapeText(factor.rows(), factor.cols()) + "; must be square, with at least one row");
     }
   }

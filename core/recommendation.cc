@@ -90,7 +90,7 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
   Recommendation recommendation;
   recommendation.options = options;
   const bool controls_steps = options.error_tolerance > 0 || options.method == Method::kEventLocated;
-  const bool has_step = HasGrid(options) || controls_steps;
+  const bool has_step = options.has_grid() || controls_steps;
   Observer silent;
   Trials trials;
   Solution last;

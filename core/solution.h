@@ -74,6 +74,16 @@ struct SwitchingTime {
   std::string kind;             // "start", "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
 };
 
+// x and y of event_located on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in
+// s = 2 (t - begin)/length - 1, which runs from -1 to at most 1. y below zero, by rounding, means zero.
+struct TrajectoryPiece {
+  double begin = 0;
+  double end = 0;
+  double length = 0;  // end - begin, or more where an event cut the step short
+  Matrix x;
+  Matrix y;
+};
+
 // How x0, f and y were carried to N x.
 struct RealisationRecord {
   Realisation used = Realisation::kDense;
@@ -151,8 +161,10 @@ struct Solution {
   Matrix y;  // n × times
   std::vector<StateJump> jumps;
   std::vector<LeftLimit> left_limits;  // in the order of time; none at 0
-  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or paper_iteration with splines.
+  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or paper_iteration with splines; and
+  // of event_located, whose polynomials between the nodes are in `pieces`.
   std::optional<DenseOutput> dense_output;
+  std::vector<TrajectoryPiece> pieces;  // one after the other from 0 on; with Options::keep_pieces
 
   double step = 0;  // the longest step of the grid
   Certificate certificate;

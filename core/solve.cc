@@ -124,7 +124,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   }
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
-  if (solution.method != Method::kEventLocated) solution.certificate = context.certificate.certificate();
+  solution.certificate = context.certificate.certificate();
   const bool finite = solution.x.allFinite() && solution.y.allFinite();
   if (!finite && solution.termination == Termination::kConverged) {
     context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
@@ -172,7 +172,7 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
   constexpr Index kMostPaperSteps = 2048;  // paper_iteration costs the square of their number
   constexpr Index kNodesKept = 4096;
   Options options = task.options;
-  if (!HasGrid(options)) options.num_steps = kFirstTrialSteps;
+  if (!options.has_grid()) options.num_steps = kFirstTrialSteps;
   Grid grid = MakeGrid(task.problem.horizon, BreakPoints(task.problem), options);
   std::vector<double> wanted;
   for (const Index node : grid.output_nodes) wanted.push_back(grid.times[node]);
@@ -188,7 +188,7 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
   const StepControl control{.tolerance = options.error_tolerance,
                             .y_counts = IsAlwaysLipschitz(task.selection),
                             .most_steps = is_paper ? kMostPaperSteps : kMostTrialSteps,
-                            .nodes_kept = HasGrid(task.options) ? 0 : kNodesKept};
+                            .nodes_kept = task.options.has_grid() ? 0 : kNodesKept};
   WindowObserver windows(observer);
   auto result = SolveToTolerance(task.problem, control, std::move(grid),
                                  [&](const Grid& trial) { return SolveOnGrid(task, trial, windows); });
@@ -199,7 +199,7 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
     result->reached = result->reached && result->error <= options.error_tolerance;
   }
   TellError(task, *result, solution);
-  if (options.output_times_only || HasGrid(task.options)) KeepTimes(wanted, solution);
+  if (options.output_times_only || task.options.has_grid()) KeepTimes(wanted, solution);
   return std::move(solution);
 }
 
@@ -217,7 +217,7 @@ absl::Status EstimateError(Task& task, const Grid& grid, Solution& solution) {
   const double asked = task.options.error_tolerance;
   if (located) {
     const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
-    task.options.error_tolerance = std::max(tolerance / 100, kLeastEventTolerance);
+    task.options.error_tolerance = std::max(tolerance / 100, Options::kLeastErrorTolerance);
   }
   const auto finer = SolveOnGrid(task, Halve(grid), silent);
   task.options.error_tolerance = asked;
@@ -294,7 +294,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     report.step = grid.longest_step;
   }
   report.lipschitz = task.matrix_class.lipschitz;
-  if (!HasGrid(options) && !controls_steps) {
+  if (!options.has_grid() && !controls_steps) {
     report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
   }
   if (!controls_steps) WarnOfCoupledClass(task, grid.longest_step, report.warnings);

@@ -58,6 +58,8 @@ struct TimeFunction {
   bool is_lifted() const { return lift.size() > 0; }
   // The components that the pieces have, for a function of `size` components.
   Index inner_size(Index size) const { return is_lifted() ? lift.cols() : size; }
+  // The pieces without the lift: ψ.
+  TimeFunction Inner() const { return {.pieces = pieces}; }
 
   static TimeFunction Constant(Vector value);
   static TimeFunction Zero(Index size);

@@ -37,7 +37,7 @@ void ViolationList::AddNonFiniteEntries(const StructuredMatrix& matrix, const st
   if (const SparseMatrix* sparse = matrix.sparse()) return AddNonFiniteSparseEntries(*sparse, field);
   const std::vector<SparseMatrix>& factors = matrix.kronecker_sum()->factors;
   for (std::size_t k = 0; k < factors.size(); ++k) {
-    AddNonFiniteSparseEntries(factors[k], field + ".factors" + Bracketed(static_cast<Index>(k)));
+    AddNonFiniteSparseEntries(factors[k], field + ".kronecker_sum.factors" + Bracketed(static_cast<Index>(k)));
   }
 }
 

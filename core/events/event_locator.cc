@@ -42,7 +42,7 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, EventRecord&
       record_(record),
       search_(problem_, context.selection, sampler_),
       march_(problem_, context.selection, sampler_),
-      output_(problem_, context.grid),
+      output_(problem_, context.grid, context.options.keep_pieces),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())) {
@@ -300,7 +300,8 @@ void EventLocator::Finish() {
   if (context_.options.error_tolerance > 0) {
     certificate.estimated_error_x = record_.accumulated_error * certificate.x_scale;
   }
-  solution.certificate = certificate;
+  context_.certificate.Replace(certificate);
+  solution.pieces = output_.TakePieces();
 }
 
 }  // namespace dlcs

@@ -8,9 +8,10 @@
 
 namespace dlcs {
 
-EventOutput::EventOutput(const Problem& problem, const Grid& grid)
+EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pieces)
     : problem_(problem),
       grid_(grid),
+      keeps_pieces_(keeps_pieces),
       num_nodes_(static_cast<Index>(grid.times.size())) {
   segment_.x.resize(problem.num_states(), num_nodes_);
   segment_.y.resize(problem.num_constraints(), num_nodes_);
@@ -26,6 +27,7 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
     const LegendreVector at = LegendreValues(s);
     Record(step.x * at, (step.y * at).cwiseMax(0));
   }
+  if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y});
 
   const LegendreVector at_end = LegendreValues(s_end);
   const Vector x = step.x * at_end;
@@ -50,6 +52,11 @@ void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, co
   while (HasNodeBefore(end)) {
     const double part = (grid_.times[next_node_] - begin) / (end - begin);
     Record((1 - part) * x_begin + part * x_end, y);
+  }
+  if (keeps_pieces_) {
+    Matrix line(x_begin.size(), 2);
+    line << (x_begin + x_end) / 2, (x_end - x_begin) / 2;
+    pieces_.push_back({begin, end, end - begin, std::move(line), y});
   }
   Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
   certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x_end));

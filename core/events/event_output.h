@@ -5,6 +5,9 @@
 #ifndef DLCS_CORE_EVENTS_EVENT_OUTPUT_H_
 #define DLCS_CORE_EVENTS_EVENT_OUTPUT_H_
 
+#include <utility>
+#include <vector>
+
 #include "core/events/smooth_step.h"
 #include "core/events/step_sources.h"
 #include "core/methods/grid.h"
@@ -16,8 +19,8 @@ namespace dlcs {
 
 class EventOutput {
  public:
-  // Keeps references.
-  EventOutput(const Problem& problem, const Grid& grid);
+  // Keeps references. `keeps_pieces`: the polynomials of all steps too, for dense output.
+  EventOutput(const Problem& problem, const Grid& grid, bool keeps_pieces);
 
   // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value
   // at an event is that behind it.
@@ -31,6 +34,9 @@ class EventOutput {
   // The nodes of a stretch that has not come to its end; no steps where there are less than two.
   Segment Finish() const;
 
+  // What AddSmooth() and AddMarched() were given, as polynomials: where x is linear and y constant, of degree 1 and 0.
+  std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }
+
   // Nodes are the ends of steps, midpoints the times inside them where the sources were looked at once more.
   const Certificate& certificate() const { return certificate_; }
 
@@ -42,10 +48,12 @@ class EventOutput {
 
   const Problem& problem_;
   const Grid& grid_;
+  const bool keeps_pieces_;
   const Index num_nodes_;
   Segment segment_;
   Index next_node_ = 0;
   Certificate certificate_;
+  std::vector<TrajectoryPiece> pieces_;
 };
 
 }  // namespace dlcs

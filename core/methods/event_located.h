@@ -8,9 +8,8 @@
 
 namespace dlcs {
 
-// The error where none is asked for, and the bounds: rounding is more, and beyond the estimates mean nothing.
+// The error where none is asked for, and the largest: beyond, the estimates mean nothing.
 inline constexpr double kDefaultEventTolerance = 1e-9;
-inline constexpr double kLeastEventTolerance = 1e-13;
 inline constexpr double kLargestEventTolerance = 0.1;
 
 // Follows the system from mode to mode. In a mode (core/events/mode.h) the system is a linear differential
@@ -24,7 +23,7 @@ inline constexpr double kLargestEventTolerance = 0.1;
 // The tolerance is options.error_tolerance, or kDefaultEventTolerance: the error asked for in x, relative to
 // the largest value of each component so far; y and w meet it relative to theirs. Estimated from the decay of
 // coefficients, per unit of time. The trajectory goes to context.recorder at the nodes of context.grid, whose
-// steps do not matter otherwise; where all of them are output the polynomials are kept (Solution::pieces).
+// steps do not matter otherwise, and with options.keep_pieces the polynomials to Solution::pieces.
 // Switching times, certificate and cost go to the solution. Returns false where the solve ended before T, or
 // at T with an estimated error above options.error_tolerance; the solution says why. One thread, the stop
 // token looked at every step. Cost: 25 m³ for each active set that occurs, and for each step some 14 values

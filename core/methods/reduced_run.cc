@@ -15,13 +15,6 @@ namespace {
 // Rounding of transforms goes from every row to every other.
 constexpr double kMixing = 1e-2;
 
-// f without its lift.
-TimeFunction InnerFunction(const TimeFunction& f) {
-  TimeFunction inner = f;
-  inner.lift = StructuredMatrix();
-  return inner;
-}
-
 // The rows of a lift that hold anything: what is left out is zero in every product.
 SparseMatrix NonzeroRows(const SparseMatrix& lift) {
   std::vector<Index> row_of(static_cast<std::size_t>(lift.rows()), -1);
@@ -44,7 +37,7 @@ class ReducedSources {
  public:
   explicit ReducedSources(const Problem& problem)
       : lift_(problem.f.is_lifted() ? NonzeroRows(problem.f.lift.Sparse()) : SparseMatrix()),
-        psi_(*TimeFunctionEvaluator::Create(InnerFunction(problem.f), problem.f.inner_size(problem.num_states()))),
+        psi_(*TimeFunctionEvaluator::Create(problem.f.Inner(), problem.f.inner_size(problem.num_states()))),
         g_(*TimeFunctionEvaluator::Create(problem.g, problem.num_constraints())) {}
 
   // Fills sources, g, g_mid and f_defect of `run`; returns where a value was not finite.

@@ -45,11 +45,6 @@ double RelativeDifference(const Matrix& coarse, const Matrix& fine);
 // The columns of `matrix` that stand at `wanted`, some of `times`, both increasing.
 Matrix ColumnsAt(const Matrix& matrix, const std::vector<double>& times, const std::vector<double>& wanted);
 
-// Whether the nodes are asked for.
-inline bool HasGrid(const Options& options) {
-  return options.num_steps > 0 || options.step > 0 || !options.grid_times.empty();
-}
-
 struct StepControl {
   double tolerance =
       0;  // for x of the solution, and for B y where `y_counts`, as RelativeDifference() measures

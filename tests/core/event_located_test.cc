@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "core/interpolant.h"
 #include "core/linalg/norms.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
@@ -35,6 +36,7 @@ Solution SolveAt(const Problem& problem, double tolerance, std::vector<double> t
   options.error_tolerance = tolerance;
   options.output_times = std::move(times);
   options.output_times_only = !options.output_times.empty();
+  options.keep_pieces = true;
   options.project_initial_state = true;
   Observer silent;
   auto solution = Solve(problem, options, silent, {});
@@ -359,6 +361,46 @@ TEST(EventLocatedTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
   EXPECT_EQ(few.cost.steps, many->cost.steps);
 }
 
+TEST(EventLocatedTest, IsDenseBetweenItsNodes) {
+  const Problem problem = ExampleFourOne();
+  const Solution solution = SolveAt(problem, 1e-9);
+  ASSERT_EQ(static_cast<Index>(solution.pieces.size()), solution.cost.steps);
+  auto dense = Interpolant::Create(problem, solution);
+  ASSERT_TRUE(dense.ok()) << dense.status();
+  for (const double t : {0.0, 0.1003, 0.5, 0.77777, 1.0}) {
+    const Interpolant::Point point = dense->At(t);
+    const Vector x = ExampleFourOneExact(t);
+    EXPECT_LT(MaxAbs(point.x - x), 1e-9) << t;
+    EXPECT_LT(MaxAbs(point.y - Vector{{std::max(x[0], 0.0), 0, 0, std::max(-x[0], 0.0)}}), 1e-9) << t;
+  }
+}
+
+// The march too: x1' = x2, x2' = -2 sgn x1 - sgn x2 is continuous, and dense output meets the nodes from both sides.
+TEST(EventLocatedTest, DenseOutputMeetsTheNodesOfCoupledSteps) {
+  Matrix A = Matrix::Zero(2, 2);
+  A(0, 1) = 1;
+  const Problem problem = Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10);
+  const Solution solution = SolveAt(problem, kNoTolerance);
+  ASSERT_GT(solution.cost.marched_steps, 0);
+  auto dense = Interpolant::Create(problem, solution);
+  ASSERT_TRUE(dense.ok()) << dense.status();
+  for (Index k = 1; k + 1 < solution.x.cols(); ++k) {
+    for (const Side side : {Side::kLeft, Side::kRight}) {
+      EXPECT_LT(MaxAbs(dense->Limit(solution.times[k], side).x - solution.x.col(k)), 1e-12) << solution.times[k];
+    }
+  }
+}
+
+TEST(EventLocatedTest, DenseOutputNeedsThePieces) {
+  Options options;
+  options.method = Method::kEventLocated;
+  Observer silent;
+  const auto solution = Solve(ExampleFourOne(), options, silent, {});
+  ASSERT_TRUE(solution.ok());
+  EXPECT_TRUE(solution->pieces.empty());
+  EXPECT_FALSE(Interpolant::Create(ExampleFourOne(), *solution).ok());
+}
+
 // w = g + y with g = -1 before the break point at 1 and -3 behind it: y jumps from 1 to 3.
 TEST(EventLocatedTest, HasBothLimitsWhereYJumps) {
   Problem problem = Scalar(0, 0, 0, 2);
@@ -371,6 +413,10 @@ TEST(EventLocatedTest, HasBothLimitsWhereYJumps) {
   EXPECT_EQ(solution.times[column], 1);
   EXPECT_NEAR(solution.left_limits[0].y[0], 1, 1e-12);
   EXPECT_NEAR(solution.y(0, column), 3, 1e-12);
+  auto dense = Interpolant::Create(problem, solution);
+  ASSERT_TRUE(dense.ok()) << dense.status();
+  EXPECT_NEAR(dense->Limit(1, Side::kLeft).y[0], 1, 1e-12);
+  EXPECT_NEAR(dense->Limit(1, Side::kRight).y[0], 3, 1e-12);
 }
 
 TEST(EventLocatedTest, NamesWhatEntersAndLeaves) {

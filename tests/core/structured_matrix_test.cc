@@ -101,10 +101,10 @@ TEST(StructuredMatrixTest, ProblemsNameWhatIsWrongInStructures) {
   };
   Problem problem = StructuredProblem();
   problem.A = KroneckerSum{{SparseMatrix(3, 4), SparseMatrix(3, 3)}};
-  EXPECT_EQ(first(problem), "A.factors[0]: 3x4; must be square, with at least one row");
+  EXPECT_EQ(first(problem), "A.kronecker_sum.factors[0]: 3x4; must be square, with at least one row");
   problem = StructuredProblem();
   problem.A = KroneckerSum{};
-  EXPECT_EQ(first(problem), "A.factors: empty; a Kronecker sum has at least one factor");
+  EXPECT_EQ(first(problem), "A.kronecker_sum: no factors; a Kronecker sum has at least one factor");
   problem = StructuredProblem();
   SparseMatrix B(9, 2);
   B.insert(4, 1) = std::numeric_limits<double>::infinity();
