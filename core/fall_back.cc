@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/fall_back.h"
+
+#include <string>
+#include <utility>
+
+#include "core/error_control.h"
+
+namespace dlcs {
+namespace {
+
+// Whether y is wanted as a function of x, which coupled steps do not give.
+bool NeedsFunction(const Options& options) {
+  return options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
+         (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
+}
+
+bool MayCouple(const Task& task) {
+  return task.lost_least_element && task.problem.rule == SolutionRule::kAuto && !NeedsFunction(task.options);
+}
+
+bool MissedByEvents(const Task& task, const Solution& solution) {
+  return task.options.method == Method::kAuto && solution.method == Method::kEventLocated &&
+         solution.termination == Termination::kIterationLimit;
+}
+
+// Solves by the method that `choose_by` lets be chosen, after `first`, which it gives back where nothing serves.
+absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const std::string& how, Solution first,
+                                    AnalysisReport& report, Observer& observer) {
+  ChooseAgain(task.problem, choose_by, task.plan);
+  if (task.plan.is_refused()) {
+    report.warnings.push_back("Not solved again " + how + ": " + task.plan.refusal());
+    return first;
+  }
+  report.warnings.push_back(first.message + " Solved again " + how + ".");
+  report.method = task.plan.method.method;
+  report.reason = task.plan.method.reason;
+  observer.OnAnalysis(report);
+  return SolveAsAsked(task, observer);
+}
+
+}  // namespace
+
+absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution) {
+  if (MayCouple(task)) {
+    task.plan.selection = Selection::kAny;
+    auto coupled = SolveAgain(task, task.options, "by coupled steps, any solution of theirs", std::move(solution),
+                              report, observer);
+    if (!coupled.ok()) return coupled;
+    solution = *std::move(coupled);
+  }
+  if (MissedByEvents(task, solution)) {
+    Options without_events = task.options;
+    without_events.error_tolerance = 0;
+    auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
+    if (!stepped.ok()) return stepped;
+    if (stepped->termination == Termination::kConverged) solution = *std::move(stepped);
+  }
+  return solution;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/grid_solve.h"
+
+#include <string>
+#include <utility>
+
+#include "core/methods/event_located.h"
+#include "core/methods/exponential_march.h"
+#include "core/methods/inelastic_impact.h"
+#include "core/methods/laplace_iteration.h"
+#include "core/methods/paper_iteration.h"
+#include "core/methods/solve_context.h"
+#include "core/methods/time_stepping.h"
+
+namespace dlcs {
+namespace {
+
+bool RunMethod(const MethodChoice& choice, SolveContext& context) {
+  if (choice.inelastic_impact) return InelasticImpact(context);
+  switch (choice.method) {
+    case Method::kLaplaceIteration:
+      return LaplaceIteration(context);
+    case Method::kPaperIteration:
+      return PaperIteration(context);
+    case Method::kTimeStepping:
+      return TimeStepping(context);
+    case Method::kEventLocated:
+      return EventLocated(context);
+    case Method::kExponentialMarch:
+    case Method::kAuto:
+      break;
+  }
+  return ExponentialMarch(context);
+}
+
+}  // namespace
+
+absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer) {
+  auto sources = Sources::Create(task.problem);
+  if (!sources.ok()) return sources.status();
+  Solution solution;
+  solution.method = task.plan.method.method;
+  solution.reason = task.plan.method.reason;
+  solution.step = grid.longest_step;  // of event_located its own
+  solution.realisation = task.plan.realisation.record;
+  SolveContext context{.problem = task.problem,
+                       .options = task.options,
+                       .matrix_class = task.plan.matrix_class,
+                       .selection = task.plan.selection,
+                       .grid = grid,
+                       .sources = *std::move(sources),
+                       .workers = task.workers,
+                       .observer = observer,
+                       .stop = task.stop,
+                       .recorder = Recorder(grid, task.problem.num_states(), task.problem.num_constraints(), solution),
+                       .certificate = CertificateBuilder(task.problem),
+                       .solution = solution,
+                       .started = task.started,
+                       .realised = task.plan.realisation.system.get(),
+                       .setups = task.setups,
+                       .largest_slope = task.plan.largest_slope,
+                       .impulsive_rows = task.plan.method.impulsive_rows};
+  solution.cost.seconds_setup = context.Seconds();
+  if (RunMethod(task.plan.method, context)) {
+    solution.termination = Termination::kConverged;
+    solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
+                       std::to_string(solution.cost.steps) + " steps.";
+  }
+  if (context.first_impulse) {
+    solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " +
+                                task.plan.method.impulsive +
+                                ", which only impulses can keep: y grows there as the step shrinks, and what x does "
+                                "belongs to the method and not to the system.");
+  }
+  task.lost_least_element = context.lost_least_element;
+  context.recorder.Finish();
+  solution.certificate = context.certificate.certificate();
+  const bool finite = solution.x.allFinite() && solution.y.allFinite();
+  if (!finite && solution.termination == Termination::kConverged) {
+    context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
+  }
+  solution.cost.seconds_total = context.Seconds();
+  return solution;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// One solve on one grid, as planned.
+
+#ifndef DLCS_CORE_GRID_SOLVE_H_
+#define DLCS_CORE_GRID_SOLVE_H_
+
+#include <chrono>
+#include <stop_token>
+
+#include "absl/status/statusor.h"
+#include "core/methods/grid.h"
+#include "core/observer.h"
+#include "core/options.h"
+#include "core/parallel/parallel.h"
+#include "core/plan.h"
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+// What solves on several grids have in common.
+struct Task {
+  const Problem& problem;
+  Options options;
+  Plan plan;
+  Workers workers;
+  std::stop_token stop;
+  std::chrono::steady_clock::time_point started;
+  SetupCache* setups = nullptr;     // may be null
+  bool lost_least_element = false;  // by the last solve: see SolveContext
+};
+
+// Solves by the method and realisation of task.plan. Errors: InvalidArgument where a source cannot be evaluated.
+absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_GRID_SOLVE_H_

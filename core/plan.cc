@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/plan.h"
+
+#include <utility>
+
+#include "core/analysis/lipschitz.h"
+#include "core/methods/shared_setup.h"
+#include "core/number_text.h"
+#include "core/realisation/memory_prediction.h"
+
+namespace dlcs {
+namespace {
+
+void ChooseForm(const Problem& problem, const Options& options, Plan& plan) {
+  plan.realisation = ChooseRealisation(problem, options, plan.method.method);
+  const bool any_realisation =
+      options.realisation == Realisation::kAuto || options.realisation == Realisation::kSparseStepping;
+  if (!plan.realisation.refusal.empty() && options.method == Method::kAuto && any_realisation) {
+    plan.method.method = Method::kTimeStepping;
+    plan.method.reason = "the matrix exponential is out of reach: " + plan.realisation.refusal;
+    plan.realisation = ChooseRealisation(problem, options, plan.method.method);
+  }
+  plan.method.refusal = plan.realisation.refusal;
+}
+
+void PredictMemory(const Problem& problem, const Options& options, Plan& plan) {
+  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.realisation.record.used);
+  if (plan.predicted_bytes <= options.max_memory) return;
+  plan.method.refusal = "The solve needs about " + FormatNumber(plan.predicted_bytes) +
+                        " bytes, more than max_memory = " + FormatNumber(options.max_memory) +
+                        ". Ask for fewer output times, or for a realisation that needs less.";
+}
+
+}  // namespace
+
+absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, SetupCache* setups) {
+  MatrixClass matrix_class = SharedClass(problem, setups);
+  const auto selection = SelectRule(problem.rule, matrix_class);
+  if (!selection.ok()) return selection.status();
+  Plan plan{.matrix_class = std::move(matrix_class),
+            .selection = *selection,
+            .method = {},
+            .realisation = {},
+            .grid = MakeGrid(problem.horizon, BreakPoints(problem), options),
+            .predicted_bytes = 0,
+            .largest_slope = {}};
+  ChooseAgain(problem, options, plan);
+  return plan;
+}
+
+void ChooseAgain(const Problem& problem, const Options& options, Plan& plan) {
+  plan.method = ChooseMethod(problem, options, plan.matrix_class, plan.selection);
+  plan.realisation = {};
+  plan.predicted_bytes = 0;
+  if (plan.is_refused()) return;
+  const bool iterates =
+      plan.method.method == Method::kLaplaceIteration || plan.method.method == Method::kPaperIteration;
+  if (iterates && !IsAlwaysLipschitz(plan.selection)) {
+    // Where the iterates do not jump it is their Lipschitz constant.
+    plan.largest_slope = plan.matrix_class.lipschitz = LargestSlope(problem.M);
+  }
+  ChooseForm(problem, options, plan);
+  if (!plan.is_refused()) PredictMemory(problem, options, plan);
+}
+
+}  // namespace dlcs

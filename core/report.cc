@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/report.h"
+
+#include "core/methods/time_stepping.h"
+#include "core/number_text.h"
+
+namespace dlcs {
+namespace {
+
+constexpr Index kMostConstraintsOfMinors = 20;
+
+// M^h as the options make it.
+std::string CoupledMatrixText(const Options& options) {
+  return std::string(options.average_y ? "h/2 N (I - hA/2)⁻¹ B" : "h N (I - h(1-θ)A)⁻¹ B") + " + M";
+}
+
+}  // namespace
+
+AnalysisReport ReportOn(const Problem& problem, const Options& options, const Plan& plan) {
+  AnalysisReport report;
+  report.matrix_class = plan.matrix_class.description;
+  report.method = plan.method.method;
+  report.reason = plan.method.reason;
+  report.num_states = problem.num_states();
+  report.num_constraints = problem.num_constraints();
+  report.lipschitz = plan.matrix_class.lipschitz;
+  if (!plan.finds_steps(options)) {
+    report.num_steps = plan.grid.num_steps();
+    report.step = plan.grid.longest_step;
+    if (!options.has_grid()) {
+      report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
+    }
+    WarnOfCoupledClass(problem, options, plan, plan.grid.longest_step, report.warnings);
+  }
+  if (plan.method.inelastic_impact) {
+    report.warnings.push_back(
+        "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "
+        "(N x + g)' = 0. This law was asked for; the system itself does not hold it.");
+  }
+  if (!plan.method.impulsive_rows.empty()) {
+    report.warnings.push_back(
+        "y reaches " + plan.method.impulsive +
+        " through two or more integrations only: should it become active, solutions need impulses.");
+  }
+  return report;
+}
+
+Solution Refusal(const Problem& problem, const Plan& plan, const AnalysisReport& report) {
+  Solution refused;
+  refused.termination = Termination::kUnsupported;
+  refused.message = plan.refusal();
+  refused.failure_time = 0;
+  refused.method = plan.method.method;
+  refused.reason = plan.method.reason;
+  refused.warnings = report.warnings;
+  refused.cost.predicted_bytes = plan.predicted_bytes;
+  refused.x.resize(problem.num_states(), 0);
+  refused.y.resize(problem.num_constraints(), 0);
+  return refused;
+}
+
+void WarnOfCoupledClass(const Problem& problem, const Options& options, const Plan& plan, double step,
+                        std::vector<std::string>& warnings) {
+  if (plan.method.method != Method::kTimeStepping || plan.is_refused()) return;
+  if (options.step_solver == StepSolver::kNewton) return;  // its LCPs are those of M
+  const bool unique = plan.selection == Selection::kUnique;
+  if (!unique && plan.selection != Selection::kLeastElement) return;
+  if (problem.num_constraints() > kMostConstraintsOfMinors) return;
+  const Matrix coupled = CoupledStepMatrix(problem, options, step);
+  if (!coupled.allFinite()) return;
+  const MatrixClass of_coupled = Classify(coupled);
+  const Fact& fact = unique ? of_coupled.p : of_coupled.z;
+  if (fact.answer != Answer::kNo) return;
+  warnings.push_back(std::string("M is a ") + (unique ? "P" : "Z") +
+                     "-matrix, but M^h = " + CoupledMatrixText(options) + " of the step h = " + FormatNumber(step) +
+                     " is not (" + fact.why + "): a step may have no solution or another one; take a smaller step.");
+}
+
+}  // namespace dlcs

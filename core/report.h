@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a solve says of itself before its first step, and where it is not begun.
+
+#ifndef DLCS_CORE_REPORT_H_
+#define DLCS_CORE_REPORT_H_
+
+#include <string>
+#include <vector>
+
+#include "core/observer.h"
+#include "core/options.h"
+#include "core/plan.h"
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+// What was found out, what will be done, and what to beware of.
+AnalysisReport ReportOn(const Problem& problem, const Options& options, const Plan& plan);
+
+// The answer of a plan that is refused.
+Solution Refusal(const Problem& problem, const Plan& plan, const AnalysisReport& report);
+
+// Warns where time_stepping with `step` solves LCPs whose matrix M^h has lost the class that M has, on which y rests.
+// Looks at all principal minors, and so at no more than 20 constraints.
+void WarnOfCoupledClass(const Problem& problem, const Options& options, const Plan& plan, double step,
+                        std::vector<std::string>& warnings);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_REPORT_H_
