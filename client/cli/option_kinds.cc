@@ -74,15 +74,17 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
 }
 
 double ParseBytes(const std::string& text, const std::string& option) {
-  constexpr std::pair<const char*, double> kUnits[] = {{"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}};
+  constexpr std::pair<const char*, double> kUnits[] = {{"", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}};
   NumberRule rule = Positive();
   rule.words = "above 0, in bytes, kB, MB, GB or TB";
-  for (const auto& [unit, bytes] : kUnits) {
-    if (text.size() > 2 && text.ends_with(unit)) {
-      return bytes * CheckedNumber(text.substr(0, text.size() - 2), rule, option);
-    }
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  const auto letters = std::find_if_not(text.rbegin(), text.rend(), is_letter).base();
+  const std::string number(text.begin(), letters), unit(letters, text.end());
+  if (number.empty()) return CheckedNumber(text, rule, option);
+  for (const auto& [name, bytes] : kUnits) {
+    if (unit == name) return bytes * CheckedNumber(number, rule, option);
   }
-  return CheckedNumber(text, rule, option);
+  throw CLI::ValidationError(option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
 }
 
 CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,

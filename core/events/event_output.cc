@@ -34,7 +34,8 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
   const Vector y = step.y * at_end;
   const Vector w = problem_.N * x + sources.g * at_end + problem_.M * y;
   Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
-  certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x));
+  RaiseScale(step.x * LegendreValues(-1));
+  RaiseScale(x);
 
   const LegendreVector at_check = LegendreValues(sources.check_s);
   const Vector x_check = step.x * at_check;
@@ -59,8 +60,11 @@ void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, co
     pieces_.push_back({begin, end, end - begin, std::move(line), y});
   }
   Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
-  certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x_end));
+  RaiseScale(x_begin);
+  RaiseScale(x_end);
 }
+
+void EventOutput::RaiseScale(const Vector& x) { certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x)); }
 
 Segment EventOutput::EndStretch(double end, const Vector& x, const Vector& y) {
   const bool has_node = next_node_ < num_nodes_ && grid_.times[next_node_] == end;

@@ -42,6 +42,7 @@ class EventOutput {
 
  private:
   bool HasNodeBefore(double end) const { return next_node_ < num_nodes_ && grid_.times[next_node_] < end; }
+  void RaiseScale(const Vector& x);
   void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
   void Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
                double& complementarity);

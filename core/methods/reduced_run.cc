@@ -138,7 +138,11 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(R
     ReducedRun run{.run = grid_run, .sources = {}, .g = {}, .g_mid = {}, .free = {}, .kernel = {}, .y = {}, .q = {}};
     if (const auto bad = sampler.Sample(context.grid, run)) return context.FailNonFinite(*bad);
     const double begin = run.Time(context.grid, 0);
-    if (grid_run.starts_at_break && !StartStretch(context, begin, run.g.col(0), x, y, y_is_solution)) return false;
+    if (grid_run.starts_at_break) {
+      if (!StartStretch(context, begin, run.g.col(0), x, y, y_is_solution)) return false;
+      const bool needs_y = hold == Hold::kLinear;
+      if (needs_y && !y_is_solution) return FailLcp(context, LcpVerdict::kInfeasible, begin, "LCP(N x + g, M)");
+    }
 
     const double setup_begin = context.Seconds();
     run.kernel = system.MakeKernel(grid_run.step, hold, run.steps(), context.workers, context.stop);

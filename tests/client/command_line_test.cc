@@ -61,7 +61,13 @@ TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
   EXPECT_EQ(options.acceleration(), 4);
   EXPECT_EQ(options.max_memory_bytes(), 1.5e9);
   EXPECT_EQ(Solve({"--max-memory", "2000"}).options.max_memory_bytes(), 2000);
-  EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "8GX"}), HasSubstr("in bytes, kB, MB, GB or TB"));
+  for (const char* text : {"8GX", "5XB", "3kiB", "2b"}) {
+    EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", text}),
+                HasSubstr("unknown unit, " + std::string(text + 1) + "; must be in bytes, kB, MB, GB or TB"));
+  }
+  for (const char* text : {"", "GB", "nan", "0MB"}) {
+    EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", text}), HasSubstr("above 0, in bytes, kB, MB, GB or TB"));
+  }
   EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "-1GB"}), HasSubstr("above 0"));
   EXPECT_THAT(Refused({"solve", "p.json", "--acceleration", "21"}), HasSubstr("from 0 to 20"));
   EXPECT_THAT(Refused({"solve", "p.json", "--realisation", "kroneker"}), HasSubstr("did you mean kronecker-sum?"));

@@ -191,6 +191,11 @@ TEST(EventLocatedTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
   EXPECT_LT(SolveAt(declared, 1e-9).cost.steps, 12);
 }
 
+TEST(EventLocatedTest, MeasuresErrorsAgainstTheStartToo) {
+  const Solution solution = SolveAt(Scalar(-1, 0, 5, 2), 1e-9);  // x = 5 e^{-t}
+  EXPECT_DOUBLE_EQ(solution.certificate.x_scale, 5);
+}
+
 TEST(EventLocatedTest, SamplesAreStraightBetweenTheirTimes) {
   Problem problem = Scalar(0, 1, 0, 1);  // y = 0
   problem.f = TimeFunction::Sampled({0, 0.3, 1}, Matrix{{0, 3, 0}});

@@ -75,6 +75,21 @@ TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
   EXPECT_GT(MaxAbs(coarse - middle), 1.5 * MaxAbs(middle - fine));
 }
 
+// The one LCP that no step of the iteration solves is that of the start: here N x0 + g = -1 and M = -1, and from the first step on
+// y = 0 is a solution.
+TEST(LargeSparseTest, IterationOnContoursChecksTheStart) {
+  Problem problem = AdvectedGrid({.side = 9, .constraints = 1});
+  SparseMatrix M(1, 1);
+  M.insert(0, 0) = -1;
+  problem.M = StructuredMatrix(M);
+  problem.g = TimeFunction::Formulas({"1 - 3*(t < 0.001)"});
+  problem.rule = SolutionRule::kLeastNorm;
+  const Solution solution = SolveWith(problem, With(Method::kLaplaceIteration, Realisation::kContour));
+  EXPECT_EQ(solution.termination, Termination::kInfeasible) << solution.message;
+  EXPECT_EQ(solution.failure_time, 0);
+  EXPECT_EQ(solution.x.cols(), 0);
+}
+
 TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
   Options newton = With(Method::kTimeStepping, Realisation::kAuto);
   newton.step_solver = StepSolver::kNewton;
