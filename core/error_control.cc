@@ -116,7 +116,8 @@ absl::Status EstimateError(Task& task, Solution& solution) {
                                 " the solve ended as " + TerminationName(finer->termination) + ". " + finer->message);
     return absl::OkStatus();
   }
-  const bool first_order_steps = method == Method::kTimeStepping && !task.options.average_y;
+  const bool first_order_steps =
+      method == Method::kTimeStepping && !task.options.average_y && !task.plan.method.two_stages;
   const bool second_order = !first_order_steps && IsAlwaysLipschitz(task.plan.selection);
   const double factor = located ? 1 : second_order ? 4.0 / 3 : 2.0;
   solution.certificate.estimated_error_x = factor * MaxAbs(solution.x - finer->x);

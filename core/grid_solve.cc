@@ -59,6 +59,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .realised = task.plan.realisation.system.get(),
                        .setups = task.setups,
                        .largest_slope = task.plan.largest_slope,
+                       .two_stages = task.plan.method.two_stages,
                        .impulsive_rows = task.plan.method.impulsive_rows};
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.plan.method, context)) {

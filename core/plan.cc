@@ -19,6 +19,10 @@ void ChooseForm(const Problem& problem, const Options& options, Plan& plan) {
     plan.method.method = Method::kTimeStepping;
     plan.method.reason = "the matrix exponential is out of reach: " + plan.realisation.refusal;
     plan.realisation = ChooseRealisation(problem, options, plan.method.method);
+    const bool is_left_open = options.theta == 0 && !options.average_y;
+    plan.method.two_stages = is_left_open && IsAlwaysLipschitz(plan.selection) &&
+                             plan.realisation.record.used == Realisation::kSparseStepping;
+    if (plan.method.two_stages) plan.method.reason += " Steps have two stages, of second order";
   }
   plan.method.refusal = plan.realisation.refusal;
 }

@@ -10,7 +10,8 @@ namespace {
 constexpr Index kMostConstraintsOfMinors = 20;
 
 // M^h as the options make it.
-std::string CoupledMatrixText(const Options& options) {
+std::string CoupledMatrixText(const Options& options, bool two_stages) {
+  if (two_stages) return "γh N (I - γhA)⁻¹ B + M";
   return std::string(options.average_y ? "h/2 N (I - hA/2)⁻¹ B" : "h N (I - h(1-θ)A)⁻¹ B") + " + M";
 }
 
@@ -66,13 +67,13 @@ void WarnOfCoupledClass(const Problem& problem, const Options& options, const Pl
   const bool unique = plan.selection == Selection::kUnique;
   if (!unique && plan.selection != Selection::kLeastElement) return;
   if (problem.num_constraints() > kMostConstraintsOfMinors) return;
-  const Matrix coupled = CoupledStepMatrix(problem, options, step);
+  const Matrix coupled = CoupledStepMatrix(problem, options, plan.method.two_stages, step);
   if (!coupled.allFinite()) return;
   const MatrixClass of_coupled = Classify(coupled);
   const Fact& fact = unique ? of_coupled.p : of_coupled.z;
   if (fact.answer != Answer::kNo) return;
-  warnings.push_back(std::string("M is a ") + (unique ? "P" : "Z") +
-                     "-matrix, but M^h = " + CoupledMatrixText(options) + " of the step h = " + FormatNumber(step) +
+  warnings.push_back(std::string("M is a ") + (unique ? "P" : "Z") + "-matrix, but M^h = " +
+                     CoupledMatrixText(options, plan.method.two_stages) + " of the step h = " + FormatNumber(step) +
                      " is not (" + fact.why + "): a step may have no solution or another one; take a smaller step.");
 }
 

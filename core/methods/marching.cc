@@ -65,7 +65,7 @@ void Marcher::StartWithSources(Segment& segment) const {
 }
 
 void Marcher::AddBefore(Segment& segment, Index j) const {
-  if (sparse_) return sparse_->AddBefore(segment, j);
+  if (sparse_) return sparse_->AddBefore(segment, j, stage_);
   auto x = segment.x.col(j);
   x.noalias() += scheme_.state * segment.x.col(j - 1);
   if (scheme_.y_before.size() > 0) x.noalias() += scheme_.y_before * segment.y.col(j - 1);
@@ -83,12 +83,21 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departu
 
   for (solved = 0; solved < steps && !stop.stop_requested(); ++solved) {
     const Index j = solved + 1;
+    if (const LcpVerdict verdict = TakeStage(segment, size_of_g, j, departures); verdict != LcpVerdict::kSolved) {
+      return verdict;
+    }
     AddBefore(segment, j);
     if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
     const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
     if (verdict != LcpVerdict::kSolved) return verdict;
   }
   return LcpVerdict::kSolved;
+}
+
+LcpVerdict Marcher::TakeStage(const Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
+  if (!sparse_ || !sparse_->has_stage()) return LcpVerdict::kSolved;
+  sparse_->StartStage(segment, j, stage_);
+  return Substitute(stage_, size_of_g, 1, departures);
 }
 
 LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
@@ -116,8 +125,7 @@ void Marcher::UseNewton(NewtonAccount& account) {
 
 bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) {
   u_ = segment.x.col(j - 1);
-  const NewtonVerdict verdict =
-      newton_->Solve(segment.x.col(j), segment.g.col(j), size_of_g, u_, segment.y.col(j));
+  const NewtonVerdict verdict = newton_->Solve(segment.x.col(j), segment.g.col(j), size_of_g, u_, segment.y.col(j));
   const Index iterations = newton_->iterations();
   account_->lcps += static_cast<Index>(newton_->residuals().size());
   account_->iterations += iterations;
@@ -163,7 +171,7 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, bool by_newto
       segment.y.col(0) = y;
       Index solved = 0;
       const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
-      if (!by_newton) context.solution.cost.lcps += solved;
+      if (!by_newton) context.solution.cost.lcps += solved * marcher.lcps_of_a_step();
       context.solution.cost.steps += solved;
 
       if (starts_stretch && !y_is_solution) {

@@ -52,6 +52,7 @@ class Marcher {
   void UseNewton(NewtonAccount& account);
 
   const Scheme& scheme() const { return scheme_; }
+  Index lcps_of_a_step() const { return sparse_ && sparse_->has_stage() ? 2 : 1; }
 
   // Marches all steps of `segment`, whose sources are given and whose x and y hold the start in column 0, filling
   // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
@@ -61,6 +62,8 @@ class Marcher {
   LcpVerdict March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved);
 
  private:
+  // The first stage of step j, where a step has one.
+  LcpVerdict TakeStage(const Segment& segment, const Vector& size_of_g, Index j, Departures& departures);
   // A step in three parts: the columns 1.. of x get what f says of them; x_j gets all the rest but for y_j; and that.
   void StartWithSources(Segment& segment) const;
   void AddBefore(Segment& segment, Index j) const;
@@ -73,6 +76,7 @@ class Marcher {
 
   const Problem& problem_;
   std::unique_ptr<const SparseStep> sparse_;
+  Segment stage_;  // one step: the first stage of sparse_
   Matrix abs_N_;  // without sparse_
   Scheme scheme_;  // with sparse_ without matrices
   SolutionChoice choice_;

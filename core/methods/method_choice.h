@@ -20,6 +20,8 @@ struct MethodChoice {
   std::string refusal;
   // Relative degree two, with inelastic impacts asked for.
   bool inelastic_impact = false;
+  // time_stepping in two stages of second order, where steps were chosen and not asked for (core/methods/sparse_step.h).
+  bool two_stages = false;
   // Constraints of relative degree two and more beside others of degree one or zero (core/analysis/relative_degree.h),
   // where y is no function of x: served, as long as they do not become active.
   std::vector<Index> impulsive_rows = {};

@@ -51,6 +51,9 @@ struct SolveContext {
   // LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
+  // time_stepping: in two stages of second order (core/methods/sparse_step.h) instead of what the options say.
+  bool two_stages = false;
+
   SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
 
   // Constraints of relative degree two and more, and the first time when y of one of them is positive.

@@ -17,8 +17,8 @@ void WarnOfLongStep(const Problem& problem, const std::optional<double>& kappa, 
     warnings.push_back(what + "no bound of κ = ‖A‖ + 𝓛‖B‖‖N‖ is known for this M (n = " +
                        std::to_string(problem.num_constraints()) + ").");
   } else if (3 * step * *kappa >= 1) {
-    warnings.push_back(what + "Theorem 3.2 of [Chen & Xiang 2013] asks for h < 1/(3κ) = " +
-                       FormatNumber(1 / (3 * *kappa)) + ".");
+    warnings.push_back(
+        what + "Theorem 3.2 of [Chen & Xiang 2013] asks for h < 1/(3κ) = " + FormatNumber(1 / (3 * *kappa)) + ".");
   }
 }
 
@@ -29,9 +29,8 @@ void Report(const NewtonAccount& account, const SolveContext& context, const std
   cost.newton_iterations = account.iterations;
   cost.most_newton_iterations = std::max<Index>(1, account.residuals.size()) - 1;
   cost.substituted_steps = account.substituted_steps;
-  solution.newton = {.time = context.grid.times[account.hardest_node],
-                     .residuals = account.residuals,
-                     .contraction = std::nullopt};
+  solution.newton = {
+      .time = context.grid.times[account.hardest_node], .residuals = account.residuals, .contraction = std::nullopt};
   if (kappa) solution.newton->contraction = *kappa * context.grid.longest_step;
   if (account.substituted_steps > 0) {
     solution.warnings.push_back(std::to_string(account.substituted_steps) +
@@ -66,28 +65,30 @@ Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double
   return options.average_y ? AveragedScheme(problem, step) : ThetaScheme(problem, step, options.theta);
 }
 
-std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, double step) {
+std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, bool two_stages,
+                                                   double step) {
   Workers workers(options.num_threads);
-  const double theta = options.average_y ? 0.5 : options.theta;
-  return std::make_unique<const SparseStep>(problem, step, theta, options.average_y, workers);
+  const SparseRule rule = two_stages          ? SparseRule::kTwoStages
+                          : options.average_y ? SparseRule::kAveraged
+                                              : SparseRule::kTheta;
+  return std::make_unique<const SparseStep>(problem, step, rule, options.theta, workers);
 }
 
-Matrix CoupledStepMatrix(const Problem& problem, const Options& options, double step) {
-  const Matrix K0 = StepsSparsely(problem, options) ? TimeSteppingStep(problem, options, step)->CoupledTerm()
-                                                    : problem.N * TimeSteppingScheme(problem, options, step).y_after;
-  return problem.M.Dense() + K0;
+Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool two_stages, double step) {
+  if (StepsSparsely(problem, options)) {
+    return problem.M.Dense() + TimeSteppingStep(problem, options, two_stages, step)->CoupledTerm();
+  }
+  return problem.M.Dense() + problem.N * TimeSteppingScheme(problem, options, step).y_after;
 }
 
 bool TimeStepping(SolveContext& context) {
   if (StepsSparsely(context.problem, context.options)) {
     return MarchGrid(context, [&](double step) {
       ++context.solution.realisation.factorizations;
-      return TimeSteppingStep(context.problem, context.options, step);
+      return TimeSteppingStep(context.problem, context.options, context.two_stages, step);
     });
   }
-  const auto make_scheme = [&](double step) {
-    return TimeSteppingScheme(context.problem, context.options, step);
-  };
+  const auto make_scheme = [&](double step) { return TimeSteppingScheme(context.problem, context.options, step); };
   if (context.options.step_solver == StepSolver::kNewton) return MarchByNewton(context, make_scheme);
   return MarchGrid(context, SchemeName(context.options), make_scheme);
 }

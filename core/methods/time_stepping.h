@@ -16,12 +16,13 @@ namespace dlcs {
 bool StepsSparsely(const Problem& problem, const Options& options);
 
 // The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule; and the same
-// for sparse A. `problem` must outlive them.
+// for sparse A, where it may also be `two_stages`. `problem` must outlive them.
 Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step);
-std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, double step);
+std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, bool two_stages,
+                                                   double step);
 
 // M^h = M + K_0, the matrix of the coupled step, with either.
-Matrix CoupledStepMatrix(const Problem& problem, const Options& options, double step);
+Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool two_stages, double step);
 
 // Marches (1.3) of [Chen & Xiang 2013]; with θ = 0 and the least element it is ILETS (1.8).
 //
@@ -31,7 +32,9 @@ Matrix CoupledStepMatrix(const Problem& problem, const Options& options, double 
 // By Newton's method (3.3), core/methods/newton_step.h, where y is a function of x; the solution carries its rate,
 // and warnings where h is beyond 1/(3κ), and where steps had to be solved by substitution after all.
 //
-// First order, second with average_y. Returns whether the end was reached. One thread.
+// In two stages (core/methods/sparse_step.h), where context.two_stages says so.
+//
+// First order, second with average_y and in two stages. Returns whether the end was reached. One thread.
 bool TimeStepping(SolveContext& context);
 
 }  // namespace dlcs

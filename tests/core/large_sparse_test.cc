@@ -57,8 +57,8 @@ TEST(LargeSparseTest, GoesOnFromRunToRun) {
 // 90,000 states, whose dense A would take 65 GB.
 Problem TooLarge() { return AdvectedGrid({.side = 300, .constraints = 2}); }
 
-// Left to itself the engine steps implicitly where contours would take minutes: half the step, half the error. (The trapezoidal
-// rule rings for as long on the stiff modes of a rough start.)
+// Left to itself the engine steps implicitly where contours would take minutes: half the step, a quarter of the error, although
+// the start is rough.
 TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
   const Problem problem = AdvectedGrid({.side = 150, .constraints = 2, .speed = 0.4});
   const auto state_with = [&](Index steps) {
@@ -72,7 +72,7 @@ TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
     return Vector(solution.x.col(0));
   };
   const Vector coarse = state_with(16), middle = state_with(32), fine = state_with(64);
-  EXPECT_GT(MaxAbs(coarse - middle), 1.5 * MaxAbs(middle - fine));
+  EXPECT_GT(MaxAbs(coarse - middle), 3 * MaxAbs(middle - fine));
 }
 
 // The one LCP that no step of the iteration solves is that of the start: here N x0 + g = -1 and M = -1, and from the first step on

@@ -65,6 +65,73 @@ TEST(SparseStepTest, IsTakenForSparseMatricesLeftToThemselves) {
             Realisation::kDense);
 }
 
+// The nodes 1/4, 1/2, 3/4, 1 by steps that were chosen and not asked for, and by dense modes to 1e-11.
+Matrix StatesOf(const Problem& problem, Options options) {
+  options.output_times = {0.25, 0.5, 0.75, 1};
+  options.output_times_only = true;
+  return testing::SolveToEnd(problem, options).x;
+}
+
+Matrix ByTwoStages(const Problem& problem, Index steps) {
+  Options options;
+  options.realisation = Realisation::kSparseStepping;
+  options.num_steps = steps;
+  return StatesOf(problem, options);
+}
+
+Matrix ByAverages(const Problem& problem, Index steps) {
+  Options options;
+  options.method = Method::kTimeStepping;
+  options.realisation = Realisation::kSparseStepping;
+  options.average_y = true;
+  options.num_steps = steps;
+  return StatesOf(problem, options);
+}
+
+Matrix ByModes(const Problem& problem) {
+  Options options;
+  options.method = Method::kEventLocated;
+  options.error_tolerance = 1e-11;
+  return StatesOf(WithDenseMatrices(problem), options);
+}
+
+TEST(TwoStageTest, IsOfSecondOrderAcrossContacts) {
+  for (const double speed : {0.0, 6.0}) {
+    const Problem problem = AdvectedGrid({.side = 8, .constraints = 5, .speed = speed});
+    const Matrix exact = ByModes(problem);
+    const double coarse = MaxAbs(ByTwoStages(problem, 40) - exact);
+    const double fine = MaxAbs(ByTwoStages(problem, 320) - exact);
+    EXPECT_LT(coarse, 0.1 * MaxAbs(exact));
+    EXPECT_GT(std::log(coarse / fine) / std::log(8), 1.8) << coarse << " " << fine;
+  }
+}
+
+// x0 = 1 beside walls at 0: components with |λ|h = 40 and more, which the trapezoidal rule turns over step by step.
+TEST(TwoStageTest, DampsWhatTheTrapezoidalRuleLetsRing) {
+  const Problem problem = AdvectedGrid({.side = 10, .constraints = 5, .diffusion = 1});
+  const Matrix exact = ByModes(problem);
+  const double two_stages = MaxAbs((ByTwoStages(problem, 20) - exact).col(0));
+  const double averages = MaxAbs((ByAverages(problem, 20) - exact).col(0));
+  EXPECT_LT(two_stages, 0.03 * MaxAbs(exact));
+  EXPECT_GT(averages, 20 * two_stages);
+}
+
+TEST(TwoStageTest, KeepsTheNodesOnTheConstraints) {
+  Options options;
+  options.realisation = Realisation::kSparseStepping;
+  options.num_steps = 50;
+  options.estimate_error = true;
+  const Problem problem = AdvectedGrid({.side = 8, .constraints = 5, .speed = 2});
+  const Solution solution = testing::SolveToEnd(problem, options);
+  EXPECT_EQ(solution.method, Method::kTimeStepping);
+  EXPECT_EQ(solution.cost.lcps, 100 + 1);  // two a step, and that of the start
+  EXPECT_EQ(solution.realisation.factorizations, 1);
+  EXPECT_GT(MaxAbs(solution.y), 0.1);
+  EXPECT_LE(solution.certificate.node_residual, 1e-12 * solution.certificate.lcp_scale);
+  const double error = MaxAbs(solution.x.rightCols(1) - ByModes(problem).rightCols(1));
+  EXPECT_GT(2 * solution.certificate.estimated_error_x.value(), error);
+}
+
 // x' = x / h makes I - hA zero: no number that follows is finite, and the solve must say so.
 TEST(SparseStepTest, EndsWhereTheStepIsSingular) {
   Problem problem = AdvectedGrid({.side = 3, .constraints = 2, .speed = 0});
