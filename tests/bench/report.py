@@ -18,6 +18,7 @@ GOAL_OVERHEAD = 0.05
 GOAL_STREAM = 0.80
 GOAL_RATIOS = {4: 10, 6: 100, 9: 10_000}  # of implicit Euler's time, by digits
 SMALL = 6  # states
+MODELLED = (2, 16, 32, 64, 128)  # processors, of threads_bench
 NOT_NEEDED = "not needed"  # the run would have told nothing new
 
 
@@ -122,12 +123,12 @@ def report_work_precision(runs):
 
 
 def report_threads(runs):
-    print("Wall-clock times, best of the repetitions; every answer has the bits of one thread. `more work`: what the threads take together, over "
-          "the processor time of one. `waiting`: the part of the threads' time in which they have no processor or nothing to do, the paper's "
-          "communication. The serial fraction e is that of Amdahl's law for the measured speed-up at the most threads.\n\n**Model, not "
-          "measured**: the speed-up on more cores is 1/(e + (1 - e)/p), without the memory's bandwidth and with enough time points for all.\n")
-    rows, models = [], []
-    cores = (16, 32, 64, 128)
+    print("Wall-clock times, best of the repetitions; every answer has the bits of one thread. `independent sums` share nothing: their speed-up "
+          "is what the machine had to give. `more work`: the processor time of all threads over that of one. `waiting`: the part of the "
+          "threads' time in which they have no processor or nothing to do, the paper's communication.\n\n**Model, not measured**: the serial "
+          "fraction is what one thread spends outside parallel loops, measured in processor time; on p processors a loop of b blocks takes "
+          "⌈b/p⌉/b of its time, and threads cost nothing.\n")
+    rows = []
     for (work,), members in grouped(runs, 1).items():
         times = {}
         for run in members:
@@ -136,17 +137,14 @@ def report_threads(runs):
             continue
         one, most = best(times[1]), max(times)
         quickest, parallel = (min(times[threads], key=seconds) for threads in (1, most))
-        speedup = one / best(times[most])
-        serial = min(1.0, max(0.0, (1 / speedup - 1 / most) / (1 - 1 / most))) if most > 1 else math.nan
         busy = seconds(parallel, "cpu_time")
         rows.append([work, time_text(one), *(f"{quickest[part] / one:.0%}" for part in ("seconds_lcp", "seconds_linear", "seconds_setup")),
                      *(f"{one / best(times[p]):.2f}" for p in sorted(times) if p > 1), f"{busy / seconds(quickest, 'cpu_time') - 1:+.0%}",
-                     f"{max(0, 1 - busy / (most * seconds(parallel))):.0%}", f"{serial:.2f}"])
-        models.append([work, *(f"{1 / (serial + (1 - serial) / p):.1f}" for p in cores)])
+                     f"{max(0, 1 - busy / (most * seconds(parallel))):.0%}", f"{quickest['serial_fraction']:.1%}",
+                     *(f"{quickest[f'model_{p}']:.1f}" for p in MODELLED)])
     threads = sorted({int(run["threads"]) for run in runs} - {1})
     print(table(["solve", "one thread", "LCPs", "convolutions and states", "kernel", *(f"speed-up, {p} threads" for p in threads), "more work",
-                 "waiting", "e"], rows))
-    print(table(["model", *(f"{p} cores" for p in cores)], models))
+                 "waiting", "serial fraction", *(f"model, {p}" for p in MODELLED)], rows))
 
 
 def report_plain(runs):
