@@ -10,6 +10,8 @@ set xlabel "iteration k"
 set ylabel "max_j ‖x_j^k − x_j‖_∞"
 set yrange [1e-12:*]
 set xrange [0.5:*]
+set key outside below horizontal center maxcols 2
+set bmargin 7.5
 colours = blue." ".orange." ".green." ".purple
 set title "Δx = 1/".fixed_cells
 plot for [i=1:words(steps)] "4.6-steps-".word(steps, i)."-history.csv" using 1:2 skip 1 with linespoints pt i+3 ps 0.7 lc rgb word(colours, i) title "h = ".sprintf("%g", 4.0/word(steps, i)), \

@@ -158,8 +158,8 @@ def figure_4_3():
     rate = -slope([(math.exp(math.sqrt(P)), e * math.sqrt(P)) for P, e, _ in falling])
     stop = nodes[-1][2] / nodes[-4][2]
     return tell(
-        (0.75 <= order_x <= 1.25, f"left: e_x falls like h^{order_x:.2f} (the paper: O(h))"),
-        (0.75 <= order_y <= 1.25, f"left: e_y falls like h^{order_y:.2f}"),
+        (order_x >= 0.75, f"left: e_x falls like h^{order_x:.2f} (the paper: at least like h)"),
+        (order_y >= 0.75, f"left: e_y falls like h^{order_y:.2f}"),
         (all(max(row[1:]) <= 5 * row[0] for row in rows), "left: both stay below 5h"),
         (abs(rate - 2.06) < 0.4, f"right: e_x falls like e^(-{rate:.2f} √P)/√P (the paper: 2.06)"),
         (stop > 0.5, f"right: e_y stops falling, at {nodes[-1][2]:.1g}, where the interpolation takes over (the paper: "
@@ -189,7 +189,7 @@ def figure_4_4():
         (reached[8] and reached[7] and not reached[6],
          "implicit Euler with the least element breaks down for h = 2⁻⁶ alone, where M^h is no Z-matrix any more" +
          ("" if reached[6] else f" ({ends[6]['termination']} at t = {stop:.4g})")),
-        (not reached[6] and abs(stop - 0.75) < 0.05, "it does so at t = 0.75, after wrong values from 0.36 on"),
+        (not reached[6] and abs(stop - 0.75) < 0.05, "the breakdown is at t = 0.75, after wrong values from 0.36 on"),
         (min(peaks) > 0.01, f"y2 and y4 are both active (they reach {peaks[0]:.1g} and {peaks[1]:.2g})"),
         remark="x0 and g are not legible in the paper; they were chosen so that the breakdown appears.")
 
@@ -310,7 +310,7 @@ def main():
             "data of "
             "(4.2) and (4.7) that the paper does not show legibly are chosen (`deploy/examples/four-variables*.json`, "
             "`dlcs`'s Signorini model). Every picture "
-            "is there as SVG and PNG, its data beside it as CSV.\n"]
+            "is there as SVG and PNG, its data beside it as CSV. Below each stands which of the paper's statements our numbers bear out.\n"]
     for number, sentence in sections.items():
         picture = [] if number.startswith("Table") else [f"![Figure {number}](figure-{number}.png)\n"]
         text += [f"## {number if number.startswith('Table') else 'Figure ' + number}\n", *picture, sentence + "\n"]
