@@ -13,7 +13,7 @@ if [ "${1:-}" = --quick ]; then
   shift
 fi
 report=$(realpath --canonicalize-missing "${1:-$root/build/bench-report.md}")
-programs=(work_precision_bench signorini_bench growth_bench threads_bench service_bench) # those that check their answers and know --quick
+programs=(work_precision_bench choice_bench signorini_bench growth_bench threads_bench service_bench) # those that check their answers and know --quick
 plain=(events_bench lcp_bench)
 [ ${#quick[@]} -gt 0 ] || plain+=(large_bench)
 

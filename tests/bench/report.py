@@ -17,6 +17,7 @@ from signorini_report import report_signorini
 GOAL_OVERHEAD = 0.05
 GOAL_STREAM = 0.80
 GOAL_RATIOS = {4: 10, 6: 100, 9: 10_000}  # of implicit Euler's time, by digits
+GOAL_CHOICE = 1.5  # times the best explicit choice
 SMALL = 6  # states
 MODELLED = (2, 16, 32, 64, 128)  # processors, of threads_bench
 NOT_NEEDED = "not needed"  # the run would have told nothing new
@@ -122,6 +123,26 @@ def report_work_precision(runs):
         print(table(["error", "implicit Euler", *points, "goal"], rows))
 
 
+def report_choice(runs):
+    print("Each method is asked for the same error (`--tolerance`), and its true error is checked; processor time on one thread, best of the "
+          f"runs. Goal: the automatic choice takes at most {GOAL_CHOICE} times as long as the best explicit one. Where both are the same "
+          "method, the ratio is noise. Methods that take long are left out at the smaller errors.\n")
+    settings = {}
+    for run in runs:
+        system, way, digits = run["name"].split("/min_time")[0].split("|")
+        settings.setdefault((system, int(digits)), {})[way] = run
+    rows = []
+    for (system, digits), ways in settings.items():
+        chosen = ways.pop("auto", None)
+        if not chosen or not ways:
+            continue
+        way, quickest = min(ways.items(), key=lambda item: item[1]["best_ms"])
+        ratio = chosen["best_ms"] / quickest["best_ms"]
+        rows.append([system, f"1e-{digits}", chosen["label"], time_text(chosen["best_ms"] * 1e-3), way, time_text(quickest["best_ms"] * 1e-3),
+                     f"{ratio:.2f}", verdict(chosen["label"] == quickest["label"] or ratio <= GOAL_CHOICE)])
+    print(table(["system", "error", "chosen", "time", "best explicit choice", "time", "ratio", "goal"], rows))
+
+
 def report_threads(runs):
     print("Wall-clock times, best of the repetitions; every answer has the bits of one thread. `independent sums` share nothing: their speed-up "
           "is what the machine had to give. `more work`: the processor time of all threads over that of one. `waiting`: the part of the "
@@ -155,6 +176,7 @@ def report_plain(runs):
 # In the order of the report; a program that is not named here gets a plain table at the end.
 CHAPTERS = {
     "work_precision_bench": ("Work and precision", report_work_precision),
+    "choice_bench": ("The automatic choice", report_choice),
     "events_bench": ("Event location", report_plain),
     "lcp_bench": ("Linear complementarity problems", report_plain),
     "signorini_bench": ("The Signorini problem", report_signorini),
