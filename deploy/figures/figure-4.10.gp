@@ -6,7 +6,7 @@ set logscale xy
 set format y "10^{%L}"
 set ylabel "processor time in s, one thread"
 set xlabel "h"
-set key top right
+unset key
 set title "Δx = 1/".fixed_cells
 plot "4.10-steps.csv" using (4/$1):2 skip 1 with linespoints pt 7 lc rgb blue title "iteration, one window", \
      "" using (4/$1):3 skip 1 with linespoints pt 4 lc rgb green title "march", \

@@ -281,9 +281,9 @@ def figure_4_10_and_table_4_1():
     text = tell(
         (growth["steps"][0] < 0.2, f"with more steps the time of the iteration grows like J^{growth['steps'][0]:.2f} (the paper: it stays, on "
                                    f"960 cores; here on one thread)"),
-        (abs(growth["steps"][2] - 1) < 0.3, f"that of implicit Euler grows like J^{growth['steps'][2]:.2f}"),
+        (abs(growth["steps"][2] - 1) < 0.3, f"the time of implicit Euler grows like J^{growth['steps'][2]:.2f}"),
         (min(growth["cells"][0], growth["cells"][2]) > 0,
-         f"both grow for finer meshes, like Δx^-{growth['cells'][0]:.1f} and Δx^-{growth['cells'][2]:.1f}"),
+         f"both times grow for finer meshes, like Δx^-{growth['cells'][0]:.1f} and Δx^-{growth['cells'][2]:.1f}"),
         (finest[1] < finest[3], f"at Δx = 1/{finest[0]} the iteration takes {finest[1] / finest[3]:.2g} times as long as implicit Euler (the "
                                 f"paper: 1.4 hours against 15 on its finest mesh)"),
         remark=f"The march, which has the iteration's answer, takes {finest[2] / finest[3]:.2g} times as long as implicit Euler there. Implicit "

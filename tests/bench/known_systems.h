@@ -22,6 +22,7 @@ struct KnownSystem {
   double uncertainty = 0;  // of x, relative
   Index most_steps = 0;    // worth trying
   bool y_is_lipschitz = true;
+  bool breaks_down = false;    // implicit Euler with long steps: its M^h has no solution
   bool has_few_states = true;  // for the ways that take A as a dense matrix
 };
 
