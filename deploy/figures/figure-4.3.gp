@@ -16,6 +16,7 @@ plot "4.3-steps.csv" using 1:(5*$1) skip 1 with lines dt 2 lc rgb black title "5
 unset logscale x
 set format x "%g"
 set xlabel "P"
+set yrange [1e-9:*]
 set key bottom left
 set title "h = 2^{−10}"
 plot "4.3-nodes.csv" using 1:(exp(-2.06*sqrt($1))/sqrt($1)) skip 1 with lines dt 2 lc rgb black title "exp(−2.06√P)/√P", \

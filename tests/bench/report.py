@@ -35,9 +35,9 @@ def report_growth(runs):
         rows.append([
             letter, method, f"{times[0][0]:.0f} … {times[-1][0]:.0f}",
             f"{time_text(times[0][1])} … "
-            f"{time_text(times[-1][1])}", f"{exponent(times):.2f}", f"{family[0]['expected_time']:.0f}",
+            f"{time_text(times[-1][1])}", f"{exponent(times):.2f}", f"{family[0]['expected_time']:g}",
             f"{bytes_text(memory[0][1])} … {bytes_text(memory[-1][1])}", f"{exponent(memory):.2f}",
-            f"{family[0]['expected_memory']:.0f}"])
+            f"{family[0]['expected_memory']:g}"])
     print(table(["of", "method", "sizes", "time", "exponent", "expected", "memory", "exponent", "expected"], rows))
 
 
