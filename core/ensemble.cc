@@ -2,10 +2,13 @@
 #include "core/ensemble.h"
 
 #include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 
-#include "core/parallel/parallel.h"
+#include "core/analysis/matrix_class.h"
+#include "core/methods/shared_setup.h"
+#include "core/parallel/own_threads.h"
 #include "core/solve.h"
 #include "core/soundness.h"
 #include "core/violation_list.h"
@@ -18,38 +21,17 @@ constexpr double kOwnCacheBytes = 1e9;
 
 std::string NameOf(Index member) { return "members[" + std::to_string(member) + "]"; }
 
+std::vector<Violation> AllViolations(const Problem& problem, const Options& options) {
+  std::vector<Violation> violations = Validate(problem);
+  for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
+  return violations;
+}
+
 // Whether a violation of a member's problem lies in what is its own.
 bool IsOwn(const EnsembleMember& member, const std::string& field) {
   const auto begins = [&](const char* name) { return field.rfind(name, 0) == 0; };
   return (member.x0 && begins("x0")) || (member.f && begins("f")) || (member.g && begins("g")) ||
          (member.horizon && field == "T") || (member.break_points && begins("break_points"));
-}
-
-absl::Status CheckMembers(const Problem& base, const std::vector<EnsembleMember>& members, const Options& options) {
-  std::vector<Violation> violations;
-  if (members.empty()) violations.push_back({"members", "empty; an ensemble has at least one"});
-  for (Index k = 0; k < static_cast<Index>(members.size()); ++k) {
-    const EnsembleMember& member = members[static_cast<std::size_t>(k)];
-    const Problem problem = MemberProblem(base, member);
-    for (Violation& violation : Validate(problem)) {
-      if (IsOwn(member, violation.field)) {
-        violation.field = NameOf(k) + "." + violation.field;
-      } else if (k > 0) {
-        continue;  // the base has been said to be wrong
-      }
-      violations.push_back(std::move(violation));
-    }
-    for (Violation& violation : Validate(options, problem.horizon)) {
-      if (member.horizon) {
-        violation.field = NameOf(k) + ": " + violation.field;
-      } else if (k > 0) {
-        continue;
-      }
-      violations.push_back(std::move(violation));
-    }
-    if (static_cast<Index>(violations.size()) > ViolationList::kMaxListed) break;
-  }
-  return StatusOf(violations);
 }
 
 Solution NotBegun() {
@@ -72,27 +54,52 @@ Problem MemberProblem(const Problem& base, const EnsembleMember& member) {
   return problem;
 }
 
+std::vector<Violation> Validate(const Problem& base, const std::vector<EnsembleMember>& members,
+                                const Options& options) {
+  std::vector<Violation> violations = AllViolations(base, options);
+  if (members.empty()) violations.push_back({"members", "empty; an ensemble has at least one"});
+  std::set<std::string> said;  // of the base: its members need not say it again
+  for (const Violation& violation : violations) said.insert(violation.field);
+  for (Index k = 0; k < static_cast<Index>(members.size()); ++k) {
+    const EnsembleMember& member = members[static_cast<std::size_t>(k)];
+    for (const Violation& violation : AllViolations(MemberProblem(base, member), options)) {
+      if (IsOwn(member, violation.field)) {
+        violations.push_back({NameOf(k) + "." + violation.field, violation.description});
+      } else if (!said.contains(violation.field)) {
+        violations.push_back({NameOf(k), violation.field + ": " + violation.description});
+      }
+    }
+    if (static_cast<Index>(violations.size()) > ViolationList::kMaxListed) break;
+  }
+  return violations;
+}
+
 absl::Status SolveEnsemble(const Problem& base, const std::vector<EnsembleMember>& members, const Options& options,
-                           const MemberFinished& finished, const std::stop_token& stop, SetupCache* setups) {
-  if (absl::Status status = CheckMembers(base, members, options); !status.ok()) return status;
+                           const MemberFinished& finished, const std::stop_token& stop, SetupCache* setups,
+                           const MemberMayBegin& may_begin) {
+  if (absl::Status status = StatusOf(Validate(base, members, options)); !status.ok()) return status;
   SetupCache own(kOwnCacheBytes);
+  if (!setups) setups = &own;
+  if (const auto selection = SelectRule(base.rule, SharedClass(base, setups)); !selection.ok())
+    return selection.status();
   Options of_member = options;
   of_member.num_threads = 1;
   std::mutex mutex;
   absl::Status first_error;
-  Workers workers(options.num_threads);
-  workers.ForBlocks(static_cast<Index>(members.size()), 1, [&](Index k, Index, Index) {
+  ForEachOnOwnThreads(static_cast<Index>(members.size()), options.num_threads, [&](Index k) {
+    if (may_begin && !may_begin(k)) return;
     absl::StatusOr<Solution> solution = NotBegun();
     if (!stop.stop_requested()) {
       Observer silent;
-      solution = Solve(MemberProblem(base, members[static_cast<std::size_t>(k)]), of_member, silent, stop,
-                       setups ? setups : &own);
+      const Problem problem = MemberProblem(base, members[static_cast<std::size_t>(k)]);
+      solution = Solve(problem, of_member, silent, stop, setups);
     }
     const std::lock_guard lock(mutex);
     if (solution.ok()) {
       finished(k, *std::move(solution));
     } else {
-      first_error.Update(absl::Status(solution.status().code(), NameOf(k) + ": " + std::string(solution.status().message())));
+      first_error.Update(
+          absl::Status(solution.status().code(), NameOf(k) + ": " + std::string(solution.status().message())));
     }
   });
   return first_error;

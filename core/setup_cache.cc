@@ -51,7 +51,14 @@ std::shared_ptr<const void> SetupCache::GetAny(const SetupKey& key, const std::f
   by_key_.emplace(entry->key, entry);
   lock.unlock();
 
-  Made<void> made = make();
+  Made<void> made;
+  try {
+    made = make();
+  } catch (...) {  // for want of memory: those who wait make it themselves
+    lock.lock();
+    Forget(entry);
+    throw;
+  }
 
   lock.lock();
   if (made.value) {
@@ -60,12 +67,17 @@ std::shared_ptr<const void> SetupCache::GetAny(const SetupKey& key, const std::f
     statistics_.bytes += entry->bytes;
     ++statistics_.values;
     DropBeyondBound();
+    made_.notify_all();
   } else {
-    by_key_.erase(entry->key);
-    entries_.erase(entry);
+    Forget(entry);
   }
-  made_.notify_all();
   return made.value;
+}
+
+void SetupCache::Forget(std::list<Entry>::iterator entry) {
+  by_key_.erase(entry->key);
+  entries_.erase(entry);
+  made_.notify_all();
 }
 
 // The newest value is kept whatever its size: it is in use.

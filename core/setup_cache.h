@@ -47,7 +47,8 @@ class SetupCache {
     std::shared_ptr<const Value> value;
     double bytes = 0;  // what it fills
   };
-  // The value of `key`, made by `make` where there is none. A null value is handed out and not kept.
+  // The value of `key`, made by `make` where there is none. A null value is handed out and not kept, and what `make`
+  // throws is thrown on.
   template <class Value>
   std::shared_ptr<const Value> Get(const SetupKey& key, const std::function<Made<Value>()>& make) {
     return std::static_pointer_cast<const Value>(GetAny(key, [&]() -> Made<void> {
@@ -73,6 +74,8 @@ class SetupCache {
   };
   std::shared_ptr<const void> GetAny(const SetupKey& key, const std::function<Made<void>()>& make);
   void DropBeyondBound();
+  // An entry without a value.
+  void Forget(std::list<Entry>::iterator entry);
 
   const double max_bytes_;
   mutable std::mutex mutex_;

@@ -6,9 +6,12 @@
 
 #include <atomic>
 #include <map>
+#include <new>
+#include <stdexcept>
 #include <thread>
 
 #include "core/models/signorini.h"
+#include "core/parallel/own_threads.h"
 #include "core/solve.h"
 #include "tests/support/problems.h"
 #include "tests/support/solving.h"
@@ -73,6 +76,59 @@ TEST(EnsembleTest, NamesTheMemberThatBreaksARule) {
   EXPECT_THAT(message(members), HasSubstr("members[1].x0: 2 components"));
   EXPECT_THAT(message(members), HasSubstr("members[2].T: -1"));
   EXPECT_EQ(message({}), "members: empty; an ensemble has at least one");
+}
+
+// A horizon of a member's own may leave a break point or an output time of the others outside.
+TEST(EnsembleTest, NamesTheMemberWhoseHorizonBreaksWhatAllShare) {
+  Problem base = testing::FourVariableEasy();
+  base.break_points = {0.5 * base.horizon};
+  Options options;
+  options.output_times = {base.horizon};
+  options.output_times_only = true;
+  std::vector<EnsembleMember> members(2);
+  members[1].horizon = 0.25 * base.horizon;
+  const std::vector<Violation> violations = Validate(base, members, options);
+  ASSERT_EQ(violations.size(), 2U);
+  EXPECT_EQ(violations[0].field, "members[1]");
+  EXPECT_THAT(violations[0].description, HasSubstr("break_points[0]: "));
+  EXPECT_THAT(violations[1].description, HasSubstr("output_times[0]: "));
+}
+
+TEST(EnsembleTest, MistakesOfTheBaseAreSaidOnceAlsoWhereTheFirstMemberMendsThem) {
+  Problem base = testing::FourVariableEasy();
+  base.x0 = Vector::Zero(1);
+  std::vector<EnsembleMember> members(3);
+  members[0].x0 = Vector::Zero(base.num_states());
+  const std::vector<Violation> violations = Validate(base, members, {});
+  ASSERT_EQ(violations.size(), 1U);
+  EXPECT_EQ(violations[0].field, "x0");
+}
+
+TEST(EnsembleTest, MembersThatMayNotBeginAreNotHeardOf) {
+  const Problem base = testing::FourVariableEasy();
+  Options options;
+  options.num_steps = 20;
+  std::vector<Index> finished;
+  const absl::Status status = SolveEnsemble(
+      base, std::vector<EnsembleMember>(6), options, [&](Index k, Solution) { finished.push_back(k); }, {}, nullptr,
+      [](Index k) { return k % 2 == 0; });
+  EXPECT_TRUE(status.ok());
+  EXPECT_THAT(finished, ::testing::UnorderedElementsAre(0, 2, 4));
+}
+
+TEST(OwnThreadsTest, EachIsCalledOnceAndWhatOneThrowsIsThrownAgain) {
+  std::vector<std::atomic<int>> calls(100);
+  ForEachOnOwnThreads(100, 4, [&](Index k) { ++calls[static_cast<std::size_t>(k)]; });
+  for (const std::atomic<int>& count : calls) EXPECT_EQ(count, 1);
+  std::atomic<int> begun = 0;
+  EXPECT_THROW(ForEachOnOwnThreads(1000, 2,
+                                   [&](Index k) {
+                                     ++begun;
+                                     if (k == 3) throw std::runtime_error("broken");
+                                   }),
+               std::runtime_error);
+  EXPECT_GE(begun, 4);
+  ForEachOnOwnThreads(0, 0, [](Index) { FAIL(); });
 }
 
 TEST(EnsembleTest, AFailedMemberIsASolutionAndAStopEndsTheRest) {
@@ -152,6 +208,18 @@ TEST(SetupCacheTest, NullIsNotKept) {
   }
   EXPECT_EQ(asked, 2);
   EXPECT_EQ(cache.statistics().values, 0);
+}
+
+TEST(SetupCacheTest, AfterAMakerThatThrowsTheNextOneMakes) {
+  SetupCache cache(1e6);
+  const auto get = [&](bool fails) {
+    return cache.Get<int>(SetupKey("x"), [&]() -> SetupCache::Made<int> {
+      if (fails) throw std::bad_alloc();
+      return {std::make_shared<const int>(7), 4};
+    });
+  };
+  EXPECT_THROW(get(true), std::bad_alloc);
+  EXPECT_EQ(*get(false), 7);
 }
 
 TEST(SetupCacheTest, KeysTellStructuresApart) {
