@@ -16,17 +16,26 @@ SCHEMAS, CASES, EXAMPLES = (pathlib.Path(folder) for folder in sys.argv[1:4])
 SCHEMA = json.loads((SCHEMAS / "problem.schema.json").read_text())
 DCP = json.loads((SCHEMAS / "dcp.schema.json").read_text())
 NONLINEAR = json.loads((SCHEMAS / "nonlinear.schema.json").read_text())
+LCP = json.loads((SCHEMAS / "lcp.schema.json").read_text())
+MEMBERS = json.loads((SCHEMAS / "members.schema.json").read_text())
 EXAMPLE = {"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}
 
 
+def validator(schema):
+    """Schemas refer to each other by the names of their files."""
+    return jsonschema.Draft7Validator(schema, resolver=jsonschema.RefResolver(SCHEMAS.resolve().as_uri() + "/", schema))
+
+
 def passes(problem, schema=SCHEMA):
-    return jsonschema.Draft7Validator(schema).is_valid(problem)
+    return validator(schema).is_valid(problem)
 
 
 def schema_of(content):
     """The schema that says what a file is, None for what has none (paths, models)."""
     if content.get("kind") == "nonlinear":
         return NONLINEAR
+    if "members" in content:
+        return MEMBERS
     if "q" in content and "M" in content:
         return DCP
     return SCHEMA if "x0" in content else None
@@ -34,7 +43,7 @@ def schema_of(content):
 
 class ProblemSchemaTest(unittest.TestCase):
     def test_is_a_schema(self):
-        for schema in (SCHEMA, DCP, NONLINEAR):
+        for schema in (SCHEMA, DCP, NONLINEAR, LCP, MEMBERS):
             jsonschema.Draft7Validator.check_schema(schema)
 
     def test_every_example_passes(self):
@@ -45,8 +54,33 @@ class ProblemSchemaTest(unittest.TestCase):
             if schema is not None:
                 kinds.add(schema["title"])
                 with self.subTest(example=example.name):
-                    jsonschema.validate(content, schema)
-        self.assertEqual(len(kinds), 3)
+                    validator(schema).validate(content)
+        self.assertEqual(len(kinds), 4)
+
+    def test_members_have_what_a_problem_has_in_time(self):
+        for member in ({}, {"x0": [1, 2]}, {"x0": {"matrix_market": "x0.mtx"}}, {"f": ["t"], "T": 2, "label": "late"},
+                       {"pieces": [{"t0": 0, "g": [1]}]}, {"g": {"matrix": [[1]], "of": ["t"]}, "break_points": [0.5]}):
+            with self.subTest(member=member):
+                self.assertTrue(passes([member], MEMBERS))
+                self.assertTrue(passes({"members": [{}, member], "about": "two"}, MEMBERS))
+        for member in (1, [1], {"A": [[1]]}, {"x0": 1}, {"T": 0}, {"label": 1}, {"rule": "unique"}):
+            with self.subTest(member=member):
+                self.assertFalse(passes([member], MEMBERS))
+        self.assertFalse(passes([], MEMBERS))
+        self.assertFalse(passes({"x0": [1]}, MEMBERS))
+
+    def test_lcps_and_the_other_problems_take_every_form_of_a_matrix(self):
+        nonlinear = {"kind": "nonlinear", "f": ["y1"], "g": ["y1"], "x0": [1], "T": 1}
+        path = {"times": [0, 1], "values": [[0], [-1]]}
+        for matrix in ([[1]], {"rows": 1, "columns": 1, "entries": [[0, 0, 2.5]]}, {"rows": 1, "diagonals": {"0": 1}},
+                       {"matrix_market": "a.mtx"}, {"kronecker_sum": [[[1]], [[2]]]}):
+            with self.subTest(matrix=matrix):
+                self.assertTrue(passes({"M": matrix, "q": [1]}, LCP))
+                self.assertTrue(passes({"M": matrix, "q": path}, DCP))
+                self.assertTrue(passes({**nonlinear, "W": matrix}, NONLINEAR))
+        for key, value in (("M", [1]), ("q", path), ("rule", "least"), ("selector", {"C": [[1]]}), ("T", 1)):
+            with self.subTest(key=key, value=value):
+                self.assertFalse(passes({"M": [[1]], "q": [1], key: value}, LCP))
 
     def test_mistakes_in_a_dcp_do_not_pass(self):
         example = {"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}
@@ -69,7 +103,7 @@ class ProblemSchemaTest(unittest.TestCase):
         self.assertGreaterEqual(len(cases), 17)
         for case in cases:
             with self.subTest(case=case.name):
-                jsonschema.validate(json.loads(case.read_text()), SCHEMA)
+                validator(SCHEMA).validate(json.loads(case.read_text()))
 
     def test_forms_of_sources_pass(self):
         for source in (["t", 1], {"times": [0, 1], "values": [[1], [2]]},
