@@ -6,8 +6,10 @@
 #define DLCS_CLIENT_BACKEND_H_
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <stop_token>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "client/solve_result.h"
@@ -29,6 +31,16 @@ struct CallLimits {
 // Must not throw.
 using EventCallback = std::function<void(const v1::SolveEvent&)>;
 
+// A member of an ensemble, solved.
+struct MemberResult {
+  std::int64_t member = 0;  // from 0
+  std::string label;
+  SolveResult result;  // its analysis is empty
+};
+
+// Called for every member that has finished, in any order, one at a time, from any thread. Must not throw.
+using MemberCallback = std::function<void(const MemberResult&)>;
+
 // Calls block. An object may be used from several threads at once.
 //
 // Errors of every call: InvalidArgument with one "field: description" per line when the request breaks a
@@ -42,6 +54,13 @@ class Backend {
   // trajectory holds what had been computed and, from a server, transferred. `on_event` may be empty.
   virtual absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                             const CallLimits& limits) = 0;
+
+  // Solves the members of an ensemble, each for `on_member`, which may be empty; holds the result of one at a time. A
+  // stop or a deadline that passed is a result too: its summary counts what is known, and in `not_begun` all of which
+  // nothing is. Errors besides: DataLoss when the events do not join up.
+  virtual absl::StatusOr<v1::EnsembleSummary> SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                            const MemberCallback& on_member,
+                                                            const CallLimits& limits) = 0;
 
   virtual absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
                                                         const CallLimits& limits) = 0;

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <utility>
 
+#include "client/ensemble_result.h"
 #include "client/rpc_error.h"
 
 namespace dlcs::client {
@@ -65,11 +66,10 @@ bool IsHostAndPort(const std::string& address) {
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address) {
   if (!IsHostAndPort(address)) {
-    return absl::InvalidArgumentError(fmt::format(
-        "\"{}\" is not HOST:PORT; write for example localhost:50051, or [::1]:50051 for IPv6", address));
+    return absl::InvalidArgumentError(
+        fmt::format("\"{}\" is not HOST:PORT; write for example localhost:50051, or [::1]:50051 for IPv6", address));
   }
-  const auto channel =
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), ChannelSettings());
+  const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), ChannelSettings());
   return std::unique_ptr<Client>(new Client(address, v1::SolverService::NewStub(channel)));
 }
 
@@ -100,6 +100,27 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   return DescribeRpcError(status, address_);
 }
 
+absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                          const MemberCallback& on_member, const CallLimits& limits) {
+  const auto start = std::chrono::steady_clock::now();
+  EnsembleCollector collector(request, on_member, limits.keep_trajectory);
+  Call call(limits);
+  const auto reader = stub_->SolveEnsemble(call.context(), request);
+  for (v1::EnsembleEvent event; reader->Read(&event);) collector.Add(std::move(event));
+  const grpc::Status status = reader->Finish();
+  if (status.ok() || collector.has_summary()) return std::move(collector).Finish();
+
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  if (status.error_code() == grpc::StatusCode::CANCELLED && limits.stop.stop_requested()) {
+    return std::move(collector).Abandon("Cancelled.", seconds.count());
+  }
+  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && collector.accepted()) {
+    return std::move(collector).Abandon("The deadline passed. Allow more time or ask for fewer members.",
+                                        seconds.count());
+  }
+  return DescribeRpcError(status, address_);
+}
+
 // A call with one answer, a method of the stub.
 template <typename Request, typename Response>
 absl::StatusOr<Response> Client::Ask(UnaryMethod<Request, Response> method, const Request& request,
@@ -111,13 +132,11 @@ absl::StatusOr<Response> Client::Ask(UnaryMethod<Request, Response> method, cons
   return response;
 }
 
-absl::StatusOr<v1::SolveLcpResponse> Client::SolveLcp(const v1::SolveLcpRequest& request,
-                                                      const CallLimits& limits) {
+absl::StatusOr<v1::SolveLcpResponse> Client::SolveLcp(const v1::SolveLcpRequest& request, const CallLimits& limits) {
   return Ask(&v1::SolverService::Stub::SolveLcp, request, limits);
 }
 
-absl::StatusOr<v1::SolveDcpResponse> Client::SolveDcp(const v1::SolveDcpRequest& request,
-                                                      const CallLimits& limits) {
+absl::StatusOr<v1::SolveDcpResponse> Client::SolveDcp(const v1::SolveDcpRequest& request, const CallLimits& limits) {
   return Ask(&v1::SolverService::Stub::SolveDcp, request, limits);
 }
 

@@ -24,10 +24,10 @@ class Client final : public Backend {
 
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                     const CallLimits& limits) override;
-  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
-                                                const CallLimits& limits) override;
-  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request,
-                                                const CallLimits& limits) override;
+  absl::StatusOr<v1::EnsembleSummary> SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                    const MemberCallback& on_member, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request, const CallLimits& limits) override;
   absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
                                                             const CallLimits& limits) override;
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
@@ -36,11 +36,9 @@ class Client final : public Backend {
   Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stub);
 
   template <typename Request, typename Response>
-  using UnaryMethod = grpc::Status (v1::SolverService::Stub::*)(grpc::ClientContext*, const Request&,
-                                                                Response*);
+  using UnaryMethod = grpc::Status (v1::SolverService::Stub::*)(grpc::ClientContext*, const Request&, Response*);
   template <typename Request, typename Response>
-  absl::StatusOr<Response> Ask(UnaryMethod<Request, Response> method, const Request& request,
-                               const CallLimits& limits);
+  absl::StatusOr<Response> Ask(UnaryMethod<Request, Response> method, const Request& request, const CallLimits& limits);
 
   std::string address_;
   std::unique_ptr<v1::SolverService::Stub> stub_;

@@ -12,9 +12,11 @@
 #include <thread>
 #include <utility>
 
+#include "client/ensemble_result.h"
 #include "client/rpc_error.h"
 #include "server/call_session.h"
 #include "server/capabilities.h"
+#include "server/ensemble_session.h"
 #include "server/solve_session.h"
 
 namespace dlcs::client {
@@ -42,8 +44,7 @@ class DeadlineTimer {
   DeadlineTimer(std::chrono::duration<double> deadline, SolveControl& control)
       : waiter_([this, deadline, &control](std::stop_token finished) {
           std::unique_lock lock(mutex_);
-          const bool in_time =
-              changed_.wait_for(lock, finished, deadline, [&] { return finished.stop_requested(); });
+          const bool in_time = changed_.wait_for(lock, finished, deadline, [&] { return finished.stop_requested(); });
           if (!in_time) control.Stop(StopCause::kDeadline);
         }) {}
 
@@ -87,8 +88,7 @@ absl::StatusOr<Response> Ask(const char* what, const CallLimits& limits, const R
   const DeadlineTimer timer(limits.deadline, control);
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
   absl::StatusOr<Response> response = run(control.token());
-  if (control.cause() == StopCause::kCancelled)
-    return absl::CancelledError(fmt::format("{} was cancelled", what));
+  if (control.cause() == StopCause::kCancelled) return absl::CancelledError(fmt::format("{} was cancelled", what));
   if (control.cause() == StopCause::kDeadline)
     return absl::DeadlineExceededError(fmt::format("{} took longer than it was allowed", what));
   if (!response.ok()) return Describe(response.status());
@@ -97,8 +97,8 @@ absl::StatusOr<Response> Ask(const char* what, const CallLimits& limits, const R
 
 }  // namespace
 
-absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
-                                                const EventCallback& on_event, const CallLimits& limits) {
+absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
+                                                const CallLimits& limits) {
   SolveControl control;
   const DeadlineTimer timer(limits.deadline, control);
   const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
@@ -109,23 +109,35 @@ absl::StatusOr<SolveResult> LocalBackend::Solve(const v1::SolveRequest& request,
   return std::move(collector).Finish();
 }
 
+absl::StatusOr<v1::EnsembleSummary> LocalBackend::SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                                const MemberCallback& on_member,
+                                                                const CallLimits& limits) {
+  SolveControl control;
+  const DeadlineTimer timer(limits.deadline, control);
+  const std::stop_callback cancel(limits.stop, [&control] { control.Stop(StopCause::kCancelled); });
+  EnsembleCollector collector(request, on_member, limits.keep_trajectory);
+  const auto collect = [&collector](v1::EnsembleEvent event) { collector.Add(std::move(event)); };
+  const absl::Status status = RunEnsembleToEnd(request, LimitsOfThisMachine(), "local", control, collect);
+  if (!status.ok()) return Describe(status);
+  return std::move(collector).Finish();
+}
+
 absl::StatusOr<v1::SolveLcpResponse> LocalBackend::SolveLcp(const v1::SolveLcpRequest& request,
                                                             const CallLimits& limits) {
-  return Ask<v1::SolveLcpResponse>(
-      "the LCP", limits, [&](std::stop_token stop) { return RunLcp(request, LimitsOfThisMachine(), stop); });
+  return Ask<v1::SolveLcpResponse>("the LCP", limits,
+                                   [&](std::stop_token stop) { return RunLcp(request, LimitsOfThisMachine(), stop); });
 }
 
 absl::StatusOr<v1::SolveDcpResponse> LocalBackend::SolveDcp(const v1::SolveDcpRequest& request,
                                                             const CallLimits& limits) {
-  return Ask<v1::SolveDcpResponse>(
-      "the DCP", limits, [&](std::stop_token stop) { return RunDcp(request, LimitsOfThisMachine(), stop); });
+  return Ask<v1::SolveDcpResponse>("the DCP", limits,
+                                   [&](std::stop_token stop) { return RunDcp(request, LimitsOfThisMachine(), stop); });
 }
 
-absl::StatusOr<v1::AnalyzeProblemResponse> LocalBackend::AnalyzeProblem(
-    const v1::AnalyzeProblemRequest& request, const CallLimits& limits) {
-  return Ask<v1::AnalyzeProblemResponse>("the analysis", limits, [&](std::stop_token stop) {
-    return RunAnalysis(request, LimitsOfThisMachine(), stop);
-  });
+absl::StatusOr<v1::AnalyzeProblemResponse> LocalBackend::AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
+                                                                        const CallLimits& limits) {
+  return Ask<v1::AnalyzeProblemResponse>(
+      "the analysis", limits, [&](std::stop_token stop) { return RunAnalysis(request, LimitsOfThisMachine(), stop); });
 }
 
 absl::StatusOr<v1::GetCapabilitiesResponse> LocalBackend::GetCapabilities(const CallLimits& /*limits*/) {

@@ -15,10 +15,10 @@ class LocalBackend final : public Backend {
  public:
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                     const CallLimits& limits) override;
-  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request,
-                                                const CallLimits& limits) override;
-  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request,
-                                                const CallLimits& limits) override;
+  absl::StatusOr<v1::EnsembleSummary> SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                    const MemberCallback& on_member, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request, const CallLimits& limits) override;
   absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
                                                             const CallLimits& limits) override;
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;

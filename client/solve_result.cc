@@ -37,6 +37,17 @@ ResultCollector::ResultCollector(const v1::SolveRequest& request, bool keep_traj
       static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : ShapeOf(linear.m()).rows);
 }
 
+ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, bool keep_trajectory)
+    : keep_trajectory_(keep_trajectory) {
+  result_.states = states;
+  result_.constraints = constraints;
+}
+
+void ResultCollector::AddSummary(v1::Summary summary) {
+  result_.summary = std::move(summary);
+  has_summary_ = true;
+}
+
 void ResultCollector::Add(const v1::SolveEvent& event) {
   switch (event.kind_case()) {
     case v1::SolveEvent::kAccepted:
@@ -56,8 +67,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
       AddChunk(event.trajectory());
       break;
     case v1::SolveEvent::kSummary:
-      result_.summary = event.summary();
-      has_summary_ = true;
+      AddSummary(event.summary());
       break;
     case v1::SolveEvent::kWindowFinished:
     case v1::SolveEvent::kGap:

@@ -34,8 +34,12 @@ class ResultCollector {
  public:
   // Without `keep_trajectory` the chunks are checked and counted, and the result holds none of them.
   explicit ResultCollector(const v1::SolveRequest& request, bool keep_trajectory = true);
+  // The same where `states` and `constraints` are known.
+  ResultCollector(std::size_t states, std::size_t constraints, bool keep_trajectory = true);
 
   void Add(const v1::SolveEvent& event);
+  void AddChunk(const v1::TrajectoryChunk& chunk);
+  void AddSummary(v1::Summary summary);
 
   bool accepted() const { return accepted_; }
   bool has_summary() const { return has_summary_; }
@@ -50,7 +54,6 @@ class ResultCollector {
 
  private:
   void Reserve();
-  void AddChunk(const v1::TrajectoryChunk& chunk);
   std::string Progress() const;
 
   SolveResult result_;

@@ -13,9 +13,7 @@
 namespace dlcs {
 namespace {
 
-Vector VectorFromProto(const Doubles& values) {
-  return Eigen::Map<const Vector>(values.data(), values.size());
-}
+Vector VectorFromProto(const Doubles& values) { return Eigen::Map<const Vector>(values.data(), values.size()); }
 
 // A list of values as `size` rows, component fastest.
 Matrix ColumnsFromProto(const Doubles& values, Index size, const std::string& field,
@@ -46,9 +44,9 @@ TimePiece TimePieceFromProto(const v1::TimePiece& piece, Index size, const std::
       PiecewisePolynomial result;
       result.breaks.assign(piece.polynomial().breaks().begin(), piece.polynomial().breaks().end());
       for (int p = 0; p < piece.polynomial().coefficients_size(); ++p) {
-        result.coefficients.push_back(
-            ColumnsFromProto(piece.polynomial().coefficients(p).values(), size,
-                             fmt::format("{}.polynomial.coefficients[{}]", field, p), violations));
+        result.coefficients.push_back(ColumnsFromProto(piece.polynomial().coefficients(p).values(), size,
+                                                       fmt::format("{}.polynomial.coefficients[{}]", field, p),
+                                                       violations));
       }
       return result;
     }
@@ -112,10 +110,9 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
     default:
       break;
   }
-  violations.push_back(
-      {"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
-                           "2 least element, 3 hidden least element, 4 least norm, 5 minimiser)",
-                           static_cast<int>(rule))});
+  violations.push_back({"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
+                                            "2 least element, 3 hidden least element, 4 least norm, 5 minimiser)",
+                                            static_cast<int>(rule))});
   return SolutionRule::kAuto;
 }
 
@@ -141,8 +138,21 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   return result;
 }
 
-NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem,
-                                           std::vector<Violation>& violations) {
+EnsembleMember MemberFromProto(const v1::EnsembleMember& member, Index m, Index n, const std::string& field,
+                               std::vector<Violation>& violations) {
+  EnsembleMember result;
+  if (!member.x0().empty()) result.x0 = VectorFromProto(member.x0());
+  if (member.has_f()) result.f = TimeFunctionFromProto(member.f(), m, field + ".f", violations);
+  if (member.has_g()) result.g = TimeFunctionFromProto(member.g(), n, field + ".g", violations);
+  if (member.has_horizon()) result.horizon = member.horizon();
+  if (member.has_break_points()) {
+    const Doubles& times = member.break_points().times();
+    result.break_points.emplace(times.begin(), times.end());
+  }
+  return result;
+}
+
+NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations) {
   NonlinearProblem result;
   result.f.assign(problem.f().begin(), problem.f().end());
   result.g.assign(problem.g().begin(), problem.g().end());

@@ -17,6 +17,7 @@
 
 #include "core/analyze.h"
 #include "core/dcp/dcp.h"
+#include "core/ensemble.h"
 #include "core/lcp/lcp.h"
 #include "core/nonlinear/nonlinear_problem.h"
 #include "core/observer.h"
@@ -27,20 +28,21 @@
 
 namespace dlcs {
 
-// A matrix with its structure. What a message of a few bytes may declare without holding it is bounded before anything is
-// allocated: by 2^31 - 1 rows and columns here, by the limits of the server in request_check.h.
+// A matrix with its structure. What a message of a few bytes may declare without holding it is bounded before anything
+// is allocated: by 2^31 - 1 rows and columns here, by the limits of the server in request_check.h.
 StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
                                            std::vector<Violation>& violations);
 // All entries, whatever the structure on the wire; at most StructuredMatrix::kMostDenseEntries.
-Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
-                       std::vector<Violation>& violations);
+Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations);
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
                                    std::vector<Violation>& violations);
 SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
 Selector SelectorFromProto(const v1::Selector& selector, std::vector<Violation>& violations);
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
-NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem,
-                                           std::vector<Violation>& violations);
+// A member of an ensemble whose problem has m states and n pairs.
+EnsembleMember MemberFromProto(const v1::EnsembleMember& member, Index m, Index n, const std::string& field,
+                               std::vector<Violation>& violations);
+NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations);
 // `step`, `steps` must be positive and `grid_times` not empty where set: the engine reads 0 and none as not
 // set.
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations);

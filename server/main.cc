@@ -45,6 +45,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--max-constraints", config.max_constraints, "Largest number of pairs (rows of M)")
       ->capture_default_str();
   app.add_option("--max-steps", config.max_steps, "Most steps of one solve")->capture_default_str();
+  app.add_option("--max-members", config.max_members, "Most members of one ensemble")->capture_default_str();
   app.add_option("--max-result-bytes", config.max_result_bytes, "Largest trajectory of one solve")
       ->capture_default_str();
   app.add_option("--max-held-result-bytes", config.max_held_result_bytes,

@@ -2,11 +2,14 @@
 #include "server/request_check.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "fmt/format.h"
 #include "proto/matrix_shape.h"
 #include "server/convert.h"
 #include "server/errors.h"
@@ -63,6 +66,15 @@ absl::Status CheckShapes(const v1::Problem& problem, const SessionLimits& limits
   return check.status();
 }
 
+absl::Status CheckShapes(const v1::EnsembleMember& member, const SessionLimits& limits) {
+  ShapeCheck check(limits);
+  check.States(ShapeOf(member.f().lift()).rows);
+  check.States(ShapeOf(member.f().lift()).columns);
+  check.Constraints(ShapeOf(member.g().lift()).rows);
+  check.States(ShapeOf(member.g().lift()).columns);
+  return check.status();
+}
+
 absl::Status CheckShapes(const v1::NonlinearProblem& problem, const SessionLimits& limits) {
   ShapeCheck check(limits);
   check.States(problem.f_size());
@@ -70,6 +82,11 @@ absl::Status CheckShapes(const v1::NonlinearProblem& problem, const SessionLimit
   check.States(ShapeOf(problem.w()).columns);
   check.Constraints(problem.g_size());
   return check.status();
+}
+
+Options Within(const SessionLimits& limits, Options options) {
+  if (limits.max_memory_bytes > 0) options.max_memory = std::min(options.max_memory, limits.max_memory_bytes);
+  return options;
 }
 
 template <typename System>
@@ -80,8 +97,22 @@ absl::StatusOr<SoundSystem> Checked(System problem, const v1::SolveOptions& wire
 
   violations = AllViolations(problem, options);
   if (!violations.empty()) return InvalidRequest(violations);
-  if (limits.max_memory_bytes > 0) options.max_memory = std::min(options.max_memory, limits.max_memory_bytes);
-  return SoundSystem{std::move(problem), std::move(options)};
+  return SoundSystem{std::move(problem), Within(limits, std::move(options))};
+}
+
+// An upper bound of the number of steps, as a double because T / step may be anything.
+double CountSteps(double horizon, std::size_t break_points, const Options& options) {
+  double steps = static_cast<double>(options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps);
+  if (options.step > 0) steps = std::ceil(horizon / options.step);
+  if (!options.grid_times.empty()) steps = static_cast<double>(options.grid_times.size()) + 1;
+  return steps + static_cast<double>(break_points + options.output_times.size());
+}
+
+double CountSteps(const Problem& problem, const Options& options) {
+  return CountSteps(problem.horizon, BreakPoints(problem).size(), options);
+}
+double CountSteps(const NonlinearProblem& problem, const Options& options) {
+  return CountSteps(problem.horizon, problem.break_points.size(), options);
 }
 
 }  // namespace
@@ -105,6 +136,48 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const
   std::vector<Violation> violations;
   NonlinearProblem read = NonlinearProblemFromProto(problem, violations);
   return Checked(std::move(read), options, std::move(violations), limits);
+}
+
+absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
+  absl::Status limit = CheckLimit("max_members", request.members_size(), limits.max_members);
+  limit.Update(CheckShapes(request.problem(), limits));
+  for (const v1::EnsembleMember& member : request.members()) limit.Update(CheckShapes(member, limits));
+  if (!limit.ok()) return limit;
+
+  std::vector<Violation> violations;
+  SoundEnsemble read{
+      ProblemFromProto(request.problem(), violations), OptionsFromProto(request.options(), violations), {}};
+  for (int k = 0; k < request.members_size(); ++k) {
+    read.members.push_back(MemberFromProto(request.members(k), ShapeOf(request.problem().a()).rows,
+                                           ShapeOf(request.problem().m()).rows, fmt::format("members[{}]", k),
+                                           violations));
+  }
+  if (!violations.empty()) return InvalidRequest(violations);
+
+  violations = Validate(read.base, read.members, read.options);
+  for (Violation& violation : violations) violation.field = WireOptionName(violation.field);
+  if (!violations.empty()) return InvalidRequest(violations);
+  read.options = Within(limits, std::move(read.options));
+  return read;
+}
+
+int AllowedThreads(int asked, const SessionLimits& limits) {
+  return limits.max_threads > 0 && (asked == 0 || asked > limits.max_threads) ? limits.max_threads : asked;
+}
+
+absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, NonlinearProblem>& system,
+                                              const Options& options, const SessionLimits& limits) {
+  const double steps = std::visit([&](const auto& problem) { return CountSteps(problem, options); }, system);
+  const auto doubles_per_time = std::visit(
+      [](const auto& problem) { return static_cast<double>(1 + problem.num_states() + problem.num_constraints()); },
+      system);
+  const bool outputs_alone = options.output_times_only && std::holds_alternative<Problem>(system);
+  const double times = outputs_alone ? static_cast<double>(options.output_times.size()) : steps + 1;
+  const double bytes = times * doubles_per_time * sizeof(double);
+  absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
+  limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
+  if (!limit.ok()) return limit;
+  return static_cast<std::int64_t>(std::min(bytes, 9e18));
 }
 
 absl::Status FromEngine(const absl::Status& status) {

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <limits>
 #include <variant>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/ensemble.h"
 #include "core/nonlinear/nonlinear_problem.h"
 #include "core/options.h"
 #include "core/problem.h"
@@ -31,7 +33,8 @@ struct SessionLimits {
   std::int64_t max_answer_bytes = std::numeric_limits<std::int64_t>::max();
   // Bytes that a solve may allocate, as the engine predicts them; 0 leaves it to the options.
   double max_memory_bytes = 0;
-  int max_threads = 0;  // 0: all of the machine
+  int max_threads = 0;                                                  // 0: all of the machine
+  std::int64_t max_members = std::numeric_limits<std::int64_t>::max();  // of one ensemble
 };
 
 // OK, or ResourceExhausted naming the limit.
@@ -50,6 +53,23 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::Solv
                                       const SessionLimits& limits);
 absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits);
+
+struct SoundEnsemble {
+  Problem base;
+  Options options;
+  std::vector<EnsembleMember> members;
+};
+
+// The same for an ensemble; what is a member's own is named members[3].x0[1].
+absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
+
+// The threads of a solve whose options ask for `asked`; 0 takes all.
+int AllowedThreads(int asked, const SessionLimits& limits);
+
+// Bytes of the trajectory of `system`, an upper bound, as SessionLimits::max_result_bytes counts them. Errors:
+// ResourceExhausted naming the limit, max_steps or max_result_bytes.
+absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, NonlinearProblem>& system,
+                                              const Options& options, const SessionLimits& limits);
 
 // The engine's own InvalidArgument ("field: description", one per line) with its violations singly; any other
 // status as it is.

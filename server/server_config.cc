@@ -18,8 +18,7 @@ absl::Status OutOfRange(const char* flag, std::int64_t value, const char* rule) 
 
 absl::Status Validate(const ServerConfig& config) {
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
-    return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves,
-                      "between 0 (automatic) and 1024");
+    return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves, "between 0 (automatic) and 1024");
   }
   if (config.threads < 0 || config.threads > 4096) {
     return OutOfRange("--threads", config.threads, "between 0 (all processors) and 4096");
@@ -36,15 +35,13 @@ absl::Status Validate(const ServerConfig& config) {
     return OutOfRange("--max-constraints", config.max_constraints, "between 1 and 2147483647");
   }
   if (config.max_steps < 1) return OutOfRange("--max-steps", config.max_steps, "at least 1");
-  if (config.max_result_bytes < 1)
-    return OutOfRange("--max-result-bytes", config.max_result_bytes, "at least 1");
+  if (config.max_members < 1) return OutOfRange("--max-members", config.max_members, "at least 1");
+  if (config.max_result_bytes < 1) return OutOfRange("--max-result-bytes", config.max_result_bytes, "at least 1");
   if (config.max_held_result_bytes < config.max_result_bytes) {
     return OutOfRange("--max-held-result-bytes", config.max_held_result_bytes, "at least --max-result-bytes");
   }
-  if (config.max_memory_bytes < 1)
-    return OutOfRange("--max-memory-bytes", config.max_memory_bytes, "at least 1");
-  if (config.setup_cache_bytes < 0)
-    return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
+  if (config.max_memory_bytes < 1) return OutOfRange("--max-memory-bytes", config.max_memory_bytes, "at least 1");
+  if (config.setup_cache_bytes < 0) return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
   // gRPC keeps the limit in an int.
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
     return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");
@@ -69,6 +66,7 @@ SessionLimits LimitsOf(const ServerConfig& config) {
   limits.max_answer_bytes = kMaxAnswerBytes;
   limits.max_memory_bytes = static_cast<double>(config.max_memory_bytes);
   limits.max_threads = config.threads;
+  limits.max_members = config.max_members;
   return limits;
 }
 

@@ -31,6 +31,8 @@ struct ServerConfig {
   std::int64_t max_constraints = 2000;
   std::int64_t max_steps = 20'000'000;
   std::int64_t max_result_bytes = std::int64_t{1} << 30;
+  // Members of one ensemble. Each is checked and held for as long as the ensemble runs.
+  std::int64_t max_members = 100'000;
   // Of all trajectories that are being computed or waiting for their readers. At least max_result_bytes.
   std::int64_t max_held_result_bytes = std::int64_t{2} << 30;
   // What one solve may allocate, as the engine predicts it.

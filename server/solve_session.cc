@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/nonlinear/solve_nonlinear.h"
@@ -19,21 +18,6 @@ namespace {
 
 // A chunk stays below 1 MB: a quarter of what receivers accept by default, with room for the other fields.
 constexpr Index kMaxChunkDoubles = (1'000'000 - 1'000) / sizeof(double);
-
-// An upper bound of the number of steps, as a double because T / step may be anything.
-double CountSteps(double horizon, std::size_t break_points, const Options& options) {
-  double steps = static_cast<double>(options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps);
-  if (options.step > 0) steps = std::ceil(horizon / options.step);
-  if (!options.grid_times.empty()) steps = static_cast<double>(options.grid_times.size()) + 1;
-  return steps + static_cast<double>(break_points + options.output_times.size());
-}
-
-double CountSteps(const Problem& problem, const Options& options) {
-  return CountSteps(problem.horizon, BreakPoints(problem).size(), options);
-}
-double CountSteps(const NonlinearProblem& problem, const Options& options) {
-  return CountSteps(problem.horizon, problem.break_points.size(), options);
-}
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* setups) {
@@ -91,7 +75,8 @@ class EventWriter final : public Observer {
   std::int64_t next_sequence_ = 1;
 };
 
-// What a caller who knows the cause is told in addition to what the engine knows.
+}  // namespace
+
 const char* StopAdvice(StopCause cause) {
   switch (cause) {
     case StopCause::kNone:
@@ -105,8 +90,6 @@ const char* StopAdvice(StopCause cause) {
   }
   return "";
 }
-
-}  // namespace
 
 void SolveControl::Stop(StopCause cause) {
   StopCause none = StopCause::kNone;
@@ -125,21 +108,10 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0};
-  Options& options = prepared.options;
-
-  const double steps = std::visit([&](const auto& problem) { return CountSteps(problem, options); }, prepared.system);
-  const auto doubles_per_time = static_cast<double>(1 + prepared.num_states() + prepared.num_constraints());
-  const bool outputs_alone = options.output_times_only && std::holds_alternative<Problem>(prepared.system);
-  const double times = outputs_alone ? static_cast<double>(options.output_times.size()) : steps + 1;
-  const double bytes = times * doubles_per_time * sizeof(double);
-  absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
-  limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
-  if (!limit.ok()) return limit;
-
-  prepared.result_bytes = static_cast<std::int64_t>(std::min(bytes, 9e18));
-  if (limits.max_threads > 0 && (options.num_threads == 0 || options.num_threads > limits.max_threads)) {
-    options.num_threads = limits.max_threads;
-  }
+  const absl::StatusOr<std::int64_t> bytes = CountResultBytes(prepared.system, prepared.options, limits);
+  if (!bytes.ok()) return bytes.status();
+  prepared.result_bytes = *bytes;
+  prepared.options.num_threads = AllowedThreads(prepared.options.num_threads, limits);
   return prepared;
 }
 

@@ -30,6 +30,9 @@ class SetupCache;
 
 enum class StopCause { kNone, kCancelled, kDeadline, kShutdown };
 
+// What a caller is told in addition to what the engine knows: "The deadline was near: ..."; empty for kNone.
+const char* StopAdvice(StopCause cause);
+
 // Stops a solve and remembers why. The first cause stays. Safe from any thread.
 class SolveControl {
  public:

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/solver_service.h"
 
+#include <memory>
 #include <stop_token>
 #include <utility>
 
 #include "absl/status/statusor.h"
 #include "server/call_session.h"
 #include "server/capabilities.h"
+#include "server/solve_call.h"
 #include "server/unary_call.h"
 
 namespace dlcs {
@@ -15,8 +17,7 @@ SolverService::SolverService(const ServerConfig& config)
     : config_(config),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
       setups_(static_cast<double>(config.setup_cache_bytes)),
-      environment_{LimitsOf(config), admission_, workers_, calls_,
-                   config.setup_cache_bytes > 0 ? &setups_ : nullptr},
+      environment_{LimitsOf(config), admission_, workers_, calls_, config.setup_cache_bytes > 0 ? &setups_ : nullptr},
       workers_(config.max_concurrent_solves) {}
 
 template <typename Response, typename Run>
@@ -30,18 +31,21 @@ grpc::ServerUnaryReactor* SolverService::Answer(const char* name, Response& resp
 
 grpc::ServerWriteReactor<v1::SolveEvent>* SolverService::Solve(grpc::CallbackServerContext* context,
                                                                const v1::SolveRequest* request) {
-  return SolveCall::Start(environment_, *context, *request);
+  return SolveCall::Start(std::make_shared<SolveCall>(environment_, *context, *request));
 }
 
-grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext*,
-                                                  const v1::SolveLcpRequest* request,
+grpc::ServerWriteReactor<v1::EnsembleEvent>* SolverService::SolveEnsemble(grpc::CallbackServerContext* context,
+                                                                          const v1::SolveEnsembleRequest* request) {
+  return EnsembleCall::Start(std::make_shared<EnsembleCall>(environment_, *context, *request));
+}
+
+grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext*, const v1::SolveLcpRequest* request,
                                                   v1::SolveLcpResponse* response) {
   return Answer("lcp", *response,
                 [=, this](std::stop_token stop) { return RunLcp(*request, environment_.limits, stop); });
 }
 
-grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*,
-                                                  const v1::SolveDcpRequest* request,
+grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*, const v1::SolveDcpRequest* request,
                                                   v1::SolveDcpResponse* response) {
   return Answer("dcp", *response,
                 [=, this](std::stop_token stop) { return RunDcp(*request, environment_.limits, stop); });
@@ -63,6 +67,7 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_memory_bytes(config_.max_memory_bytes);
   response->set_max_constraints(config_.max_constraints);
   response->set_max_steps(config_.max_steps);
+  response->set_max_members(config_.max_members);
   response->set_max_result_bytes(config_.max_result_bytes);
   response->set_max_message_bytes(config_.max_message_bytes);
   response->set_max_answer_bytes(kMaxAnswerBytes);

@@ -9,9 +9,9 @@
 #include "core/setup_cache.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 #include "server/admission.h"
+#include "server/call_lifetime.h"
 #include "server/call_registry.h"
 #include "server/server_config.h"
-#include "server/solve_call.h"
 #include "server/worker_pool.h"
 
 namespace dlcs {
@@ -24,6 +24,8 @@ class SolverService final : public v1::SolverService::CallbackService {
 
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext* context,
                                                   const v1::SolveRequest* request) override;
+  grpc::ServerWriteReactor<v1::EnsembleEvent>* SolveEnsemble(grpc::CallbackServerContext* context,
+                                                             const v1::SolveEnsembleRequest* request) override;
   grpc::ServerUnaryReactor* SolveLcp(grpc::CallbackServerContext* context, const v1::SolveLcpRequest* request,
                                      v1::SolveLcpResponse* response) override;
   grpc::ServerUnaryReactor* SolveDcp(grpc::CallbackServerContext* context, const v1::SolveDcpRequest* request,

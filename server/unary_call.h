@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 #include "server/admission.h"
-#include "server/solve_call.h"
+#include "server/call_lifetime.h"
 #include "server/solve_session.h"
 
 namespace dlcs {

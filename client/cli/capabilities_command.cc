@@ -33,6 +33,7 @@ void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
                              {"max_dense_states", LimitJson(response.max_dense_states())},
                              {"max_constraints", LimitJson(response.max_constraints())},
                              {"max_steps", LimitJson(response.max_steps())},
+                             {"max_members", LimitJson(response.max_members())},
                              {"max_result_bytes", LimitJson(response.max_result_bytes())},
                              {"max_memory_bytes", LimitJson(response.max_memory_bytes())},
                              {"max_message_bytes", LimitJson(response.max_message_bytes())},
@@ -61,6 +62,7 @@ void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& 
   fmt::print(out, "    with a dense A    {}\n", LimitText(response.max_dense_states()));
   fmt::print(out, "  pairs               {}\n", LimitText(response.max_constraints()));
   fmt::print(out, "  steps               {}\n", LimitText(response.max_steps()));
+  fmt::print(out, "  ensemble members    {}\n", LimitText(response.max_members()));
   fmt::print(out, "  bytes of a result   {}\n", LimitText(response.max_result_bytes()));
   fmt::print(out, "  bytes of memory     {}\n", LimitText(response.max_memory_bytes()));
   fmt::print(out, "  bytes of a request  {}\n", LimitText(response.max_message_bytes()));

@@ -26,8 +26,7 @@ void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
       "Which solution of the LCP where there are several; overrides the file");
 }
 
-void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format,
-               const std::string& help) {
+void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help) {
   const auto parse = [words](const std::string& text) -> std::optional<OutputFormat> {
     if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
     if (text == "json") return OutputFormat::kJson;
@@ -48,8 +47,8 @@ void AddDeadline(CLI::App& app, double& deadline_s) {
       fmt::format("Give up after this time ({})", deadline_s));
 }
 
-void AddSolve(CLI::App& main, SolveCommand& command) {
-  CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
+// What a solve and an ensemble share.
+void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   v1::SolveOptions& options = command.options;
   app.add_option("PROBLEM", command.problem_path, "Problem file in JSON; - reads standard input")
       ->required()
@@ -69,12 +68,28 @@ void AddSolve(CLI::App& main, SolveCommand& command) {
       [&](double v) { options.set_threads(static_cast<std::int32_t>(std::min(v, 2e9))); },
       "At most so many; the result does not depend on it (0: all)");
   AddDeadline(app, command.deadline_s);
-  AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
-  app.add_option("--output", command.output,
-                 "Write the result there, whole or not at all, instead of printing it")
+  app.add_option("--output", command.output, "Write the result there, whole or not at all, instead of printing it")
       ->type_name("FILE");
   app.add_flag("--quiet", command.quiet, "Nothing on standard error but errors");
+}
+
+void AddSolve(CLI::App& main, SolveCommand& command) {
+  CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
+  AddSolveOptions(app, command);
+  AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
   app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
+}
+
+void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
+  CLI::App& app = *main.add_subcommand("ensemble", "Solve a system for many initial states, sources or horizons");
+  AddSolveOptions(app, command.solve);
+  app.add_option("MEMBERS", command.members_path,
+                 "JSON file with what each member has in place of the problem's, or a table of initial states")
+      ->required()
+      ->type_name("FILE");
+  AddFormat(app, {"table", "json", "csv"}, command.solve.format,
+            "A line for each member (table), or each as it finishes: JSON lines, or CSV");
+  app.footer(fmt::format("{}\n\n{}", kEnsembleExamples, kEnsembleExitCodes));
 }
 
 void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
@@ -90,17 +105,14 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.add_flag("--verbose", command.verbose, "The table with every finding, witness, constant and source");
-  app.add_option("--output", command.output,
-                 "Write the analysis there, whole or not at all, instead of printing it")
+  app.add_option("--output", command.output, "Write the analysis there, whole or not at all, instead of printing it")
       ->type_name("FILE");
   app.footer(fmt::format("{}\n\n{}", kAnalyzeExamples, kExitCodes));
 }
 
 void AddLcp(CLI::App& main, LcpCommand& command) {
   CLI::App& app = *main.add_subcommand("lcp", "Solve one linear complementarity problem");
-  app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")
-      ->required()
-      ->type_name("FILE");
+  app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")->required()->type_name("FILE");
   AddServer(app, command.server);
   AddRule(app, command.rule);
   app.add_flag("--all", command.all, "All basic solutions too, for at most 16 pairs");
@@ -111,15 +123,12 @@ void AddLcp(CLI::App& main, LcpCommand& command) {
 
 void AddDcp(CLI::App& main, DcpCommand& command) {
   CLI::App& app = *main.add_subcommand("dcp", "Solve a dynamic complementarity problem, or measure a path");
-  app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")
-      ->required()
-      ->type_name("FILE");
+  app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")->required()->type_name("FILE");
   AddServer(app, command.server);
   CLI::Option* step = AddNumber(
       app, "--step", "H", Positive(), [&](double v) { command.step = v; },
       "Length of a step between the nodes of q, at most (a thousandth of its time)");
-  app.add_option("--check", command.check,
-                 "Measure this path v instead of solving: JSON with times and values")
+  app.add_option("--check", command.check, "Measure this path v instead of solving: JSON with times and values")
       ->type_name("FILE")
       ->excludes(step);
   AddDeadline(app, command.deadline_s);
@@ -133,9 +142,8 @@ void AddModel(CLI::App& main, ModelCommand& command) {
       ->required()
       ->type_name("input-output|signorini")
       ->check(CLI::IsMember({"input-output", "signorini"}).description(""));
-  CLI::Option* file =
-      app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
-          ->type_name("FILE");
+  CLI::Option* file = app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
+                          ->type_name("FILE");
   CLI::Option* cells = AddNumber(
       app, "--cells", "N", WholeAtLeast("a whole number of at least 2", 2),
       [&command](double v) { command.cells = static_cast<std::int64_t>(std::min(v, 1e9)); },
@@ -155,15 +163,13 @@ void AddModel(CLI::App& main, ModelCommand& command) {
       if (!grid && option->count() > 0) throw CLI::ValidationError(option->get_name(), "is for signorini");
     }
   });
-  app.add_option("--output", command.output,
-                 "Write the problem there, whole or not at all, instead of printing it")
+  app.add_option("--output", command.output, "Write the problem there, whole or not at all, instead of printing it")
       ->type_name("FILE");
   app.footer(fmt::format("{}\n\n{}", kModelExamples, kExitCodes));
 }
 
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
-  CLI::App& app =
-      *main.add_subcommand("capabilities", "What this program or a server can do, and its limits");
+  CLI::App& app = *main.add_subcommand("capabilities", "What this program or a server can do, and its limits");
   AddServer(app, command.server);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
@@ -226,13 +232,11 @@ std::vector<std::string> KnownNames(const CLI::App& app) {
 std::string NotKnown(const CLI::App& app, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
   const auto nearest = NearestName(name, KnownNames(app));
-  return fmt::format("\"{}\" is not known here{}", name,
-                     nearest ? fmt::format("; did you mean {}?", *nearest) : "");
+  return fmt::format("\"{}\" is not known here{}", name, nearest ? fmt::format("; did you mean {}?", *nearest) : "");
 }
 
 // What is wrong with `arguments`: CLI11's words, but for names that do not exist.
-std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
-                        const std::vector<std::string>& arguments) {
+std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
   const auto is_option = [](const std::string& word) { return word.size() > 1 && word[0] == '-'; };
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     const std::vector<std::string> extras = app.remaining(/*recurse=*/true);
@@ -244,13 +248,12 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error,
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, analyze, lcp, dcp, model or capabilities";
+    return "say what to do: solve, ensemble, analyze, lcp, dcp, model or capabilities";
   }
   return error.what();
 }
 
-ExitCode Complain(const CLI::App& app, const CLI::ParseError& error,
-                  const std::vector<std::string>& arguments) {
+ExitCode Complain(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
   const auto commands = app.get_subcommands();
   fmt::print(stderr, "dlcs: {}\nFor all options run: dlcs {}--help\n", WhatIsWrong(app, error, arguments),
              commands.empty() ? "" : commands.front()->get_name() + " ");
@@ -261,17 +264,18 @@ ExitCode Complain(const CLI::App& app, const CLI::ParseError& error,
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   SolveCommand solve;
+  EnsembleCommand ensemble;
   AnalyzeCommand analyze;
   LcpCommand lcp;
   DcpCommand dcp;
   ModelCommand model;
   CapabilitiesCommand capabilities;
-  CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.",
-               "dlcs");
+  CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.", "dlcs");
   app.set_version_flag("--version", std::string("dlcs ") + DLCS_VERSION);
   app.require_subcommand(1);
   app.footer(fmt::format("{}\n\n{}", kMainExamples, kExitCodes));
   AddSolve(app, solve);
+  AddEnsemble(app, ensemble);
   AddAnalyze(app, analyze);
   AddLcp(app, lcp);
   AddDcp(app, dcp);
@@ -292,6 +296,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
     return Complain(app, error, arguments);
   }
   if (app.got_subcommand("solve")) return solve;
+  if (app.got_subcommand("ensemble")) return ensemble;
   if (app.got_subcommand("analyze")) return analyze;
   if (app.got_subcommand("lcp")) return lcp;
   if (app.got_subcommand("dcp")) return dcp;

@@ -13,7 +13,7 @@ namespace dlcs::client {
 
 // A command to run, or the exit code when there is nothing more to do: help or the version was printed, or
 // the options break a rule and that was said on standard error.
-using ParsedCommandLine = std::variant<ExitCode, SolveCommand, AnalyzeCommand, LcpCommand, DcpCommand,
+using ParsedCommandLine = std::variant<ExitCode, SolveCommand, EnsembleCommand, AnalyzeCommand, LcpCommand, DcpCommand,
                                        ModelCommand, CapabilitiesCommand>;
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv);

@@ -27,6 +27,11 @@ struct SolveCommand {
   double deadline_s = 600;
 };
 
+struct EnsembleCommand {
+  SolveCommand solve;        // the problem and how to solve its members
+  std::string members_path;  // "-" is standard input
+};
+
 struct AnalyzeCommand {
   std::string problem_path;  // "-" is standard input
   std::string server;
@@ -74,6 +79,7 @@ struct CapabilitiesCommand {
 
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
+ExitCode Run(const EnsembleCommand& command);
 ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
 ExitCode Run(const DcpCommand& command);

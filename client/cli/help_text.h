@@ -10,10 +10,15 @@ inline constexpr const char* kExitCodes =
     "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file,\n"
     "option, problem); 3 the service failed, or the solve was cancelled or ran out of time.";
 
+inline constexpr const char* kEnsembleExitCodes =
+    "Exit codes: 0 all members solved; 1 for some the mathematics has no answer; 2 bad input (file, option,\n"
+    "problem, member); 3 the service failed, or members were cancelled or ran out of time.";
+
 inline constexpr const char* kMainExamples =
     "Examples:\n"
     "  dlcs solve circuit.json                            solve here, print a table\n"
     "  dlcs solve circuit.json --server localhost:50051   the same on a server (start one with dlcsd)\n"
+    "  dlcs ensemble circuit.json starts.json             the same system for many initial states\n"
     "  dlcs analyze circuit.json                          what is known before solving, and how to solve\n"
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
     "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
@@ -41,6 +46,24 @@ inline constexpr const char* kSolveExamples =
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
     "Ctrl-C cancels the solve and prints what is known; a second one ends at once.";
+
+inline constexpr const char* kEnsembleExamples =
+    "MEMBERS is a list of objects, each with what its member has in place of the problem's: x0, f, g, pieces,\n"
+    "T, break_points, and a label for people, as in\n"
+    "    [{\"x0\": [1, 0]}, {\"x0\": [2, 0], \"T\": 3, \"label\": \"far\"}]\n"
+    "or a table with an initial state a line:\n"
+    "    x1,x2\n"
+    "    1,0\n"
+    "    2,0\n"
+    "What depends on the matrices alone is made once; as many members as there are threads are solved at the\n"
+    "same time.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs ensemble circuit.json starts.csv --tolerance 1e-8\n"
+    "  dlcs ensemble circuit.json sources.json --steps 10000 --server localhost:50051\n"
+    "  dlcs ensemble circuit.json starts.csv --at 1,2 --format json --output solved.jsonl\n"
+    "\n"
+    "Ctrl-C cancels the members that run and prints what is known; a second one ends at once.";
 
 inline constexpr const char* kAnalyzeExamples =
     "Says what is known about the system before it is solved: the class of M with witnesses, constants,\n"

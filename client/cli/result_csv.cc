@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <span>
+#include <string>
+#include <string_view>
 
+#include "client/cli/ensemble_output.h"
 #include "client/cli/result_output.h"
 
 namespace dlcs::client {
@@ -16,13 +19,22 @@ void AppendFields(std::span<const double> numbers, fmt::memory_buffer& line) {
   }
 }
 
-void PrintLine(double time, std::span<const double> x, std::span<const double> y, std::FILE* out) {
+void PrintLine(std::string_view begin, double time, std::span<const double> x, std::span<const double> y,
+               std::FILE* out) {
   fmt::memory_buffer line;
-  fmt::format_to(std::back_inserter(line), "{}", time);
+  fmt::format_to(std::back_inserter(line), "{}{}", begin, time);
   AppendFields(x, line);
   AppendFields(y, line);
   line.push_back('\n');
   std::fwrite(line.data(), 1, line.size(), out);
+}
+
+// `text` as one field.
+std::string Quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
 }
 
 }  // namespace
@@ -40,8 +52,21 @@ void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   const std::size_t states = static_cast<std::size_t>(chunk.x_size()) / times;
   const std::size_t constraints = static_cast<std::size_t>(chunk.y_size()) / times;
   for (std::size_t k = 0; k < times; ++k) {
-    PrintLine(chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
+    PrintLine("", chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
               {chunk.y().data() + k * constraints, constraints}, out);
+  }
+}
+
+void PrintMemberCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out) {
+  fmt::print(out, "member,label,");
+  PrintCsvHeader(states, constraints, out);
+}
+
+void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
+  const SolveResult& result = member.result;
+  const std::string begin = fmt::format("{},{},", member.member, Quoted(member.label));
+  for (std::size_t k = 0; k < result.times.size(); ++k) {
+    PrintLine(begin, result.times[k], result.x_at(k), result.y_at(k), out);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "client/cli/ensemble_output.h"
 #include "client/cli/result_output.h"
 #include "client/names.h"
 
@@ -159,6 +160,17 @@ void AppendNumbers(std::span<const double> numbers, fmt::memory_buffer& line) {
   fmt::format_to(std::back_inserter(line), "{}", numbers.empty() ? "[]" : "]");
 }
 
+// "key": [[...], [...]] on the line that `line` is.
+template <typename ValuesAt>
+void AppendPerTime(const char* key, std::size_t times, const ValuesAt& values_at, fmt::memory_buffer& line) {
+  fmt::format_to(std::back_inserter(line), ", \"{}\": [", key);
+  for (std::size_t k = 0; k < times; ++k) {
+    if (k > 0) fmt::format_to(std::back_inserter(line), ", ");
+    AppendNumbers(values_at(k), line);
+  }
+  line.push_back(']');
+}
+
 void Write(const fmt::memory_buffer& line, std::FILE* out) { std::fwrite(line.data(), 1, line.size(), out); }
 
 // "key": [[...], [...]] with one time on each line. Written as it goes: a trajectory may be large.
@@ -188,6 +200,24 @@ void PrintJson(const std::string& name, const SolveResult& result, std::FILE* ou
   PrintPerTime(
       "y", result.times.size(), [&](std::size_t k) { return result.y_at(k); }, out);
   fmt::print(out, "\n}}\n");
+}
+
+void PrintJsonLine(const MemberResult& member, std::FILE* out) {
+  const SolveResult& result = member.result;
+  ordered_json head = {{"member", member.member}, {"label", member.label}};
+  head.update(HeadJson("", result));
+  for (const char* of_the_analysis : {"name", "matrix_class", "lipschitz"}) head.erase(of_the_analysis);
+  fmt::memory_buffer line;
+  const std::string text = Dump(head, -1);
+  line.append(text.data(), text.data() + text.size() - 1);  // "}" comes after the trajectory
+  fmt::format_to(std::back_inserter(line), ", \"times\": ");
+  AppendNumbers(result.times, line);
+  AppendPerTime(
+      "x", result.times.size(), [&](std::size_t k) { return result.x_at(k); }, line);
+  AppendPerTime(
+      "y", result.times.size(), [&](std::size_t k) { return result.y_at(k); }, line);
+  fmt::format_to(std::back_inserter(line), "}}\n");
+  Write(line, out);
 }
 
 }  // namespace dlcs::client

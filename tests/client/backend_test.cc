@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -263,6 +264,71 @@ TEST(ClientTest, RefusesWhatIsNoAddress) {
   }
   for (const char* address : {"localhost:50051", "[::1]:50051", "10.0.0.7:1"}) {
     EXPECT_TRUE(Client::Connect(address).ok()) << address;
+  }
+}
+
+// Three members of a case, one of whose problems has another horizon.
+v1::SolveEnsembleRequest CaseMembers() {
+  v1::SolveEnsembleRequest request;
+  *request.mutable_problem() = CaseRequest("rlcd").problem();
+  request.mutable_options()->set_steps(200);
+  request.add_members()->set_label("as it is");
+  v1::EnsembleMember& half = *request.add_members();
+  for (const double x0 : request.problem().x0()) half.add_x0(0.5 * x0);
+  request.add_members()->set_horizon(request.problem().horizon() / 2);
+  return request;
+}
+
+TEST_F(BackendTest, AnEnsembleHasTheSameMembersHereAndThere) {
+  const v1::SolveEnsembleRequest request = CaseMembers();
+  std::map<std::int64_t, std::string> members[2];
+  Backend* const backends[2] = {&local_, client_.get()};
+  for (int k = 0; k < 2; ++k) {
+    const auto summary = backends[k]->SolveEnsemble(request,
+                                                    [&](const MemberResult& member) {
+                                                      members[k][member.member] =
+                                                          member.label + JsonWithoutSeconds(member.result);
+                                                    },
+                                                    {});
+    ASSERT_TRUE(summary.ok()) << summary.status();
+    EXPECT_EQ(summary->solved(), 3);
+    EXPECT_GT(summary->setup_hits(), 0);
+  }
+  ASSERT_EQ(members[0].size(), 3U);
+  EXPECT_EQ(members[0], members[1]);
+  EXPECT_THAT(members[0][0], HasSubstr("as it is{"));
+}
+
+TEST_F(BackendTest, AnEnsembleIsRefusedInTheSameWordsHereAndThere) {
+  v1::SolveEnsembleRequest request = CaseMembers();
+  request.mutable_members(1)->add_x0(1);
+  request.mutable_members(2)->set_horizon(0);
+  const auto why_not = [&](Backend& backend) {
+    const auto summary = backend.SolveEnsemble(request, [](const MemberResult&) { FAIL(); }, {});
+    EXPECT_TRUE(absl::IsInvalidArgument(summary.status()));
+    return std::string(summary.status().message());
+  };
+  EXPECT_EQ(why_not(local_), why_not(*client_));
+  EXPECT_THAT(why_not(local_), AllOf(HasSubstr("members[1].x0: "), HasSubstr("\nmembers[2].T: ")));
+}
+
+TEST_F(BackendTest, AStoppedEnsembleCountsWhatItHas) {
+  for (Backend* const backend : {static_cast<Backend*>(&local_), static_cast<Backend*>(client_.get())}) {
+    v1::SolveEnsembleRequest request = CaseMembers();
+    while (request.members_size() < 1000) *request.add_members() = request.members(0);
+    request.mutable_options()->set_steps(20'000);
+    std::stop_source stop;
+    std::int64_t came = 0;
+    const auto summary = backend->SolveEnsemble(request,
+                                                [&](const MemberResult&) {
+                                                  if (++came == 2) stop.request_stop();
+                                                },
+                                                {.stop = stop.get_token()});
+    ASSERT_TRUE(summary.ok()) << summary.status();
+    EXPECT_EQ(summary->solved() + summary->stopped(), came);
+    EXPECT_GT(summary->not_begun(), 0);
+    EXPECT_EQ(came + summary->failed() + summary->not_begun(), 1000);
+    EXPECT_NE(summary->message(), "");
   }
 }
 

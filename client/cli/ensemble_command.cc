@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "client/cli/atomic_file.h"
+#include "client/cli/commands.h"
+#include "client/cli/ensemble_output.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/live_view.h"
+#include "client/cli/run_support.h"
+#include "client/json_text.h"
+#include "client/members_file.h"
+#include "client/problem_file.h"
+#include "proto/matrix_shape.h"
+
+namespace dlcs::client {
+namespace {
+
+// How many members have finished, on standard error: redrawn on a terminal, now and then a line in a log.
+class MemberCount {
+ public:
+  MemberCount(std::int64_t members, bool quiet)
+      : members_(members),
+        quiet_(quiet),
+        terminal_(isatty(STDERR_FILENO) != 0),
+        lines_(1, terminal_ ? kPerSecondOnTerminal : kPerSecondInLog) {
+    lines_.Take(LineBudget::Clock::now());  // the first one is due after a while
+  }
+  ~MemberCount() {
+    if (drawn_) fmt::print(stderr, "\r\x1b[K");
+  }
+  MemberCount(const MemberCount&) = delete;
+  MemberCount& operator=(const MemberCount&) = delete;
+
+  void Add(v1::Termination termination) {
+    ++finished_;
+    if (termination != v1::CONVERGED) ++unsolved_;
+    if (quiet_ || !lines_.Take(LineBudget::Clock::now())) return;
+    const std::string unsolved = unsolved_ > 0 ? fmt::format(", {} not solved", unsolved_) : "";
+    fmt::print(stderr, "{}{} of {} members{}{}", terminal_ ? "\r" : "dlcs: ", finished_, members_, unsolved,
+               terminal_ ? "\x1b[K" : "\n");
+    std::fflush(stderr);
+    drawn_ = terminal_;
+  }
+
+ private:
+  static constexpr double kPerSecondOnTerminal = 10;
+  static constexpr double kPerSecondInLog = 0.2;
+  std::int64_t members_;
+  bool quiet_;
+  bool terminal_;
+  LineBudget lines_;
+  std::int64_t finished_ = 0;
+  std::int64_t unsolved_ = 0;
+  bool drawn_ = false;
+};
+
+v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const v1::Problem& problem,
+                                     const std::vector<v1::EnsembleMember>& members) {
+  v1::SolveEnsembleRequest request;
+  *request.mutable_problem() = problem;
+  if (command.rule) request.mutable_problem()->set_rule(*command.rule);
+  *request.mutable_options() = command.options;
+  request.mutable_members()->Add(members.begin(), members.end());
+  // A table shows the end of each member, and where all have the same no more need be sent.
+  const bool same_end =
+      std::none_of(members.begin(), members.end(), [](const auto& member) { return member.has_horizon(); });
+  const bool table = command.format == OutputFormat::kTable;
+  if (table && same_end && command.options.output_times().empty() && problem.horizon() > 0) {
+    request.mutable_options()->add_output_times(problem.horizon());
+  }
+  return request;
+}
+
+ExitCode ExitCodeOf(const v1::EnsembleSummary& summary) {
+  if (summary.stopped() + summary.not_begun() > 0) return kServiceFailed;
+  return summary.failed() > 0 ? kNoAnswer : kSolved;
+}
+
+// What is wrong names a member, or a field of the problem or of the options.
+ExitCode ComplainAboutEnsemble(const absl::Status& status, const std::string& problem, const std::string& members) {
+  const bool of_member = status.message().rfind("members", 0) == 0;
+  return ComplainAboutCall(status, of_member ? members : problem);
+}
+
+}  // namespace
+
+ExitCode Run(const EnsembleCommand& command) {
+  const SolveCommand& solve = command.solve;
+  const auto file = ReadProblemFile(solve.problem_path);
+  if (!file.ok()) return Complain(file.status(), kBadInput);
+  if (file->nonlinear) {
+    return Complain(
+        absl::InvalidArgumentError("an ensemble has a linear problem; solve nonlinear ones with dlcs solve"),
+        kBadInput);
+  }
+  const auto states = static_cast<int>(ShapeOf(file->problem.a()).rows);
+  const auto constraints = static_cast<int>(ShapeOf(file->problem.m()).rows);
+  const auto members = ReadMembersFile(command.members_path, states, constraints);
+  if (!members.ok()) return Complain(members.status(), kBadInput);
+  std::unique_ptr<AtomicFile> output;
+  if (!solve.output.empty()) {
+    auto created = AtomicFile::Create(solve.output);
+    if (!created.ok()) return Complain(created.status(), kBadInput);
+    output = *std::move(created);
+  }
+  std::FILE* out = output ? output->stream() : stdout;
+  // Before gRPC starts its threads, so that signals come here; after reading, which Ctrl-C ends as always.
+  const Interrupt interrupt;
+  const auto backend = MakeBackend(solve.server);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  EnsembleTable table;
+  if (solve.format == OutputFormat::kCsv) {
+    PrintMemberCsvHeader(static_cast<std::size_t>(states), static_cast<std::size_t>(constraints), out);
+  }
+  auto count = std::make_unique<MemberCount>(static_cast<std::int64_t>(members->size()), solve.quiet);
+  const auto summary = (*backend)->SolveEnsemble(
+      MakeRequest(solve, file->problem, *members),
+      [&](const MemberResult& member) {
+        count->Add(member.result.summary.termination());
+        if (solve.format == OutputFormat::kTable) table.Add(member);
+        if (solve.format == OutputFormat::kJson) PrintJsonLine(member, out);
+        if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(member, out);
+      },
+      {.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt.token()});
+  count.reset();
+  const std::string source = SourceName(solve.problem_path);
+  if (!summary.ok()) return ComplainAboutEnsemble(summary.status(), source, SourceName(command.members_path));
+
+  if (solve.format == OutputFormat::kTable) {
+    table.Print(file->name.empty() ? source : file->name, *summary, WidthOf(out), out);
+  }
+  const absl::Status delivered = output ? output->Commit() : FlushStream(stdout, "standard output");
+  if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  if (!solve.quiet && (solve.format != OutputFormat::kTable || output)) {
+    fmt::print(stderr, "dlcs: {}\n", CountText(*summary));
+  }
+  return ExitCodeOf(*summary);
+}
+
+}  // namespace dlcs::client

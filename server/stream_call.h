@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// One call with a stream of events: a gRPC reactor between the thread that solves and the client that reads.
+
+#ifndef DLCS_SERVER_STREAM_CALL_H_
+#define DLCS_SERVER_STREAM_CALL_H_
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "dlcs/v1/solver.grpc.pb.h"
+#include "server/call_lifetime.h"
+#include "server/event_mailbox.h"
+#include "server/status.h"
+
+namespace dlcs {
+
+// Nothing blocks a reaction: the request is converted and solved on a worker thread (Run() of the derived class), which
+// puts events into the mailbox and then calls Pump(); so does OnWriteDone(). Pump() starts the next write when none is
+// in flight. After the last event, or an error, or when the client is gone and the engine has noticed, it finishes the
+// call.
+//
+// The engine is stopped when the client hangs up, and some time before the deadline (CallLifetime::StopBeforeDeadline).
+//
+// Lives until both gRPC (OnDone) and the worker have let go. A Mailbox has Next(Event&), closed(), status() and size(),
+// as EventMailbox does.
+template <typename Event, typename Mailbox>
+class StreamCall : public grpc::ServerWriteReactor<Event>,
+                   public std::enable_shared_from_this<StreamCall<Event, Mailbox>> {
+ public:
+  // Takes `call` over: admits it and lets it run, or finishes it with why not.
+  static grpc::ServerWriteReactor<Event>* Start(std::shared_ptr<StreamCall> call) {
+    StreamCall& begun = *call;
+    begun.self_ = std::move(call);
+    begun.Begin();
+    return &begun;
+  }
+
+  StreamCall(const CallEnvironment& environment, grpc::CallbackServerContext& context)
+      : environment_(environment), context_(context), lifetime_(environment) {}
+
+  void OnSendInitialMetadataDone(bool ok) override {
+    if (!ok) HangUp(StopCause::kCancelled);
+    environment_.workers.Run([self = this->shared_from_this()] {
+      self->Run();
+      self->lifetime_.GiveSolverBack();
+      self->Pump();
+    });
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok) HangUp(StopCause::kCancelled);
+    {
+      const std::lock_guard lock(mutex_);
+      writing_ = false;
+    }
+    Pump();
+  }
+
+  void OnCancel() override {
+    const bool in_time = std::chrono::system_clock::now() < context_.deadline();
+    HangUp(in_time ? StopCause::kCancelled : StopCause::kDeadline);
+    Pump();
+  }
+
+  void OnDone() override {
+    // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
+    const std::shared_ptr<StreamCall> self = std::move(self_);
+  }
+
+ protected:
+  // Solves, on a worker thread, and closes the mailbox.
+  virtual void Run() = 0;
+
+  void Pump() {
+    const std::lock_guard lock(mutex_);
+    if (writing_ || finished_) return;
+    if (hung_up_) {
+      if (!mailbox_.closed()) return;
+      finished_ = true;
+      return this->Finish(grpc::Status::CANCELLED);
+    }
+    switch (mailbox_.Next(event_)) {
+      case EventMailbox::Got::kEvent:
+        writing_ = true;
+        // While more events wait they travel together: gRPC sends what it holds with the last of them.
+        return this->StartWrite(&event_,
+                                mailbox_.size() > 0 ? grpc::WriteOptions().set_buffer_hint() : grpc::WriteOptions());
+      case EventMailbox::Got::kNothing:
+        return;
+      case EventMailbox::Got::kEnd:
+        finished_ = true;
+        return this->Finish(ToGrpc(mailbox_.status()));
+    }
+  }
+
+  const CallEnvironment& environment_;
+  grpc::CallbackServerContext& context_;  // gRPC's until OnDone()
+  CallLifetime lifetime_;
+  Mailbox mailbox_;
+
+ private:
+  void Begin() {
+    if (const absl::Status admitted = lifetime_.Admit(); !admitted.ok()) return this->Finish(ToGrpc(admitted));
+    // The worker starts when the headers are sent: before, gRPC has not taken the reactor over and a first
+    // message could be lost.
+    this->StartSendInitialMetadata();
+  }
+
+  void HangUp(StopCause cause) {
+    lifetime_.Stop(cause);
+    const std::lock_guard lock(mutex_);
+    hung_up_ = true;
+  }
+
+  std::shared_ptr<StreamCall> self_;  // gRPC's share
+
+  std::mutex mutex_;  // guards what follows
+  Event event_;       // in flight while `writing_`
+  bool writing_ = false;
+  bool hung_up_ = false;   // nobody reads any more
+  bool finished_ = false;  // Finish() was called
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_STREAM_CALL_H_
