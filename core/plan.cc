@@ -28,7 +28,7 @@ void ChooseForm(const Problem& problem, const Options& options, Plan& plan) {
 }
 
 void PredictMemory(const Problem& problem, const Options& options, Plan& plan) {
-  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.realisation.record.used);
+  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.realisation);
   if (plan.predicted_bytes <= options.max_memory) return;
   plan.method.refusal = "The solve needs about " + FormatNumber(plan.predicted_bytes) +
                         " bytes, more than max_memory = " + FormatNumber(options.max_memory) +

@@ -50,15 +50,15 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
   const double threads = static_cast<double>(Workers(options.num_threads).max_threads());
   const double needed = threads * (FactorBytes(*sector) + 6 * 16 * m * kColumnsAtOnce) + 8 * m * columns;
   if (needed > options.max_memory) {
-    why_not = "the sparse factors on a contour need some " + FormatNumber(needed) + " bytes, more than max_memory = " +
-              FormatNumber(options.max_memory);
+    why_not = "the sparse factors on a contour need some " + FormatNumber(needed) +
+              " bytes, more than max_memory = " + FormatNumber(options.max_memory);
     return nullptr;
   }
   // Half of what is left: the states and the trajectory want the rest.
-  return std::unique_ptr<ContourSystem>(new ContourSystem(problem, *sector, (options.max_memory - needed) / 2));
+  return std::unique_ptr<ContourSystem>(new ContourSystem(problem, *sector, needed, (options.max_memory - needed) / 2));
 }
 
-ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, double kept_bytes)
+ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes)
     : N_(problem.N.Sparse()),
       B_(problem.B.Sparse()),
       lift_(problem.f.lift),
@@ -66,6 +66,8 @@ ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, doubl
       x0_(problem.x0),
       horizon_(problem.horizon),
       sector_(sector),
+      needed_bytes_(needed_bytes),
+      kept_bytes_(kept_bytes),
       resolvent_(problem.A.Sparse(), kept_bytes) {}
 
 StepContours ContourSystem::MakeContours(double step, Index steps) const {
@@ -81,6 +83,21 @@ StepContours ContourSystem::MakeContours(double step, Index steps) const {
   return contours;
 }
 
+double ContourSystem::PredictBytes(const Grid& grid) const {
+  std::vector<double> lengths;
+  double nodes = 0;
+  for (const Run& run : grid.runs) {
+    const auto is_known = [&](double length) { return IsSameStep(length, run.step); };
+    if (std::any_of(lengths.begin(), lengths.end(), is_known)) continue;
+    if (lengths.size() == kCachedSteps) break;  // no more are kept
+    lengths.push_back(run.step);
+    nodes += static_cast<double>(MakeContours(run.step, run.steps).size());
+  }
+  const double columns = static_cast<double>(B_.cols() + (keeps_lift_ ? lift_.cols() : 0) + 1);
+  const double values = nodes * 16 * static_cast<double>(N_.rows()) * columns;
+  return needed_bytes_ + std::min(kept_bytes_, nodes * FactorBytes(sector_)) + values;
+}
+
 bool ContourSystem::Visit(double step, const StepContours& contours, const Matrix& columns, Workers& workers,
                           const std::stop_token& stop, TransferValues& values) {
   values.assign(static_cast<std::size_t>(contours.size()), Eigen::MatrixXcd(N_.rows(), columns.cols()));
@@ -91,8 +108,7 @@ bool ContourSystem::Visit(double step, const StepContours& contours, const Matri
     for (Index begin = 0; begin < columns.cols(); begin += kColumnsAtOnce) {
       const Index count = std::min(kColumnsAtOnce, columns.cols() - begin);
       const Eigen::MatrixXcd solved = factor->Solve(columns.middleCols(begin, count).cast<Complex>());
-      values[static_cast<std::size_t>(p)].middleCols(begin, count) =
-          node.weight * (N_.cast<Complex>() * solved);
+      values[static_cast<std::size_t>(p)].middleCols(begin, count) = node.weight * (N_.cast<Complex>() * solved);
     }
   });
   return !stop.stop_requested();

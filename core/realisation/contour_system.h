@@ -18,14 +18,16 @@
 namespace dlcs {
 
 // K_k = N (zI - A)⁻¹ B, and with it all that a reduced solve needs, inverted on two contours for each length of step
-// (core/realisation/contour_response.h): some 30 nodes for the first steps, and some 60 to 120 for all later ones, however many. Each is one
-// sparse factorization of zI - A, and a solve for each column of B, of the lift of f, and x0, all in one visit. What is not known then, another
-// start or the states at output nodes, takes further visits, with the same factors as far as Options::max_memory lets them be kept.
+// (core/realisation/contour_response.h): some 30 nodes for the first steps, and some 60 to 120 for all later ones,
+// however many. Each is one sparse factorization of zI - A, and a solve for each column of B, of the lift of f, and x0,
+// all in one visit. What is not known then, another start or the states at output nodes, takes further visits, with the
+// same factors as far as Options::max_memory lets them be kept.
 //
 // The contours enclose a sector that is proved to hold the field of values (core/realisation/sector.h).
 class ContourSystem final : public RealisedSystem {
  public:
-  // Null, and `why_not` for people, where the spectrum has no contour over [0, T], or the factors do not fit the memory.
+  // Null, and `why_not` for people, where the spectrum has no contour over [0, T], or the factors do not fit the
+  // memory.
   static std::unique_ptr<ContourSystem> Create(const Problem& problem, const Options& options, std::string& why_not);
 
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
@@ -34,6 +36,8 @@ class ContourSystem final : public RealisedSystem {
   // Cost: a visit of all nodes, with a solve for each output or each column, whichever are fewer.
   Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold, const std::vector<Index>& nodes,
                 Workers& workers, const std::stop_token& stop) override;
+  // Factors and values at the nodes of the contours for all lengths of steps, to a factor of two.
+  double PredictBytes(const Grid& grid) const override;
   RealisationRecord record() const override;
 
  private:
@@ -49,7 +53,8 @@ class ContourSystem final : public RealisedSystem {
     Matrix signal;
   };
 
-  ContourSystem(const Problem& problem, const Sector& sector, double kept_bytes);
+  // `needed_bytes` are used at any time, `kept_bytes` at most are kept of factors.
+  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes);
 
   StepContours MakeContours(double step, Index steps) const;
   // Null where `stop` was requested.
@@ -66,6 +71,7 @@ class ContourSystem final : public RealisedSystem {
   Vector x0_;
   double horizon_;
   Sector sector_;
+  double needed_bytes_, kept_bytes_;
   SparseResolvent resolvent_;
   std::vector<std::unique_ptr<StepValues>> steps_;
   struct KeptKernel {

@@ -15,7 +15,7 @@ constexpr double kMostKernelDoubles = 8.4e7;   // blocks and their transforms, a
 
 }  // namespace
 
-double PredictBytes(const Problem& problem, const Grid& grid, Method method, Realisation used) {
+double PredictBytes(const Problem& problem, const Grid& grid, Method method, const RealisationChoice& realisation) {
   const double m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const double steps = static_cast<double>(grid.num_steps());
   const double outputs = static_cast<double>(grid.output_nodes.size());
@@ -27,7 +27,7 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, Rea
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * kNumber;
   // Marches on states keep stretches of some steps, 16 MB a matrix at most.
   const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, 2e6)) * kNumber;
-  switch (used) {
+  switch (realisation.record.used) {
     case Realisation::kAuto:
     case Realisation::kDense:
       return trajectory + couplings + kernel + kMatricesOfAStep * m * m * kNumber +
@@ -39,7 +39,8 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, Rea
     }
     case Realisation::kKroneckerSum:
     case Realisation::kContour:
-      return trajectory + couplings + kernel + run_columns + kColumnsOfARun * m * kNumber;
+      return trajectory + couplings + kernel + run_columns + kColumnsOfARun * m * kNumber +
+             realisation.system->PredictBytes(grid);
   }
   return trajectory;
 }

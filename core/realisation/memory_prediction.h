@@ -7,13 +7,13 @@
 #include "core/methods/grid.h"
 #include "core/options.h"
 #include "core/problem.h"
+#include "core/realisation/choice.h"
 
 namespace dlcs {
 
-// Bytes held at the same time: matrices or factors of the realisation `used`, the kernel, the columns of a run, the trajectory. A model to a
-// factor of about two; sparse factors are taken to be those of a grid in the plane. Those of contours are not in it: they are judged
-// where they are chosen (core/realisation/contour_system.h).
-double PredictBytes(const Problem& problem, const Grid& grid, Method method, Realisation used);
+// Bytes held at the same time: matrices or factors of the realisation, the kernel, the columns of a run, the trajectory. A model
+// to a factor of about two; the sparse factors of steps are taken to be those of a grid in the plane.
+double PredictBytes(const Problem& problem, const Grid& grid, Method method, const RealisationChoice& realisation);
 
 }  // namespace dlcs
 

@@ -8,6 +8,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "core/methods/grid.h"
 #include "core/parallel/parallel.h"
 #include "core/problem.h"
 #include "core/solution.h"
@@ -75,6 +76,8 @@ class RealisedSystem {
   // The states at `nodes` (increasing, in 1..J) from the state `x` at node 0, the sources, and y_0 ... y_J: m × nodes.
   virtual Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold,
                         const std::vector<Index>& nodes, Workers& workers, const std::stop_token& stop) = 0;
+  // What it will keep for a solve on `grid`, in bytes, where that is worth a word.
+  virtual double PredictBytes(const Grid&) const { return 0; }
   // What was done so far.
   virtual RealisationRecord record() const = 0;
 };

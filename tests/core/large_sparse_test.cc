@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <complex>
 #include <string>
 
 #include "core/analysis/relative_degree.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/sparse_factor.h"
 #include "tests/support/solving.h"
 #include "tests/support/sparse_problems.h"
 
@@ -110,6 +112,28 @@ TEST(LargeSparseTest, RefusesWhatDoesNotFitTheMemoryAndSaysHowMuchItNeeds) {
   EXPECT_NE(solution.message.find("max_memory"), std::string::npos) << solution.message;
   EXPECT_GT(solution.cost.predicted_bytes, 50e6);
   EXPECT_LT(solution.cost.predicted_bytes, 500e6);
+}
+
+// Most of what a contour takes are its factors, kept for the states: judged by one of them, and by how many were made.
+TEST(LargeSparseTest, PredictsTheMemoryOfContours) {
+  const Problem problem = AdvectedGrid({.side = 40, .constraints = 3, .speed = 0.4});
+  Options options = With(Method::kExponentialMarch, Realisation::kContour);
+  options.num_threads = 1;
+  options.output_times = {problem.horizon};
+  options.output_times_only = true;
+  const Solution solution = SolveToEnd(problem, options);
+  const SparseMatrix A = problem.A.Sparse();
+  const SparseFactor<std::complex<double>> factor(A, SparseOrder(A), {1, 5}, 1);
+  const double kept = factor.bytes() * static_cast<double>(solution.realisation.factorizations);
+  EXPECT_EQ(solution.realisation.factorizations, solution.realisation.terms);
+  EXPECT_GT(solution.cost.predicted_bytes, kept / 2);
+  EXPECT_LT(solution.cost.predicted_bytes, 2 * kept);
+
+  options.max_memory = kept / 4;  // fewer are kept then, and made again
+  const Solution tight = SolveToEnd(problem, options);
+  EXPECT_GT(tight.realisation.factorizations, tight.realisation.terms);
+  EXPECT_LE(tight.cost.predicted_bytes, options.max_memory);
+  EXPECT_EQ(tight.x, solution.x);
 }
 
 // M = 0 asks for the relative degree, which must not write A down.
