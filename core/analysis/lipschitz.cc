@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -78,10 +79,15 @@ double MaxNormOfRowBases(const Matrix& M) {
 LipschitzBound BoundLipschitz(const Matrix& M) {
   const bool positive_diagonal = M.diagonal().minCoeff() > 0;
   const Matrix comparison = ComparisonMatrix(M);
-  const bool h_matrix = positive_diagonal && IsNonsingularMMatrix(comparison);
+  std::vector<Index> all(static_cast<std::size_t>(M.rows()));
+  std::iota(all.begin(), all.end(), Index{0});
+  MMatrixFactor factor(comparison);
+  const bool h_matrix = positive_diagonal && factor.Factor(comparison, all) == M.rows();
   const auto norm_of_inverse_comparison = [&] {
     // The inverse of an M-matrix is nonnegative: its norm is attained on the vector of ones.
-    return comparison.partialPivLu().solve(Vector::Ones(M.rows())).maxCoeff();
+    Vector row_sums = Vector::Ones(M.rows());
+    factor.Solve(row_sums);
+    return row_sums.maxCoeff();
   };
   if (h_matrix && IsZMatrix(M)) {
     return {norm_of_inverse_comparison(), ConstantKind::kExact, "the norm of the inverse of the M-matrix M"};

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/analysis/hidden_z.h"
 #include "core/analysis/lipschitz.h"
+#include "core/analysis/m_matrix.h"
 #include "core/analysis/p_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
 
@@ -27,6 +28,7 @@ std::string Describe(const MatrixClass& known, bool skew) {
 }  // namespace
 
 Fact TestZMatrix(const Matrix& M) {
+  if (IsZMatrix(M)) return {Answer::kYes, "no off-diagonal entry is positive"};
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = 0; j < M.cols(); ++j) {
       if (i != j && M(i, j) > 0) {

@@ -115,12 +115,12 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 }
 
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice) {
-  std::unique_ptr<LcpSolver> general = MakeGeneralSolver(M, choice);
   if (std::optional<Tridiagonal> diagonals = DiagonalsForPolicyIteration(M, choice)) {
-    return std::make_unique<TridiagonalSolver>(std::make_shared<const Tridiagonal>(*std::move(diagonals)),
-                                               std::move(general));
+    const auto tridiagonal = std::make_shared<const Tridiagonal>(*std::move(diagonals));
+    return std::make_unique<TridiagonalSolver>(
+        tridiagonal, [tridiagonal, choice] { return MakeGeneralSolver(DenseOf(*tridiagonal), choice); });
   }
-  return general;
+  return MakeGeneralSolver(M, choice);
 }
 
 std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice) {

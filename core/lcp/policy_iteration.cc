@@ -60,7 +60,32 @@ struct Work {
   Basic* basic;  // is i in S
 };
 
-// y_S = -M_SS⁻¹ q_S, as far as it is known without the rows below.
+// The pivots of M_SS.
+void FactorBasis(const Tridiagonal& M, const Basis& basis, std::vector<double>& ratios, std::vector<double>& inverses) {
+  double ratio = 0;
+  for (std::size_t k = 0; k < basis.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    if (basis[k]) {
+      const double inverse = 1.0 / (M.diagonal[i] - M.below[i] * ratio);
+      inverses[k] = inverse;
+      ratio = M.above[i] * inverse;
+    } else {
+      ratio = 0;
+    }
+    ratios[k] = ratio;
+  }
+}
+
+// What Eliminate() does, with pivots that are known.
+void EliminateAgain(const Work<double, std::uint8_t>& work, const double* inverse) {
+  double y = 0;
+  for (Index i = 0; i < work.M.size(); ++i) {
+    y = work.basic[i] ? (0.0 - work.q[i] - work.M.below[i] * y) * inverse[i] : 0;
+    work.y[i] = y;
+  }
+}
+
+// y_S = -M_SS⁻¹ q_S in lanes, as far as it is known without the rows below.
 template <int parts, typename V, typename Basic>
 DLCS_INLINE void Eliminate(const Work<V, Basic>& work) {
   V ratio[parts] = {};
@@ -69,13 +94,6 @@ DLCS_INLINE void Eliminate(const Work<V, Basic>& work) {
     const double below = work.M.below[i], diagonal = work.M.diagonal[i], above = work.M.above[i];
     for (int p = 0; p < parts; ++p) {
       const Index k = i * parts + p;
-      if constexpr (std::is_same_v<V, double>) {  // a division saved; lanes have to take it
-        if (!work.basic[k]) {
-          work.ratio[k] = ratio[p] = 0;
-          work.y[k] = y[p] = 0;
-          continue;
-        }
-      }
       const V inverse = 1.0 / (diagonal - below * ratio[p]);
       work.ratio[k] = ratio[p] = Select(work.basic[k], above * inverse, V{});
       work.y[k] = y[p] = Select(work.basic[k], (0.0 - work.q[k] - below * y[p]) * inverse, V{});
@@ -167,11 +185,22 @@ DLCS_TARGET("avx512f") std::uint32_t IterateAvx512(const Work<double, std::int64
 bool PolicyIteration::Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>& q,
                             const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y,
                             Index& pivots) {
+  factored_.clear();
+  return SolveAgain(M, q, tolerance, basis, y, pivots);
+}
+
+bool PolicyIteration::SolveAgain(const Tridiagonal& M, const Eigen::Ref<const Vector>& q,
+                                 const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y,
+                                 Index& pivots) {
   const Work<double, std::uint8_t> work{M, tolerance.data(), q.data(), y.data(), ratio_.data(), basis.data()};
   for (int round = 0; round < kPatience; ++round) {
+    if (factored_ != basis) {
+      FactorBasis(M, basis, ratio_, inverse_);
+      factored_ = basis;
+    }
     Index moved = 0;
     bool wrong = false;
-    Eliminate<1>(work);
+    EliminateAgain(work, inverse_.data());
     Substitute<1>(work, &moved, &wrong);
     pivots += moved;
     if (moved == 0) return !wrong;

@@ -35,15 +35,21 @@ class PolicyIteration {
  public:
   static constexpr int kPatience = 12;
 
-  explicit PolicyIteration(Index n) : ratio_(n) {}
+  explicit PolicyIteration(Index n) : ratio_(n), inverse_(n) {}
 
   // Solves from `basis`, which ends as that of the solution; adds the indices that changed sides to `pivots`.
   // False, with neither `basis` nor `y` of use, where it is not solved. All arrays have n entries.
   bool Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
              Basis& basis, Eigen::Ref<Vector> y, Index& pivots);
+  // The same with the M of the call before: where the basis is the last one of that, its pivots serve again, and with
+  // them half of the time is saved.
+  bool SolveAgain(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                  Basis& basis, Eigen::Ref<Vector> y, Index& pivots);
 
  private:
-  std::vector<double> ratio_;  // M_{i,i+1} over the pivot of i, for i in S
+  std::vector<double> ratio_;    // M_{i,i+1} over the pivot of i, for i in S
+  std::vector<double> inverse_;  // 1 over the pivot
+  Basis factored_;               // the basis that these are of; empty: none
 };
 
 // The same for sixteen right-hand sides in the lanes of vector registers. Each lane goes through the

@@ -19,35 +19,52 @@ SplittingLcpSolver::SplittingLcpSolver(Tridiagonal T, Remainder remainder)
       y_(T.size()),
       shifted_q_(T.size()),
       lagged_(T.size()),
-      current_(T.size()) {}
+      current_(T.size()),
+      difference_(T.size()),
+      secants_(T.size()) {}
 
 SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                            Eigen::Ref<Vector> y) {
   constexpr double kRounding = 1e-14;
   constexpr double kSlowest = 0.7;  // beyond that, eighty solves are not enough for twelve digits
   constexpr int kPatience = 3;      // ratios above it in a row: the first ones tell of the guess, not of the rate
+  constexpr Index kPlain = 4;       // solves before secants, at the start and where those do not help
+  constexpr Index kMost = 100;
   iterations_ = 0;
   rate_ = 0;
+  secants_.Forget();
   y_ = y;
   for (std::size_t i = 0; i < basis_.size(); ++i) basis_[i] = y_[static_cast<Index>(i)] > 0;
   remainder_(y_, lagged_);
   double last_change = 0;
-  for (int patience = kPatience; patience > 0;) {
+  Index plain = kPlain;  // solves without secants that are left
+  for (int patience = kPatience; iterations_ < kMost;) {
     shifted_q_ = q + lagged_;
     ++iterations_;
     if (tridiagonal_.Solve(shifted_q_, tolerance, basis_, y_) != LcpVerdict::kSolved) return SplittingVerdict::kFailed;
     remainder_(y_, current_);
     const double rounding = kRounding * MaxAbs(current_);
-    lagged_ -= current_;
-    if ((lagged_.array().abs() <= tolerance.array() + kRounding * q.array().abs() + rounding).all()) {
+    difference_ = lagged_ - current_;
+    if ((difference_.array().abs() <= tolerance.array() + kRounding * q.array().abs() + rounding).all()) {
       y = y_;
       return SplittingVerdict::kSolved;
     }
-    const double change = MaxAbs(lagged_);
-    if (iterations_ > 1) rate_ = change / last_change;
-    patience = iterations_ == 1 || rate_ <= kSlowest ? kPatience : patience - 1;  // NaN counts as slow
+    const double change = MaxAbs(difference_), ratio = change / last_change;
+    if (plain > 0 && iterations_ > 1) rate_ = ratio;
+    patience = iterations_ == 1 || ratio <= kSlowest ? kPatience : patience - 1;  // NaN counts as slow
     last_change = change;
-    lagged_.swap(current_);
+    if (patience == 0) {
+      if (plain > 0) return SplittingVerdict::kNotContracting;
+      plain = kPlain;
+      patience = kPatience;
+      secants_.Forget();
+    }
+    secants_.Add(lagged_, current_);
+    if (plain > 0 && --plain > 0) {
+      lagged_.swap(current_);
+    } else {
+      secants_.Next(lagged_);
+    }
   }
   return SplittingVerdict::kNotContracting;
 }

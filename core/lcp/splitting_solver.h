@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 
+#include "core/lcp/secants.h"
 #include "core/lcp/tridiagonal_solver.h"
 
 namespace dlcs {
@@ -26,6 +27,8 @@ enum class SplittingVerdict {
 // four of these O(n) solves reach rounding. It ends when R y^{k+1} differs from R y^k, with which the last
 // LCP was solved, by rounding only, so the certificate is that of the whole matrix:
 //     |R y^{k+1} - R y^k|_i <= tolerance_i + 1e-14 (|q_i| + ‖R y‖_∞).
+// Where four are not enough, secants (core/lcp/secants.h) guess the next R y^k: R smooths, and its few large singular
+// values are soon known.
 //
 // Source: [Cottle, Pang & Stone 1992], Section 5.2 (matrix splitting methods).
 class SplittingLcpSolver {
@@ -43,13 +46,15 @@ class SplittingLcpSolver {
                          Eigen::Ref<Vector> y);
 
   Index iterations() const { return iterations_; }  // tridiagonal LCPs of the last Solve()
-  double rate() const { return rate_; }             // ... and the last ratio of changes of R y; 0 before there are two
+  // ... and the last ratio of changes of R y while no secants were used; 0 before there are two.
+  double rate() const { return rate_; }
 
  private:
   TridiagonalSolver tridiagonal_;
   Remainder remainder_;
   Basis basis_;
-  Vector y_, shifted_q_, lagged_, current_;
+  Vector y_, shifted_q_, lagged_, current_, difference_;
+  Secants secants_;
   Index iterations_ = 0;
   double rate_ = 0;
 };

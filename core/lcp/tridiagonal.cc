@@ -45,6 +45,14 @@ std::optional<Tridiagonal> TridiagonalOf(const Eigen::SparseMatrix<double>& M) {
   return result;
 }
 
+Matrix DenseOf(const Tridiagonal& M) {
+  const Index n = M.size();
+  Matrix dense = M.diagonal.asDiagonal();
+  dense.diagonal(-1) = M.below.tail(n - 1);
+  dense.diagonal(1) = M.above.head(n - 1);
+  return dense;
+}
+
 bool IsClearlyMMatrix(const Tridiagonal& M) {
   constexpr double kClearlyPositive = 1e-7;
   double ratio = 0;  // above[i-1] over the pivot of i-1

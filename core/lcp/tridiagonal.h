@@ -25,6 +25,8 @@ struct Tridiagonal {
 std::optional<Tridiagonal> TridiagonalOf(const Matrix& M);
 std::optional<Tridiagonal> TridiagonalOf(const Eigen::SparseMatrix<double>& M);
 
+Matrix DenseOf(const Tridiagonal& M);
+
 // Whether `M` is a nonsingular M-matrix whose elimination loses few digits: no entry beside the diagonal is
 // positive, and all pivots are above 1e-7 of the diagonal entry. Then the same holds for every M_SS (the
 // Schur complement of an index falls as more indices are eliminated before it), so that nothing has to be

@@ -17,11 +17,11 @@ std::optional<Tridiagonal> DiagonalsForPolicyIteration(const Matrix& M, const So
   return diagonals;
 }
 
-TridiagonalSolver::TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, std::unique_ptr<LcpSolver> general)
+TridiagonalSolver::TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, MakeGeneral make_general)
     : M_(std::move(M)),
       norm_(MaxAbs(M_->below.cwiseAbs() + M_->diagonal.cwiseAbs() + M_->above.cwiseAbs())),
       iteration_(M_->size()),
-      general_(std::move(general)) {}
+      make_general_(std::move(make_general)) {}
 
 LcpVerdict TridiagonalSolver::Solve(const Eigen::Ref<const Vector>& q,
                                     const Eigen::Ref<const Vector>& tolerance, Basis& basis,
@@ -30,8 +30,9 @@ LcpVerdict TridiagonalSolver::Solve(const Eigen::Ref<const Vector>& q,
   account_.method = "policy iteration";
   account_.message.clear();
   by_general_ = false;
-  if (iteration_.Solve(*M_, q, tolerance, basis, y, account_.pivots)) return LcpVerdict::kSolved;
+  if (iteration_.SolveAgain(*M_, q, tolerance, basis, y, account_.pivots)) return LcpVerdict::kSolved;
   if (SolveFromNothing(q, tolerance, basis, y)) return LcpVerdict::kSolved;
+  if (make_general_ && !general_) general_ = make_general_();
   by_general_ = general_ != nullptr;
   if (by_general_) return general_->Solve(q, tolerance, basis, y);
   y.setZero();
@@ -44,18 +45,18 @@ bool TridiagonalSolver::SolveFromNothing(const Eigen::Ref<const Vector>& q,
                                          const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                          Eigen::Ref<Vector> y) {
   GrowLeastBasis(*M_, q, tolerance, basis, account_.pivots);
-  if (iteration_.Solve(*M_, q, tolerance, basis, y, account_.pivots)) return true;
+  if (iteration_.SolveAgain(*M_, q, tolerance, basis, y, account_.pivots)) return true;
   constexpr double kNormRounding = 5e-13;
   const double rounding = kNormRounding * (MaxAbs(q) + norm_ * MaxAbs(y));
   if (!std::isfinite(rounding)) return false;
   const Vector loose = tolerance.array() + rounding;
-  return iteration_.Solve(*M_, q, loose, basis, y, account_.pivots);
+  return iteration_.SolveAgain(*M_, q, loose, basis, y, account_.pivots);
 }
 
 LcpAccount TridiagonalSolver::Account() const { return by_general_ ? general_->Account() : account_; }
 
 std::unique_ptr<LcpSolver> TridiagonalSolver::Clone() const {
-  return std::make_unique<TridiagonalSolver>(M_, general_ ? general_->Clone() : nullptr);
+  return std::make_unique<TridiagonalSolver>(M_, make_general_);
 }
 
 }  // namespace dlcs

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_LCP_TRIDIAGONAL_SOLVER_H_
 #define DLCS_CORE_LCP_TRIDIAGONAL_SOLVER_H_
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -20,9 +21,10 @@ std::optional<Tridiagonal> DiagonalsForPolicyIteration(const Matrix& M, const So
 // numbers overflow, `general`, which gives the verdict then. O(n) in all, and no n × n matrix is formed.
 class TridiagonalSolver final : public LcpSolver {
  public:
-  // `M` must be what IsClearlyMMatrix() asks for. `general`, a solver for the same matrix, may be null: what
-  // policy iteration leaves is then kNonFinite or kSingular (numbers overflowed).
-  TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, std::unique_ptr<LcpSolver> general);
+  // `M` must be what IsClearlyMMatrix() asks for. `make_general` makes a solver for the same matrix, when it is needed;
+  // it may be null: what policy iteration leaves is then kNonFinite or kSingular (numbers overflowed).
+  using MakeGeneral = std::function<std::unique_ptr<LcpSolver>()>;
+  TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, MakeGeneral make_general);
 
   LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
@@ -39,6 +41,7 @@ class TridiagonalSolver final : public LcpSolver {
   std::shared_ptr<const Tridiagonal> M_;
   double norm_;  // ‖M‖_∞
   PolicyIteration iteration_;
+  MakeGeneral make_general_;
   std::unique_ptr<LcpSolver> general_;
   LcpAccount account_;  // of the last solve, where `general_` was not asked
   bool by_general_ = false;

@@ -158,6 +158,27 @@ TEST(PolicyIterationTest, DoesNotDependOnTheGuess) {
   }
 }
 
+// As in a march: q moves a little, the basis now and then, also by hand between two calls.
+TEST(PolicyIterationTest, HasTheSameBitsWithPivotsThatAreKept) {
+  LcpGenerator generator(6);
+  const Index n = 40;
+  const Tridiagonal M = RandomTridiagonal(generator, n, 0.1);
+  PolicyIteration kept(n);
+  Vector q = generator.GaussianVector(n), y(n), fresh(n);
+  Basis basis(n, 0);
+  for (int k = 0; k < 60; ++k) {
+    q += 0.05 * generator.GaussianVector(n);
+    if (k % 7 == 0) basis[static_cast<std::size_t>(k % n)] ^= 1;
+    Basis other = basis;
+    Index pivots = 0, other_pivots = 0;
+    ASSERT_TRUE(kept.SolveAgain(M, q, Vector::Zero(n), basis, y, pivots));
+    ASSERT_TRUE(PolicyIteration(n).Solve(M, q, Vector::Zero(n), other, fresh, other_pivots));
+    ASSERT_EQ(y, fresh);
+    ASSERT_EQ(basis, other);
+    ASSERT_EQ(pivots, other_pivots);
+  }
+}
+
 TEST(PolicyIterationTest, LeavesWhatOverflowsToOthers) {
   Tridiagonal M(2);
   M.diagonal.setConstant(1e-300);
