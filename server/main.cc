@@ -10,6 +10,7 @@
 #include <string>
 
 #include "CLI/CLI.hpp"
+#include "core/heap.h"
 #include "google/protobuf/stubs/logging.h"
 #include "grpc/support/log.h"
 #include "server/dlcs_server.h"
@@ -121,6 +122,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   SetUpLogging(flags.log_level);
+  dlcs::KeepFreedMemory();
 
   // Blocked before any thread exists, so that all inherit it and only this one takes the signals.
   sigset_t signals;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "core/heap.h"
 #include "core/solve.h"
 
 namespace dlcs::bench {
@@ -66,6 +67,7 @@ bool TakeFlag(int& argc, char** argv, const std::string& flag) {
 }
 
 int RunAll(int argc, char** argv) {
+  KeepFreedMemory();  // as dlcsd does
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
