@@ -28,8 +28,8 @@ std::unique_ptr<LcpBatch::Bench> LcpBatch::MakeBench() const {
   return bench;
 }
 
-LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
-                                const std::stop_token& stop, Eigen::Ref<Matrix> y) {
+LcpBatchOutcome LcpBatch::Solve(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Vector>& tolerance,
+                                Workers& workers, const std::stop_token& stop, Eigen::Ref<Matrix> y) {
   const Index columns = q.cols();
   const Index block_size = std::max(kColumnsPerBlock, (columns + kMostBlocks - 1) / kMostBlocks);
   const Index blocks = (columns + block_size - 1) / block_size;
@@ -50,8 +50,9 @@ LcpBatchOutcome LcpBatch::Solve(const Matrix& q, const Eigen::Ref<const Vector>&
   return first;
 }
 
-void LcpBatch::SolveBlock(Index begin, Index end, const Matrix& q, const Eigen::Ref<const Vector>& tolerance,
-                          const std::stop_token& stop, Eigen::Ref<Matrix> y, LcpBatchOutcome& outcome) {
+void LcpBatch::SolveBlock(Index begin, Index end, const Eigen::Ref<const Matrix>& q,
+                          const Eigen::Ref<const Vector>& tolerance, const std::stop_token& stop, Eigen::Ref<Matrix> y,
+                          LcpBatchOutcome& outcome) {
   std::unique_ptr<Bench> bench = benches_.Take([this] { return MakeBench(); });
   auto& [solver, lanes, basis] = *bench;
   const Index group = lanes ? PolicyLanes::kLanes : 1;

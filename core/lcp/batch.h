@@ -33,7 +33,7 @@ class LcpBatch {
   // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries
   // start the bases, and takes the solutions; where the outcome is not kSolved its columns are not to be
   // used. `stop` is looked at once a column, or once in sixteen.
-  LcpBatchOutcome Solve(const Matrix& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
+  LcpBatchOutcome Solve(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                         const std::stop_token& stop, Eigen::Ref<Matrix> y);
 
  private:
@@ -45,7 +45,7 @@ class LcpBatch {
   };
 
   std::unique_ptr<Bench> MakeBench() const;
-  void SolveBlock(Index begin, Index end, const Matrix& q, const Eigen::Ref<const Vector>& tolerance,
+  void SolveBlock(Index begin, Index end, const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Vector>& tolerance,
                   const std::stop_token& stop, Eigen::Ref<Matrix> y, LcpBatchOutcome& outcome);
 
   std::unique_ptr<LcpSolver> prototype_;

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <utility>
 
+#include "core/linalg/diagonals.h"
 #include "core/linalg/norms.h"
 #include "core/violation_list.h"
 
@@ -51,6 +52,14 @@ void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, do
       }
     }
   }
+}
+
+void MultiplySparse(const SparseMatrix& sparse, const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) {
+  constexpr Index kFewColumns = 8;  // to look for diagonals costs as much as several products
+  if (right.cols() > kFewColumns) {
+    if (const auto diagonals = Diagonals::Of(sparse)) return diagonals->Multiply(right, left);
+  }
+  left.noalias() = sparse * right;
 }
 
 // Sums |a_ij| v_j over the entries of a sparse matrix.
@@ -180,7 +189,7 @@ bool StructuredMatrix::AllFinite() const { return std::isfinite(MaxAbs()); }
 
 void StructuredMatrix::Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const {
   std::visit(Overloaded{[&](const Matrix& dense) { left.noalias() = dense * right; },
-                        [&](const SparseMatrix& sparse) { left.noalias() = sparse * right; },
+                        [&](const SparseMatrix& sparse) { MultiplySparse(sparse, right, left); },
                         [&](const KroneckerSum& sum) {
                           for (Index k = 0; k < right.cols(); ++k) {
                             MultiplyColumn(sum, right.col(k).data(), cols_, left.col(k).data());

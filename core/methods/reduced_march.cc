@@ -59,7 +59,6 @@ class ReducedMarcher {
     }
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;
     context_.solution.cost.steps += done;
-    FormQ(run, done);
     return done;
   }
 
@@ -67,13 +66,6 @@ class ReducedMarcher {
 
  private:
   static constexpr Index kStepsPerLook = 16;
-
-  // q anew from y: all steps at once are cheaper than one by one, and tell more.
-  void FormQ(ReducedRun& run, Index steps) const {
-    if (steps == 0) return;
-    run.q.middleCols(1, steps) += kernel_->Start(run.y.col(0))->History(steps);
-    run.q.middleCols(1, steps) += kernel_->Respond(run.y.middleCols(1, steps), context_.workers);
-  }
 
   std::unique_ptr<SplitStep> MakeStep() const {
     const StructuredMatrix& M = context_.problem.M;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/row_sizes.h"
 #include "core/methods/consistency.h"
 
 namespace dlcs {
@@ -16,7 +17,7 @@ namespace {
 constexpr double kMixing = 1e-2;
 
 // The rows of a lift that hold anything: what is left out is zero in every product.
-SparseMatrix NonzeroRows(const SparseMatrix& lift) {
+StructuredMatrix NonzeroRows(const SparseMatrix& lift) {
   std::vector<Index> row_of(static_cast<std::size_t>(lift.rows()), -1);
   std::vector<Eigen::Triplet<double>> entries;
   Index rows = 0;
@@ -32,33 +33,43 @@ SparseMatrix NonzeroRows(const SparseMatrix& lift) {
   return kept;
 }
 
-// ψ and g at nodes and middles.
+bool AreSameFormulas(const TimeFunction& one, const TimeFunction& other) {
+  if (one.pieces.size() != 1 || other.pieces.size() != 1) return false;
+  const auto* formulas = std::get_if<FormulaFunction>(&one.pieces[0].function);
+  const auto* others = std::get_if<FormulaFunction>(&other.pieces[0].function);
+  return formulas && others && formulas->formulas == others->formulas;
+}
+
+// ψ and g at nodes and middles. Lifts are multiplied for all times at once, and a ψ that f and g share is evaluated
+// once.
 class ReducedSources {
  public:
   explicit ReducedSources(const Problem& problem)
-      : lift_(problem.f.is_lifted() ? NonzeroRows(problem.f.lift.Sparse()) : SparseMatrix()),
-        psi_(*TimeFunctionEvaluator::Create(problem.f.Inner(), problem.f.inner_size(problem.num_states()))),
-        g_(*TimeFunctionEvaluator::Create(problem.g, problem.num_constraints())) {}
+      : lift_(problem.f.is_lifted() ? NonzeroRows(problem.f.lift.Sparse()) : StructuredMatrix()),
+        g_lift_(problem.g.lift),
+        shared_(problem.g.is_lifted() && AreSameFormulas(problem.f, problem.g)),
+        psi_(*TimeFunctionEvaluator::Create(problem.f.Inner(), problem.f.inner_size(problem.num_states()))) {
+    if (shared_) return;
+    g_.emplace(*TimeFunctionEvaluator::Create(problem.g.Inner(), problem.g.inner_size(problem.num_constraints())));
+  }
 
   // Fills sources, g, g_mid and f_defect of `run`; returns where a value was not finite.
   std::optional<Sources::NonFinite> Sample(const Grid& grid, ReducedRun& run) {
     const Index steps = run.steps();
     run.sources.step = run.run.step;
-    run.sources.psi.resize(psi_.size(), steps + 1);
-    run.g.resize(g_.size(), steps + 1);
-    run.g_mid.resize(g_.size(), steps);
-    Matrix missed(psi_.size(), steps);
-    for (Index j = 0; j <= steps; ++j) {
-      const Side side = j == 0 ? Side::kRight : Side::kLeft;
-      psi_.Evaluate(run.Time(grid, j), side, run.sources.psi.col(j));
-      g_.Evaluate(run.Time(grid, j), side, run.g.col(j));
-      if (j == 0) continue;
-      const double middle = (run.Time(grid, j - 1) + run.Time(grid, j)) / 2;
-      psi_.Evaluate(middle, Side::kRight, missed.col(j - 1));
-      g_.Evaluate(middle, Side::kRight, run.g_mid.col(j - 1));
+    Samples psi = SamplesOf(psi_, grid, run);
+    if (shared_) {
+      run.g = g_lift_ * psi.nodes;
+      run.g_mid = g_lift_ * psi.middles;
+    } else {
+      Samples g = SamplesOf(*g_, grid, run);
+      run.g = g_lift_.size() > 0 ? Matrix(g_lift_ * g.nodes) : std::move(g.nodes);
+      run.g_mid = g_lift_.size() > 0 ? Matrix(g_lift_ * g.middles) : std::move(g.middles);
     }
-    missed -= (run.sources.psi.leftCols(steps) + run.sources.psi.rightCols(steps)) / 2;
-    run.f_defect = MaxAbs(lift_.rows() > 0 ? Matrix(lift_ * missed) : missed);
+    Matrix& missed = psi.middles;
+    missed -= (psi.nodes.leftCols(steps) + psi.nodes.rightCols(steps)) / 2;
+    run.f_defect = lift_.size() > 0 ? MaxAbs(lift_ * missed) : MaxAbs(missed);
+    run.sources.psi = std::move(psi.nodes);
     if (std::isfinite(run.f_defect) && run.g.allFinite() && run.g_mid.allFinite()) return std::nullopt;
     return Sources::NonFinite{run.Time(grid, 0), "f or g has no finite value between t = " +
                                                      FormatNumber(run.Time(grid, 0)) + " and " +
@@ -66,8 +77,25 @@ class ReducedSources {
   }
 
  private:
-  SparseMatrix lift_;
-  TimeFunctionEvaluator psi_, g_;
+  struct Samples {
+    Matrix nodes, middles;
+  };
+  static Samples SamplesOf(TimeFunctionEvaluator& function, const Grid& grid, const ReducedRun& run) {
+    const Index steps = run.steps();
+    Samples samples{Matrix(function.size(), steps + 1), Matrix(function.size(), steps)};
+    for (Index j = 0; j <= steps; ++j) {
+      function.Evaluate(run.Time(grid, j), j == 0 ? Side::kRight : Side::kLeft, samples.nodes.col(j));
+      if (j == 0) continue;
+      const double middle = (run.Time(grid, j - 1) + run.Time(grid, j)) / 2;
+      function.Evaluate(middle, Side::kRight, samples.middles.col(j - 1));
+    }
+    return samples;
+  }
+
+  StructuredMatrix lift_, g_lift_;
+  bool shared_;
+  TimeFunctionEvaluator psi_;
+  std::optional<TimeFunctionEvaluator> g_;  // where it is not that of f
 };
 
 // The nodes of `run` in 1..steps whose states are needed: those of the output, and the last.
@@ -82,22 +110,42 @@ std::vector<Index> NodesWanted(const Grid& grid, const Run& run, Index steps) {
   return wanted;
 }
 
-// Files y, q and `states` at `nodes`.
-void File(SolveContext& context, const ReducedRun& run, Index steps, Hold hold, const std::vector<Index>& nodes,
-          const Matrix& states, const Eigen::Ref<const Vector>& start) {
+// Certifies y of `run` at the nodes and middles of the first `steps` steps. N x is formed anew, for all of them at once
+// and not as the method went.
+void Certify(SolveContext& context, const ReducedRun& run, Index steps, Hold hold) {
+  constexpr Index kColumnsPerBlock = 64;  // what is formed stays in the second cache
   const Problem& problem = context.problem;
   CertificateBuilder& certificate = context.certificate;
-  const auto y = run.y.leftCols(steps + 1);
-  const Index first = hold == Hold::kLinear ? 0 : 1;
-  const Matrix w = run.q.leftCols(steps + 1) + run.g.leftCols(steps + 1) + problem.M * y;
-  certificate.AddNodes(y.rightCols(steps + 1 - first), w.rightCols(steps + 1 - first));
+  const Responses responses = run.kernel->RespondThroughout(run.y.leftCols(steps + 1), context.workers);
+  const bool linear = hold == Hold::kLinear;
+  if (linear) {
+    const auto y = run.y.col(0);
+    certificate.AddNodes(y, run.free.nodes.col(0) + run.g.col(0) + problem.M * y);
+  }
+  Matrix w, y_mid;
+  for (Index begin = 0; begin < steps; begin += kColumnsPerBlock) {
+    const Index count = std::min(kColumnsPerBlock, steps - begin);
+    const auto of_steps = [&](const Matrix& values) { return values.middleCols(begin, count); };
+    const auto after_steps = [&](const Matrix& values) { return values.middleCols(begin + 1, count); };
+    const auto y = after_steps(run.y);
+    w.noalias() = problem.M * y;
+    w += after_steps(run.free.nodes) + of_steps(responses.nodes) + after_steps(run.g);
+    certificate.AddNodes(y, w);
 
-  Matrix y_mid = y.rightCols(steps);
-  if (hold == Hold::kLinear) y_mid = (y_mid + y.leftCols(steps)) / 2;
-  Matrix w_mid = run.free.middles.leftCols(steps) + run.kernel->RespondAtMiddles(y, context.workers);
-  w_mid += run.g_mid.leftCols(steps) + problem.M * y_mid;
-  certificate.AddMidpoints(y_mid, w_mid, run.f_defect);
+    y_mid = y;
+    if (linear) y_mid = (y_mid + of_steps(run.y)) / 2;
+    w.noalias() = problem.M * y_mid;
+    w += of_steps(run.free.middles) + of_steps(responses.middles) + of_steps(run.g_mid);
+    certificate.AddMidpoints(y_mid, w, run.f_defect);
+  }
+}
 
+// Files y and `states` at `nodes`.
+void File(SolveContext& context, const ReducedRun& run, const std::vector<Index>& nodes, const Matrix& states,
+          const Eigen::Ref<const Vector>& start) {
+  const Problem& problem = context.problem;
+  CertificateBuilder& certificate = context.certificate;
+  const Matrix& y = run.y;
   // States are made in another way than N x was: they are its witnesses.
   context.recorder.Begin(run.run.first_node, y.col(0));
   const auto is_output = [&](Index node) {
@@ -122,7 +170,12 @@ void File(SolveContext& context, const ReducedRun& run, Index steps, Hold hold, 
 }  // namespace
 
 Vector ReducedRun::Sizes() const {
-  Vector sizes = RowMaxAbs(free.nodes) + RowMaxAbs(g);
+  const auto size_of = [](const Matrix& values) {
+    Vector size = Vector::Zero(values.rows());
+    RaiseRowMaxAbs(values, size);
+    return size;
+  };
+  Vector sizes = size_of(free.nodes) + size_of(g);
   return (sizes.array() + kMixing * MaxAbs(sizes)).matrix();
 }
 
@@ -135,7 +188,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(R
   bool y_is_solution = false;
 
   for (const Run& grid_run : context.grid.runs) {
-    ReducedRun run{.run = grid_run, .sources = {}, .g = {}, .g_mid = {}, .free = {}, .kernel = {}, .y = {}, .q = {}};
+    ReducedRun run{.run = grid_run, .sources = {}, .g = {}, .g_mid = {}, .free = {}, .kernel = {}, .y = {}};
     if (const auto bad = sampler.Sample(context.grid, run)) return context.FailNonFinite(*bad);
     const double begin = run.Time(context.grid, 0);
     if (grid_run.starts_at_break) {
@@ -153,7 +206,6 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(R
     }
     run.y.resize(y.size(), run.steps() + 1);
     run.y.col(0) = y;
-    run.q = run.free.nodes;
     const double linear_begin = context.Seconds();
     context.solution.cost.seconds_setup += linear_begin - setup_begin;
 
@@ -167,7 +219,8 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(R
         if (context.stop.stop_requested()) return context.FailCancelled(begin);
       }
       if (hold == Hold::kConstant && !y_is_solution) run.y.col(0) = run.y.col(1);
-      File(context, run, steps, hold, nodes, states, x);
+      Certify(context, run, steps, hold);
+      File(context, run, nodes, states, x);
       if (!nodes.empty() && nodes.back() == steps) x = states.col(states.cols() - 1);
       y = run.y.col(steps);
     }

@@ -22,7 +22,6 @@ struct ReducedRun {
   FreeMotion free;
   std::shared_ptr<const ReducedKernel> kernel;
   Matrix y;  // column 0 is given
-  Matrix q;  // N x; column 0 is given
 
   Index steps() const { return run.steps; }
   double Time(const Grid& grid, Index j) const { return grid.times[run.first_node + j]; }
@@ -31,9 +30,10 @@ struct ReducedRun {
 };
 
 // Goes from run to run of the grid with context.realised: samples the sources, starts stretches, lets `solve` find y
-// and q of a run, files certificate and output, and makes the states that are asked for, and the one that the next run starts from.
-// `solve` counts its steps in the cost and returns the number of those done; fewer than all where it has ended the solve. Returns whether the end was reached.
-// Memory: some 8 n J numbers for the longest run, besides the states of the output.
+// of a run, files certificate and output, and makes the states that are asked for, and the one that the next run starts
+// from. `solve` counts its steps in the cost and returns the number of those done; fewer than all where it has ended
+// the solve. Returns whether the end was reached. Memory: some 8 n J numbers for the longest run, besides the states of
+// the output.
 bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(ReducedRun&)>& solve);
 
 }  // namespace dlcs

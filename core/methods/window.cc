@@ -56,13 +56,15 @@ Matrix Window::Frozen() {
 
 Matrix Window::Constant() { return g_.colwise() + context_.problem.N * start_; }
 
-Matrix Window::Follow() {
+void Window::Follow(Matrix& q) {
   StepTools* tools = SharedTools();
-  if (!tools) return Propagate();
+  if (!tools) {
+    q = Propagate();
+    return;
+  }
   const Matrix deviation = y.rightCols(steps()).colwise() - y.col(0);
-  Matrix q = frozen_;
+  q = frozen_;
   q.rightCols(steps()) += tools->kernel.convolution().Apply(deviation, context_.workers);
-  return q;
 }
 
 Vector Window::Sizes() const {

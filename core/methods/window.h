@@ -45,7 +45,7 @@ class Window final : public WindowModel {
   Index first_node() const override { return pieces_.front().segment.first_node; }
   Matrix Frozen() override;
   Matrix Constant() override;
-  Matrix Follow() override;
+  void Follow(Matrix& q) override;
   Vector Sizes() const override;
   double KernelBound() override;
   void Finish() override { Propagate(); }

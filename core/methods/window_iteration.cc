@@ -9,6 +9,7 @@
 
 #include "core/analysis/laplace_bounds.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/row_sizes.h"
 #include "core/methods/anderson.h"
 #include "core/methods/steep_step.h"
 #include "core/methods/window_control.h"
@@ -41,6 +42,7 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
   const Vector y_start = window.y.col(0);
   WindowResult result{WindowEnd::kIterationLimit, 0, {}};
   Matrix q = window.Frozen();  // x^0: y frozen at y_a
+  Matrix next;
   Vector size = window.Sizes();
   const bool accelerated = context_.options.acceleration > 0;
   double rate = std::numeric_limits<double>::quiet_NaN();
@@ -93,17 +95,16 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
       return result;
     }
 
-    Matrix next = window.Follow();
-    const Vector row_change = RowMaxAbs(next - q);
-    size = size.cwiseMax(RowMaxAbs(next));
-    const double change = RelativeChange(size, row_change);
-    const auto y_now = window.y.rightCols(steps);
-    const double residual = NaturalResidual(y_now, next.rightCols(steps) + problem_.M * y_now);
-    q = accelerated ? acceleration.Next(q, next, size) : std::move(next);
+    window.Follow(next);
+    const Judgement seen = Judge(q, next, window.y);
+    size = size.cwiseMax(seen.row_size);
+    const double change = RelativeChange(size, seen.row_change);
+    if (accelerated) next = acceleration.Next(q, next, size);
+    q.swap(next);
     context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
     changes.push_back(change);
-    if (k == 1) first_change = MaxAbs(row_change);
-    Report(number, k, MaxAbs(row_change), residual, LogBound(rate, steps, k, first_change));
+    if (k == 1) first_change = MaxAbs(seen.row_change);
+    Report(number, k, MaxAbs(seen.row_change), seen.residual, LogBound(rate, steps, k, first_change));
 
     if (Converged(changes, context_.options.tolerance)) {
       result.end = WindowEnd::kConverged;
@@ -118,6 +119,25 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
   }
   result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
   return result;
+}
+
+// In one pass: by blocks of columns that stay in the second cache.
+WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y) const {
+  constexpr Index kColumnsPerBlock = 32;
+  Judgement seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
+  Matrix w;
+  for (Index begin = 0; begin < q.cols(); begin += kColumnsPerBlock) {
+    const Index count = std::min(kColumnsPerBlock, q.cols() - begin), first = begin == 0 ? 1 : 0;  // y_0 is given
+    const auto after = next.middleCols(begin, count);
+    RaiseRowMaxAbs(after - q.middleCols(begin, count), seen.row_change);
+    RaiseRowMaxAbs(after, seen.row_size);
+    const auto y_block = y.middleCols(begin, count);
+    w.noalias() = problem_.M * y_block;
+    w += after;
+    seen.residual =
+        NanMax(seen.residual, NaturalResidual(y_block.rightCols(count - first), w.rightCols(count - first)));
+  }
+  return seen;
 }
 
 // Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any

@@ -32,7 +32,15 @@ class WindowIteration {
   WindowResult Run(Index number, WindowModel& window);
 
  private:
+  // What two iterates tell, q and `next`, which follows from y: per row the change and the size of `next`, and the
+  // natural residual of y and next + M y.
+  struct Judgement {
+    Vector row_change, row_size;
+    double residual;
+  };
+
   Index max_iterations() const;
+  Judgement Judge(const Matrix& q, const Matrix& next, const Matrix& y) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
   void Report(Index number, Index k, double change, double residual, double log_bound);
 

@@ -21,8 +21,8 @@ class WindowModel {
   virtual Matrix Frozen() = 0;
   // q for the constant state.
   virtual Matrix Constant() = 0;
-  // q that follows from y.
-  virtual Matrix Follow() = 0;
+  // q that follows from y, in the memory of `q` where that has the size.
+  virtual void Follow(Matrix& q) = 0;
   // For each row of q the size of the numbers that it was summed from.
   virtual Vector Sizes() const = 0;
   // κ h: the kernel is at most κ a unit of time. NaN where the steps have several lengths.

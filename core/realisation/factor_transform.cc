@@ -175,13 +175,26 @@ void FactorTransform::BackwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace
   x = workspace.work_->product;
 }
 
+void FactorTransform::ForwardColumns(Eigen::Ref<Matrix> X) const {
+  if (!is_fast_) {
+    X = (Q_.transpose() * X).eval();
+    return;
+  }
+  Work work;
+  for (Index k = 0; k < X.cols(); k += kLanes) {
+    SineTransforms(X.middleCols(k, std::min(kLanes, X.cols() - k)), work);
+  }
+}
+
+void FactorTransform::BackwardColumns(Eigen::Ref<Matrix> X) const {
+  if (is_fast_) return ForwardColumns(X);
+  X = (Q_ * X).eval();
+}
+
 Matrix FactorTransform::Forward(const Eigen::Ref<const Matrix>& X) const {
   if (!is_fast_) return Q_.transpose() * X;
   Matrix result = X;
-  Work work;
-  for (Index k = 0; k < X.cols(); k += kLanes) {
-    SineTransforms(result.middleCols(k, std::min(kLanes, X.cols() - k)), work);
-  }
+  ForwardColumns(result);
   return result;
 }
 

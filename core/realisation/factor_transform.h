@@ -28,6 +28,9 @@ class FactorTransform {
   // Qᵀ X and Q X, column by column. Several threads may apply one transform.
   Matrix Forward(const Eigen::Ref<const Matrix>& X) const;
   Matrix Backward(const Eigen::Ref<const Matrix>& X) const;
+  // In place.
+  void ForwardColumns(Eigen::Ref<Matrix> X) const;
+  void BackwardColumns(Eigen::Ref<Matrix> X) const;
   // One column in place, without an allocation once `work` has been used.
   struct Work;
   class Workspace {

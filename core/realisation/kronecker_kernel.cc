@@ -12,20 +12,17 @@
 namespace dlcs {
 namespace {
 
-// Modes that one thread carries through all steps: their memory stays in the first cache.
-constexpr Index kModesPerBlock = 64;
-
-KernelTerms MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
+ModeRecursion MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
   const SumOfExponentials& sum = modes.response;
   const Index p = modes.num_modes(), terms = sum.rates.size();
   ExponentialSteps steps(sum.rates, modes.lambda, h, hold);
-  KernelTerms made{.decay = std::move(steps.decay),
-                   .start = std::move(steps.start),
-                   .past = steps.beta * sum.weights.asDiagonal(),
-                   .mid_past = Matrix(p, terms),
-                   .now = steps.alpha * sum.weights,
-                   .mid_before = Vector::Zero(p),
-                   .mid_after = Vector::Zero(p)};
+  ModeRecursion made{.decay = std::move(steps.decay),
+                     .start = std::move(steps.start),
+                     .past = steps.beta * sum.weights.asDiagonal(),
+                     .mid_past = Matrix(p, terms),
+                     .now = steps.alpha * sum.weights,
+                     .mid_before = Vector::Zero(p),
+                     .mid_after = Vector::Zero(p)};
   for (Index k = 0; k < terms; ++k) {
     const double w = sum.weights[k];
     for (Index r = 0; r < p; ++r) {
@@ -85,7 +82,7 @@ class KroneckerMemory final : public Memory {
   void Next(Eigen::Ref<Vector> q) override {
     Sum(output_);
     modes_.FromModesInPlace(output_, workspace_);
-    q = modes_.D * output_;
+    modes_.D.Multiply(output_, q);
   }
 
   Matrix History(Index steps) override {
@@ -97,7 +94,7 @@ class KroneckerMemory final : public Memory {
       Advance();
     }
     past_ = kept;
-    return modes_.D * modes_.FromModes(history);
+    return modes_.D.sparse() * modes_.FromModes(std::move(history));
   }
 
   void Push(const Eigen::Ref<const Vector>& y) override {
@@ -107,7 +104,7 @@ class KroneckerMemory final : public Memory {
 
  private:
   void Load(const Eigen::Ref<const Vector>& y) {
-    input_.noalias() = modes_.C * y;
+    modes_.C.Multiply(y, input_);
     modes_.ToModesInPlace(input_, workspace_);
   }
   void Advance() { AdvancePast(terms_.decay, 0, input_.data(), past_); }
@@ -117,23 +114,10 @@ class KroneckerMemory final : public Memory {
   }
 
   const KroneckerModes& modes_;
-  const KernelTerms& terms_;
+  const ModeRecursion& terms_;
   Matrix past_;  // P of the next node
   Vector input_, output_;
   FactorTransform::Workspace workspace_;
-};
-
-// The modes begin ... begin + past.rows() - 1 of P, carried over the inputs of all steps.
-struct Carried {
-  const KernelTerms& terms;
-  Index begin;
-  Matrix past;
-
-  Carried(const KernelTerms& of, Index first, Index count, const Eigen::Ref<const Vector>& input)
-      : terms(of), begin(first), past(of.start.middleRows(first, count).array().colwise() * input.array()) {}
-
-  void Advance(const Eigen::Ref<const Vector>& input) { AdvancePast(terms.decay, begin, input.data(), past); }
-  void AddTo(Eigen::Ref<Vector> sum, const Matrix& weights) const { AddPast(weights, begin, past, sum.data()); }
 };
 
 }  // namespace
@@ -154,64 +138,64 @@ ExponentialSteps::ExponentialSteps(const Vector& rates, const Vector& lambda, do
 
 KroneckerKernel::KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold)
     : modes_(std::move(modes)), step_(step), hold_(hold), terms_(MakeTerms(*modes_, step, hold)) {
-  const Matrix driven = terms_.now.asDiagonal() * modes_->ToModes(Matrix(modes_->C));
-  K0_ = modes_->D * modes_->FromModes(driven);
+  K0_ = modes_->ToModes(Matrix(modes_->C.sparse()));
+  K0_.array().colwise() *= terms_.now.array();
+  K0_ = modes_->FromModes(std::move(K0_));
+  if (modes_->D.is_diagonal()) {
+    modes_->D.Multiply(K0_, K0_);
+  } else {
+    K0_ = modes_->D.sparse() * K0_;
+  }
 }
 
 std::unique_ptr<Memory> KroneckerKernel::Start(const Eigen::Ref<const Vector>& y0) const {
   return std::make_unique<KroneckerMemory>(*this, y0);
 }
 
-Matrix KroneckerKernel::ModesAtNodes(const Matrix& inputs, Workers& workers) const {
+void KroneckerKernel::RespondInModes(const Matrix& inputs, Eigen::Ref<Matrix> nodes, Eigen::Ref<Matrix> middles,
+                                     Workers& workers) const {
   const Index steps = inputs.cols() - 1;
-  Matrix outputs = Matrix::Zero(inputs.rows(), steps + 1);
-  workers.ForBlocks(inputs.rows(), kModesPerBlock, [&](Index, Index begin, Index end) {
-    const Index count = end - begin;
-    const auto input = [&](Index j) { return inputs.col(j).segment(begin, count); };
-    Carried carried(terms_, begin, count, input(0));
-    Vector first = input(0);
-    if (hold_ == Hold::kConstant) first.setZero();
-    carried.Advance(first);
-    for (Index j = 1; j <= steps; ++j) {
-      auto output = outputs.col(j).segment(begin, count);
-      output = terms_.now.segment(begin, count).cwiseProduct(input(j));
-      carried.AddTo(output, terms_.past);
-      carried.Advance(input(j));
+  const auto sums = middles.cols() > 0 ? ModeTile::Sums::kNodesAndMiddles : ModeTile::Sums::kNodes;
+  workers.ForBlocks(inputs.rows(), ModeTile::kModes, [&](Index, Index begin, Index end) {
+    ModeTile tile(terms_, begin, end - begin, inputs.col(0), hold_ == Hold::kConstant);
+    for (Index from = 0; from < steps; from += ModeTile::kSteps) {
+      const Index count = std::min(ModeTile::kSteps, steps - from);
+      tile.Carry(inputs.middleCols(from + 1, count), sums);
+      tile.StoreNodes(nodes.middleCols(from, count));
+      if (middles.cols() > 0) tile.StoreMiddles(middles.middleCols(from, count));
     }
   });
-  return outputs;
-}
-
-Matrix KroneckerKernel::ModesAtMiddles(const Matrix& inputs, Workers& workers) const {
-  const Index steps = inputs.cols() - 1;
-  Matrix outputs(inputs.rows(), steps);
-  workers.ForBlocks(inputs.rows(), kModesPerBlock, [&](Index, Index begin, Index end) {
-    const Index count = end - begin;
-    Carried carried(terms_, begin, count, inputs.col(0).segment(begin, count));
-    Vector before = inputs.col(0).segment(begin, count);
-    if (hold_ == Hold::kConstant) before.setZero();
-    for (Index j = 1; j <= steps; ++j) {
-      const auto after = inputs.col(j).segment(begin, count);
-      auto output = outputs.col(j - 1).segment(begin, count);
-      output = terms_.mid_before.segment(begin, count).cwiseProduct(before) +
-               terms_.mid_after.segment(begin, count).cwiseProduct(after);
-      carried.AddTo(output, terms_.mid_past);
-      carried.Advance(before);
-      before = after;
-    }
-  });
-  return outputs;
 }
 
 Matrix KroneckerKernel::Respond(const Matrix& y, Workers& workers) const {
-  Matrix inputs(modes_->C.rows(), y.cols() + 1);
+  Matrix q = Matrix::Zero(y.rows(), y.cols());
+  ResponseScratch scratch;
+  AddResponse(y, workers, scratch, q);
+  return q;
+}
+
+void KroneckerKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
+                                  Eigen::Ref<Matrix> q) const {
+  auto& [inputs, outputs] = scratch;
+  inputs.resize(modes_->num_modes(), y.cols() + 1);
+  outputs.resize(modes_->num_modes(), y.cols());
   inputs.col(0).setZero();
-  inputs.rightCols(y.cols()) = modes_->ToModes(modes_->C * y);
-  return modes_->D * modes_->FromModes(ModesAtNodes(inputs, workers).rightCols(y.cols()));
+  modes_->Drive(modes_->C, y, inputs.rightCols(y.cols()), workers);
+  Matrix no_middles;
+  RespondInModes(inputs, outputs, no_middles, workers);
+  modes_->AddObserved(outputs, q, workers);
 }
 
 Matrix KroneckerKernel::RespondAtMiddles(const Matrix& y, Workers& workers) const {
-  return modes_->D * modes_->FromModes(ModesAtMiddles(modes_->ToModes(modes_->C * y), workers));
+  return RespondThroughout(y, workers).middles;
+}
+
+Responses KroneckerKernel::RespondThroughout(const Matrix& y, Workers& workers) const {
+  Matrix inputs(modes_->num_modes(), y.cols());
+  modes_->Drive(modes_->C, y, inputs, workers);
+  Matrix nodes(inputs.rows(), y.cols() - 1), middles(inputs.rows(), y.cols() - 1);
+  RespondInModes(inputs, nodes, middles, workers);
+  return {.nodes = modes_->Observe(std::move(nodes), workers), .middles = modes_->Observe(std::move(middles), workers)};
 }
 
 double KroneckerKernel::Bound(Index window) const {
@@ -219,14 +203,14 @@ double KroneckerKernel::Bound(Index window) const {
   if (bounds_.empty()) bounds_.push_back(InfinityNorm(K0_));
   if (modes_->keeps_sign && static_cast<Index>(bounds_.size()) < window) {
     // ‖K_k‖_∞ is the largest entry of K_k (1, ..., 1).
-    const Vector input = modes_->ToModes(modes_->C * Vector::Ones(modes_->C.cols()));
+    const Vector input = modes_->ToModes(modes_->C.sparse() * Vector::Ones(modes_->C.sparse().cols()));
     Matrix past = Matrix::Ones(terms_.decay.rows(), terms_.decay.cols());
     Matrix responses(past.rows(), window - 1);
     for (Index k = 0; k + 1 < window; ++k) {
       responses.col(k) = terms_.past.cwiseProduct(past).rowwise().sum().cwiseProduct(input);
       past = past.cwiseProduct(terms_.decay);
     }
-    const Matrix of_ones = modes_->D * modes_->FromModes(responses);
+    const Matrix of_ones = modes_->D.sparse() * modes_->FromModes(std::move(responses));
     for (Index k = static_cast<Index>(bounds_.size()); k < window; ++k) {
       bounds_.push_back(NanMax(bounds_.back(), MaxAbs(of_ones.col(k - 1))));
     }
@@ -242,7 +226,7 @@ double KroneckerKernel::Bound(Index window) const {
     if (terms_.decay.maxCoeff() <= 1) break;  // no later block is larger
     weight = weight.cwiseProduct(terms_.decay);
   }
-  return norm(modes_->D) * norm(modes_->C) * p * largest / step_;
+  return norm(modes_->D.sparse()) * norm(modes_->C.sparse()) * p * largest / step_;
 }
 
 }  // namespace dlcs

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/realisation/kronecker_modes.h"
+#include "core/realisation/mode_tile.h"
 #include "core/realisation/realisation.h"
 
 namespace dlcs {
@@ -26,15 +27,6 @@ struct ExponentialSteps {
   ExponentialSteps(const Vector& rates, const Vector& lambda, double h, Hold hold);
 };
 
-// The steps of a weighted sum of exponentials.
-struct KernelTerms {
-  Matrix decay, start;
-  Matrix past;      // w β
-  Matrix mid_past;  // w e^{hs/2} β
-  // Sums over the terms: w α; what û_{j-1} and û_j add in the middle of step j.
-  Vector now, mid_before, mid_after;
-};
-
 class KroneckerKernel final : public ReducedKernel {
  public:
   KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold);
@@ -43,22 +35,26 @@ class KroneckerKernel final : public ReducedKernel {
   const Matrix& K0() const override { return K0_; }
   std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const override;
   Matrix Respond(const Matrix& y, Workers& workers) const override;
+  void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
+                   Eigen::Ref<Matrix> q) const override;
   Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const override;
+  Responses RespondThroughout(const Matrix& y, Workers& workers) const override;
   double Bound(Index window) const override;
 
-  // The same for any input ν of the modes across the axis instead of C y, p × W + 1, with ν_0 at the start: ẑ at the nodes 0..W, and
-  // at the middles of the steps.
-  Matrix ModesAtNodes(const Matrix& inputs, Workers& workers) const;
-  Matrix ModesAtMiddles(const Matrix& inputs, Workers& workers) const;
+  // ẑ at the nodes 1..W and in the middles of the steps, from rest, p × W each, for any input û of the modes across the
+  // axis, p × W + 1, with û_0 at the start. `middles` may be empty: then it is spared. Cost: 6 p W operations for each
+  // term.
+  void RespondInModes(const Matrix& inputs, Eigen::Ref<Matrix> nodes, Eigen::Ref<Matrix> middles,
+                      Workers& workers) const;
 
   const KroneckerModes& modes() const { return *modes_; }
-  const KernelTerms& terms() const { return terms_; }
+  const ModeRecursion& terms() const { return terms_; }
 
  private:
   std::shared_ptr<const KroneckerModes> modes_;
   double step_;
   Hold hold_;
-  KernelTerms terms_;
+  ModeRecursion terms_;
   Matrix K0_;
   mutable std::mutex bounds_mutex_;
   mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞, as far as they were asked for

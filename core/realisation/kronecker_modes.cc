@@ -10,6 +10,8 @@ namespace {
 
 // Far below what rounding does to a solve, so that the short sum is as good as the long one.
 constexpr double kResponseTolerance = 1e-13;
+// Columns that are transformed and multiplied while they are in the second cache.
+constexpr Index kColumnsPerBlock = 64;
 
 // X(a, (s, f)) = x[(s · length + a) · faster + f]
 Matrix Unfold(const Eigen::Ref<const Vector>& x, const Axis& axis) {
@@ -22,32 +24,31 @@ Matrix Unfold(const Eigen::Ref<const Vector>& x, const Axis& axis) {
   return unfolded;
 }
 
-Vector Fold(const Matrix& unfolded, const Axis& axis) {
-  Vector x(unfolded.size());
+void Fold(const Matrix& unfolded, const Axis& axis, Eigen::Ref<Vector> x) {
   const Index slower = unfolded.cols() / axis.faster;
   for (Index s = 0; s < slower; ++s) {
     Eigen::Map<Matrix> block(x.data() + s * axis.length * axis.faster, axis.faster, axis.length);
     block = unfolded.middleCols(s * axis.faster, axis.faster).transpose();
   }
-  return x;
 }
 
 enum class Direction { kForward, kBackward };
 
 // Applies the transforms of all factors to each column of `columns`.
-Matrix Transform(const std::vector<FactorTransform>& factors, Matrix columns, Direction direction) {
-  const auto apply = [&](const FactorTransform& factor, const Eigen::Ref<const Matrix>& values) {
-    return direction == Direction::kForward ? factor.Forward(values) : factor.Backward(values);
+void Transform(const std::vector<FactorTransform>& factors, Eigen::Ref<Matrix> columns, Direction direction) {
+  const auto apply = [&](const FactorTransform& factor, Eigen::Ref<Matrix> values) {
+    return direction == Direction::kForward ? factor.ForwardColumns(values) : factor.BackwardColumns(values);
   };
   if (factors.size() == 1) return apply(factors[0], columns);
   for (std::size_t k = 0; k < factors.size(); ++k) {
     Axis axis{factors[k].size(), 1};
     for (std::size_t i = k + 1; i < factors.size(); ++i) axis.faster *= factors[i].size();
     for (Index c = 0; c < columns.cols(); ++c) {
-      columns.col(c) = Fold(apply(factors[k], Unfold(columns.col(c), axis)), axis);
+      Matrix unfolded = Unfold(columns.col(c), axis);
+      apply(factors[k], unfolded);
+      Fold(unfolded, axis, columns.col(c));
     }
   }
-  return columns;
 }
 
 // The eigenvalues of the Kronecker sum of the factors, in the order of the grid.
@@ -98,8 +99,46 @@ bool IsMetzler(const SparseMatrix& factor) {
 
 }  // namespace
 
-Matrix KroneckerModes::ToModes(const Matrix& u) const { return Transform(across, u, Direction::kForward); }
-Matrix KroneckerModes::FromModes(const Matrix& z) const { return Transform(across, z, Direction::kBackward); }
+void KroneckerModes::Drive(const WallMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs,
+                           Workers& workers) const {
+  workers.ForBlocks(u.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {
+    auto block = inputs.middleCols(begin, end - begin);
+    E.Multiply(u.middleCols(begin, end - begin), block);
+    Transform(across, block, Direction::kForward);
+  });
+}
+
+void KroneckerModes::AddObserved(Eigen::Ref<Matrix> z, Eigen::Ref<Matrix> N_x, Workers& workers) const {
+  workers.ForBlocks(z.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {
+    auto block = z.middleCols(begin, end - begin);
+    Transform(across, block, Direction::kBackward);
+    D.AddProduct(block, N_x.middleCols(begin, end - begin));
+  });
+}
+
+Matrix KroneckerModes::Observe(Matrix z, Workers& workers) const {
+  if (!D.is_diagonal()) {
+    Matrix N_x = Matrix::Zero(D.sparse().rows(), z.cols());
+    AddObserved(z, N_x, workers);
+    return N_x;
+  }
+  workers.ForBlocks(z.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {
+    auto block = z.middleCols(begin, end - begin);
+    Transform(across, block, Direction::kBackward);
+    D.Multiply(block, block);
+  });
+  return z;
+}
+
+Matrix KroneckerModes::ToModes(Matrix u) const {
+  Transform(across, u, Direction::kForward);
+  return u;
+}
+
+Matrix KroneckerModes::FromModes(Matrix z) const {
+  Transform(across, z, Direction::kBackward);
+  return z;
+}
 
 void KroneckerModes::ToModesInPlace(Eigen::Ref<Vector> u, FactorTransform::Workspace& workspace) const {
   if (across.size() == 1) return across[0].ForwardInPlace(u, workspace);
@@ -112,13 +151,20 @@ void KroneckerModes::FromModesInPlace(Eigen::Ref<Vector> z, FactorTransform::Wor
 }
 
 Matrix KroneckerModes::StateToModes(const Eigen::Ref<const Vector>& x) const {
-  const Matrix along_axis = along.Forward(Unfold(x, axis));
-  return ToModes(along_axis.transpose()).transpose();
+  Matrix modes = Unfold(x, axis);
+  along.ForwardColumns(modes);
+  modes.transposeInPlace();
+  Transform(across, modes, Direction::kForward);
+  modes.transposeInPlace();
+  return modes;
 }
 
-Vector KroneckerModes::StateFromModes(const Matrix& modes) const {
-  const Matrix across_axis = FromModes(modes.transpose()).transpose();
-  return Fold(along.Backward(across_axis), axis);
+void KroneckerModes::StateFromModes(Matrix modes, Eigen::Ref<Vector> x) const {
+  modes.transposeInPlace();
+  Transform(across, modes, Direction::kBackward);
+  modes.transposeInPlace();
+  along.BackwardColumns(modes);
+  Fold(modes, axis, x);
 }
 
 std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem, std::string& why_not) {
@@ -155,8 +201,8 @@ std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem,
   modes->lambda = SumsOfEigenvalues(modes->across);
   modes->b = along->Forward(walls->B.along);
   modes->n = along->Forward(walls->N.along);
-  modes->C = walls->B.across;
-  modes->D = SparseMatrix(walls->N.across.transpose());
+  modes->C = WallMatrix(walls->B.across);
+  modes->D = WallMatrix(walls->N.across.transpose());
   modes->basis = ChooseBasis(modes->mu);
   const std::vector<SparseMatrix>& factors = problem.A.kronecker_sum()->factors;
   modes->keeps_sign = HasOneSign(problem.B.Sparse()) && HasOneSign(problem.N.Sparse()) &&

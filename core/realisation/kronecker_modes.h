@@ -13,6 +13,7 @@
 #include "core/realisation/factor_transform.h"
 #include "core/realisation/outer_product.h"
 #include "core/realisation/sum_of_exponentials.h"
+#include "core/realisation/wall_matrix.h"
 
 namespace dlcs {
 
@@ -31,8 +32,8 @@ struct KroneckerModes {
   Vector mu;                            // q
   Vector lambda;                        // p
   Vector b, n;                          // b̂, n̂: q
-  SparseMatrix C;                       // p × n
-  SparseMatrix D;                       // n × p
+  WallMatrix C;                         // p × n
+  WallMatrix D;                         // n × p
   SumOfExponentials response;           // the short sum
   ExponentialBasis basis;               // of e^{μ_a t}
   // A has no negative entry beside its diagonal, B none of another sign than the rest, and N neither: then no block of the kernel
@@ -42,15 +43,19 @@ struct KroneckerModes {
   Index num_modes() const { return lambda.size(); }
 
   // Q_Rᵀ u and Q_R ẑ, columns of p.
-  Matrix ToModes(const Matrix& u) const;
-  Matrix FromModes(const Matrix& z) const;
-  // The same for one column, fast and without allocation where R has one factor.
+  Matrix ToModes(Matrix u) const;
+  Matrix FromModes(Matrix z) const;
+  // Q_Rᵀ E u, such as û = Q_Rᵀ C y, and N x = D Q_R ẑ, for columns side by side, in parallel.
+  void Drive(const WallMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs, Workers& workers) const;
+  Matrix Observe(Matrix z, Workers& workers) const;
+  void AddObserved(Eigen::Ref<Matrix> z, Eigen::Ref<Matrix> N_x, Workers& workers) const;  // uses up `z`
+  // One column of ToModes() and FromModes(), fast and without allocation where R has one factor.
   void ToModesInPlace(Eigen::Ref<Vector> u, FactorTransform::Workspace& workspace) const;
   void FromModesInPlace(Eigen::Ref<Vector> z, FactorTransform::Workspace& workspace) const;
 
   // A state (m) as q × p modes, and back.
   Matrix StateToModes(const Eigen::Ref<const Vector>& x) const;
-  Vector StateFromModes(const Matrix& modes) const;
+  void StateFromModes(Matrix modes, Eigen::Ref<Vector> x) const;
 };
 
 // The modes of `problem`, or null and `why_not`, for people.

@@ -1,30 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/realisation/kronecker_system.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/linalg/elimination_loops.h"
 #include "core/linalg/low_rank.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/wide_loops.h"
 #include "core/realisation/scalar_phi.h"
 
 namespace dlcs {
 namespace {
 
-// e^{rate_k i dt} for i = 0 ... count - 1 in column i: products of two tables, 2√count exponentials for each rate.
-Matrix ExponentialTable(const Vector& rates, double dt, Index count) {
-  constexpr Index kFine = 32;
-  Matrix fine(rates.size(), kFine);
-  for (Index i = 0; i < kFine; ++i) fine.col(i) = (rates * (dt * static_cast<double>(i))).array().exp();
-  Matrix table(rates.size(), count);
-  Vector coarse;
-  for (Index i = 0; i < count; ++i) {
-    if (i % kFine == 0) coarse = (rates * (dt * static_cast<double>(i))).array().exp();
-    table.col(i) = coarse.cwiseProduct(fine.col(i % kFine));
+// e^{rate_k i dt} for i = 0, 1, ..., one at a time: products of two tables, 2√count exponentials for each rate.
+class Exponentials {
+ public:
+  Exponentials(const Vector& rates, double dt) : rates_(rates), dt_(dt), fine_(rates.size(), kFine) {
+    for (Index i = 0; i < kFine; ++i) fine_.col(i) = Direct(i);
   }
-  return table;
-}
+
+  // i in their order, none left out.
+  const Vector& At(Index i) {
+    if (i % kFine == 0) coarse_ = Direct(i);
+    value_ = coarse_.cwiseProduct(fine_.col(i % kFine));
+    return value_;
+  }
+
+ private:
+  static constexpr Index kFine = 32;
+  Vector Direct(Index i) const { return (rates_ * (dt_ * static_cast<double>(i))).array().exp(); }
+
+  Vector rates_;
+  double dt_;
+  Matrix fine_;
+  Vector coarse_, value_;
+};
 
 // Weights of one step for every mode: x_j = decay x_{j-1} + before s_{j-1} + after s_j.
 struct ModalWeights {
@@ -48,6 +59,12 @@ struct ModalWeights {
   }
 };
 
+// sum -= left · right, with the widest registers there are.
+void Subtract(const Matrix& left, const Matrix& right, Matrix& sum) {
+  SubtractProduct(sum.rows(), sum.cols(), left.cols(), left.data(), left.rows(), right.data(), right.rows(), sum.data(),
+                  sum.rows());
+}
+
 bool IsZero(const TimeFunction& function) {
   for (const TimeFunction::Piece& piece : function.pieces) {
     const auto* constant = std::get_if<ConstantFunction>(&piece.function);
@@ -69,30 +86,23 @@ std::optional<SparseMatrix> AlongTheSameWall(const KroneckerModes& modes, const 
 // For each input the values of the exponentials of `basis` at `nodes`: basis × p for each node.
 void AddResponses(const ExponentialSteps& steps, const Matrix& inputs, Hold hold, const std::vector<Index>& nodes,
                   Workers& workers, std::vector<Matrix>& values) {
-  constexpr Index kModesPerBlock = 16;  // their past stays in the first cache
-  workers.ForBlocks(inputs.rows(), kModesPerBlock, [&](Index, Index begin, Index end) {
-    const Index count = end - begin, terms = steps.decay.cols();
-    const Matrix decay = steps.decay.middleRows(begin, count);
-    Matrix past = steps.start.middleRows(begin, count).array().colwise() * inputs.col(0).segment(begin, count).array();
-    Matrix input = inputs.middleRows(begin, count);
-    if (hold == Hold::kConstant) input.col(0).setZero();
-    Index from = 0;
+  ModeRecursion recursion;
+  recursion.decay = steps.decay;
+  recursion.start = steps.start;
+  workers.ForBlocks(inputs.rows(), ModeTile::kModes, [&](Index, Index begin, Index end) {
+    const Index count = end - begin;
+    const auto alpha = steps.alpha.middleRows(begin, count), beta = steps.beta.middleRows(begin, count);
+    ModeTile tile(recursion, begin, count, inputs.col(0), hold == Hold::kConstant);
+    Index done = 0;  // steps that P_j has in it: û_j enters in the next
     for (std::size_t next = 0; next < nodes.size(); ++next) {
-      const Index to = nodes[next];
-      RunWide([=, e_all = decay.data(), p_all = past.data(), u_all = input.data()]() DLCS_WIDE {
-        for (Index k = 0; k < terms; ++k) {
-          const double* __restrict e = e_all + k * count;
-          double* __restrict p = p_all + k * count;
-          for (Index j = from; j < to; ++j) {
-            const double* __restrict u = u_all + j * count;
-            for (Index r = 0; r < count; ++r) p[r] = e[r] * p[r] + u[r];
-          }
-        }
-      });
-      from = to;
-      const auto alpha = steps.alpha.middleRows(begin, count), beta = steps.beta.middleRows(begin, count);
+      while (done < nodes[next]) {
+        const Index here = std::min(ModeTile::kSteps, nodes[next] - done);
+        tile.Carry(inputs.middleCols(done + 1, here), ModeTile::Sums::kNone);
+        done += here;
+      }
+      const auto input = inputs.col(done).segment(begin, count).array();
       values[next].middleCols(begin, count) +=
-          (beta.cwiseProduct(past) + (alpha.array().colwise() * input.col(to).array()).matrix()).transpose();
+          (beta.cwiseProduct(tile.Past()) + (alpha.array().colwise() * input).matrix()).transpose();
     }
   });
 }
@@ -113,7 +123,7 @@ KroneckerSystem::KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, co
   if (!problem.f.is_lifted()) return;
   if (auto across = AlongTheSameWall(*modes_, lift_)) {
     form_ = SourceForm::kAlongWall;
-    C_psi_ = *std::move(across);
+    C_psi_ = WallMatrix(*std::move(across));
   }
 }
 
@@ -157,32 +167,39 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Wor
   const Index steps = sources.psi.cols() - 1;
   const Matrix state = modes.StateToModes(x);
 
-  // e^{tA} x0 by the exponentials of the basis; those along the axis are at most 1 and carry no shift.
-  const double top = modes.mu.maxCoeff();
-  const Vector rates = (modes.mu(modes.basis.kept).array() - top).matrix();
-  const Vector shifted = (modes.lambda.array() + top).matrix();
-  const Index times = 2 * steps + 1;
-  // Smooth states have a low rank, a product of functions of each direction the rank one.
-  const LowRank seen = FactorByRank(modes.basis.weights.transpose() * (modes.n.asDiagonal() * state));
-  Matrix motion =
-      seen.rows.transpose() * (seen.columns.transpose() * ExponentialTable(rates, sources.step / 2, times)).eval();
-  motion = motion.cwiseProduct(ExponentialTable(shifted, sources.step / 2, times));
-  motion.col(0) = state.transpose() * modes.n;
-
-  Matrix nodes = motion(Eigen::all, Eigen::seqN(0, steps + 1, 2));
-  Matrix middles = motion(Eigen::all, Eigen::seqN(1, steps, 2));
+  Matrix nodes(modes.num_modes(), steps + 1), middles(modes.num_modes(), steps);
   if (form_ == SourceForm::kAlongWall) {
-    const Matrix inputs = modes.ToModes(C_psi_ * sources.psi);
-    const auto kernel = Kernel(sources.step, Hold::kLinear);
-    nodes += kernel->ModesAtNodes(inputs, workers);
-    middles += kernel->ModesAtMiddles(inputs, workers);
-  } else if (form_ == SourceForm::kGeneral) {
+    Matrix inputs(modes.num_modes(), steps + 1);
+    modes.Drive(C_psi_, sources.psi, inputs, workers);
+    Kernel(sources.step, Hold::kLinear)->RespondInModes(inputs, nodes.rightCols(steps), middles, workers);
+  } else {
+    nodes.setZero();
+    middles.setZero();
+  }
+  if (form_ == SourceForm::kGeneral) {
     CarrySources(sources, stop, [&](Index j, const Matrix& node, const Matrix& middle) {
-      nodes.col(j) += node.transpose() * modes.n;
-      middles.col(j - 1) += middle.transpose() * modes.n;
+      nodes.col(j) = node.transpose() * modes.n;
+      middles.col(j - 1) = middle.transpose() * modes.n;
     });
   }
-  return {.nodes = modes.D * modes.FromModes(nodes), .middles = modes.D * modes.FromModes(middles)};
+
+  // e^{tA} x0 by the exponentials of the basis; those along the axis are at most 1 and carry no shift.
+  const double top = modes.mu.maxCoeff();
+  // Smooth states have a low rank, a product of functions of each direction the rank one.
+  Matrix projected = Matrix::Zero(modes.basis.weights.cols(), modes.num_modes());
+  Subtract(-modes.basis.weights.transpose(), modes.n.asDiagonal() * state, projected);
+  const LowRank seen = FactorByRank(std::move(projected));
+  const Matrix across = seen.rows.transpose();
+  Exponentials along_axis((modes.mu(modes.basis.kept).array() - top).matrix(), sources.step / 2);
+  Exponentials across_axis((modes.lambda.array() + top).matrix(), sources.step / 2);
+  Vector weights, seen_now;
+  for (Index i = 0; i <= 2 * steps; ++i) {
+    weights = seen.columns.transpose() * along_axis.At(i);
+    seen_now.noalias() = across * weights;
+    (i % 2 == 0 ? nodes.col(i / 2) : middles.col(i / 2)) += seen_now.cwiseProduct(across_axis.At(i));
+  }
+  nodes.col(0) = state.transpose() * modes.n;
+  return {.nodes = modes.Observe(std::move(nodes), workers), .middles = modes.Observe(std::move(middles), workers)};
 }
 
 Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold,
@@ -192,12 +209,16 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
   const Vector rates = modes.mu(modes.basis.kept);
   std::vector<Matrix> driven(nodes.size(), Matrix::Zero(rates.size(), modes.num_modes()));
   const bool along_wall = form_ == SourceForm::kAlongWall;
-  Matrix inputs = modes.C * y;
-  if (along_wall && hold == Hold::kLinear) inputs += C_psi_ * sources.psi;
-  AddResponses({rates, modes.lambda, sources.step, hold}, modes.ToModes(inputs), hold, nodes, workers, driven);
-  if (along_wall && hold == Hold::kConstant) {
-    AddResponses({rates, modes.lambda, sources.step, Hold::kLinear}, modes.ToModes(C_psi_ * sources.psi), Hold::kLinear,
-                 nodes, workers, driven);
+  const bool joined = along_wall && hold == Hold::kLinear;
+  Matrix inputs(modes.num_modes(), y.cols());
+  modes.C.Multiply(y, inputs);
+  if (joined) C_psi_.AddProduct(sources.psi, inputs);
+  AddResponses({rates, modes.lambda, sources.step, hold}, modes.ToModes(std::move(inputs)), hold, nodes, workers,
+               driven);
+  if (along_wall && !joined) {
+    inputs.resize(modes.num_modes(), y.cols());
+    modes.Drive(C_psi_, sources.psi, inputs, workers);
+    AddResponses({rates, modes.lambda, sources.step, Hold::kLinear}, inputs, Hold::kLinear, nodes, workers, driven);
   }
   std::vector<Matrix> carried(nodes.size());
   if (form_ == SourceForm::kGeneral) {
@@ -210,6 +231,7 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
 
   const Matrix state = modes.StateToModes(x);
   const double top = modes.mu.maxCoeff();
+  const Matrix withdrawn = (-modes.b).asDiagonal() * modes.basis.weights;
   Matrix states(modes.num_states, count);
   workers.ForBlocks(count, 1, [&](Index i, Index, Index) {
     if (stop.stop_requested()) return;
@@ -218,9 +240,9 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
     const Vector along = ((modes.mu.array() - top) * t).exp();
     const Vector across = ((modes.lambda.array() + top) * t).exp();
     Matrix value = along.asDiagonal() * state * across.asDiagonal();
-    value.noalias() += modes.b.asDiagonal() * modes.basis.weights * driven[at];
+    Subtract(withdrawn, driven[at], value);
     if (carried[at].size() > 0) value += carried[at];
-    states.col(i) = modes.StateFromModes(value);
+    modes.StateFromModes(std::move(value), states.col(i));
   });
   return states;
 }

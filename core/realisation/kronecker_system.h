@@ -48,7 +48,7 @@ class KroneckerSystem final : public RealisedSystem {
 
   std::shared_ptr<const KroneckerModes> modes_;
   SourceForm form_ = SourceForm::kNone;
-  SparseMatrix C_psi_;     // with kAlongWall
+  WallMatrix C_psi_;       // with kAlongWall
   StructuredMatrix lift_;  // with kGeneral; empty: the identity
   struct KeptKernel {
     double step;

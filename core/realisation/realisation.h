@@ -31,6 +31,16 @@ class Memory {
   virtual void Push(const Eigen::Ref<const Vector>& y) = 0;
 };
 
+// What some y adds to N x at the nodes 1..W and in the middles of the steps: n × W each.
+struct Responses {
+  Matrix nodes, middles;
+};
+
+// Memory of a response, of use for the next one.
+struct ResponseScratch {
+  Matrix inputs, outputs;
+};
+
 // The response of N x to y on steps of one length: the blocks K_0, K_1, ... of core/laplace/kernel.h in whatever form is
 // cheapest. Immutable: many solves may share one.
 class ReducedKernel {
@@ -44,8 +54,13 @@ class ReducedKernel {
   virtual std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const = 0;
   // r_j = Σ_{l=1..j} K_{j-l} y_l for j = 1..W, from y_1 ... y_W (n × W); same bits for any number of threads.
   virtual Matrix Respond(const Matrix& y, Workers& workers) const = 0;
+  // Adds it to `q`. `scratch` saves memory from call to call.
+  virtual void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
+                           Eigen::Ref<Matrix> q) const;
   // The response at the middles of the steps 1..W to y_0 ... y_W (n × W + 1), from rest: n × W.
   virtual Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const = 0;
+  // Both of these to y_0 ... y_W (n × W + 1), from rest.
+  virtual Responses RespondThroughout(const Matrix& y, Workers& workers) const;
   // max_k ‖K_k‖_∞ / h for k < window, or a bound of it.
   virtual double Bound(Index window) const = 0;
 };

@@ -112,6 +112,9 @@ void ExpectDenseMotion(const Problem& problem, const Matrix& psi, double step) {
 
     const Matrix middles = free.middles + kernel->RespondAtMiddles(y, workers);
     EXPECT_LE(MaxAbs(middles - dense.q_middle), tolerance);
+    const Responses throughout = kernel->RespondThroughout(y, workers);
+    EXPECT_LE(MaxAbs(free.nodes.rightCols(steps) + throughout.nodes - dense.q.rightCols(steps)), tolerance);
+    EXPECT_EQ(free.middles + throughout.middles, middles);
 
     const std::vector<Index> nodes{1, 2, steps / 2, steps};
     const Matrix states = system->States(problem.x0, {step, psi}, y, hold, nodes, workers, {});
