@@ -66,7 +66,7 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
 
 void SolveCall::Accept(v1::SolveEvent event) {
   mailbox_.Put(std::move(event));
-  Pump();
+  PumpSoon();
 }
 
 void EnsembleCall::Run() {
@@ -88,7 +88,7 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
 
 void EnsembleCall::Finished(Index member, FinishedSolve solve) {
   mailbox_.Finished(member, std::move(solve));
-  Pump();
+  PumpSoon();
 }
 
 }  // namespace dlcs

@@ -4,12 +4,14 @@
 #ifndef DLCS_SERVER_STREAM_CALL_H_
 #define DLCS_SERVER_STREAM_CALL_H_
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
 #include <utility>
 
 #include "dlcs/v1/solver.grpc.pb.h"
+#include "grpcpp/alarm.h"
 #include "server/call_lifetime.h"
 #include "server/event_mailbox.h"
 #include "server/status.h"
@@ -51,10 +53,7 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
 
   void OnWriteDone(bool ok) override {
     if (!ok) HangUp(StopCause::kCancelled);
-    {
-      const std::lock_guard lock(mutex_);
-      writing_ = false;
-    }
+    writing_ = false;
     Pump();
   }
 
@@ -65,6 +64,7 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
   }
 
   void OnDone() override {
+    lifetime_.End();
     // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
     const std::shared_ptr<StreamCall> self = std::move(self_);
   }
@@ -72,6 +72,20 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
  protected:
   // Solves, on a worker thread, and closes the mailbox.
   virtual void Run() = 0;
+
+  // Pump() after a short while, by a thread of gRPC, unless a write is under way that will see to it. An engine that pumped would
+  // spend its own time on serialization and system calls, and events that come within this while travel together.
+  void PumpSoon() {
+    if (writing_ || is_due_.exchange(true)) return;
+    const std::lock_guard lock(mutex_);
+    gathering_ = std::make_unique<grpc::Alarm>();  // a new one: the last may still be at its end
+    gathering_->Set(std::chrono::system_clock::now() + kGathering, [call = this->weak_from_this()](bool /*rang*/) {
+      const std::shared_ptr<StreamCall> self = call.lock();
+      if (self == nullptr) return;
+      self->is_due_ = false;
+      self->Pump();
+    });
+  }
 
   void Pump() {
     const std::lock_guard lock(mutex_);
@@ -101,6 +115,9 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
   Mailbox mailbox_;
 
  private:
+  // Short for who watches.
+  static constexpr std::chrono::milliseconds kGathering{2};
+
   void Begin() {
     if (const absl::Status admitted = lifetime_.Admit(); !admitted.ok()) return this->Finish(ToGrpc(admitted));
     // The worker starts when the headers are sent: before, gRPC has not taken the reactor over and a first
@@ -116,9 +133,13 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
 
   std::shared_ptr<StreamCall> self_;  // gRPC's share
 
+  // Both are set free before the mailbox is asked again: who puts an event and finds one of them set knows that it will be seen.
+  std::atomic<bool> writing_ = false;
+  std::atomic<bool> is_due_ = false;  // Pump(), by `gathering_`
+
   std::mutex mutex_;  // guards what follows
   Event event_;       // in flight while `writing_`
-  bool writing_ = false;
+  std::unique_ptr<grpc::Alarm> gathering_;
   bool hung_up_ = false;   // nobody reads any more
   bool finished_ = false;  // Finish() was called
 };
