@@ -11,6 +11,7 @@ import math
 import pathlib
 import sys
 
+from lcp_report import report_lcp
 from report_text import best, bytes_text, exponent, grouped, seconds, table, time_text, verdict
 from signorini_report import report_signorini
 
@@ -168,9 +169,21 @@ def report_threads(runs):
                  "waiting", "serial fraction", *(f"model, {p}" for p in MODELLED)], rows))
 
 
+STANDARD = {"name", "family_index", "per_family_instance_index", "run_name", "run_type", "repetitions", "repetition_index", "threads",
+            "iterations", "real_time", "cpu_time", "time_unit", "label"}
+
+
 def report_plain(runs):
-    rows = [[run["name"], time_text(seconds(run)), time_text(seconds(run, "cpu_time"))] for run in runs]
-    print(table(["benchmark", "time", "processor time"], rows))
+    counters = list(dict.fromkeys(key for run in runs for key in run if key not in STANDARD))
+    rows = [[run["name"].split("/min_time")[0], time_text(seconds(run)), time_text(seconds(run, "cpu_time")),
+             *(f"{run[key]:.3g}" if key in run else "" for key in counters)] for run in runs]
+    print(table(["benchmark", "time", "processor time", *counters], rows))
+
+
+def report_lcps(runs):
+    report_lcp(runs)
+    print("All of them:\n")
+    report_plain(runs)
 
 
 # In the order of the report; a program that is not named here gets a plain table at the end.
@@ -178,7 +191,7 @@ CHAPTERS = {
     "work_precision_bench": ("Work and precision", report_work_precision),
     "choice_bench": ("The automatic choice", report_choice),
     "events_bench": ("Event location", report_plain),
-    "lcp_bench": ("Linear complementarity problems", report_plain),
+    "lcp_bench": ("Linear complementarity problems", report_lcps),
     "signorini_bench": ("The Signorini problem", report_signorini),
     "growth_bench": ("Growth with steps, pairs and states", report_growth),
     "threads_bench": ("Threads", report_threads),
