@@ -28,4 +28,6 @@ def report_lcp(runs):
         rows.append(row)
     tableau = [times.get(f"BM_KeptTableau/2/{n}") for n in SIZES]
     rows.append(["kept tableau, positive definite, warm", *(time_text(time) if time is not None else "–" for time in tableau)])
+    ours = [times.get(f"BM_Unique/2/{n}") for n in SIZES]
+    rows.append(["the first row over it", *(f"{a / b:.2f}" if a and b else "–" for a, b in zip(ours, tableau))])
     print(table(["", *(f"n = {n}" for n in SIZES)], rows))
