@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Builds and runs the benchmarks and writes a Markdown report: machine, commit, commands, tables, and every answer that
-# failed its check. Works from any folder; keep the machine quiet.
+# failed its check; beside it a folder of its name with the results as JSON. Works from any folder; keep the machine quiet.
 #
 #     deploy/bench.sh [--quick] [REPORT]     default: build/bench-report.md; --quick takes ten minutes instead of an hour
 set -euo pipefail
@@ -13,6 +13,7 @@ if [ "${1:-}" = --quick ]; then
   shift
 fi
 report=$(realpath --canonicalize-missing "${1:-$root/build/bench-report.md}")
+[ "$report" != "${report%.md}" ] || report+=.md
 programs=(work_precision_bench choice_bench signorini_bench growth_bench threads_bench service_bench) # those that check their answers and know --quick
 plain=(events_bench lcp_bench)
 [ ${#quick[@]} -gt 0 ] || plain+=(large_bench)
@@ -22,8 +23,9 @@ deploy/install-packages.sh build test bench
 cmake --preset release -DDLCS_BUILD_BENCHMARKS=ON >/dev/null
 cmake --build --preset release --target "${programs[@]}" "${plain[@]}"
 
-results=$(mktemp -d)
-trap 'rm -rf "$results"' EXIT
+results="${report%.md}" # kept: report.py makes the report from it again
+rm -rf "$results"
+mkdir -p "$results"
 
 run() { # PROGRAM OPTION...
   local program=$1
@@ -58,7 +60,6 @@ fi
 for program in "${programs[@]}"; do run "$program" "${quick[@]}"; done
 for program in "${plain[@]}"; do run "$program" "${quick[@]/--quick/--benchmark_min_time=0.02}"; done
 
-mkdir -p "$(dirname "$report")"
 code=0
 python3 tests/bench/report.py "$results" >"$report" || code=$?
 echo "$report"

@@ -344,7 +344,9 @@ void BM_Clone(benchmark::State& state) {
   solver->Solve(q, tolerance, basis, y);
   for (auto _ : state) benchmark::DoNotOptimize(solver->Clone());
 }
-BENCHMARK(BM_Clone)->ArgsProduct({{0, 1, 2}, {4, 255}});
+BENCHMARK(BM_Clone)->ArgsProduct({{static_cast<long>(Selection::kUnique), static_cast<long>(Selection::kLeastElement),
+                                   static_cast<long>(Selection::kAny)},
+                                  {4, 255}});
 
 }  // namespace
 }  // namespace dlcs

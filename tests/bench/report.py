@@ -205,12 +205,12 @@ def main(folder):
     failures = []
     for name in [*(name for name in CHAPTERS if name in files), *(name for name in files if name not in CHAPTERS)]:
         title, report = CHAPTERS.get(name, (name, report_plain))
-        text = files[name].read_text()
         print(f"## {title}\n\n`{name}`\n")
-        if not text:
-            failures.append((name, "the program gave no results"))
+        try:
+            runs = [run for run in json.loads(files[name].read_text())["benchmarks"] if run.get("run_type") != "aggregate"]
+        except json.JSONDecodeError:
+            failures.append((name, "the program did not end well"))
             continue
-        runs = [run for run in json.loads(text)["benchmarks"] if run.get("run_type") != "aggregate"]
         failures += [(f"{name}: {run['name']}", run["error_message"]) for run in runs
                      if run.get("error_occurred") and run["error_message"] != NOT_NEEDED]
         good = [run for run in runs if not run.get("error_occurred")]
