@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Builds and runs the benchmarks and writes a Markdown report: machine, commit, commands, tables, and every answer that
-# failed its check; beside it a folder of its name with the results as JSON. Works from any folder; keep the machine quiet.
+# failed its check; beside it REPORT-results with the results as JSON. Works from any folder; keep the machine quiet.
 #
 #     deploy/bench.sh [--quick] [REPORT]     default: build/bench-report.md; --quick takes ten minutes instead of an hour
 set -euo pipefail
@@ -23,9 +23,9 @@ deploy/install-packages.sh build test bench
 cmake --preset release -DDLCS_BUILD_BENCHMARKS=ON >/dev/null
 cmake --build --preset release --target "${programs[@]}" "${plain[@]}"
 
-results="${report%.md}" # kept: report.py makes the report from it again
-rm -rf "$results"
+results="${report%.md}-results" # kept: report.py makes the report from it again
 mkdir -p "$results"
+rm -f "$results"/*_bench.json
 
 run() { # PROGRAM OPTION...
   local program=$1
