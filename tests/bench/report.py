@@ -6,9 +6,11 @@ Usage: report.py FOLDER > REPORT, with FOLDER/NAME.json for each program and FOL
 A benchmark that failed its check stands at the end under its reason, and the exit code is 1.
 """
 
+import contextlib
+import io
 import json
-import math
 import pathlib
+import re
 import sys
 
 from lcp_report import report_lcp
@@ -199,23 +201,35 @@ CHAPTERS = {
 }
 
 
-def main(folder):
-    print((folder / "machine.md").read_text())
-    files = {path.stem: path for path in sorted(folder.glob("*.json"))}
-    failures = []
-    for name in [*(name for name in CHAPTERS if name in files), *(name for name in files if name not in CHAPTERS)]:
-        title, report = CHAPTERS.get(name, (name, report_plain))
+def chapter_of(path, failures):
+    """The text of a program's chapter; what failed its check goes to `failures`."""
+    name = path.stem
+    title, report = CHAPTERS.get(name, (name, report_plain))
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
         print(f"## {title}\n\n`{name}`\n")
         try:
-            runs = [run for run in json.loads(files[name].read_text())["benchmarks"] if run.get("run_type") != "aggregate"]
+            runs = [run for run in json.loads(path.read_text())["benchmarks"] if run.get("run_type") != "aggregate"]
         except json.JSONDecodeError:
             failures.append((name, "the program did not end well"))
-            continue
+            return title, text.getvalue()
         failures += [(f"{name}: {run['name']}", run["error_message"]) for run in runs
                      if run.get("error_occurred") and run["error_message"] != NOT_NEEDED]
         good = [run for run in runs if not run.get("error_occurred")]
         if good:
             report(good)
+    return title, text.getvalue()
+
+
+def main(folder):
+    files = {path.stem: path for path in sorted(folder.glob("*.json"))}
+    failures = []
+    names = [*(name for name in CHAPTERS if name in files), *(name for name in files if name not in CHAPTERS)]
+    chapters = [chapter_of(files[name], failures) for name in names]
+    print((folder / "machine.md").read_text())
+    goals = [[title, str(len(re.findall(r"(?<!\w)met\b", text))), str(text.count("**missed**"))] for title, text in chapters]
+    print("## Goals\n\n" + table(["chapter", "met", "missed"], [row for row in goals if row[1:] != ["0", "0"]]))
+    print("\n".join(text for _, text in chapters))
     print("## Answers that failed their check\n")
     print("\n".join(f"- `{name}`: {why}" for name, why in failures) or "None.")
     return 1 if failures else 0
