@@ -92,7 +92,7 @@ absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer) {
   const MethodChoice& method = task.plan.method;
   const bool controls_its_steps = method.method == Method::kEventLocated || method.inelastic_impact;
   if (task.options.error_tolerance > 0 && !controls_its_steps) return SolveWithinError(task, observer);
-  return SolveOnGrid(task, task.plan.grid, observer);
+  return SolveOnGrid(task, task.plan.grid, observer, task.resume);
 }
 
 absl::Status EstimateError(Task& task, Solution& solution) {

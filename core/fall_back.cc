@@ -15,9 +15,11 @@ bool NeedsFunction(const Options& options) {
          (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
 }
 
-bool MayCouple(const Task& task) {
-  return task.lost_least_element && task.problem.rule == SolutionRule::kAuto && !NeedsFunction(task.options);
+bool AllowsCoupling(const Task& task) {
+  return task.problem.rule == SolutionRule::kAuto && !NeedsFunction(task.options);
 }
+
+bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupling(task); }
 
 bool MissedByEvents(const Task& task, const Solution& solution) {
   return task.options.method == Method::kAuto && solution.method == Method::kEventLocated &&
@@ -28,6 +30,8 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
 absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const std::string& how, Solution first,
                                     AnalysisReport& report, Observer& observer) {
   ChooseAgain(task.problem, choose_by, task.plan);
+  task.leaves_checkpoints = false;  // whoever resumes begins with the first try
+  task.resume = nullptr;
   if (task.plan.is_refused()) {
     report.warnings.push_back("Not solved again " + how + ": " + task.plan.refusal());
     return first;
@@ -40,6 +44,10 @@ absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const 
 }
 
 }  // namespace
+
+bool MayFallBack(const Task& task) {
+  return task.plan.selection == Selection::kLeastElement && AllowsCoupling(task);
+}
 
 absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution) {
   if (MayCouple(task)) {

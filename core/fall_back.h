@@ -11,6 +11,9 @@
 
 namespace dlcs {
 
+// Whether a first try that loses the least element would be replaced. (Those of event_located leave no checkpoints.)
+bool MayFallBack(const Task& task);
+
 // What `solution`, the first try of `task`, is to be replaced by; mostly itself. Two things are tried again, each said
 // in a warning of `report` and told to `observer` as a new analysis, with task.plan changed to what was done:
 // - the least element was lost, and neither the rule nor the options ask for it: coupled steps, any solution of theirs;

@@ -35,7 +35,7 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
 
 }  // namespace
 
-absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer) {
+absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer, const ResumePoint* resume) {
   auto sources = Sources::Create(task.problem);
   if (!sources.ok()) return sources.status();
   Solution solution;
@@ -60,6 +60,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .setups = task.setups,
                        .largest_slope = task.plan.largest_slope,
                        .two_stages = task.plan.method.two_stages,
+                       .checkpointing = Checkpointing(resume, task.leaves_checkpoints),
                        .impulsive_rows = task.plan.method.impulsive_rows};
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.plan.method, context)) {
@@ -67,6 +68,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
     solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
                        std::to_string(solution.cost.steps) + " steps.";
   }
+  if (absl::Status resumed = context.checkpointing.status(); !resumed.ok()) return resumed;
   if (context.first_impulse) {
     solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " +
                                 task.plan.method.impulsive +

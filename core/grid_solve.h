@@ -27,11 +27,15 @@ struct Task {
   std::stop_token stop;
   std::chrono::steady_clock::time_point started;
   SetupCache* setups = nullptr;     // may be null
+  const ResumePoint* resume = nullptr;  // likewise: where the first try goes on
+  bool leaves_checkpoints = false;  // no other try will have to take over
   bool lost_least_element = false;  // by the last solve: see SolveContext
 };
 
-// Solves by the method and realisation of task.plan. Errors: InvalidArgument where a source cannot be evaluated.
-absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer);
+// Solves by the method and realisation of task.plan, from `resume` on where that is given. Errors: InvalidArgument where a
+// source cannot be evaluated, or `resume` is not of this solve.
+absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer,
+                                     const ResumePoint* resume = nullptr);
 
 }  // namespace dlcs
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/checkpoint.h"
 #include "core/options.h"
 #include "core/types.h"
 
@@ -63,6 +64,11 @@ class Observer {
   virtual void OnWindowStarted(const WindowReport&) {}
   virtual void OnIterate(const IterateReport&) {}
   virtual void OnWindowFinished(const WindowOutcome&) {}
+
+  // Asked wherever a solve could go on from later; a checkpoint costs a copy of what came since the last one. Answers may
+  // depend on the clock: the bits of the solution do not depend on them.
+  virtual bool WantsCheckpoint() { return false; }
+  virtual void OnCheckpoint(const Checkpoint&) {}
 };
 
 }  // namespace dlcs

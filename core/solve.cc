@@ -14,7 +14,7 @@
 namespace dlcs {
 
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
-                               SetupCache* setups) {
+                               SetupCache* setups, const ResumePoint* resume) {
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
   auto plan = MakePlan(problem, options, setups);
@@ -30,7 +30,9 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
             .workers = Workers(options.num_threads),
             .stop = std::move(stop),
             .started = started,
-            .setups = setups};
+            .setups = setups,
+            .resume = resume};
+  task.leaves_checkpoints = !MayFallBack(task);
   auto solution = SolveAsAsked(task, observer);
   if (solution.ok()) solution = FallBack(task, report, observer, *std::move(solution));
   if (!solution.ok()) return solution;

@@ -24,10 +24,15 @@ class SetupCache;
 // singly).
 // Threads: at most options.num_threads, and the result has the same bits for any number.
 // `setups`, where given, lends and keeps what solves of the same matrices share (core/setup_cache.h); the bits are the same without it.
+// `resume`, where given, is a checkpoint that `observer` got from an earlier call with the same problem and options (but for the
+// threads): the solve goes on from there, and the solution is whole and has the same bits. InvalidArgument where it is of
+// another solve or another version of the engine. Methods that leave no checkpoints (paper_iteration, event_located, trials
+// for a tolerance, inelastic impacts; and where another method may yet have to take over) begin anew.
 // `stop` is looked at before every LCP, every block of the kernel and every term of a contour; the matrix functions of
 // the set-up, O(m³), are not interrupted.
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
-                               std::stop_token stop, SetupCache* setups = nullptr);
+                               std::stop_token stop, SetupCache* setups = nullptr,
+                               const ResumePoint* resume = nullptr);
 
 }  // namespace dlcs
 

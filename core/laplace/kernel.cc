@@ -48,6 +48,7 @@ Kernel::Kernel(const Problem& problem, const Scheme& scheme, KernelSource source
 void Kernel::Reserve(Index window, const std::stop_token& stop) {
   window = std::min(window, longest_window_);
   if (window <= count_) return;
+  reservations_.push_back(window);
   const Index n = problem_.num_constraints();
   if (ContourPays(window)) ExtendByContour(window, stop);
   if (!contours_) ExtendByRecursion(window, stop);

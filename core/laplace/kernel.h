@@ -44,6 +44,10 @@ class Kernel {
   // Makes blocks up to `window` - 1 available, fewer where `stop` is requested (looked at every block).
   void Reserve(Index window, const std::stop_token& stop);
 
+  // The windows that Reserve() was called with and made blocks for. The bits of later blocks depend on them, since contours serve a
+  // range of blocks: the same calls in the same order give the same kernel.
+  const std::vector<Index>& reservations() const { return reservations_; }
+
   // Longest window worth taking: where the blocks would fill the memory (kMaxDoubles in all), or where they have
   // grown by kMaxGrowth (unstable A), so that rounding in an FFT stays far below the tolerance. Looks ahead no
   // farther than blocks are reserved.
@@ -83,6 +87,7 @@ class Kernel {
   std::optional<ContourBlocks> contours_;
   Matrix blocks_;
   Index count_ = 0;
+  std::vector<Index> reservations_;
   std::vector<double> bounds_;  // running maxima
   Index longest_window_;
   ToeplitzConvolution convolution_;

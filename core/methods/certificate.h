@@ -30,6 +30,12 @@ class CertificateBuilder {
 
   // NaN throughout until a step was added.
   const Certificate& certificate() const { return certificate_; }
+  bool empty() const { return empty_; }
+  // Takes up the certificate of the steps before.
+  void GoOnFrom(const Certificate& certificate) {
+    certificate_ = certificate;
+    empty_ = false;
+  }
 
  private:
   void BeginAtZero();

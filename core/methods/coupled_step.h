@@ -22,6 +22,9 @@ class CoupledStep {
   // `solver` of LCP(q, M + K_0) for `n` constraints. Where y is linear between nodes it would ring off the selection.
   CoupledStep(std::unique_ptr<LcpSolver> solver, Index n, bool y_is_linear);
 
+  // The next solve starts from the basis of `y`, whatever was solved before.
+  void StartFrom(const Eigen::Ref<const Vector>& y);
+
   // Solves for `y`, starting from the basis of the step before; `size` is that of the numbers that q was summed from. Counts
   // what it finds in `departures`; a linear y off the selection is kInfeasible.
   LcpVerdict Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y);

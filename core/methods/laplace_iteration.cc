@@ -34,12 +34,14 @@ class Iteration {
         y_(Vector::Zero(context.problem.num_constraints())) {}
 
   bool ReachEnd() {
-    windows_.Begin([&] {
-      StepTools& tools = tools_.At(runs_.front().step);
-      tools.kernel.Reserve(2, context_.stop);
-      return tools.kernel.Bound(2) * tools.scheme().step;
-    });
-    for (Position at; at.run < runs_.size();) {
+    Position at;
+    const auto carry = [&](StateArchive& state) {
+      state(windows_, at.run, at.step, x_, y_);
+      CarryTools(state);
+    };
+    if (!context_.checkpointing.Resume(context_, carry)) return false;
+    if (!context_.checkpointing.resumes()) Begin();
+    while (at.run < runs_.size()) {
       if (at.step == 0 && runs_[at.run].starts_at_break && !Start(at)) return false;
       Position next;
       const auto window = windows_.Take([&] {
@@ -49,11 +51,39 @@ class Iteration {
       if (!window) return false;
       Accept(static_cast<const Window&>(*window));
       at = next;
+      context_.checkpointing.Offer(context_, EndTime(at), carry);
     }
     return true;
   }
 
  private:
+  void Begin() {
+    windows_.Begin([&] {
+      StepTools& tools = tools_.At(runs_.front().step);
+      tools.kernel.Reserve(2, context_.stop);
+      return tools.kernel.Bound(2) * tools.scheme().step;
+    });
+  }
+
+  // For checkpoints: kernels come about by the same reservations, and count themselves once.
+  void CarryTools(StateArchive& state) {
+    std::vector<std::vector<Index>> reservations;
+    tools_.ForEach([&](double, StepTools* tools) {
+      reservations.push_back(tools ? tools->kernel.reservations() : std::vector<Index>());
+    });
+    state(tools_, reservations);
+    if (!state.reads()) return;
+    const KernelRecord counted = *context_.solution.kernel;
+    std::vector<double> lengths;
+    tools_.ForEach([&](double length, StepTools*) { lengths.push_back(length); });
+    for (std::size_t k = 0; k < std::min(lengths.size(), reservations.size()); ++k) {
+      StepTools& tools = tools_.At(lengths[k]);
+      for (const Index window : reservations[k]) tools.kernel.Reserve(window, context_.stop);
+    }
+    context_.solution.kernel = counted;
+  }
+
+  double EndTime(const Position& at) const { return at.run < runs_.size() ? Time(at) : context_.problem.horizon; }
   double Time(const Position& at) const { return context_.grid.times[runs_[at.run].first_node + at.step]; }
 
   // y, and perhaps x, at a break point.

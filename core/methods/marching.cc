@@ -80,6 +80,8 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departu
   const Index steps = segment.steps;
   StartWithSources(segment);
   const Vector size_of_g = RowMaxAbs(segment.g);
+  coupled_.StartFrom(segment.y.col(0));
+  if (newton_) newton_->StartFrom(segment.y.col(0));
 
   for (solved = 0; solved < steps && !stop.stop_requested(); ++solved) {
     const Index j = solved + 1;
@@ -143,17 +145,30 @@ bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) 
 
 namespace {
 
-bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, bool by_newton) {
+void CarryFields(StateArchive& state, NewtonAccount& account) {
+  state(account.iterations, account.lcps, account.substituted_steps, account.hardest_node, account.residuals);
+}
+
+bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount* newton) {
   const Problem& problem = context.problem;
+  const std::vector<Run>& runs = context.grid.runs;
   Departures departures;
   Progress progress(context);
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
   bool y_is_solution = false;
+  std::size_t at = 0;  // the run, and the steps done of it
+  Index done = 0;
+  const auto carry = [&](StateArchive& state) {
+    state(marchers, at, done, x, y, y_is_solution, departures.steps_off_selection, departures.steps_with_ties);
+    if (newton) CarryFields(state, *newton);
+  };
+  if (!context.checkpointing.Resume(context, carry)) return false;
 
-  for (const Run& run : context.grid.runs) {
+  for (; at < runs.size(); ++at, done = 0) {
+    const Run& run = runs[at];
     Marcher& marcher = marchers.At(run.step);
-    for (Index done = 0; done < run.steps;) {
+    while (done < run.steps) {
       Segment segment;
       const Index steps = std::min(Chunk(problem.num_states()), run.steps - done);
       if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
@@ -171,7 +186,7 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, bool by_newto
       segment.y.col(0) = y;
       Index solved = 0;
       const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
-      if (!by_newton) context.solution.cost.lcps += solved * marcher.lcps_of_a_step();
+      if (!newton) context.solution.cost.lcps += solved * marcher.lcps_of_a_step();
       context.solution.cost.steps += solved;
 
       if (starts_stretch && !y_is_solution) {
@@ -192,6 +207,7 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, bool by_newto
       y = segment.y.col(steps);
       if (!x.allFinite()) return FailLcp(context, LcpVerdict::kNonFinite, next_time, "");
       done += steps;
+      context.checkpointing.Offer(context, next_time, carry);
     }
   }
   progress.Finish(problem.horizon);
@@ -215,7 +231,7 @@ bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFacto
     if (newton) marcher->UseNewton(*newton);
     return marcher;
   };
-  return MarchGrid(context, StepCache<Marcher>(make_marcher), newton != nullptr);
+  return MarchGrid(context, StepCache<Marcher>(make_marcher), newton);
 }
 
 bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step) {
@@ -224,7 +240,7 @@ bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step) {
     auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
     return std::make_unique<Marcher>(context.problem, std::move(sparse), context.choice(), std::move(solver));
   };
-  return MarchGrid(context, StepCache<Marcher>(make_marcher), false);
+  return MarchGrid(context, StepCache<Marcher>(make_marcher), nullptr);
 }
 
 }  // namespace dlcs

@@ -58,6 +58,7 @@ class Marcher {
   // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
   // done, fewer than all also where `stop` was requested (looked at every step). Counts what it finds in `departures`;
   // a scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
+  // Its bits depend on the segment alone, not on what was marched before: the first LCP starts from the basis of y in column 0.
   // Cost: 2m² + 3mn and one warm LCP a step.
   LcpVerdict March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved);
 

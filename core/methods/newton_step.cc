@@ -45,6 +45,10 @@ NewtonStep::NewtonStep(const Problem& problem, const Scheme& scheme, const Solut
       solver_(MakeLcpSolver(problem.M, choice)),
       basis_(problem.num_constraints(), 0) {}
 
+void NewtonStep::StartFrom(const Eigen::Ref<const Vector>& y) {
+  for (Index i = 0; i < y.size(); ++i) basis_[static_cast<std::size_t>(i)] = y[i] > 0;
+}
+
 bool NewtonStep::Factor(const std::vector<Index>& active) {
   if (factored_ && factored_active_ == active) return regular_;
   const Matrix V = NewtonMatrix(problem_, y_after_, active, selection_);

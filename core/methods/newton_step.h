@@ -40,6 +40,9 @@ class NewtonStep {
   // Keeps a reference to `problem`; `choice` must make y a function of x, continuous along the iterates.
   NewtonStep(const Problem& problem, const Scheme& scheme, const SolutionChoice& choice);
 
+  // The next solve starts from the basis of `y`, whatever was solved before.
+  void StartFrom(const Eigen::Ref<const Vector>& y);
+
   // `p`          m entries, the explicit part of x_j.
   // `g`          g at the end of the step; `size_of_g`, n entries >= |g_i|: how large the numbers behind it are.
   // `u`          in: the start, x_{j-1}; out: x_j where converged.

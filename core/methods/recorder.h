@@ -24,6 +24,10 @@ class Recorder {
   // ... and goes on to `node`, the next output node.
   void Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
 
+  Index recorded() const { return recorded_; }
+  // The first `recorded` columns of the solution have been filled in.
+  void GoOnFrom(Index recorded) { recorded_ = recorded; }
+
   // Cuts the solution down to what was recorded.
   void Finish();
 

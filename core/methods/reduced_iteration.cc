@@ -68,8 +68,9 @@ class ReducedWindow final : public WindowModel {
 Index Iterate(SolveContext& context, WindowSequence& windows, ReducedRun& run) {
   const auto memory = run.kernel->Start(run.y.col(0));
   Matrix past;  // of as many steps as have been asked for, after `done`
-  Vector N_x = run.free.nodes.col(0);  // at `done`
-  Index done = 0;
+  Index done = run.first_step;
+  Vector N_x = done > 0 ? run.N_x : Vector(run.free.nodes.col(0));  // at `done`
+  for (Index j = 1; j <= done; ++j) memory->Push(run.y.col(j));
   while (done < run.steps()) {
     past.resize(0, 0);
     const auto window = windows.Take([&]() -> std::unique_ptr<WindowModel> {
@@ -84,6 +85,7 @@ Index Iterate(SolveContext& context, WindowSequence& windows, ReducedRun& run) {
     if (done == run.steps()) break;
     N_x = static_cast<ReducedWindow&>(*window).End();
     for (Index j = 1; j <= steps; ++j) memory->Push(window->y.col(j));
+    run.offer_checkpoint(done, N_x);
   }
   return done;
 }
@@ -93,7 +95,8 @@ Index Iterate(SolveContext& context, WindowSequence& windows, ReducedRun& run) {
 bool ReducedIteration(SolveContext& context) {
   WindowSequence windows(context);
   bool begun = false;
-  return SolveRunByRun(context, Hold::kLinear, [&](ReducedRun& run) {
+  const auto carry = [&](StateArchive& state) { state(windows, begun); };
+  return SolveRunByRun(context, Hold::kLinear, carry, [&](ReducedRun& run) {
     if (!begun) windows.Begin([&] { return run.kernel->Bound(2) * run.kernel->step(); });
     begun = true;
     return Iterate(context, windows, run);

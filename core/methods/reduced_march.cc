@@ -35,8 +35,13 @@ class ReducedMarcher {
     const Vector size = run.Sizes();
     Vector past(size.size()), q(size.size());
     const double begin = context_.Seconds();
-    Index done = 0;
+    Index done = run.first_step;
+    for (Index j = 1; j <= done; ++j) memory->Push(run.y.col(j));
     for (; done < run.steps(); ++done) {
+      if (done % kStepsPerBlock == 0) {
+        step.StartFrom(run.y.col(done));
+        if (done > run.first_step) run.offer_checkpoint(done, Vector());
+      }
       const Index j = done + 1;
       const double time = run.Time(context_.grid, j);
       if (done % kStepsPerLook == 0) {
@@ -63,9 +68,14 @@ class ReducedMarcher {
   }
 
   const Departures& departures() const { return departures_; }
+  // What runs leave to the next ones, for checkpoints.
+  friend void CarryFields(StateArchive& state, ReducedMarcher& marcher) {
+    state(marcher.departures_.steps_off_selection, marcher.departures_.steps_with_ties);
+  }
 
  private:
   static constexpr Index kStepsPerLook = 16;
+  static constexpr Index kStepsPerBlock = 256;  // the bits of a block depend on y before it alone
 
   std::unique_ptr<SplitStep> MakeStep() const {
     const StructuredMatrix& M = context_.problem.M;
@@ -99,7 +109,8 @@ bool ReducedMarch(SolveContext& context) {
   const Hold hold = context.y_is_lipschitz() ? Hold::kLinear : Hold::kConstant;
   Progress progress(context);
   ReducedMarcher marcher(context, hold, progress);
-  if (!SolveRunByRun(context, hold, [&](ReducedRun& run) { return marcher.March(run); })) return false;
+  const auto carry = [&](StateArchive& state) { state(marcher); };
+  if (!SolveRunByRun(context, hold, carry, [&](ReducedRun& run) { return marcher.March(run); })) return false;
   progress.Finish(context.problem.horizon);
   WarnOf(marcher.departures(), context);
   return true;

@@ -179,19 +179,35 @@ Vector ReducedRun::Sizes() const {
   return (sizes.array() + kMixing * MaxAbs(sizes)).matrix();
 }
 
-bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(ReducedRun&)>& solve) {
+bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryMethod& carry,
+                   const std::function<Index(ReducedRun&)>& solve) {
   const Problem& problem = context.problem;
   RealisedSystem& system = *context.realised;
   ReducedSources sampler(problem);
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
   bool y_is_solution = false;
+  std::size_t at = 0;  // the run, the y that are found in it, and N x behind them
+  Matrix y_found;
+  Vector N_x;
+  const auto carry_all = [&](StateArchive& state) {
+    state(at, x, y, y_is_solution, y_found, N_x);
+    carry(state);
+  };
+  if (!context.checkpointing.Resume(context, carry_all)) return false;
+  // Kernels are kept, and the first run with a length of steps decides how its kernel is made.
+  for (std::size_t earlier = 0; earlier < at; ++earlier) {
+    const Run& run = context.grid.runs[earlier];
+    system.MakeKernel(run.step, hold, run.steps, context.workers, context.stop);
+  }
 
-  for (const Run& grid_run : context.grid.runs) {
+  for (; at < context.grid.runs.size(); ++at) {
+    const Run& grid_run = context.grid.runs[at];
     ReducedRun run{.run = grid_run, .sources = {}, .g = {}, .g_mid = {}, .free = {}, .kernel = {}, .y = {}};
     if (const auto bad = sampler.Sample(context.grid, run)) return context.FailNonFinite(*bad);
     const double begin = run.Time(context.grid, 0);
-    if (grid_run.starts_at_break) {
+    const bool has_begun = y_found.cols() > 0;
+    if (!has_begun && grid_run.starts_at_break) {
       if (!StartStretch(context, begin, run.g.col(0), x, y, y_is_solution)) return false;
       const bool needs_y = hold == Hold::kLinear;
       if (needs_y && !y_is_solution) return FailLcp(context, LcpVerdict::kInfeasible, begin, "LCP(N x + g, M)");
@@ -209,7 +225,20 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(R
     const double linear_begin = context.Seconds();
     context.solution.cost.seconds_setup += linear_begin - setup_begin;
 
+    if (has_begun) {
+      run.y.leftCols(y_found.cols()) = y_found;
+      run.N_x = N_x;
+      run.first_step = y_found.cols() - 1;
+    }
+    run.offer_checkpoint = [&](Index done, const Vector& N_x_behind) {
+      context.checkpointing.Offer(context, run.Time(context.grid, done), [&](StateArchive& state) {
+        y_found = run.y.leftCols(done + 1);
+        N_x = N_x_behind;
+        carry_all(state);
+      });
+    };
     const Index steps = solve(run);
+    y_found.resize(y.size(), 0);
     const double states_begin = context.Seconds();
     if (steps > 0) {
       const std::vector<Index> nodes = NodesWanted(context.grid, grid_run, steps);

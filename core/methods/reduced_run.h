@@ -22,6 +22,11 @@ struct ReducedRun {
   FreeMotion free;
   std::shared_ptr<const ReducedKernel> kernel;
   Matrix y;  // column 0 is given
+  // Steps whose y a checkpoint has given, and N x behind them where the method offered it.
+  Index first_step = 0;
+  Vector N_x = {};
+  // y is final up to a step: perhaps makes a checkpoint.
+  std::function<void(Index steps, const Vector& N_x)> offer_checkpoint = {};
 
   Index steps() const { return run.steps; }
   double Time(const Grid& grid, Index j) const { return grid.times[run.first_node + j]; }
@@ -31,10 +36,12 @@ struct ReducedRun {
 
 // Goes from run to run of the grid with context.realised: samples the sources, starts stretches, lets `solve` find y
 // of a run, files certificate and output, and makes the states that are asked for, and the one that the next run starts
-// from. `solve` counts its steps in the cost and returns the number of those done; fewer than all where it has ended
+// from. `carry` carries what `solve` keeps from run to run (core/methods/checkpointing.h). `solve` begins behind
+// run.first_step, counts its steps in the cost and returns the number of those done; fewer than all where it has ended
 // the solve. Returns whether the end was reached. Memory: some 8 n J numbers for the longest run, besides the states of
 // the output.
-bool SolveRunByRun(SolveContext& context, Hold hold, const std::function<Index(ReducedRun&)>& solve);
+bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryMethod& carry,
+                   const std::function<Index(ReducedRun&)>& solve);
 
 }  // namespace dlcs
 

@@ -13,6 +13,7 @@
 #include "core/analysis/matrix_class.h"
 #include "core/lcp/lcp.h"
 #include "core/methods/certificate.h"
+#include "core/methods/checkpointing.h"
 #include "core/methods/grid.h"
 #include "core/methods/recorder.h"
 #include "core/methods/sources.h"
@@ -53,6 +54,7 @@ struct SolveContext {
 
   // time_stepping: in two stages of second order (core/methods/sparse_step.h) instead of what the options say.
   bool two_stages = false;
+  Checkpointing checkpointing = {};
 
   SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
 

@@ -12,13 +12,22 @@ SplitStep::SplitStep(const std::optional<TridiagonalSplitting>& splitting, MakeS
   if (splitting) splitting_.emplace(splitting->T, splitting->remainder);
 }
 
+void SplitStep::StartFrom(const Eigen::Ref<const Vector>& y) {
+  patience_ = kPatience;
+  start_ = y;
+  if (step_) step_->StartFrom(start_);
+}
+
 LcpVerdict SplitStep::Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y) {
   if (splitting_ && patience_ > 0) {
     tolerance_ = kLcpTolerance * size;
     if (splitting_->Solve(q, tolerance_, y) == SplittingVerdict::kSolved) return LcpVerdict::kSolved;
     --patience_;
   }
-  if (!step_) step_ = make_step_();
+  if (!step_) {
+    step_ = make_step_();
+    step_->StartFrom(start_);
+  }
   return step_->Solve(q, size, departures, y);
 }
 

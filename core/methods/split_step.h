@@ -23,14 +23,19 @@ class SplitStep {
   // Without a splitting it is a CoupledStep, made by `make_step`.
   SplitStep(const std::optional<TridiagonalSplitting>& splitting, MakeStep make_step);
 
+  // Forgets what earlier steps have taught; `y` is that of the step before.
+  void StartFrom(const Eigen::Ref<const Vector>& y);
+
   // As CoupledStep::Solve(). `y` is a guess in, of any sign.
   LcpVerdict Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y);
 
  private:
   std::optional<SplittingLcpSolver> splitting_;
-  Index patience_ = 3;  // failures of the splitting before it is given up
+  static constexpr Index kPatience = 3;  // failures of the splitting before it is given up
+  Index patience_ = kPatience;
   MakeStep make_step_;
   std::unique_ptr<CoupledStep> step_;
+  Vector start_;  // y to start from
   Vector tolerance_;
 };
 

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/state_archive.h"
+
 namespace dlcs {
 
 // Whether two lengths of steps agree to the rounding of their times.
@@ -31,10 +33,29 @@ class StepCache {
                                     [&](const auto& entry) { return IsSameStep(entry.first, step); });
     if (found != values_.end()) {
       std::rotate(found, found + 1, values_.end());
-      return *values_.back().second;
+    } else {
+      if (values_.size() == kCachedSteps) values_.erase(values_.begin());
+      values_.emplace_back(step, nullptr);
     }
-    if (values_.size() == kCachedSteps) values_.erase(values_.begin());
-    return *values_.emplace_back(step, make_(step)).second;
+    auto& [length, value] = values_.back();
+    if (!value) value = make_(length);
+    return *value;
+  }
+
+  // For checkpoints: the lengths that are kept, of which the first run that had one decides the last bits. Values are made again when
+  // they are asked for.
+  friend void CarryFields(StateArchive& state, StepCache& cache) {
+    std::vector<double> lengths;
+    for (const auto& [length, value] : cache.values_) lengths.push_back(length);
+    state(lengths);
+    if (!state.reads()) return;
+    cache.values_.clear();
+    for (const double length : lengths) cache.values_.emplace_back(length, nullptr);
+  }
+  // Calls visit(length, value) for each, the one used last last; the value is null where it has not been asked for again.
+  template <typename Visit>
+  void ForEach(const Visit& visit) {
+    for (auto& [length, value] : values_) visit(length, value.get());
   }
 
  private:

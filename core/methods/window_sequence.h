@@ -21,6 +21,9 @@ class WindowSequence {
   // Sets the first width where it is chosen: that of L κ W h near 1, `kernel_bound` = κ h, or a guess where no L is known.
   void Begin(const std::function<double()>& kernel_bound);
 
+  // What the next window depends on, for checkpoints.
+  friend void CarryFields(StateArchive& state, WindowSequence& windows) { state(windows.width_, windows.number_); }
+
   // Takes the next window: `gather` makes one of at most Width() steps from where the last one ended, or null where it has ended
   // the solve; it is called again with half the width until the window converges, or is one step and marched. Returns the
   // window, finished, or null where the solve has ended. Where a window of fixed width only ran out of iterations the solve
