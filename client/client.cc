@@ -1,76 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/client.h"
 
-#include <fmt/format.h>
-#include <grpcpp/client_context.h>
-#include <grpcpp/create_channel.h>
-#include <grpcpp/security/credentials.h>
-
-#include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <utility>
 
+#include "client/connection.h"
 #include "client/ensemble_result.h"
 #include "client/rpc_error.h"
 
 namespace dlcs::client {
-namespace {
-
-// What every call carries: a deadline, and a way to be cancelled while it runs.
-class Call {
- public:
-  explicit Call(const CallLimits& limits) : cancel_(limits.stop, [this] { context_.TryCancel(); }) {
-    const auto now = std::chrono::system_clock::now();
-    // Decades are as good as for ever, and do not overflow the clock.
-    constexpr std::chrono::duration<double> kLongest = std::chrono::hours(24 * 365 * 20);
-    const auto allowed = std::min(std::max(limits.deadline, std::chrono::duration<double>::zero()), kLongest);
-    context_.set_deadline(now + std::chrono::duration_cast<std::chrono::system_clock::duration>(allowed));
-  }
-
-  grpc::ClientContext* context() { return &context_; }
-
- private:
-  grpc::ClientContext context_;
-  std::stop_callback<std::function<void()>> cancel_;
-};
-
-grpc::ChannelArguments ChannelSettings() {
-  grpc::ChannelArguments settings;
-  // Small receive windows without growing ones keep a watcher within tens of milliseconds of the engine;
-  // the defaults let seconds of iterates pile up in transit.
-  settings.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-  settings.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 256 << 10);
-  // A cut link is noticed after half a minute instead of many; dlcsd permits a ping every 10 s.
-  settings.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
-  settings.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
-  return settings;
-}
-
-// gRPC would take "localhost" for port 443 and "x:y" for a name to look up.
-bool IsHostAndPort(const std::string& address) {
-  const std::size_t colon = address.rfind(':');
-  if (colon == std::string::npos || colon == 0) return false;
-  const std::string host = address.substr(0, colon);
-  const std::string port = address.substr(colon + 1);
-  const bool bare_ipv6 = host.find(':') != std::string::npos && host.front() != '[';
-  if (bare_ipv6 || port.empty() || port.size() > 5) return false;
-  for (const char c : port) {
-    if (std::isdigit(static_cast<unsigned char>(c)) == 0) return false;
-  }
-  const int number = std::stoi(port);
-  return number > 0 && number < 65536;
-}
-
-}  // namespace
-
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address) {
-  if (!IsHostAndPort(address)) {
-    return absl::InvalidArgumentError(
-        fmt::format("\"{}\" is not HOST:PORT; write for example localhost:50051, or [::1]:50051 for IPv6", address));
-  }
-  const auto channel = grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), ChannelSettings());
-  return std::unique_ptr<Client>(new Client(address, v1::SolverService::NewStub(channel)));
+  const absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = OpenChannel(address);
+  if (!channel.ok()) return channel.status();
+  return std::unique_ptr<Client>(new Client(address, v1::SolverService::NewStub(*channel)));
 }
 
 Client::Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stub)

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/dlcs_server.h"
 
+#include <condition_variable>
+#include <mutex>
+
 #include "fmt/format.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/health_check_service_interface.h"
@@ -49,6 +52,7 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   SetChannelArguments(builder);
   builder.SetMaxReceiveMessageSize(static_cast<int>(config.max_message_bytes));
   builder.RegisterService(&result->service_);
+  if (result->jobs_) builder.RegisterService(result->jobs_.get());
   builder.AddListeningPort(ToString(*address), grpc::InsecureServerCredentials(), &address->port);
   result->server_ = builder.BuildAndStart();
   if (result->server_ == nullptr || address->port == 0) {
@@ -56,15 +60,35 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   }
   result->address_ = ToString(*address);
   result->server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
+  if (result->jobs_) {
+    result->health_ = std::jthread([server = result.get()](const std::stop_token& stop) { server->TellHealth(stop); });
+  }
   return result;
+}
+
+DlcsServer::DlcsServer(const ServerConfig& config) : service_(config) {
+  if (!config.store.empty()) jobs_ = std::make_unique<JobService>(config);
 }
 
 DlcsServer::~DlcsServer() { Stop(milliseconds(0)); }
 
+void DlcsServer::TellHealth(const std::stop_token& stop) {
+  constexpr milliseconds kEvery{250};
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  std::unique_lock lock(mutex);
+  do {
+    server_->GetHealthCheckService()->SetServingStatus(v1::JobService::service_full_name(), jobs_->Healthy());
+  } while (!changed.wait_for(lock, stop, kEvery, [&] { return stop.stop_requested(); }));
+}
+
 void DlcsServer::Drain() {
   service_.Drain();
+  health_ = {};  // ends it
+  if (jobs_) jobs_->Drain();
   grpc::HealthCheckServiceInterface& health = *server_->GetHealthCheckService();
   health.SetServingStatus(v1::SolverService::service_full_name(), false);
+  if (jobs_) health.SetServingStatus(v1::JobService::service_full_name(), false);
   health.SetServingStatus(false);
 }
 
@@ -72,6 +96,7 @@ void DlcsServer::Stop(milliseconds delivery) {
   if (server_ == nullptr) return;
   Drain();
   service_.StopAll();
+  if (jobs_) jobs_->Stop(milliseconds(0));
   service_.WaitUntilIdle(delivery);
   // Cancels what is left: readers that do not read, and streams of the health service, which never end.
   server_->Shutdown(std::chrono::system_clock::now() + milliseconds(100));

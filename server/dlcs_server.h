@@ -6,16 +6,19 @@
 
 #include <chrono>
 #include <memory>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 #include "absl/status/statusor.h"
 #include "grpcpp/server.h"
+#include "server/job_service.h"
 #include "server/server_config.h"
 #include "server/solver_service.h"
 
 namespace dlcs {
 
-// SolverService, the standard health service and reflection behind one listening socket.
+// SolverService, with a store JobService too, the standard health service and reflection behind one listening socket.
 class DlcsServer {
  public:
   // Listens when it returns. Errors: InvalidArgument for a setting, AlreadyExists for a taken port, and as
@@ -32,18 +35,22 @@ class DlcsServer {
   void Drain();
   // True when no call is under way, at the latest after `timeout`.
   bool WaitUntilIdle(std::chrono::milliseconds timeout) { return service_.WaitUntilIdle(timeout); }
-  // Drains, stops all solves and gives them `delivery` to hand over their summaries; then closes all
-  // connections. Call it once or more.
+  // Drains, stops all solves and gives them `delivery` to hand over their summaries; gives running jobs back to the store; then
+  // closes all connections. Call it once or more.
   void Stop(std::chrono::milliseconds delivery);
 
   const SolverService& service() const { return service_; }
 
  private:
-  explicit DlcsServer(const ServerConfig& config) : service_(config) {}
+  explicit DlcsServer(const ServerConfig& config);
+  // Health follows the store.
+  void TellHealth(const std::stop_token& stop);
 
   SolverService service_;
+  std::unique_ptr<JobService> jobs_;  // null without a store
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
+  std::jthread health_;
 };
 
 }  // namespace dlcs

@@ -56,6 +56,9 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--setup-cache-bytes", config.setup_cache_bytes,
                  "Matrix functions and factors kept for further solves of the same matrices; 0 keeps none")
       ->capture_default_str();
+  app.add_option("--store", config.store, "File of jobs, made where there is none; without it no jobs are taken");
+  app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often what a running job has found is stored")
+      ->capture_default_str();
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request")->capture_default_str();
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
       ->check(CLI::Range(0.0, 86400.0))
@@ -73,7 +76,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
       "Examples:\n"
       "  dlcsd                                     serve this machine on port 50051\n"
       "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
-      "  dlcsd --listen 0.0.0.0:50051 --threads 4  serve the network, four threads per solve");
+      "  dlcsd --listen 0.0.0.0:50051 --threads 4  serve the network, four threads per solve\n"
+      "  dlcsd --store jobs.db                     take jobs as well, which outlive this server");
 }
 
 void LogFromGrpc(gpr_log_func_args* args) {

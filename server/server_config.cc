@@ -42,6 +42,7 @@ absl::Status Validate(const ServerConfig& config) {
   }
   if (config.max_memory_bytes < 1) return OutOfRange("--max-memory-bytes", config.max_memory_bytes, "at least 1");
   if (config.setup_cache_bytes < 0) return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
+  if (config.checkpoint_ms < 0) return OutOfRange("--checkpoint-ms", config.checkpoint_ms, "at least 0");
   // gRPC keeps the limit in an int.
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
     return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");

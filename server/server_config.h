@@ -39,6 +39,10 @@ struct ServerConfig {
   std::int64_t max_memory_bytes = std::int64_t{4} << 30;
   // Of what solves of the same matrices share (core/setup_cache.h); 0 keeps nothing.
   std::int64_t setup_cache_bytes = std::int64_t{512} << 20;
+  // The file of jobs, made where there is none; empty: this server takes no jobs.
+  std::string store;
+  // What a running job has found is stored about so often.
+  std::int64_t checkpoint_ms = 1000;
   // Of one request. gRPC holds it in memory before anybody can look at it.
   std::int64_t max_message_bytes = std::int64_t{64} << 20;
 };

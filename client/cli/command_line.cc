@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/cli/help_text.h"
+#include "client/cli/job_command_line.h"
 #include "client/cli/option_kinds.h"
 #include "client/cli/solve_options.h"
 #include "client/names.h"
@@ -248,7 +249,8 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, ensemble, analyze, lcp, dcp, model or capabilities";
+    return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, or with jobs "
+           " submit, watch, get, list, cancel, delete, result";
   }
   return error.what();
 }
@@ -270,6 +272,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   DcpCommand dcp;
   ModelCommand model;
   CapabilitiesCommand capabilities;
+  JobCommands jobs;
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.", "dlcs");
   app.set_version_flag("--version", std::string("dlcs ") + DLCS_VERSION);
   app.require_subcommand(1);
@@ -281,6 +284,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddDcp(app, dcp);
   AddModel(app, model);
   AddCapabilities(app, capabilities);
+  AddJobCommands(app, jobs);
   for (CLI::App* command : app.get_subcommands({})) BreakDescriptions(*command);
 
   const std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
@@ -301,6 +305,13 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("lcp")) return lcp;
   if (app.got_subcommand("dcp")) return dcp;
   if (app.got_subcommand("model")) return model;
+  if (app.got_subcommand("submit")) return jobs.submit;
+  if (app.got_subcommand("watch")) return jobs.watch;
+  if (app.got_subcommand("get")) return jobs.get;
+  if (app.got_subcommand("list")) return jobs.list;
+  if (app.got_subcommand("cancel")) return jobs.cancel;
+  if (app.got_subcommand("delete")) return jobs.remove;
+  if (app.got_subcommand("result")) return jobs.result;
   return capabilities;
 }
 

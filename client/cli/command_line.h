@@ -8,13 +8,15 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/job_commands.h"
 
 namespace dlcs::client {
 
 // A command to run, or the exit code when there is nothing more to do: help or the version was printed, or
 // the options break a rule and that was said on standard error.
-using ParsedCommandLine = std::variant<ExitCode, SolveCommand, EnsembleCommand, AnalyzeCommand, LcpCommand, DcpCommand,
-                                       ModelCommand, CapabilitiesCommand>;
+using ParsedCommandLine =
+    std::variant<ExitCode, SolveCommand, EnsembleCommand, AnalyzeCommand, LcpCommand, DcpCommand, ModelCommand,
+                 CapabilitiesCommand, SubmitCommand, WatchCommand, ShowJobsCommand, EndJobCommand, ResultCommand>;
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv);
 

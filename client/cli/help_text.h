@@ -23,6 +23,7 @@ inline constexpr const char* kMainExamples =
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
     "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
     "  dlcs model input-output economy.json               a model of a whole field to a problem file\n"
+    "  dlcs submit circuit.json                           a job on a server that outlives this terminal\n"
     "  dlcs solve --help                                  all options, more examples";
 
 inline constexpr const char* kSolveExamples =

@@ -14,6 +14,7 @@
 #include "client/cli/live_view.h"
 #include "client/cli/result_output.h"
 #include "client/cli/run_support.h"
+#include "client/cli/solve_request.h"
 #include "client/json_text.h"
 #include "client/names.h"
 #include "client/problem_file.h"
@@ -24,26 +25,13 @@ namespace {
 // Rows of the table when no times were asked for.
 constexpr int kTableIntervals = 10;
 
-double Horizon(const v1::SolveRequest& request) {
-  return request.has_nonlinear() ? request.nonlinear().horizon() : request.problem().horizon();
-}
-
-v1::SolveRequest MakeRequest(const SolveCommand& command, const ProblemFile& file) {
-  v1::SolveRequest request;
-  if (file.nonlinear) {
-    *request.mutable_nonlinear() = *file.nonlinear;
-  } else {
-    *request.mutable_problem() = file.problem;
-    if (command.rule) request.mutable_problem()->set_rule(*command.rule);
+// A table shows the solution at a few times, unless others were asked for.
+void AskForTableTimes(const SolveCommand& command, v1::SolveRequest& request) {
+  const double horizon = HorizonOf(request);
+  if (command.format != OutputFormat::kTable || !command.options.output_times().empty() || !(horizon > 0)) return;
+  for (int k = 0; k <= kTableIntervals; ++k) {
+    request.mutable_options()->add_output_times(k == kTableIntervals ? horizon : horizon * k / kTableIntervals);
   }
-  *request.mutable_options() = command.options;
-  const double horizon = Horizon(request);
-  if (command.format == OutputFormat::kTable && command.options.output_times().empty() && horizon > 0) {
-    for (int k = 0; k <= kTableIntervals; ++k) {
-      request.mutable_options()->add_output_times(k == kTableIntervals ? horizon : horizon * k / kTableIntervals);
-    }
-  }
-  return request;
 }
 
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
@@ -127,7 +115,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
                                   std::FILE* out, std::stop_token stop) {
   LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
                          .width = WidthOf(stderr),
-                         .horizon = Horizon(request),
+                         .horizon = HorizonOf(request),
                          .warnings = command.format != OutputFormat::kTable || !command.output.empty(),
                          .nonlinear = request.has_nonlinear(),
                          .default_steps = !HasStep(command.options)});
@@ -150,10 +138,9 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
 ExitCode Run(const SolveCommand& command) {
   const auto file = ReadProblemFile(command.problem_path);
   if (!file.ok()) return Complain(file.status(), kBadInput);
-  if (file->nonlinear && command.rule) {
-    return Complain(absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies"),
-                    kBadInput);
-  }
+  absl::StatusOr<v1::SolveRequest> request = MakeSolveRequest(command, *file);
+  if (!request.ok()) return Complain(request.status(), kBadInput);
+  AskForTableTimes(command, *request);
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
     auto created = AtomicFile::Create(command.output);
@@ -166,7 +153,7 @@ ExitCode Run(const SolveCommand& command) {
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
   const auto result =
-      Watch(command, MakeRequest(command, *file), **backend, output ? output->stream() : stdout, interrupt.token());
+      Watch(command, *request, **backend, output ? output->stream() : stdout, interrupt.token());
   const std::string source = SourceName(command.problem_path);
   if (!result.ok()) return ComplainAboutCall(result.status(), source);
 

@@ -22,6 +22,7 @@ enum class EventKind {
   kWindowStarted = 6,
   kWindowRejected = 7,
   kLog = 8,
+  kWindowFinished = 9,  // accepted, and on its way to the store with a later kWindowAccepted
 };
 
 // Kept events are in the store before any watcher sees them, and every watcher gets all of them. The others (passing

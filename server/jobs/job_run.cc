@@ -48,7 +48,7 @@ void JobRun::Accept(AcceptedWindow window) {
     const std::lock_guard lock(pending_mutex_);
     pending_.chunks.push_back(
         {.number = next_chunk_++, .begin = window.begin, .end = window.end, .data = std::move(window.trajectory)});
-    pending_.state = std::move(window.state);
+    if (window.state.has_value()) pending_.state = std::move(window.state);
     pending_.progress = window.progress;
     AppendKept(EventKind::kWindowAccepted, std::move(window.event));
   }

@@ -33,7 +33,8 @@ struct AcceptedWindow {
   double begin = 0;
   double end = 0;
   std::string trajectory;  // this part of it
-  std::string state;       // to go on from behind it
+  // To go on from behind it. Absent: the next attempt goes on from the state before, and finds this part there already.
+  std::optional<std::string> state;
   std::string event;       // payload of kWindowAccepted
   double progress = 0;     // of the whole, 0 to 1
 };

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/job_command_line.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "client/cli/help_text.h"
+#include "client/cli/job_support.h"
+#include "client/cli/option_kinds.h"
+#include "client/cli/solve_options.h"
+#include "client/names.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr const char* kJobExamples =
+    "Examples:\n"
+    "  dlcsd --store jobs.db &                       a server that takes jobs\n"
+    "  job=$(dlcs submit circuit.json --steps 1e6)   prints jobs/..., nothing else\n"
+    "  dlcs watch $job                               until it has ended; exits as solve would\n"
+    "  dlcs get $job                                 state and progress\n"
+    "  dlcs result $job --format csv --output circuit.csv\n"
+    "  dlcs list --state running\n"
+    "  dlcs cancel $job";
+
+void AddTarget(CLI::App& app, JobTarget& target) {
+  app.add_option("--server", target.server, fmt::format("The dlcsd at this address ({})", target.server))
+      ->type_name("HOST:PORT");
+  AddNumber(
+      app, "--patience", "SECONDS", Positive(), [&target](double v) { target.patience_s = v; },
+      fmt::format("Go on for so long through cuts and restarts ({})", target.patience_s));
+  app.footer(fmt::format("{}\n\n{}", kJobExamples, kExitCodes));
+}
+
+void AddName(CLI::App& app, std::string& name) {
+  app.add_option("JOB", name, "Its name, as submit prints it")->required()->type_name("jobs/ID");
+}
+
+void AddJobFormat(CLI::App& app, OutputFormat& format, bool csv) {
+  std::vector<std::string> words = {"table", "json"};
+  if (csv) words.emplace_back("csv");
+  AddWord<OutputFormat>(
+      app, "--format", words,
+      [words](const std::string& text) -> std::optional<OutputFormat> {
+        if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
+        return text == "json" ? OutputFormat::kJson : text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
+      },
+      [&format](OutputFormat value) { format = value; }, "What to print (table)");
+}
+
+void AddSubmit(CLI::App& main, SubmitCommand& command) {
+  CLI::App& app = *main.add_subcommand("submit", "Leave a system to a server to solve, as a job");
+  SolveCommand& solve = command.solve;
+  app.add_option("PROBLEM", solve.problem_path, "Problem file in JSON; - reads standard input")
+      ->required()
+      ->type_name("FILE");
+  AddTarget(app, command.target);
+  AddMethod(app, solve.options);
+  AddGrid(app, solve.options, solve.grid);
+  AddWord<v1::SolutionRule>(
+      app, "--rule", RuleNames(), ParseRule, [&solve](v1::SolutionRule value) { solve.rule = value; },
+      "Which solution of the LCP where there are several; overrides the file");
+  AddJumps(app, solve.options);
+  app.add_flag_function(
+      "--estimate-error", [&solve](std::int64_t) { solve.options.set_estimate_error(true); },
+      "Solve with half the step too and compare");
+  AddRealisation(app, solve.options);
+  AddContour(app, solve.options);
+  app.add_option("--request-id", command.request_id, "The same for every attempt to submit this job (random)")
+      ->type_name("TEXT");
+  AddNumber(
+      app, "--priority", "N", Within("a whole number between -100 and 100", -100, 100),
+      [&command](double v) { command.priority = static_cast<std::int32_t>(v); }, "Among your jobs, higher first (0)");
+  AddNumber(
+      app, "--within", "SECONDS", Positive(), [&command](double v) { command.within_s = v; },
+      "Of no use later: refuse it if that cannot be, stop it then");
+  app.add_flag("--check", command.validate_only, "Say what would be said, but take nothing");
+}
+
+void AddWatch(CLI::App& main, WatchCommand& command) {
+  CLI::App& app = *main.add_subcommand("watch", "Follow a job to its end");
+  AddName(app, command.name);
+  AddTarget(app, command.target);
+  AddNumber(
+      app, "--after", "N", WholeAtLeast("a whole number of at least 0", 0),
+      [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Events above this number only (0)");
+  AddNumber(
+      app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
+      "Iterates no closer together than this");
+  AddJobFormat(app, command.format, false);
+  app.add_flag("--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
+}
+
+void AddResult(CLI::App& main, ResultCommand& command) {
+  CLI::App& app = *main.add_subcommand("result", "Print the trajectory of a job that has ended");
+  AddName(app, command.name);
+  AddTarget(app, command.target);
+  AddNumber(
+      app, "--stride", "N", WholeAtLeast("a whole number of at least 1", 1),
+      [&command](double v) { command.stride = static_cast<std::int64_t>(v); }, "Every so many times (1)");
+  AddNumber(
+      app, "--from", "T", {"a number", [](double) { return true; }}, [&command](double v) { command.from = v; },
+      "From this time on (0)");
+  AddNumber(
+      app, "--to", "T", {"a number", [](double) { return true; }}, [&command](double v) { command.to = v; },
+      "Up to this time (the end)");
+  AddJobFormat(app, command.format, true);
+  app.add_option("--output", command.output, "Write it there, whole or not at all, instead of printing it")
+      ->type_name("FILE");
+}
+
+}  // namespace
+
+void AddJobCommands(CLI::App& main, JobCommands& commands) {
+  AddSubmit(main, commands.submit);
+  AddWatch(main, commands.watch);
+
+  CLI::App& get = *main.add_subcommand("get", "State and progress of a job");
+  AddName(get, commands.get.name);
+  AddTarget(get, commands.get.target);
+  AddJobFormat(get, commands.get.format, false);
+
+  CLI::App& list = *main.add_subcommand("list", "The jobs of a server, newest first");
+  AddTarget(list, commands.list.target);
+  AddWord<v1::JobState>(
+      list, "--state", JobStateWords(), ParseJobState,
+      [&commands](v1::JobState state) { commands.list.states = {state}; }, "Those in this state only");
+  AddNumber(
+      list, "--most", "N", WholeAtLeast("a whole number of at least 1", 1),
+      [&commands](double v) { commands.list.most = static_cast<std::int64_t>(std::min(v, 1e6)); },
+      "At most so many (100)");
+  AddJobFormat(list, commands.list.format, false);
+
+  CLI::App& cancel = *main.add_subcommand("cancel", "Stop a job; what it has found can still be read");
+  AddName(cancel, commands.cancel.name);
+  AddTarget(cancel, commands.cancel.target);
+
+  commands.remove.forget = true;
+  CLI::App& remove = *main.add_subcommand("delete", "Forget a job that has ended, with its trajectory");
+  AddName(remove, commands.remove.name);
+  AddTarget(remove, commands.remove.target);
+
+  AddResult(main, commands.result);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of `dlcs` about jobs: what each was asked, and how to run it.
+
+#ifndef DLCS_CLIENT_CLI_JOB_COMMANDS_H_
+#define DLCS_CLIENT_CLI_JOB_COMMANDS_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "dlcs/v1/jobs.pb.h"
+
+namespace dlcs::client {
+
+inline constexpr const char* kDefaultServer = "localhost:50051";
+
+// What all of them are told.
+struct JobTarget {
+  std::string server = kDefaultServer;
+  // For the whole command, cuts and restarts included.
+  double patience_s = 60;
+};
+
+// Prints the job's name and nothing else.
+struct SubmitCommand {
+  JobTarget target;
+  SolveCommand solve;  // problem_path, options, grid, rule
+  std::string request_id;
+  std::int32_t priority = 0;
+  std::optional<double> within_s;  // the deadline of the job
+  bool validate_only = false;
+};
+
+// Shows what happens until the job has ended, and exits as solve would.
+struct WatchCommand {
+  JobTarget target{.server = kDefaultServer, .patience_s = 24 * 3600};
+  std::string name;
+  std::int64_t after = 0;
+  double interval_s = 0;
+  OutputFormat format = OutputFormat::kTable;  // table, or JSON: every event a line
+  bool quiet = false;
+};
+
+// One job, or where `name` is empty all of them.
+struct ShowJobsCommand {
+  JobTarget target;
+  std::string name;
+  std::vector<v1::JobState> states;
+  std::int64_t most = 100;
+  OutputFormat format = OutputFormat::kTable;
+};
+
+struct EndJobCommand {
+  JobTarget target;
+  std::string name;
+  bool forget = false;  // delete, not cancel
+};
+
+// The trajectory, printed as solve prints it.
+struct ResultCommand {
+  JobTarget target{.server = kDefaultServer, .patience_s = 600};
+  std::string name;
+  std::int64_t stride = 1;
+  double from = 0;
+  std::optional<double> to;
+  OutputFormat format = OutputFormat::kTable;
+  std::string output;
+};
+
+ExitCode Run(const SubmitCommand& command);
+ExitCode Run(const WatchCommand& command);
+ExitCode Run(const ShowJobsCommand& command);
+ExitCode Run(const EndJobCommand& command);
+ExitCode Run(const ResultCommand& command);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_JOB_COMMANDS_H_

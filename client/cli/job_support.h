@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the commands about jobs share.
+
+#ifndef DLCS_CLIENT_CLI_JOB_SUPPORT_H_
+#define DLCS_CLIENT_CLI_JOB_SUPPORT_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/job_commands.h"
+#include "client/job_client.h"
+
+namespace dlcs::client {
+
+// A client that tells every repetition on standard error. Errors: InvalidArgument (not HOST:PORT).
+absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target);
+CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);
+
+// "queued", "running", ...
+std::string JobStateWord(v1::JobState state);
+std::optional<v1::JobState> ParseJobState(const std::string& word);
+std::vector<std::string> JobStateWords();
+bool HasEnded(v1::JobState state);
+
+// "2026-11-21 22:50:03 UTC"; "-" where it is not set.
+std::string TimeText(const google::protobuf::Timestamp& time);
+
+// Says on standard error how a job that has ended did, and exits as solve would.
+ExitCode ConcludeJob(const v1::SolveJob& job);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_JOB_SUPPORT_H_

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "client/cli/atomic_file.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/job_commands.h"
+#include "client/cli/job_support.h"
+#include "client/cli/run_support.h"
+#include "client/cli/solve_request.h"
+#include "client/json_text.h"
+#include "client/problem_file.h"
+
+namespace dlcs::client {
+namespace {
+
+google::protobuf::Timestamp FromNow(double seconds) {
+  const auto time = std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
+                                                           std::chrono::duration<double>(seconds));
+  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+  google::protobuf::Timestamp result;
+  result.set_seconds(ns / 1'000'000'000);
+  result.set_nanos(static_cast<int>(ns % 1'000'000'000));
+  return result;
+}
+
+}  // namespace
+
+ExitCode Run(const SubmitCommand& command) {
+  const auto file = ReadProblemFile(command.solve.problem_path);
+  if (!file.ok()) return Complain(file.status(), kBadInput);
+  absl::StatusOr<v1::SolveRequest> solve = MakeSolveRequest(command.solve, *file);
+  if (!solve.ok()) return Complain(solve.status(), kBadInput);
+  v1::CreateSolveJobRequest request;
+  *request.mutable_solve() = *std::move(solve);
+  request.set_request_id(command.request_id);
+  request.set_priority(command.priority);
+  request.set_validate_only(command.validate_only);
+  if (command.within_s) *request.mutable_deadline() = FromNow(*command.within_s);
+
+  const Interrupt interrupt;
+  const auto client = ConnectToJobs(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const auto job = (*client)->Submit(request, LimitsFor(command.target, interrupt));
+  if (!job.ok()) return ComplainAboutCall(job.status(), SourceName(command.solve.problem_path));
+  if (command.validate_only) {
+    fmt::print(stderr, "dlcs: would be taken; predicted {:.3g} core-seconds and {:.3g} MB\n",
+               job->predicted_core_seconds(), 1e-6 * static_cast<double>(job->predicted_memory_bytes()));
+    return kSolved;
+  }
+  fmt::print("{}\n", job->name());
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "client/cli/interrupt.h"
+#include "client/cli/job_commands.h"
+#include "client/cli/job_support.h"
+#include "client/cli/live_view.h"
+#include "client/cli/run_support.h"
+
+namespace dlcs::client {
+namespace {
+
+// What LiveView understands of an event.
+std::optional<v1::SolveEvent> AsSolveEvent(const v1::JobEvent& event) {
+  v1::SolveEvent shown;
+  switch (event.kind_case()) {
+    case v1::JobEvent::kAnalysis:
+      *shown.mutable_analysis() = event.analysis();
+      return shown;
+    case v1::JobEvent::kWindowStarted:
+      *shown.mutable_window_started() = event.window_started();
+      return shown;
+    case v1::JobEvent::kIterate:
+      *shown.mutable_iterate() = event.iterate();
+      return shown;
+    case v1::JobEvent::kWindowFinished:
+      if (event.window_finished().accepted()) return std::nullopt;  // what is stored is shown instead
+      *shown.mutable_window_finished() = event.window_finished();
+      return shown;
+    default:
+      return std::nullopt;
+  }
+}
+
+class JobView {
+ public:
+  explicit JobView(const WatchCommand& command) : command_(command), view_(stderr, {.width = WidthOf(stderr)}) {}
+
+  void Show(const v1::JobEvent& event) {
+    if (command_.format == OutputFormat::kJson) return PrintJsonLine(event);
+    if (command_.quiet) return;
+    if (const auto shown = AsSolveEvent(event)) return view_.OnEvent(*shown);
+    switch (event.kind_case()) {
+      case v1::JobEvent::kState:
+        return fmt::print(stderr, "{} {}\n", TimeText(event.time()), JobStateWord(event.state()));
+      case v1::JobEvent::kCheckpointed:
+        return fmt::print(stderr, "stored up to t = {:.6g} ({:.0f} %)\n", event.checkpointed().time(),
+                          100 * event.checkpointed().progress());
+      case v1::JobEvent::kGap:
+        skipped_ += event.gap().last_sequence() - event.gap().first_sequence() + 1;
+        return;
+      case v1::JobEvent::kFinished:
+        view_.Finish();
+        if (skipped_ > 0) fmt::print(stderr, "{} events were not sent\n", skipped_);
+        return;
+      default:
+        return;
+    }
+  }
+
+ private:
+  static void PrintJsonLine(const v1::JobEvent& event) {
+    std::string line;
+    const auto status = google::protobuf::util::MessageToJsonString(event, &line);
+    if (status.ok()) fmt::print("{}\n", line);
+    std::fflush(stdout);
+  }
+
+  const WatchCommand& command_;
+  LiveView view_;
+  std::int64_t skipped_ = 0;
+};
+
+}  // namespace
+
+ExitCode Run(const WatchCommand& command) {
+  const Interrupt interrupt;
+  const auto client = ConnectToJobs(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  v1::WatchSolveJobRequest request;
+  request.set_name(command.name);
+  request.set_after_sequence(command.after);
+  if (command.interval_s > 0) {
+    const double whole = std::floor(command.interval_s);
+    request.mutable_min_interval()->set_seconds(static_cast<std::int64_t>(whole));
+    request.mutable_min_interval()->set_nanos(static_cast<int>(1e9 * (command.interval_s - whole)));
+  }
+  if (command.quiet) request.set_view(v1::WATCH_VIEW_PROGRESS);
+  JobView view(command);
+  const CallLimits limits = LimitsFor(command.target, interrupt);
+  const absl::Status watched = (*client)->Watch(
+      request, [&](const v1::JobEvent& event) { view.Show(event); }, limits);
+  if (!watched.ok()) return Complain(watched, ExitCodeOf(watched));
+  const auto job = (*client)->Get(command.name, limits);
+  if (!job.ok()) return Complain(job.status(), ExitCodeOf(job.status()));
+  return ConcludeJob(*job);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The RPC methods of dlcs.v1.JobService.
+
+#ifndef DLCS_SERVER_JOB_SERVICE_H_
+#define DLCS_SERVER_JOB_SERVICE_H_
+
+#include <chrono>
+
+#include "core/setup_cache.h"
+#include "dlcs/v1/jobs.grpc.pb.h"
+#include "server/call_registry.h"
+#include "server/job_call.h"
+#include "server/job_solver.h"
+#include "server/jobs/job_manager.h"
+#include "server/jobs/sqlite_job_store.h"
+#include "server/server_config.h"
+#include "server/worker_pool.h"
+
+namespace dlcs {
+
+// The store, the manager and what calls about jobs share. Destroy after the gRPC server that uses it.
+class JobService final : public v1::JobService::CallbackService {
+ public:
+  // `config` is valid, resolved, and names a store. Takes up at once the jobs that are there.
+  explicit JobService(const ServerConfig& config);
+
+  grpc::ServerUnaryReactor* CreateSolveJob(grpc::CallbackServerContext* context,
+                                           const v1::CreateSolveJobRequest* request, v1::SolveJob* response) override;
+  grpc::ServerUnaryReactor* GetSolveJob(grpc::CallbackServerContext* context, const v1::GetSolveJobRequest* request,
+                                        v1::SolveJob* response) override;
+  grpc::ServerUnaryReactor* ListSolveJobs(grpc::CallbackServerContext* context, const v1::ListSolveJobsRequest* request,
+                                          v1::ListSolveJobsResponse* response) override;
+  grpc::ServerUnaryReactor* CancelSolveJob(grpc::CallbackServerContext* context,
+                                           const v1::CancelSolveJobRequest* request, v1::SolveJob* response) override;
+  grpc::ServerUnaryReactor* DeleteSolveJob(grpc::CallbackServerContext* context,
+                                           const v1::DeleteSolveJobRequest* request,
+                                           v1::DeleteSolveJobResponse* response) override;
+  grpc::ServerWriteReactor<v1::JobEvent>* WatchSolveJob(grpc::CallbackServerContext* context,
+                                                        const v1::WatchSolveJobRequest* request) override;
+  grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
+                                                               const v1::ReadTrajectoryRequest* request) override;
+
+  // The store answers, and nobody drains.
+  bool Healthy() const { return manager_.Healthy(); }
+
+  // From now on new calls get UNAVAILABLE, and so do watchers and readers: they go on at the next server.
+  void Drain();
+  // Then: running jobs may end within `grace`; the others are given back to the store with what was found. Nothing runs
+  // when it returns.
+  void Stop(std::chrono::milliseconds grace);
+
+ private:
+  absl::StatusOr<v1::SolveJob> Create(const v1::CreateSolveJobRequest& request);
+  absl::StatusOr<v1::SolveJob> Get(const v1::GetSolveJobRequest& request);
+  absl::StatusOr<v1::ListSolveJobsResponse> List(const v1::ListSolveJobsRequest& request);
+
+  CallRegistry calls_;
+  SetupCache setups_;
+  jobs::SqliteJobStore store_;
+  JobSolver solver_;
+  jobs::JobManager manager_;
+  WorkerPool workers_;  // its threads, which use the others, are joined first
+  const JobCallEnvironment environment_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_JOB_SERVICE_H_

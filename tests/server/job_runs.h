@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What tests of jobs look at.
+
+#ifndef DLCS_TESTS_SERVER_JOB_RUNS_H_
+#define DLCS_TESTS_SERVER_JOB_RUNS_H_
+
+#include <string>
+#include <vector>
+
+#include "client/job_client.h"
+#include "dlcs/v1/jobs.pb.h"
+#include "tests/server/jobs/temporary_folder.h"
+
+namespace dlcs::testing {
+
+struct Trajectory {
+  std::vector<double> times, x, y;
+};
+
+// The whole stored trajectory of a job. The test fails where a page does not follow the one before, or the last one
+// does not say that the job has ended.
+Trajectory ReadAll(client::JobClient& client, const std::string& name);
+
+// The same by the engine in this process, without any job.
+Trajectory SolveHere(const v1::SolveRequest& request);
+
+// The same bits.
+void ExpectSameTrajectory(const Trajectory& found, const Trajectory& expected);
+
+// Checks that numbers rise, that what is missing between them is in a gap, that stored times rise, and that the end
+// comes last. What is wrong, or an empty text.
+std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events);
+
+}  // namespace dlcs::testing
+
+#endif  // DLCS_TESTS_SERVER_JOB_RUNS_H_
