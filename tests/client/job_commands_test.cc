@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// `dlcs submit`, `watch`, `get`, `list`, `cancel`, `result` and `delete` as people and scripts use them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "server/dlcs_server.h"
+#include "spdlog/spdlog.h"
+#include "tests/client/program.h"
+#include "tests/server/jobs/temporary_folder.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+
+constexpr const char* kEasy =
+    R"json('{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4, "f": ["sin(t)"], "g": [-1]}')json";
+// M = 0 and N B = 0: refused by the mathematics.
+constexpr const char* kUnsupported =
+    R"json('{"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], "T": 4, "f": [0, -1], "g": [0]}')json";
+
+class JobCommandsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    spdlog::set_level(spdlog::level::off);
+    ServerConfig config;
+    config.listen = "127.0.0.1:0";
+    config.store = folder_.File("jobs.db");
+    auto server = DlcsServer::Start(config);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+
+  ProgramOutcome Dlcs(const std::string& arguments, const std::string& json = "") const {
+    return RunDlcs(arguments + " --server " + server_->address(), json.empty() ? "" : "echo " + json + " | ");
+  }
+
+  // The name of the job.
+  std::string Submit(const std::string& json, const std::string& options) const {
+    const ProgramOutcome outcome = Dlcs("submit - " + options, json);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_THAT(outcome.out, MatchesRegex("jobs/[a-z2-7]+\n"));
+    return outcome.out.substr(0, outcome.out.find('\n'));
+  }
+
+  jobs::testing::TemporaryFolder folder_;
+  std::unique_ptr<DlcsServer> server_;
+};
+
+TEST_F(JobCommandsTest, AJobPrintsWhatASolvePrints) {
+  const std::string job = Submit(kEasy, "--steps 500");
+  const ProgramOutcome watched = Dlcs("watch " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  EXPECT_THAT(watched.err, HasSubstr("succeeded"));
+  const ProgramOutcome here = RunDlcs("solve - --steps 500 --format csv --quiet", std::string("echo ") + kEasy + " | ");
+  const ProgramOutcome there = Dlcs("result " + job + " --format csv");
+  EXPECT_EQ(there.code, 0) << there.err;
+  EXPECT_EQ(there.out, here.out);
+  const ProgramOutcome table = Dlcs("result " + job);
+  EXPECT_EQ(table.code, 0);
+  EXPECT_THAT(table.out, HasSubstr("CONVERGED"));
+  const auto json = nlohmann::json::parse(Dlcs("result " + job + " --format json --from 1 --to 2").out);
+  EXPECT_EQ(json["termination"], "CONVERGED");
+  EXPECT_EQ(json["times"].front(), 1);
+  EXPECT_EQ(json["times"].back(), 2);
+}
+
+TEST_F(JobCommandsTest, WatchExitsAsSolveWould) {
+  const std::string job = Submit(kUnsupported, "--steps 10");
+  const ProgramOutcome watched = Dlcs("watch --quiet " + job);
+  EXPECT_EQ(watched.code, 1) << watched.err;
+  EXPECT_THAT(watched.err, HasSubstr("UNSUPPORTED"));
+  EXPECT_EQ(Dlcs("result " + job).code, 1);
+  EXPECT_EQ(Dlcs("watch jobs/abcdefghijklmnopqrstuvwxyz").code, 3);
+  EXPECT_EQ(Dlcs("watch nonsense").code, 2);
+}
+
+TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
+  const std::string job = Submit(kEasy, "--steps 100");
+  const ProgramOutcome watched = Dlcs("watch --format json " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  std::istringstream lines(watched.out);
+  nlohmann::json last;
+  for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
+  EXPECT_EQ(last["finished"]["summary"]["termination"], "CONVERGED");
+}
+
+TEST_F(JobCommandsTest, CancelsListsAndForgets) {
+  const std::string job = Submit(kEasy, "--steps 15000000 --method time-stepping");
+  EXPECT_THAT(Dlcs("list").out, HasSubstr(job));
+  EXPECT_EQ(Dlcs("result " + job).code, 3);  // not yet
+  EXPECT_EQ(Dlcs("cancel " + job).code, 0);
+  const ProgramOutcome watched = Dlcs("watch --quiet " + job);
+  EXPECT_EQ(watched.code, 3);
+  EXPECT_THAT(watched.err, HasSubstr("cancelled"));
+  EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("cancelled"));
+  EXPECT_EQ(Dlcs("list --state running").out, "");
+  EXPECT_EQ(Dlcs("delete " + job).code, 0);
+  EXPECT_EQ(Dlcs("get " + job).code, 3);
+  EXPECT_EQ(Dlcs("list").out, "");
+}
+
+TEST_F(JobCommandsTest, SaysWhatIsWrongBeforeItIsTaken) {
+  const ProgramOutcome checked = Dlcs("submit - --check --steps 100", kEasy);
+  EXPECT_EQ(checked.code, 0);
+  EXPECT_EQ(checked.out, "");
+  EXPECT_THAT(checked.err, HasSubstr("core-seconds"));
+  const ProgramOutcome wrong =
+      Dlcs("submit - --steps 100",
+           R"json('{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": -4, "f": [0], "g": [-1]}')json");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("T"));
+  EXPECT_EQ(Dlcs("list").out, "");
+  EXPECT_EQ(Dlcs("submit - --within 0.001 --patience 1 --method time-stepping --steps 15000000", kEasy).code, 3);
+}
+
+TEST_F(JobCommandsTest, TellsThatItTriesAgain) {
+  const ProgramOutcome outcome = RunDlcs("list --server 127.0.0.1:1 --patience 0.6");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("again in"));
+}
+
+}  // namespace
+}  // namespace dlcs::client
