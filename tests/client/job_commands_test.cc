@@ -92,7 +92,7 @@ TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
 }
 
 TEST_F(JobCommandsTest, CancelsListsAndForgets) {
-  const std::string job = Submit(kEasy, "--steps 15000000 --method time-stepping");
+  const std::string job = Submit(kEasy, "--steps 4000000 --method time-stepping");
   EXPECT_THAT(Dlcs("list").out, HasSubstr(job));
   EXPECT_EQ(Dlcs("result " + job).code, 3);  // not yet
   EXPECT_EQ(Dlcs("cancel " + job).code, 0);

@@ -110,7 +110,7 @@ TEST_F(JobServiceTest, RefusesWithTheFieldOrTheLimit) {
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("T:"));
 
-  *request.mutable_solve() = SwitchingRequest(std::int64_t{1} << 40);
+  *request.mutable_solve() = SwitchingRequest(std::int64_t{1} << 29);
   status = client_->Submit(request, {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps"));
@@ -141,7 +141,7 @@ TEST_F(JobServiceTest, KnowsNoJobsButItsOwn) {
 }
 
 TEST_F(JobServiceTest, CancelKeepsWhatWasFound) {
-  const v1::SolveJob job = Submit(MarchingRequest(20'000'000));
+  const v1::SolveJob job = Submit(MarchingRequest(4'000'000));
   v1::WatchSolveJobRequest request;
   request.set_name(job.name());
   bool cancelled = false;
@@ -240,7 +240,7 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
 }
 
 TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
-  const v1::SolveRequest solve = MarchingRequest(1'000'000 / testing::kSlowness);
+  const v1::SolveRequest solve = MarchingRequest(400'000 / testing::kSlowness);
   const v1::SolveJob job = Submit(solve);
   for (int restart = 0; restart < 3; ++restart) {
     for (int k = 0; k < 500; ++k) {
@@ -257,7 +257,7 @@ TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
 }
 
 TEST_F(JobServiceTest, WatchersGoOnAtTheNextServer) {
-  const v1::SolveJob job = Submit(MarchingRequest(20'000'000));
+  const v1::SolveJob job = Submit(MarchingRequest(4'000'000));
   const std::string address = server_->address();
   std::vector<v1::JobEvent> events;
   int notices = 0;
