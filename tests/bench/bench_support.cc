@@ -4,7 +4,7 @@
 #include <malloc.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <ctime>
 #include <fstream>
 
 #include "core/heap.h"
@@ -50,6 +50,8 @@ std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& prob
   state.SkipWithError(wrong.c_str());
   return std::nullopt;
 }
+
+double ProcessorSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 PeakMemory::PeakMemory() {
   malloc_trim(0);

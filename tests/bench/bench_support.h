@@ -29,6 +29,9 @@ std::string WhatIsWrong(const Solution& solution, double tolerance = kResidualTo
 std::optional<Solution> SolveOrSkip(benchmark::State& state, const Problem& problem, const Options& options,
                                     double tolerance = kResidualTolerance);
 
+// Of the processor, in this process: other programs do not count.
+double ProcessorSeconds();
+
 // The most memory (resident set) that the process took since it was made, above what it had then.
 // Page by page: what stays below some 100 KB is noise.
 class PeakMemory {

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <string>
@@ -40,15 +39,14 @@ std::vector<Choice> ChoicesFor(const KnownSystem& system) {
   return choices;
 }
 
-double Seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 // What the last solve to a larger error took.
 struct Last {
   int digits = 0;
   double seconds = 0;
 };
 
-// Steps grow tenfold with each digit for a method of first order, and by √10 for one of second; event location hardly knows.
+// Steps grow tenfold with each digit for a method of first order, and by √10 for one of second; event location hardly
+// knows.
 double Predicted(const KnownSystem& system, const Choice& choice, const Last& last, int digits) {
   const bool is_second = system.y_is_lipschitz && (choice.averaged || choice.method != Method::kTimeStepping);
   const double order = choice.method == Method::kEventLocated || choice.method == Method::kAuto ? 8 : is_second ? 2 : 1;
@@ -65,9 +63,9 @@ void Run(benchmark::State& state, const KnownSystem& system, const Choice& choic
   double best = 1e9;
   for (auto _ : state) {
     Observer silent;
-    const double begin = Seconds();
+    const double begin = ProcessorSeconds();
     solution = Solve(system.problem, options, silent, {});
-    best = std::min(best, Seconds() - begin);
+    best = std::min(best, ProcessorSeconds() - begin);
   }
   last = {digits, best};
   const std::string wrong = solution.ok() ? WhatIsWrong(*solution) : std::string(solution.status().message());

@@ -17,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <optional>
@@ -74,9 +73,6 @@ Options OptionsFor(const Setting& setting, const Problem& problem, Method method
   return options;
 }
 
-// Of the processor: other programs do not count.
-double Seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 // y(T) of the march, and all y of implicit Euler, made once for each setting.
 struct Reference {
   Vector y_end;
@@ -116,9 +112,9 @@ double RunEngine(benchmark::State& state, const Problem& problem, const Options&
   double total = 1e9;
   for (auto _ : state) {
     Observer observer;
-    const double begin = Seconds();
+    const double begin = ProcessorSeconds();
     auto solution = Solve(problem, options, observer, {});
-    const double seconds = Seconds() - begin;
+    const double seconds = ProcessorSeconds() - begin;
     if (!solution.ok() || solution->termination != Termination::kConverged) {
       state.SkipWithError(solution.ok() ? solution->message.c_str() : "refused");
       return seconds;
@@ -188,11 +184,11 @@ double RunSine(benchmark::State& state, const Setting& setting) {
   double setup = 1e9, total = 1e9;
   Vector y_end;
   for (auto _ : state) {
-    const double begin = Seconds();
+    const double begin = ProcessorSeconds();
     SineEuler euler(problem, setting.steps);
-    setup = std::min(setup, Seconds() - begin);
+    setup = std::min(setup, ProcessorSeconds() - begin);
     euler.Run();
-    total = std::min(total, Seconds() - begin);
+    total = std::min(total, ProcessorSeconds() - begin);
     y_end = euler.y().rightCols(1);
   }
   const double first_order = 4.0 / static_cast<double>(setting.steps);
@@ -210,13 +206,13 @@ double RunCholesky(benchmark::State& state, const Setting& setting) {
   const Index steps = extrapolates ? std::min<Index>(20, setting.steps) : setting.steps;
   double setup = 1e9, marching = 1e9, error = 0;
   for (auto _ : state) {
-    const double begin = Seconds();
+    const double begin = ProcessorSeconds();
     CholeskyEuler euler(problem, setting.steps);
-    const double marched = Seconds();
+    const double marched = ProcessorSeconds();
     setup = std::min(setup, marched - begin);
     euler.Run(steps);
-    marching =
-        std::min(marching, (Seconds() - marched) * static_cast<double>(setting.steps) / static_cast<double>(steps));
+    marching = std::min(
+        marching, (ProcessorSeconds() - marched) * static_cast<double>(setting.steps) / static_cast<double>(steps));
     error = MaxAbs(euler.y().middleCols(1, steps) - reference.euler_y.middleCols(1, steps));
   }
   ExpectAtMost(state, error, 1e-9, "the two forms of implicit Euler differ");
@@ -241,11 +237,11 @@ double RunPrinted(benchmark::State& state, const Setting& setting) {
   double a_state = 1e9;
   Matrix x;
   for (auto _ : state) {
-    const double begin = Seconds();
+    const double begin = ProcessorSeconds();
     for (Index k = 0; k < states; ++k) {
       x = iterate.State(setting.steps * (2 * k + 1) / (2 * states));
     }
-    a_state = std::min(a_state, (Seconds() - begin) / static_cast<double>(states));
+    a_state = std::min(a_state, (ProcessorSeconds() - begin) / static_cast<double>(states));
   }
   // 25 nodes do not resolve what fine meshes hold at the end of the inner integral.
   const double stiffness = setting.coefficient * problem.horizon * static_cast<double>(setting.cells * setting.cells);

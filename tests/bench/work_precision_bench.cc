@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <limits>
 #include <map>
@@ -87,10 +86,9 @@ void Run(benchmark::State& state, const KnownSystem& system, const Way& way, Ind
          double most_seconds) {
   if (progress.seconds > most_seconds / 2 || progress.error < 1e-11) return state.SkipWithError(kNotNeeded);
   absl::StatusOr<Solution> solution;
-  const std::clock_t start = std::clock();
+  const double start = ProcessorSeconds();
   for (auto _ : state) solution = way.solve(system, parameter);
-  progress.seconds =
-      static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / static_cast<double>(state.iterations());
+  progress.seconds = (ProcessorSeconds() - start) / static_cast<double>(state.iterations());
   if (way.may_break_down && solution.ok() && solution->termination != Termination::kConverged) {
     return state.SkipWithError(kNotNeeded);
   }
