@@ -38,6 +38,7 @@ namespace dlcs::bench {
 namespace {
 
 constexpr double kLong_s = 4;
+constexpr Index kCellsOfGoals = 256;
 
 struct Setting {
   Index cells = 0;
@@ -318,7 +319,11 @@ int Main(int argc, char** argv) {
       };
       const std::string name =
           fmt::format("{}|{}|{}|{:g}", way.name, setting.cells, setting.steps, setting.coefficient);
-      benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMillisecond)->MinTime(quick ? 0.02 : 0.5);
+      benchmark::RegisterBenchmark(name.c_str(), run)
+          ->Unit(benchmark::kMillisecond)
+          ->MinTime(!quick                           ? 0.5
+                    : setting.cells == kCellsOfGoals ? 0.3
+                                                     : 0.05);
     }
   }
   return RunAll(argc, argv);
