@@ -59,7 +59,7 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
       patience = kPatience;
       secants_.Forget();
     }
-    secants_.Add(lagged_, current_);
+    if (plain <= kPlain - 2) secants_.Add(lagged_, current_);  // most are solved before
     if (plain > 0 && --plain > 0) {
       lagged_.swap(current_);
     } else {

@@ -39,17 +39,21 @@ std::optional<Diagonals> Diagonals::Of(const Eigen::SparseMatrix<double>& matrix
 
 void Diagonals::Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const {
   product.setZero();
+  AddProduct(values, product);
+}
+
+void Diagonals::AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const {
   for (Index c = 0; c < values.cols(); ++c) {
     for (const Diagonal& diagonal : diagonals_) {
       const Index length = diagonal.entries.size();
       const double* const all_entries = diagonal.entries.data();
       const double* const column = values.col(c).data() + diagonal.first + diagonal.shift;
-      double* const sums = product.col(c).data() + diagonal.first;
+      double* const sums = sum.col(c).data() + diagonal.first;
       RunWide([=]() DLCS_WIDE {
         const double* __restrict entry = all_entries;
         const double* __restrict value = column;
-        double* __restrict sum = sums;
-        for (Index i = 0; i < length; ++i) sum[i] += entry[i] * value[i];
+        double* __restrict to = sums;
+        for (Index i = 0; i < length; ++i) to[i] += entry[i] * value[i];
       });
     }
   }

@@ -21,6 +21,8 @@ class Diagonals {
 
   // product = matrix · values, with the bits of Eigen's sparse product: each row is summed from the left.
   void Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const;
+  // sum += matrix · values
+  void AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const;
 
  private:
   // Entries (first + i, first + i + shift) for i < entries.size().

@@ -20,6 +20,9 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
+// To look for diagonals costs as much as several products.
+constexpr Index kFewColumns = 8;
+
 // The size of all that runs slower than factor `k`, and of all that runs faster.
 struct Neighbours {
   Index slower = 1;
@@ -42,6 +45,13 @@ void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, do
   for (std::size_t k = 0; k < sum.factors.size(); ++k) {
     const SparseMatrix& factor = sum.factors[k];
     const Neighbours of = NeighboursOf(sum, k);
+    if (of.faster == 1 && of.slower > kFewColumns) {  // columns of a matrix
+      if (const auto diagonals = Diagonals::Of(factor)) {
+        diagonals->AddProduct(Eigen::Map<const Matrix>(right, factor.cols(), of.slower),
+                              Eigen::Map<Matrix>(left, factor.rows(), of.slower));
+        continue;
+      }
+    }
     for (Index slow = 0; slow < of.slower; ++slow) {
       const Index begin = slow * factor.rows() * of.faster;
       for (Index j = 0; j < factor.cols(); ++j) {
@@ -55,7 +65,6 @@ void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, do
 }
 
 void MultiplySparse(const SparseMatrix& sparse, const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) {
-  constexpr Index kFewColumns = 8;  // to look for diagonals costs as much as several products
   if (right.cols() > kFewColumns) {
     if (const auto diagonals = Diagonals::Of(sparse)) return diagonals->Multiply(right, left);
   }

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/linalg/eight_lanes.h"
 #include "core/linalg/symmetry.h"
 #include "core/linalg/wide_loops.h"
 
@@ -149,16 +150,26 @@ void FactorTransform::SineTransform(double* x, Work& work) const {
 
 void FactorTransform::SineTransforms(Eigen::Ref<Matrix> columns, Work& work) const {
   const Index half = fourier_.length(), size = columns.rows(), part = half * kLanes;
-  work.values.setZero(size * kLanes);
+  work.values.resize(size * kLanes);
   work.parts.resize(4 * part);
-  double* parts = work.parts.data();
-  Eigen::Map<Eigen::Matrix<double, kLanes, Eigen::Dynamic>> values(work.values.data(), kLanes, size);
-  values.topRows(columns.cols()) = columns.transpose();
+  double *values = work.values.data(), *parts = work.parts.data();
+  const bool fills_lanes = columns.cols() == kLanes;
+  Eigen::Map<Eigen::Matrix<double, kLanes, Eigen::Dynamic>> lanes(values, kLanes, size);
+  if (fills_lanes) {
+    ColumnsToLanes(columns.data(), columns.outerStride(), size, values);
+  } else {
+    lanes.setZero();
+    lanes.topRows(columns.cols()) = columns.transpose();
+  }
   const SineTables tables{half, sines_.data(), turn_re_.data(), turn_im_.data()};
-  Fold<kLanes>(tables, work.values.data(), parts, parts + part);
+  Fold<kLanes>(tables, values, parts, parts + part);
   const auto spectrum = fourier_.Forward(kLanes, {parts, parts + part}, {parts + 2 * part, parts + 3 * part});
-  Unfold<kLanes>(tables, spectrum, work.values.data());
-  columns = values.topRows(columns.cols()).transpose();
+  Unfold<kLanes>(tables, spectrum, values);
+  if (fills_lanes) {
+    LanesToColumns(values, size, columns.data(), columns.outerStride());
+  } else {
+    columns = lanes.topRows(columns.cols()).transpose();
+  }
 }
 
 void FactorTransform::ForwardInPlace(Eigen::Ref<Vector> x, Workspace& workspace) const {

@@ -39,31 +39,23 @@ ModeRecursion MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
   return made;
 }
 
-// P <- decay P + û for the rows begin ... begin + P.rows() - 1 of the terms.
-void AdvancePast(const Matrix& decay, Index begin, const double* input, Matrix& past) {
-  const Index count = past.rows(), terms = past.cols(), stride = decay.rows();
-  const double* const first_decay = decay.data() + begin;
-  double* const first_past = past.data();
+// P <- decay P + û, and sum <- Σ_k weights_k P_k in the order of k.
+void AdvanceAndSum(const ModeRecursion& terms, const Vector& input, Matrix& past, Vector& sum) {
+  const Index modes = past.rows(), exponentials = past.cols();
+  const double *const decays = terms.decay.data(), *const weights = terms.past.data(), *const inputs = input.data();
+  double *const pasts = past.data(), *const sums = sum.data();
   RunWide([=]() DLCS_WIDE {
-    for (Index k = 0; k < terms; ++k) {
-      const double* __restrict e = first_decay + k * stride;
-      double* __restrict p = first_past + k * count;
-      for (Index r = 0; r < count; ++r) p[r] = e[r] * p[r] + input[r];
-    }
-  });
-}
-
-// sum += Σ_k weights_k P_k, in the order of k.
-void AddPast(const Matrix& weights, Index begin, const Matrix& past, double* sum_out) {
-  const Index count = past.rows(), terms = past.cols(), stride = weights.rows();
-  const double* const first_weight = weights.data() + begin;
-  const double* const first_past = past.data();
-  RunWide([=]() DLCS_WIDE {
-    double* __restrict sum = sum_out;
-    for (Index k = 0; k < terms; ++k) {
-      const double* __restrict w = first_weight + k * stride;
-      const double* __restrict p = first_past + k * count;
-      for (Index r = 0; r < count; ++r) sum[r] += w[r] * p[r];
+    const double* __restrict u = inputs;
+    double* __restrict s = sums;
+    for (Index r = 0; r < modes; ++r) s[r] = 0;
+    for (Index k = 0; k < exponentials; ++k) {
+      const double* __restrict e = decays + k * modes;
+      const double* __restrict w = weights + k * modes;
+      double* __restrict p = pasts + k * modes;
+      for (Index r = 0; r < modes; ++r) {
+        p[r] = e[r] * p[r] + u[r];
+        s[r] += w[r] * p[r];
+      }
     }
   });
 }
@@ -71,7 +63,7 @@ void AddPast(const Matrix& weights, Index begin, const Matrix& past, double* sum
 class KroneckerMemory final : public Memory {
  public:
   KroneckerMemory(const KroneckerKernel& kernel, const Eigen::Ref<const Vector>& y0)
-      : modes_(kernel.modes()), terms_(kernel.terms()), input_(modes_.num_modes()), output_(modes_.num_modes()) {
+      : modes_(kernel.modes()), terms_(kernel.terms()), sum_(modes_.num_modes()), input_(modes_.num_modes()) {
     Load(y0);
     past_ = terms_.start.array().colwise() * input_.array();
     // A constant piece takes nothing from y_0; the half hat of a linear one is in terms_.start.
@@ -80,20 +72,22 @@ class KroneckerMemory final : public Memory {
   }
 
   void Next(Eigen::Ref<Vector> q) override {
-    Sum(output_);
+    output_ = sum_;
     modes_.FromModesInPlace(output_, workspace_);
     modes_.D.Multiply(output_, q);
   }
 
   Matrix History(Index steps) override {
-    const Matrix kept = past_;
-    Matrix history(output_.size(), steps);
+    const Matrix kept_past = past_;
+    const Vector kept_sum = sum_;
+    Matrix history(sum_.size(), steps);
     input_.setZero();
     for (Index j = 0; j < steps; ++j) {
-      Sum(history.col(j));
+      history.col(j) = sum_;
       Advance();
     }
-    past_ = kept;
+    past_ = kept_past;
+    sum_ = kept_sum;
     return modes_.D.sparse() * modes_.FromModes(std::move(history));
   }
 
@@ -107,15 +101,12 @@ class KroneckerMemory final : public Memory {
     modes_.C.Multiply(y, input_);
     modes_.ToModesInPlace(input_, workspace_);
   }
-  void Advance() { AdvancePast(terms_.decay, 0, input_.data(), past_); }
-  void Sum(Eigen::Ref<Vector> output) const {
-    output.setZero();
-    AddPast(terms_.past, 0, past_, output.data());
-  }
+  void Advance() { AdvanceAndSum(terms_, input_, past_, sum_); }
 
   const KroneckerModes& modes_;
   const ModeRecursion& terms_;
   Matrix past_;  // P of the next node
+  Vector sum_;   // of it
   Vector input_, output_;
   FactorTransform::Workspace workspace_;
 };

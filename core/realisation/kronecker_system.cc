@@ -137,6 +137,14 @@ std::shared_ptr<const KroneckerKernel> KroneckerSystem::Kernel(double step, Hold
   return kernels_.back().kernel;
 }
 
+const Matrix& KroneckerSystem::ModesOf(const Vector& x) {
+  if (state_.size() == 0 || state_ != x) {
+    state_modes_ = modes_->StateToModes(x);
+    state_ = x;
+  }
+  return state_modes_;
+}
+
 std::shared_ptr<const ReducedKernel> KroneckerSystem::MakeKernel(double step, Hold hold, Index /*longest_window*/,
                                                                  Workers& /*workers*/,
                                                                  const std::stop_token& /*stop*/) {
@@ -165,7 +173,7 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Wor
                                  const std::stop_token& stop) {
   const KroneckerModes& modes = *modes_;
   const Index steps = sources.psi.cols() - 1;
-  const Matrix state = modes.StateToModes(x);
+  const Matrix& state = ModesOf(x);
 
   Matrix nodes(modes.num_modes(), steps + 1), middles(modes.num_modes(), steps);
   if (form_ == SourceForm::kAlongWall) {
@@ -229,7 +237,7 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
     if (next < nodes.size()) return {};
   }
 
-  const Matrix state = modes.StateToModes(x);
+  const Matrix& state = ModesOf(x);
   const double top = modes.mu.maxCoeff();
   const Matrix withdrawn = (-modes.b).asDiagonal() * modes.basis.weights;
   Matrix states(modes.num_states, count);

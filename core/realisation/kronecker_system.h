@@ -41,6 +41,8 @@ class KroneckerSystem final : public RealisedSystem {
 
   // That of kernels_, made where there is none.
   std::shared_ptr<const KroneckerKernel> Kernel(double step, Hold hold);
+  // StateToModes(x), kept for the next call: Move() and States() ask for the same.
+  const Matrix& ModesOf(const Vector& x);
   // The modes of lift ψ in all m coordinates, carried from rest: calls visit(j, node, middle of step j) for j = 1, 2, .... With
   // kGeneral.
   void CarrySources(const RunSources& sources, const std::stop_token& stop,
@@ -56,6 +58,8 @@ class KroneckerSystem final : public RealisedSystem {
     std::shared_ptr<const KroneckerKernel> kernel;
   };
   std::vector<KeptKernel> kernels_;
+  Vector state_;        // the last of ModesOf(),
+  Matrix state_modes_;  // and its modes
 };
 
 }  // namespace dlcs

@@ -91,6 +91,15 @@ DLCS_INLINE void CarryRows(const Rows& rows, Sums sums) {
   }
 }
 
+// Most tiles are full: then without a call.
+DLCS_INLINE void CopyModes(const double* from, Index count, double* to) {
+  if (count == ModeTile::kModes) {
+    std::copy_n(from, ModeTile::kModes, to);
+  } else {
+    std::copy_n(from, count, to);
+  }
+}
+
 void CarryBaseline(const Rows& rows, Sums sums) { CarryRows<Double2>(rows, sums); }
 DLCS_TARGET("avx2") void CarryAvx2(const Rows& rows, Sums sums) { CarryRows<Double4>(rows, sums); }
 DLCS_TARGET("avx512f") void CarryAvx512(const Rows& rows, Sums sums) { CarryRows<Double8>(rows, sums); }
@@ -122,7 +131,7 @@ ModeTile::ModeTile(const ModeRecursion& recursion, Index begin, Index count, con
 void ModeTile::Carry(const Eigen::Ref<const Matrix>& inputs, Sums sums) {
   const auto steps = inputs.cols();
   for (Index j = 0; j < steps; ++j) {
-    std::copy_n(inputs.col(j).data() + begin_, count_, inputs_[static_cast<std::size_t>(j + 1)].mode);
+    CopyModes(inputs.col(j).data() + begin_, count_, inputs_[static_cast<std::size_t>(j + 1)].mode);
   }
   static const auto carry = ChooseVersion(CarryBaseline, CarryAvx2, CarryAvx512);
   carry({static_cast<Index>(decay_.size()), steps, decay_.data(), past_weight_.data(), mid_weight_.data(), past_.data(),
@@ -154,7 +163,7 @@ ModeTile::Row ModeTile::RowOf(const Vector& values) const {
 
 void ModeTile::Store(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const {
   for (Index j = 0; j < values.cols(); ++j) {
-    std::copy_n(from[static_cast<std::size_t>(j)].mode, count_, values.col(j).data() + begin_);
+    CopyModes(from[static_cast<std::size_t>(j)].mode, count_, values.col(j).data() + begin_);
   }
 }
 

@@ -45,6 +45,17 @@ TEST(StructuredMatrixTest, EveryKindMultipliesAsItsDenseForm) {
   }
 }
 
+// Full diagonals, enough columns and enough lines along the fastest axis for the products that go by diagonals.
+TEST(StructuredMatrixTest, MultipliesBandsByTheirDiagonals) {
+  std::srand(8);
+  const Matrix F = Matrix::Random(3, 3), G = Matrix::Random(4, 4);
+  Matrix H = Matrix::Zero(6, 6);
+  for (const Index d : {-1, 0, 1}) H.diagonal(d).setRandom();
+  const Matrix sum = KroneckerSumOf(F, G, H), X = Matrix::Random(72, 12);
+  EXPECT_LE(MaxAbs(StructuredMatrix(KroneckerSum{{Sparse(F), Sparse(G), Sparse(H)}}) * X - sum * X), 1e-14);
+  EXPECT_LE(MaxAbs(StructuredMatrix(Sparse(H)) * X.topRows(6) - H * X.topRows(6)), 1e-15);
+}
+
 TEST(StructuredMatrixTest, SeesNonFiniteEntriesOfEveryKind) {
   Matrix F = Matrix::Identity(2, 2);
   F(1, 0) = std::numeric_limits<double>::quiet_NaN();
