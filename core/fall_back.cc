@@ -29,7 +29,7 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
 // Solves by the method that `choose_by` lets be chosen, after `first`, which it gives back where nothing serves.
 absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const std::string& how, Solution first,
                                     AnalysisReport& report, Observer& observer) {
-  ChooseAgain(task.problem, choose_by, task.plan);
+  ChooseAgain(task.problem, choose_by, task.setups, task.plan);
   task.leaves_checkpoints = false;  // whoever resumes begins with the first try
   task.resume = nullptr;
   if (task.plan.is_refused()) {

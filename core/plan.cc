@@ -11,14 +11,14 @@
 namespace dlcs {
 namespace {
 
-void ChooseForm(const Problem& problem, const Options& options, Plan& plan) {
-  plan.realisation = ChooseRealisation(problem, options, plan.method.method);
+void ChooseForm(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan) {
+  plan.realisation = ChooseRealisation(problem, options, plan.method.method, setups);
   const bool any_realisation =
       options.realisation == Realisation::kAuto || options.realisation == Realisation::kSparseStepping;
   if (!plan.realisation.refusal.empty() && options.method == Method::kAuto && any_realisation) {
     plan.method.method = Method::kTimeStepping;
     plan.method.reason = "the matrix exponential is out of reach: " + plan.realisation.refusal;
-    plan.realisation = ChooseRealisation(problem, options, plan.method.method);
+    plan.realisation = ChooseRealisation(problem, options, plan.method.method, setups);
     const bool is_left_open = options.theta == 0 && !options.average_y;
     plan.method.two_stages = is_left_open && IsAlwaysLipschitz(plan.selection) &&
                              plan.realisation.record.used == Realisation::kSparseStepping;
@@ -48,11 +48,11 @@ absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, Se
             .grid = MakeGrid(problem.horizon, BreakPoints(problem), options),
             .predicted_bytes = 0,
             .largest_slope = {}};
-  ChooseAgain(problem, options, plan);
+  ChooseAgain(problem, options, setups, plan);
   return plan;
 }
 
-void ChooseAgain(const Problem& problem, const Options& options, Plan& plan) {
+void ChooseAgain(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan) {
   plan.method = ChooseMethod(problem, options, plan.matrix_class, plan.selection);
   plan.realisation = {};
   plan.predicted_bytes = 0;
@@ -63,7 +63,7 @@ void ChooseAgain(const Problem& problem, const Options& options, Plan& plan) {
     // Where the iterates do not jump it is their Lipschitz constant.
     plan.largest_slope = plan.matrix_class.lipschitz = LargestSlope(problem.M);
   }
-  ChooseForm(problem, options, plan);
+  ChooseForm(problem, options, setups, plan);
   if (!plan.is_refused()) PredictMemory(problem, options, plan);
 }
 

@@ -43,7 +43,7 @@ struct Plan {
 absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, SetupCache* setups);
 
 // Chooses method and realisation once more, for plan.selection and by other `options`.
-void ChooseAgain(const Problem& problem, const Options& options, Plan& plan);
+void ChooseAgain(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan);
 
 }  // namespace dlcs
 

@@ -56,7 +56,7 @@ RealisationChoice DenseOrRefuse(const Problem& problem, std::string reason) {
 
 }  // namespace
 
-RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method) {
+RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method, SetupCache* setups) {
   const Realisation wanted = options.realisation;
   const bool reduced = method == Method::kExponentialMarch || method == Method::kLaplaceIteration;
   if (wanted == Realisation::kDense) return DenseOrRefuse(problem, "asked for");
@@ -71,7 +71,7 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
 
   std::string why_not;
   if (wanted == Realisation::kAuto || wanted == Realisation::kKroneckerSum) {
-    if (auto system = KroneckerSystem::Create(problem, why_not)) return Use(std::move(system));
+    if (auto system = KroneckerSystem::Create(problem, why_not, setups)) return Use(std::move(system));
   }
   const bool few = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
   const bool too_slow = options.method == Method::kAuto && problem.num_states() > kLargestChosenContour;

@@ -13,6 +13,8 @@
 
 namespace dlcs {
 
+class SetupCache;
+
 struct RealisationChoice {
   std::shared_ptr<RealisedSystem> system;  // null: dense matrices
   RealisationRecord record;                // before the solve
@@ -20,8 +22,10 @@ struct RealisationChoice {
 };
 
 // For a solve by `method`. Left to itself: dense matrices where A is dense or small; else the form that its structure has; else
-// dense ones again as far as their matrix functions are affordable.
-RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method);
+// dense ones again as far as their matrix functions are affordable. `setups`, where given, lends and keeps what solves of the same
+// matrices share, and must outlive the choice.
+RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method,
+                                    SetupCache* setups = nullptr);
 
 }  // namespace dlcs
 

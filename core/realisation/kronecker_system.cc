@@ -65,6 +65,27 @@ void Subtract(const Matrix& left, const Matrix& right, Matrix& sum) {
                   sum.rows());
 }
 
+// Some kernels of a large grid, where nobody lends a cache.
+constexpr double kOwnSetupBytes = 64e6;
+
+double BytesOf(const KroneckerModes& modes) {
+  const double q = static_cast<double>(modes.mu.size()), p = static_cast<double>(modes.num_modes());
+  double numbers = static_cast<double>(modes.basis.weights.size()) + 16 * (p + q);
+  // Transforms hold at most a square matrix each.
+  numbers += q * q;
+  for (const FactorTransform& factor : modes.across) numbers += std::pow(static_cast<double>(factor.size()), 2);
+  return 8 * numbers;
+}
+
+double BytesOf(const KroneckerKernel& kernel) {
+  const ModeRecursion& terms = kernel.terms();
+  double numbers = static_cast<double>(kernel.K0().size());
+  for (const Matrix* matrix : {&terms.decay, &terms.start, &terms.past, &terms.mid_past}) {
+    numbers += static_cast<double>(matrix->size());
+  }
+  return 8 * numbers;
+}
+
 bool IsZero(const TimeFunction& function) {
   for (const TimeFunction::Piece& piece : function.pieces) {
     const auto* constant = std::get_if<ConstantFunction>(&piece.function);
@@ -109,14 +130,23 @@ void AddResponses(const ExponentialSteps& steps, const Matrix& inputs, Hold hold
 
 }  // namespace
 
-std::unique_ptr<KroneckerSystem> KroneckerSystem::Create(const Problem& problem, std::string& why_not) {
-  auto modes = FindKroneckerModes(problem, why_not);
+std::unique_ptr<KroneckerSystem> KroneckerSystem::Create(const Problem& problem, std::string& why_not, SetupCache* setups) {
+  SharedSetups shared(setups, kOwnSetupBytes);
+  SetupKey matrices("Kronecker");
+  matrices.Add(problem.A).Add(problem.B).Add(problem.N);
+  auto modes = shared->Get<KroneckerModes>(matrices, [&]() -> SetupCache::Made<KroneckerModes> {
+    auto made = FindKroneckerModes(problem, why_not);
+    const double bytes = made ? BytesOf(*made) : 0;
+    return {std::move(made), bytes};
+  });
   if (!modes) return nullptr;
-  return std::unique_ptr<KroneckerSystem>(new KroneckerSystem(std::move(modes), problem));
+  return std::unique_ptr<KroneckerSystem>(
+      new KroneckerSystem(std::move(modes), std::move(matrices), std::move(shared), problem));
 }
 
-KroneckerSystem::KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, const Problem& problem)
-    : modes_(std::move(modes)) {
+KroneckerSystem::KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, SetupKey matrices, SharedSetups setups,
+                                 const Problem& problem)
+    : modes_(std::move(modes)), matrices_(std::move(matrices)), setups_(std::move(setups)) {
   if (IsZero(problem.f)) return;
   form_ = SourceForm::kGeneral;
   lift_ = problem.f.lift;
@@ -128,13 +158,13 @@ KroneckerSystem::KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, co
 }
 
 std::shared_ptr<const KroneckerKernel> KroneckerSystem::Kernel(double step, Hold hold) {
-  for (const KeptKernel& kept : kernels_) {
-    if (kept.step == step && kept.hold == hold) return kept.kernel;
-  }
-  constexpr std::size_t kMostKept = 8;
-  if (kernels_.size() == kMostKept) kernels_.erase(kernels_.begin());
-  kernels_.push_back({step, hold, std::make_shared<KroneckerKernel>(modes_, step, hold)});
-  return kernels_.back().kernel;
+  SetupKey key = matrices_;
+  key.Add(step).Add(static_cast<Index>(hold));
+  return setups_->Get<KroneckerKernel>(key, [&]() -> SetupCache::Made<KroneckerKernel> {
+    auto kernel = std::make_shared<const KroneckerKernel>(modes_, step, hold);
+    const double bytes = BytesOf(*kernel);
+    return {std::move(kernel), bytes};
+  });
 }
 
 const Matrix& KroneckerSystem::ModesOf(const Vector& x) {

@@ -6,12 +6,12 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/realisation/kronecker_kernel.h"
 #include "core/realisation/realisation.h"
+#include "core/realisation/shared_setups.h"
 
 namespace dlcs {
 
@@ -20,8 +20,9 @@ namespace dlcs {
 class KroneckerSystem final : public RealisedSystem {
  public:
   // Null, and `why_not` for people, where A is no symmetric Kronecker sum or B and N do not act through one vector along one
-  // axis. Cost: an eigenvalue problem for each factor that is not a second difference.
-  static std::unique_ptr<KroneckerSystem> Create(const Problem& problem, std::string& why_not);
+  // axis. `setups`, which must outlive it, lends and keeps modes and kernels for other solves of the same A, B and N; null: the
+  // system keeps its own. Cost: an eigenvalue problem for each factor that is not a second difference.
+  static std::unique_ptr<KroneckerSystem> Create(const Problem& problem, std::string& why_not, SetupCache* setups = nullptr);
 
   // Cost: p exponentials for each term, and a transform of C. `longest_window` is of no account.
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
@@ -37,9 +38,9 @@ class KroneckerSystem final : public RealisedSystem {
   // How f enters.
   enum class SourceForm { kNone, kAlongWall, kGeneral };
 
-  KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, const Problem& problem);
+  KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, SetupKey matrices, SharedSetups setups, const Problem& problem);
 
-  // That of kernels_, made where there is none.
+  // That of the set-ups, made where there is none.
   std::shared_ptr<const KroneckerKernel> Kernel(double step, Hold hold);
   // StateToModes(x), kept for the next call: Move() and States() ask for the same.
   const Matrix& ModesOf(const Vector& x);
@@ -52,12 +53,8 @@ class KroneckerSystem final : public RealisedSystem {
   SourceForm form_ = SourceForm::kNone;
   WallMatrix C_psi_;       // with kAlongWall
   StructuredMatrix lift_;  // with kGeneral; empty: the identity
-  struct KeptKernel {
-    double step;
-    Hold hold;
-    std::shared_ptr<const KroneckerKernel> kernel;
-  };
-  std::vector<KeptKernel> kernels_;
+  SetupKey matrices_;
+  SharedSetups setups_;
   Vector state_;        // the last of ModesOf(),
   Matrix state_modes_;  // and its modes
 };

@@ -166,6 +166,27 @@ TEST(KroneckerSystemTest, ServesTheSignoriniProblemWithFewTerms) {
   ExpectDenseMotion(*problem, Matrix::Random(15, 31), 0.01);
 }
 
+TEST(KroneckerSystemTest, SystemsOfTheSameMatricesShareModesAndKernels) {
+  SetupCache setups(1e8);
+  std::string why_not;
+  Workers workers(1);
+  const auto problem = MakeSignoriniProblem({.cells = 16, .coefficient = 2e-2, .horizon = 1});
+  ASSERT_TRUE(problem.ok());
+  const auto kernel_of = [&](const Problem& of) {
+    return KroneckerSystem::Create(of, why_not, &setups)->MakeKernel(0.01, Hold::kLinear, 1, workers, {});
+  };
+  const auto first = kernel_of(*problem);
+  Problem other = *problem;
+  other.x0 *= 2;
+  other.horizon = 3;
+  EXPECT_EQ(kernel_of(other), first);
+  EXPECT_EQ(setups.statistics().misses, 2);
+  EXPECT_EQ(setups.statistics().hits, 2);
+  other.N = StructuredMatrix(SparseMatrix(2 * problem->N.Sparse()));
+  EXPECT_NE(kernel_of(other), first);
+  EXPECT_GT(setups.statistics().bytes, 8.0 * static_cast<double>(first->K0().size()));
+}
+
 TEST(KroneckerSystemTest, SaysWhyNot) {
   std::srand(5);
   const std::vector<SparseMatrix> grid{Tridiagonal(3, -2, 1), Tridiagonal(4, -2, 1)};
