@@ -9,6 +9,7 @@
 #include "core/analysis/matrix_class.h"
 #include "core/methods/shared_setup.h"
 #include "core/parallel/own_threads.h"
+#include "core/problem_checks.h"
 #include "core/solve.h"
 #include "core/soundness.h"
 #include "core/violation_list.h"
@@ -32,6 +33,16 @@ bool IsOwn(const EnsembleMember& member, const std::string& field) {
   const auto begins = [&](const char* name) { return field.rfind(name, 0) == 0; };
   return (member.x0 && begins("x0")) || (member.f && begins("f")) || (member.g && begins("g")) ||
          (member.horizon && field == "T") || (member.break_points && begins("break_points"));
+}
+
+// What is wrong with the problem and the options as `member` has them. Where it differs in its initial state alone nothing else is
+// looked at again: an ensemble may have a hundred thousand.
+std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMember& member, const Options& options) {
+  const bool has_own_times = member.f || member.g || member.horizon || member.break_points;
+  if (has_own_times) return AllViolations(MemberProblem(base, member), options);
+  ViolationList list;
+  if (member.x0) CheckInitialState(*member.x0, base.num_states(), list);
+  return std::move(list).Take();
 }
 
 Solution NotBegun() {
@@ -62,7 +73,7 @@ std::vector<Violation> Validate(const Problem& base, const std::vector<EnsembleM
   for (const Violation& violation : violations) said.insert(violation.field);
   for (Index k = 0; k < static_cast<Index>(members.size()); ++k) {
     const EnsembleMember& member = members[static_cast<std::size_t>(k)];
-    for (const Violation& violation : AllViolations(MemberProblem(base, member), options)) {
+    for (const Violation& violation : MemberViolations(base, member, options)) {
       if (IsOwn(member, violation.field)) {
         violations.push_back({NameOf(k) + "." + violation.field, violation.description});
       } else if (!said.contains(violation.field)) {

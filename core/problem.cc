@@ -90,11 +90,7 @@ std::vector<Violation> Validate(const Problem& problem) {
   CheckSquareMatrix(problem.M, "n x n for n complementary pairs", "M", list);
   Validate(problem.f, m, "f", list);
   Validate(problem.g, n, "g", list);
-  if (problem.x0.size() != m) {
-    list.Add("x0", std::to_string(problem.x0.size()) + " components; must be m = " + std::to_string(m) +
-                       " (from A)");
-  }
-  list.AddNonFiniteComponents(problem.x0, "x0");
+  CheckInitialState(problem.x0, m, list);
   const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
   if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
   CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);

@@ -54,6 +54,13 @@ void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, 
   CheckAnySquareMatrix(matrix, rule, field, list);
 }
 
+void CheckInitialState(const Vector& x0, Index m, ViolationList& list) {
+  if (x0.size() != m) {
+    list.Add("x0", std::to_string(x0.size()) + " components; must be m = " + std::to_string(m) + " (from A)");
+  }
+  list.AddNonFiniteComponents(x0, "x0");
+}
+
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list) {
   const bool needed = rule == SolutionRule::kMinimiser;
   if (needed && !selector) list.Add("selector", "missing; the rule minimiser needs C and b");

@@ -25,6 +25,9 @@ void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std:
 void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, const std::string& field,
                        ViolationList& list);
 
+// m finite components, as x0.
+void CheckInitialState(const Vector& x0, Index m, ViolationList& list);
+
 // Whether `selector` is given exactly where `rule` needs it, C is k × n, b has k components, and all are finite.
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);
 

@@ -51,8 +51,11 @@ absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest&
   PreparedEnsemble prepared;
   prepared.ensemble = *std::move(sound);
   Options& options = prepared.ensemble.options;
+  const auto of_base = CountResultBytes(prepared.ensemble.base, options, limits);
   for (const EnsembleMember& member : prepared.ensemble.members) {
-    const auto bytes = CountResultBytes(MemberProblem(prepared.ensemble.base, member), options, limits);
+    const bool has_own_times = member.f || member.g || member.horizon || member.break_points;
+    const auto bytes =
+        has_own_times ? CountResultBytes(MemberProblem(prepared.ensemble.base, member), options, limits) : of_base;
     if (!bytes.ok()) return bytes.status();
     prepared.result_bytes.push_back(*bytes + kSummaryBytes);
     prepared.all_bytes +=
