@@ -24,6 +24,9 @@ constexpr double kShortestPart = 1e-12;
 constexpr double kNoModePart = 1e-14;
 // Error control never asks for less than this part of the tolerance of one step.
 constexpr double kLeastShare = 0.02;
+// A step of which an event leaves less than this part is taken again, shorter, where what is behind the event made its
+// error look small.
+constexpr double kLeastKept = 0.5;
 // A step is at most so many times longer than the last two modes were: rounding grows with the length, and
 // where modes accumulate little else is left.
 constexpr double kLongestAfterEvent = 16;
@@ -130,17 +133,14 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   const double step_end = length == end - t_ ? end : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
   if (!sources_.finite) {
-    context_.Fail(
-        Termination::kNonFinite, t_,
-        "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+    context_.Fail(Termination::kNonFinite, t_,
+                  "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
     return Progressed::kFailed;
   }
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
-  step_ =
-      TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+  step_ = TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
   const double factor = 0.9 * std::pow(step_.error_ratio, -1.0 / (kLegendreDegree - 1));
-  if (!(step_.error_ratio <= 1))
-    return Shorten(length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1));
+  if (!(step_.error_ratio <= 1)) return Shorten(length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1));
 
   const auto mode_end = FindModeEnd(step_);
   if (!mode_end) {
@@ -148,10 +148,13 @@ EventLocator::Progressed EventLocator::Advance(double end) {
     Accept(step_end, 1);
     return Progressed::kYes;
   }
-  search_.GuessBehind(*mode_, mode_end->guard);
   const double lasted = length * (1 + mode_end->s) / 2;
-  if (lasted <= std::max(kNoModePart * problem_.horizon, 4e-16 * t_))
-    return GiveUpMode("no active set lasts");
+  const double again = lasted / kLeastKept;
+  step_.error_ratio = NanMax(
+      step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
+  if (!(step_.error_ratio <= 1) && again < length && again > kShortestPart * problem_.horizon) return Shorten(again);
+  search_.GuessBehind(*mode_, mode_end->guard);
+  if (lasted <= std::max(kNoModePart * problem_.horizon, 4e-16 * t_)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
   return EndMode(mode_end->s);
 }
@@ -161,8 +164,7 @@ EventLocator::Progressed EventLocator::Shorten(double length) {
   ++record_.rejected_steps;
   length_ = length;
   if (length_ >= shortest) return Progressed::kYes;
-  why_march_ =
-      "no step was short enough for the tolerance: a source jumps or has a kink at an undeclared time";
+  why_march_ = "no step was short enough for the tolerance: a source jumps or has a kink at an undeclared time";
   length_ = 16 * shortest;
   return Progressed::kNoMode;
 }
@@ -253,10 +255,9 @@ bool EventLocator::MarchOn(double end) {
       return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
     }
     if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
-    const double allowed =
-        tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
-    const double ratio = (step.error.array() / (allowed * magnitudes_.x.array().max(step.x.array().abs()) +
-                                                1e-14 * MaxAbs(step.x) + 1e-300))
+    const double allowed = tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
+    const double ratio = (step.error.array() /
+                          (allowed * magnitudes_.x.array().max(step.x.array().abs()) + 1e-14 * MaxAbs(step.x) + 1e-300))
                              .maxCoeff();
     if (!(ratio <= 1) && length > shortest) {
       march_length_ = length / 2;

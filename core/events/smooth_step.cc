@@ -60,6 +60,17 @@ double LargestRatio(const Vector& error, const Vector& allowed) {
   return largest;
 }
 
+// What SmoothStep::error_ratio is for the given sizes of x and the guards.
+double ErrorRatio(const Mode& mode, const SmoothStep& step, const Vector& x_size, const Vector& guard_size,
+                  const Magnitudes& magnitudes, double tolerance, double share) {
+  const Vector x_allowed = tolerance * share * Magnitude(magnitudes.x.cwiseMax(x_size)) + step.x_noise;
+  Vector guard_magnitude = Magnitude(magnitudes.w);
+  const Vector y_magnitude = Magnitude(magnitudes.y);
+  for (const Index i : mode.active) guard_magnitude[i] = y_magnitude[i];
+  const Vector guard_allowed = tolerance * guard_magnitude.cwiseMax(guard_size) + step.guard_noise;
+  return NanMax(LargestRatio(step.x_error, x_allowed), LargestRatio(step.guard_error, guard_allowed));
+}
+
 }  // namespace
 
 SourceGap GapOf(const StepSources& sources) {
@@ -85,27 +96,31 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (mode.source_slope.size() > 0) b_size += mode.source_slope.cwiseAbs() * slope_size;
   // The Schur form mixes all components, and their rounding.
   const double state_noise = kRounding * MaxAbs(x_size);
-  const Vector x_noise =
+  step.x_noise =
       (kRounding * sources.length / 2 * (mode.dynamics.cwiseAbs() * x_size + b_size)).array() + state_noise;
-  const Vector x_error = EstimateTail(step.x, kOfCoefficient * x_noise) + sources.length * sources.f_error;
-  const Vector x_allowed = tolerance * share * Magnitude(magnitudes.x.cwiseMax(x_size)) + x_noise;
-  step.error_ratio = LargestRatio(x_error, x_allowed);
+  step.x_error = EstimateTail(step.x, kOfCoefficient * step.x_noise) + sources.length * sources.f_error;
 
-  const Vector guard_noise =
-      kRounding * Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size) +
-      mode.guard.state.cwiseAbs() * x_noise;
-  const Vector guard_tail = EstimateTail(step.guard, kOfCoefficient * guard_noise);
-  Vector guard_magnitude = Magnitude(magnitudes.w);
-  const Vector y_magnitude = Magnitude(magnitudes.y);
-  for (const Index i : mode.active) guard_magnitude[i] = y_magnitude[i];
+  step.guard_noise = kRounding * Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size) +
+                     mode.guard.state.cwiseAbs() * step.x_noise;
+  const Vector guard_tail = EstimateTail(step.guard, kOfCoefficient * step.guard_noise);
   const Vector guard_size = SizeOf(step.guard);
-  guard_magnitude = guard_magnitude.cwiseMax(guard_size);
-  const Vector guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;
-  step.error_ratio =
-      NanMax(step.error_ratio, LargestRatio(guard_error, tolerance * guard_magnitude + guard_noise));
-  step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * guard_noise).cwiseMax(guard_tail);
+  step.guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;
+  step.error_ratio = ErrorRatio(mode, step, x_size, guard_size, magnitudes, tolerance, share);
+  step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(guard_tail);
   if (gap) step.guard_level += Size(mode.guard, Vector::Zero(step.x.rows()), gap->f, gap->g, gap->slope);
   return step;
+}
+
+double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
+                        double tolerance, double share) {
+  constexpr int kLooks = 4;
+  Vector x_size = Vector::Zero(step.x.rows()), guard_size = Vector::Zero(step.guard.rows());
+  for (int k = 0; k <= kLooks; ++k) {
+    const LegendreVector at = LegendreValues(-1 + (1 + s) * k / kLooks);
+    x_size = x_size.cwiseMax((step.x * at).cwiseAbs());
+    guard_size = guard_size.cwiseMax((step.guard * at).cwiseAbs());
+  }
+  return ErrorRatio(mode, step, x_size, guard_size, magnitudes, tolerance, share);
 }
 
 namespace {

@@ -30,6 +30,9 @@ struct SmoothStep {
   // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the
   // step is accurate where it is at most 1. Errors fall with the power K of the length.
   double error_ratio = 0;
+  // What it was made from: estimated errors, and what rounding does.
+  Vector x_error, guard_error;
+  Vector x_noise, guard_noise;
 };
 
 // How far two polynomials of the sources may be apart where one step ends and the next begins: an event is
@@ -48,6 +51,11 @@ SourceGap GapOf(const StepSources& sources);
 // always. `gap`, null or that of the step before, raises the levels of the guards.
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
                           const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap);
+
+// The error ratio where the step is cut at `s`, against the sizes up to there alone: in a mode that an event ends x may grow
+// beyond all that the solution is. The other arguments are those of TakeSmoothStep().
+double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
+                        double tolerance, double share);
 
 // The first time that a guard of the step falls below its level.
 struct ModeEnd {

@@ -166,6 +166,20 @@ TEST(EventLocatedTest, RefiningTheToleranceConvergesOnTheFourVariables) {
   EXPECT_LT(MaxAbs(hard - Vector{{0.091747, -0.200648, 0.497778}}), 1e-6);  // by other methods
 }
 
+// The first modes are short, and behind their ends they grow fast: how large x would be there does not count.
+TEST(EventLocatedTest, CoarseTolerancesAreMetWhereModesGrowBehindTheirEnds) {
+  std::vector<double> times;
+  for (int k = 1; k <= 16; ++k) times.push_back(k / 16.0);
+  const Solution best = SolveAt(FourVariableEasy(), 1e-11, times);
+  const Vector size = RowMaxAbs(best.x);
+  for (const double tolerance : {0.05, 0.02, 0.01, 0.005, 0.002}) {
+    const Solution solution = SolveAt(FourVariableEasy(), tolerance, times);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    const Vector error = RowMaxAbs(solution.x - best.x);
+    EXPECT_LT(MaxAbs(error.cwiseQuotient(size)), tolerance);
+  }
+}
+
 // x' = -x + y + f with f = -0.5, then -2 from t = 0.7 on; y = max(0, -x).
 Vector JumpExact(double t) {
   const double at_jump = -0.5 + 1.5 * std::exp(-0.7);
