@@ -46,20 +46,19 @@ std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Sel
 // The iteration solves each LCP some ten times, the march once but one after the other: so many threads outweigh that.
 constexpr int kThreadsForIteration = 16;
 
-// A mode follows the one solution, or one of several, until a component of y or w vanishes. The others may end where none
-// does, when another solution becomes the better one.
+// A mode follows the one solution, or one of several, until a component of y or w vanishes. The others may end where
+// none does, when another solution becomes the better one.
 bool HasModes(Selection selection) {
   return selection == Selection::kUnique || selection == Selection::kLeastElement || selection == Selection::kAny;
 }
 
-// An error below this is cheaper by few steps of high order than by many of second order; found by trial on tests/cases.
-constexpr double kCoarseTolerance = 1e-3;
-// Modes take a Schur form each.
+// Modes take a Schur form each. Below, few steps of high order are cheaper than trials with steps of second order for
+// every error, found by trial on tests/cases and the examples of the papers (tests/bench).
 constexpr Index kMostStatesOfModes = 200;
 
 bool PrefersEvents(const Problem& problem, const Options& options, Selection selection) {
-  return options.error_tolerance > 0 && options.error_tolerance <= kCoarseTolerance && HasModes(selection) &&
-         problem.num_states() <= kMostStatesOfModes && !options.inelastic_impact;
+  return options.error_tolerance > 0 && HasModes(selection) && problem.num_states() <= kMostStatesOfModes &&
+         !options.inelastic_impact;
 }
 
 // Constraints that y reaches through two integrations and more need impulses.
@@ -67,8 +66,8 @@ void JudgeRelativeDegree(const Problem& problem, const Options& options, bool ze
   const auto degrees = RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
   const std::vector<Index> rows = ImpulsiveRows(degrees);
   if (rows.empty()) return;
-  const int least = *degrees[*std::min_element(rows.begin(), rows.end(),
-                                               [&](Index i, Index j) { return degrees[i] < degrees[j]; })];
+  const int least =
+      *degrees[*std::min_element(rows.begin(), rows.end(), [&](Index i, Index j) { return degrees[i] < degrees[j]; })];
   const bool all = zero && std::none_of(degrees.begin(), degrees.end(), [](const auto& degree) { return degree == 1; });
   if (!all) {
     choice.impulsive_rows = rows;
@@ -106,14 +105,14 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
   } else if (lipschitz) {
     const int threads = Workers(options.num_threads).max_threads();
     choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialMarch;
-    choice.reason = WhyLipschitz(selection) + "; on " + std::to_string(threads) + (threads == 1 ? " thread" : " threads") +
+    choice.reason = WhyLipschitz(selection) + "; on " + std::to_string(threads) +
+                    (threads == 1 ? " thread" : " threads") +
                     (threads >= kThreadsForIteration ? " the iteration is expected to be faster than the march"
                                                      : " the march is faster than the iteration, with the same answer");
   } else if (selection != Selection::kAny) {
     choice.method = Method::kExponentialMarch;
-    choice.reason =
-        std::string(SelectionName(selection)) +
-        " need not be a Lipschitz function of x: each step is solved for x and y together";
+    choice.reason = std::string(SelectionName(selection)) +
+                    " need not be a Lipschitz function of x: each step is solved for x and y together";
   } else {
     choice.method = Method::kExponentialMarch;
     choice.reason = "M is " + matrix_class.description +
@@ -130,15 +129,18 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     }
   }
   if (choice.method == Method::kEventLocated && !HasModes(selection)) {
-    choice.refusal = std::string("event-located follows an active set until a component of y or w vanishes, and ") +
-                     SelectionName(selection) +
-                     " may change where none does, when another solution becomes the better one. Use exponential-march or "
-                     "time-stepping.";
+    choice.refusal =
+        std::string("event-located follows an active set until a component of y or w vanishes, and ") +
+        SelectionName(selection) +
+        " may change where none does, when another solution becomes the better one. Use exponential-march or "
+        "time-stepping.";
   }
   if (choice.method == Method::kTimeStepping && !lipschitz && options.average_y) {
-    choice.refusal = "Averaging y needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
-                     "element), and M is: " + matrix_class.description +
-                     ". Elsewhere y rings from step to step (y⁺ = -y + ...) and never settles. Do not average y.";
+    choice.refusal =
+        "Averaging y needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
+        "element), and M is: " +
+        matrix_class.description +
+        ". Elsewhere y rings from step to step (y⁺ = -y + ...) and never settles. Do not average y.";
   } else if (choice.method == Method::kTimeStepping && !lipschitz && options.step_solver == StepSolver::kNewton) {
     const std::string why_not = WhyNotPiecewise(problem.M, matrix_class, selection);
     if (!why_not.empty()) choice.refusal = "Newton's method (3.3)" + why_not + " Solve the steps by substitution.";
