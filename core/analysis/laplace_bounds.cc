@@ -45,11 +45,13 @@ double KernelError(const std::vector<KernelTerm>& terms, const Matrix& A, double
 
 }  // namespace
 
-double ResolventFactor(const Contour& contour, const Resolvent& resolvent, const std::vector<double>& times) {
+double ResolventFactor(const Contour& contour, const Resolvent& resolvent, const std::vector<double>& times,
+                       const std::stop_token& stop) {
   double factor = 0;
   const std::vector<ContourNode> nodes = Nodes(contour);
   for (const double t : times) {
     for (const ContourNode& node : nodes) {
+      if (stop.stop_requested()) return std::numeric_limits<double>::quiet_NaN();
       factor = NanMax(factor, std::abs(node.z / t) * resolvent.Norm(node.z / t));
     }
   }

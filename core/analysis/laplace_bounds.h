@@ -5,6 +5,7 @@
 #define DLCS_CORE_ANALYSIS_LAPLACE_BOUNDS_H_
 
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "core/laplace/contour.h"
@@ -14,8 +15,10 @@
 namespace dlcs {
 
 // φ of (2.1b), measured: sup |z| ‖(zI - A)⁻¹‖_∞ over the nodes z_p/t of the contour for all t in `times` (each > 0). It
-// varies slowly with t and tends to 1 for t -> 0. Cost: O(P m³) for each time.
-double ResolventFactor(const Contour& contour, const Resolvent& resolvent, const std::vector<double>& times);
+// varies slowly with t and tends to 1 for t -> 0. NaN where `stop` was requested, looked at before every node. Cost: O(P m³) for
+// each time.
+double ResolventFactor(const Contour& contour, const Resolvent& resolvent, const std::vector<double>& times,
+                       const std::stop_token& stop = {});
 
 // L̃ = Δv φ L ‖B‖‖N‖/(2π) of (2.13) in the ∞-norm, with L = `lipschitz`.
 double IterationRate(const Contour& contour, double resolvent_factor, double lipschitz, const Problem& problem);

@@ -149,7 +149,8 @@ class Iteration {
     const auto lipschitz = context_.matrix_class.lipschitz;
     const bool linear = context_.options.interpolation == Interpolation::kLinear;
     if (lipschitz && linear && split_.separated() == 0) {
-      rate = IterationRate(contour_, ResolventFactor(contour_, split_.inside, times), *lipschitz, problem_);
+      const double factor = ResolventFactor(contour_, split_.inside, times, context_.stop);
+      rate = IterationRate(contour_, factor, *lipschitz, problem_);
     }
     return IterationBound(contour_, rate, problem_.horizon);
   }

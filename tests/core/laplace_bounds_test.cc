@@ -38,6 +38,15 @@ TEST(LaplaceBoundsTest, ResolventFactorOfANormalMatrixIsTheDistanceToItsSpectrum
   EXPECT_NEAR(ResolventFactor(contour, Resolvent(A), {2.0}), expected, 1e-13);
 }
 
+TEST(LaplaceBoundsTest, ResolventFactorEndsOnRequest) {
+  std::stop_source stop;
+  const Contour contour = SourceContour(9);
+  const Resolvent resolvent(Matrix::Identity(2, 2) * -1);
+  EXPECT_TRUE(std::isfinite(ResolventFactor(contour, resolvent, {1.0}, stop.get_token())));
+  stop.request_stop();
+  EXPECT_TRUE(std::isnan(ResolventFactor(contour, resolvent, {1.0}, stop.get_token())));
+}
+
 TEST(LaplaceBoundsTest, CountsTheIterationsThatTheFactorNeeds) {
   const Contour contour = SourceContour(25);
   for (const double rate : {1e-3, 0.1, 0.5}) {
