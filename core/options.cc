@@ -17,6 +17,8 @@ constexpr Index kMaxSteps = 1'000'000'000;
 // The contour is exact to rounding with a few hundred nodes.
 constexpr Index kMaxContourNodes = 10'000;
 
+// More are all in vain.
+constexpr Index kMaxWindowsInFlight = 64;
 // Differences of more iterates are dependent to working precision.
 constexpr int kMaxAcceleration = 20;
 
@@ -65,6 +67,10 @@ void CheckIteration(const Options& options, ViolationList& list) {
   if (options.window_steps < Options::kWholeHorizon) {
     list.Add("window_steps", std::to_string(options.window_steps) +
                                  "; must be at least 1, or 0 to adapt, or -1 for the whole horizon");
+  }
+  if (options.windows_in_flight < 1 || options.windows_in_flight > kMaxWindowsInFlight) {
+    list.Add("windows_in_flight", std::to_string(options.windows_in_flight) + "; must be between 1 and " +
+                                      std::to_string(kMaxWindowsInFlight));
   }
   if (!(options.tolerance > 0 && options.tolerance <= 1)) {
     list.Add("tolerance", NumberText(options.tolerance) + "; must lie in (0, 1]");

@@ -87,6 +87,11 @@ struct Options {
   Index window_steps = 0;
   static constexpr Index kWholeHorizon = -1;
 
+  // laplace_iteration: windows that are iterated on at the same time, 1 to 64. A window begins while the one before it still
+  // converges, from where that one stands, and is accepted after it: fewer iterations one after the other, with more LCPs each.
+  // One at a time where y is no Lipschitz function of x, and with acceleration.
+  Index windows_in_flight = 1;
+
   // laplace_iteration: by φ-functions or by contours. Contours are checked, and given up where they do not serve the
   // spectrum; the solution says what was done (KernelRecord).
   KernelSource kernel = KernelSource::kAuto;

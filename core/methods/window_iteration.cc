@@ -24,29 +24,44 @@ double LogBound(double rate, Index steps, Index k, double first_change) {
   return LogReducedFactor(rate, static_cast<double>(steps), static_cast<int>(k - 1)) + std::log(first_change);
 }
 
+// Takes y from `guess`, frozen at its end; returns q.
+Matrix Guess(const Matrix& guess, WindowModel& window) {
+  const Index known = std::min(guess.cols(), window.steps());
+  window.y.middleCols(1, known) = guess.leftCols(known);
+  window.y.rightCols(window.steps() - known).colwise() = guess.col(known - 1);
+  Matrix q;
+  window.Follow(q);
+  return q;
+}
+
+// Windows in flight that grow beyond this would drown the first one in the rounding of the convolution.
+bool IsTame(const Matrix& next, const Matrix& q, const Vector& size) {
+  constexpr double kMostGrowth = 1e3;
+  return RelativeChange(size, RowMaxAbs(next - q)) <= kMostGrowth;
+}
+
 }  // namespace
 
 WindowIteration::WindowIteration(SolveContext& context, bool may_shrink)
-    : context_(context),
-      problem_(context.problem),
-      may_shrink_(may_shrink),
-      batch_(problem_.M, context.choice()) {}
+    : context_(context), problem_(context.problem), may_shrink_(may_shrink), batch_(problem_.M, context.choice()) {}
 
 Index WindowIteration::max_iterations() const {
   if (context_.options.max_iterations > 0) return context_.options.max_iterations;
   return may_shrink_ ? 60 : 1000;
 }
 
-WindowResult WindowIteration::Run(Index number, WindowModel& window) {
-  const Index steps = window.steps();
+WindowResult WindowIteration::Run(Index number, WindowModel& window, const Flight& flight) {
+  const Index steps = window.steps(), first = flight.steps;
   const Vector y_start = window.y.col(0);
   WindowResult result{WindowEnd::kIterationLimit, 0, {}};
   Matrix q = window.Frozen();  // x^0: y frozen at y_a
+  if (flight.guess.cols() > 0) q = Guess(flight.guess, window);
   Matrix next;
   Vector size = window.Sizes();
   const bool accelerated = context_.options.acceleration > 0;
   double rate = std::numeric_limits<double>::quiet_NaN();
-  if (const double bound = window.KernelBound(); !accelerated) rate = context_.matrix_class.lipschitz.value_or(rate) * bound;
+  if (const double bound = window.KernelBound(); !accelerated)
+    rate = context_.matrix_class.lipschitz.value_or(rate) * bound;
   if (context_.stop.stop_requested()) {  // perhaps with a kernel shorter than the window
     result.end = WindowEnd::kCancelled;
     return result;
@@ -65,13 +80,17 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
     const Index k = ++result.iterations;
     ++context_.solution.cost.iterations;
     const double lcp_begin = context_.Seconds();
-    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers,
-                                              context_.stop, window.y.rightCols(steps));
+    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers, context_.stop,
+                                              window.y.rightCols(steps));
     context_.solution.cost.lcps += steps;
     const double lcp_end = context_.Seconds();
     context_.solution.cost.seconds_lcp += lcp_end - lcp_begin;
     if (lcps.cancelled) {
       result.end = WindowEnd::kCancelled;
+      return result;
+    }
+    if (lcps.verdict != LcpVerdict::kSolved && lcps.column >= first) {
+      result.end = WindowEnd::kFlightFailed;
       return result;
     }
     if (lcps.verdict != LcpVerdict::kSolved && k == 1 && !from_constant_state) {
@@ -96,7 +115,11 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
     }
 
     window.Follow(next);
-    const Judgement seen = Judge(q, next, window.y);
+    if (first < steps && !IsTame(next, q, size)) {
+      result.end = WindowEnd::kFlightFailed;
+      return result;
+    }
+    const Judgement seen = Judge(q, next, window.y, first + 1);
     size = size.cwiseMax(seen.row_size);
     const double change = RelativeChange(size, seen.row_change);
     if (accelerated) next = acceleration.Next(q, next, size);
@@ -104,11 +127,11 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
     context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
     changes.push_back(change);
     if (k == 1) first_change = MaxAbs(seen.row_change);
-    Report(number, k, MaxAbs(seen.row_change), seen.residual, LogBound(rate, steps, k, first_change));
+    Report(number, k, MaxAbs(seen.row_change), seen.residual, LogBound(rate, first, k, first_change));
 
     if (Converged(changes, context_.options.tolerance)) {
       result.end = WindowEnd::kConverged;
-      window.Finish();
+      if (first == steps) window.Finish();
       return result;
     }
     if (!std::isfinite(change) || (may_shrink_ && Diverging(changes))) {
@@ -122,12 +145,13 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window) {
 }
 
 // In one pass: by blocks of columns that stay in the second cache.
-WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y) const {
+WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y,
+                                                  Index columns) const {
   constexpr Index kColumnsPerBlock = 32;
   Judgement seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
   Matrix w;
-  for (Index begin = 0; begin < q.cols(); begin += kColumnsPerBlock) {
-    const Index count = std::min(kColumnsPerBlock, q.cols() - begin), first = begin == 0 ? 1 : 0;  // y_0 is given
+  for (Index begin = 0; begin < columns; begin += kColumnsPerBlock) {
+    const Index count = std::min(kColumnsPerBlock, columns - begin), first = begin == 0 ? 1 : 0;  // y_0 is given
     const auto after = next.middleCols(begin, count);
     RaiseRowMaxAbs(after - q.middleCols(begin, count), seen.row_change);
     RaiseRowMaxAbs(after, seen.row_size);

@@ -13,7 +13,22 @@
 
 namespace dlcs {
 
-enum class WindowEnd { kConverged, kDiverged, kInfeasibleIterate, kJump, kIterationLimit, kCancelled };
+enum class WindowEnd {
+  kConverged,
+  kDiverged,
+  kInfeasibleIterate,
+  kJump,
+  kIterationLimit,
+  kCancelled,
+  kFlightFailed,  // in the windows behind the one that was to converge
+};
+
+// Windows that are iterated on together: the first `steps` of what the iteration is given are to converge; those behind
+// them are on their way, from `guess`, the y of some of the nodes 1, 2, ....
+struct Flight {
+  Index steps = 0;
+  Matrix guess;
+};
 
 struct WindowResult {
   WindowEnd end;
@@ -26,21 +41,25 @@ class WindowIteration {
   // `context` must outlive it. Without `may_shrink` a window is iterated on although it seems to diverge.
   WindowIteration(SolveContext& context, bool may_shrink);
 
-  // Iterates on `window`, the `number`-th, as core/methods/laplace_iteration.h says. Leaves y of the last iterate in the
-  // window and, when converged, has it finished. Reports each iterate; its bound only where the window has one of its kernel,
-  // and the iteration is not accelerated.
-  WindowResult Run(Index number, WindowModel& window);
+  // Iterates on `window`, the `number`-th, as core/methods/laplace_iteration.h says. Leaves y of the last iterate in
+  // the window and, when converged, has it finished. Reports each iterate; its bound only where the window has one of
+  // its kernel, and the iteration is not accelerated.
+  WindowResult Run(Index number, WindowModel& window) {
+    return Run(number, window, {.steps = window.steps(), .guess = {}});
+  }
+  // The same for the first window of a `flight`; it is not finished.
+  WindowResult Run(Index number, WindowModel& window, const Flight& flight);
 
  private:
-  // What two iterates tell, q and `next`, which follows from y: per row the change and the size of `next`, and the
-  // natural residual of y and next + M y.
+  // What the first columns of two iterates tell, q and `next`, which follows from y: per row the change and the size of
+  // `next`, and the natural residual of y and next + M y.
   struct Judgement {
     Vector row_change, row_size;
     double residual;
   };
 
   Index max_iterations() const;
-  Judgement Judge(const Matrix& q, const Matrix& next, const Matrix& y) const;
+  Judgement Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index columns) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
   void Report(Index number, Index k, double change, double residual, double log_bound);
 

@@ -2,17 +2,23 @@
 #include "core/methods/window_sequence.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/analysis/laplace_bounds.h"
 #include "core/methods/window_control.h"
 
 namespace dlcs {
 
-WindowSequence::WindowSequence(SolveContext& context) : context_(context), iteration_(context, !width_is_fixed()) {}
+WindowSequence::WindowSequence(SolveContext& context)
+    : context_(context),
+      iteration_(context, !width_is_fixed()),
+      in_flight_(context.y_is_lipschitz() && context.options.acceleration == 0 ? context.options.windows_in_flight
+                                                                               : 1) {}
 
 Index WindowSequence::Width() const {
   const Index wanted = context_.options.window_steps;
-  return wanted == Options::kWholeHorizon ? context_.grid.num_steps() : wanted > 0 ? wanted : width_;
+  if (wanted == Options::kWholeHorizon) return context_.grid.num_steps();
+  return gathered_ * (wanted > 0 ? wanted : width_);
 }
 
 void WindowSequence::Begin(const std::function<double()>& kernel_bound) {
@@ -23,15 +29,38 @@ void WindowSequence::Begin(const std::function<double()>& kernel_bound) {
   width_ = static_cast<Index>(RecommendedWindow(rate, static_cast<double>(kLongestWindow)));
 }
 
-std::unique_ptr<WindowModel> WindowSequence::Take(const std::function<std::unique_ptr<WindowModel>()>& gather) {
+std::unique_ptr<WindowModel> WindowSequence::GatherFlight(const Gather& gather) {
+  if (in_flight_ == 1) return nullptr;
+  gathered_ = in_flight_;
+  std::unique_ptr<WindowModel> flight = gather();
+  gathered_ = 1;
+  return flight;
+}
+
+WindowResult WindowSequence::Iterate(WindowModel& window, WindowModel* flight) {
+  const Index steps = window.steps();
+  const Matrix guess = std::exchange(guess_, Matrix());
+  if (!flight || flight->steps() <= steps) return iteration_.Run(number_, window, {.steps = steps, .guess = guess});
+  const WindowResult result = iteration_.Run(number_, *flight, {.steps = steps, .guess = guess});
+  if (result.end == WindowEnd::kFlightFailed) return iteration_.Run(number_, window);
+  window.Frozen();
+  window.y.rightCols(steps) = flight->y.middleCols(1, steps);
+  if (result.end != WindowEnd::kConverged) return result;
+  window.Finish();
+  guess_ = flight->y.rightCols(flight->steps() - steps);
+  return result;
+}
+
+std::unique_ptr<WindowModel> WindowSequence::Take(const Gather& gather) {
   while (!ended_) {
+    const std::unique_ptr<WindowModel> flight = GatherFlight(gather);
     std::unique_ptr<WindowModel> window = gather();
     if (!window) return nullptr;
     const Index steps = window->steps();
     const double begin = context_.grid.times[window->first_node()];
     const double end = context_.grid.times[window->first_node() + steps];
     context_.observer.OnWindowStarted({number_, begin, end, steps});
-    const WindowResult result = iteration_.Run(number_, *window);
+    const WindowResult result = Iterate(*window, flight.get());
     if (result.end == WindowEnd::kCancelled) return context_.FailCancelled(begin), nullptr;
 
     const bool jumped = result.end == WindowEnd::kJump;

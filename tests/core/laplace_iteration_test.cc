@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
+#include "core/models/signorini.h"
 #include "core/solve.h"
 #include "tests/support/problems.h"
+#include "tests/support/solving.h"
 
 namespace dlcs {
 namespace {
@@ -135,6 +137,39 @@ TEST(LaplaceIterationTest, GivesTheSameAnswerForAnyWindow) {
 }
 
 // Steps of two lengths that alternate: windows go across them, as many and as wide as on equal steps.
+Solution IterateInFlight(const Problem& problem, Index window, Index in_flight, int threads = 1) {
+  Options options;
+  options.method = Method::kLaplaceIteration;
+  options.num_steps = 256;
+  options.window_steps = window;
+  options.windows_in_flight = in_flight;
+  options.num_threads = threads;
+  return testing::SolveToEnd(problem, options);
+}
+
+// The hard data has windows that leave the feasible states while the one before them has not converged.
+TEST(LaplaceIterationTest, WindowsInFlightGiveTheSameAnswerWithTheSameBitsForAnyThreads) {
+  for (const Problem& problem : {testing::FourVariableEasy(), testing::FourVariableHard(),
+                                 *MakeSignoriniProblem({.cells = 12, .horizon = 1})}) {
+    for (const Index window : {0, 8}) {
+      const Solution one = IterateInFlight(problem, window, 1);
+      const Solution three = IterateInFlight(problem, window, 3);
+      const Solution on_two_threads = IterateInFlight(problem, window, 3, 2);
+      EXPECT_LT(MaxAbs(one.x - three.x), 1e-10 * MaxAbs(one.x));
+      EXPECT_LT(MaxAbs(one.y - three.y), 1e-10 * MaxAbs(one.y));
+      EXPECT_EQ(three.x, on_two_threads.x);
+      EXPECT_EQ(three.y, on_two_threads.y);
+      EXPECT_LT(three.certificate.node_residual, 1e-10);
+    }
+  }
+}
+
+// A window that was in flight has little left to do when its turn comes.
+TEST(LaplaceIterationTest, WindowsInFlightTakeFewerIterationsOneAfterTheOther) {
+  const Problem problem = testing::FourVariableEasy();
+  EXPECT_LT(IterateInFlight(problem, 16, 4).cost.iterations, 0.8 * IterateInFlight(problem, 16, 1).cost.iterations);
+}
+
 TEST(LaplaceIterationTest, TakesWindowsAcrossStepsOfUnequalLength) {
   const auto solve = [](const Problem& problem, Method method, const std::vector<double>& times, Index window) {
     Options options;

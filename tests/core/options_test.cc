@@ -114,6 +114,10 @@ TEST(OptionsTest, ChecksTheIteration) {
                           "max_iterations: -1; must be at least 1, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.tolerance = kNaN; }),
               ElementsAre("tolerance: nan; must lie in (0, 1]"));
+  for (const Index windows : {0, 65}) {
+    EXPECT_THAT(ComplaintsAfter([&](Options& o) { o.windows_in_flight = windows; }),
+                ElementsAre("windows_in_flight: " + std::to_string(windows) + "; must be between 1 and 64"));
+  }
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.tolerance = 1.5; }),
               ElementsAre("tolerance: 1.5; must lie in (0, 1]"));
 }
