@@ -205,6 +205,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.window_steps = options.window_steps();
   result.kernel = KernelFromProto(options.kernel(), violations);
   result.acceleration = options.acceleration();
+  if (options.windows_in_flight() != 0) result.windows_in_flight = options.windows_in_flight();
   result.realisation = RealisationFromProto(options.realisation(), violations);
   if (options.max_memory_bytes() != 0) result.max_memory = options.max_memory_bytes();
   if (options.tolerance() != 0) result.tolerance = options.tolerance();
@@ -240,6 +241,7 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_window_steps(options.window_steps);
   result.set_kernel(ToProto(options.kernel));
   result.set_acceleration(options.acceleration);
+  if (options.windows_in_flight != 1) result.set_windows_in_flight(options.windows_in_flight);
   result.set_realisation(ToProto(options.realisation));
   if (options.max_memory != Options().max_memory) result.set_max_memory_bytes(options.max_memory);
   result.set_tolerance(options.tolerance);

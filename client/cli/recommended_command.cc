@@ -40,6 +40,8 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (options.kernel() != unset.kernel()) command += " --kernel " + KernelSourceName(options.kernel());
   if (options.realisation() != unset.realisation())
     command += " --realisation " + RealisationName(options.realisation());
+  if (options.windows_in_flight() != 0)
+    command += fmt::format(" --windows-in-flight {}", options.windows_in_flight());
   if (options.acceleration() != 0) command += fmt::format(" --acceleration {}", options.acceleration());
   if (options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE) command += " --interpolation cubic-spline";
   if (options.contour().choice() != unset.contour().choice())

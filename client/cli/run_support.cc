@@ -17,7 +17,7 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 28> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 29> kOptionNames = {{
     {"method", "--method"},
     {"all_basic_solutions", "--all"},
     {"steps", "--steps"},
@@ -30,6 +30,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 28> kOptionN
     {"kernel", "--kernel"},
     {"realisation", "--realisation"},
     {"acceleration", "--acceleration"},
+    {"windows_in_flight", "--windows-in-flight"},
     {"max_memory_bytes", "--max-memory"},
     {"interpolation", "--interpolation"},
     {"contour.choice", "--contour"},

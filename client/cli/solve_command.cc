@@ -75,6 +75,7 @@ void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinea
   unused(options.theta() != 0, "--theta", v1::METHOD_TIME_STEPPING);
   unused(options.window_steps() != 0, "--window", v1::METHOD_LAPLACE_ITERATION);
   unused(options.kernel() != 0, "--kernel", v1::METHOD_LAPLACE_ITERATION);
+  unused(options.windows_in_flight() != 0, "--windows-in-flight", v1::METHOD_LAPLACE_ITERATION);
   unused(options.acceleration() != 0, "--acceleration", v1::METHOD_LAPLACE_ITERATION);
   unused(options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE, "--interpolation", v1::METHOD_PAPER_ITERATION);
   unused(options.has_contour(), "--contour", v1::METHOD_PAPER_ITERATION);

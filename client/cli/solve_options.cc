@@ -104,6 +104,10 @@ void AddRealisation(CLI::App& app, v1::SolveOptions& options) {
       app, "--acceleration", "DEPTH", Within("a number from 0 to 20", 0, 20),
       [&](double v) { options.set_acceleration(static_cast<std::int32_t>(v)); },
       "laplace-iteration: depth of Anderson acceleration (0: the plain iteration)");
+  AddNumber(
+      app, "--windows-in-flight", "F", Within("a whole number from 1 to 64", 1, 64),
+      [&](double v) { options.set_windows_in_flight(static_cast<std::int64_t>(v)); },
+      "laplace-iteration: windows that are iterated on at the same time (1)");
   app.add_option_function<std::string>(
          "--max-memory",
          [&](const std::string& text) { options.set_max_memory_bytes(ParseBytes(text, "--max-memory")); },

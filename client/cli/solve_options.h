@@ -17,7 +17,7 @@ namespace dlcs::client {
 void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid);
 // --method and what belongs to one method.
 void AddMethod(CLI::App& app, v1::SolveOptions& options);
-// --realisation, --acceleration, --max-memory.
+// --realisation, --acceleration, --windows-in-flight, --max-memory.
 void AddRealisation(CLI::App& app, v1::SolveOptions& options);
 // --contour-...
 void AddContour(CLI::App& app, v1::SolveOptions& options);

@@ -56,9 +56,11 @@ std::string Refused(const std::vector<const char*>& arguments) {
 
 TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
   const v1::SolveOptions options =
-      Solve({"--realisation", "sparse-stepping", "--acceleration", "4", "--max-memory", "1.5GB"}).options;
+      Solve({"--realisation", "sparse-stepping", "--acceleration", "4", "--windows-in-flight", "3", "--max-memory", "1.5GB"})
+          .options;
   EXPECT_EQ(options.realisation(), v1::REALISATION_SPARSE_STEPPING);
   EXPECT_EQ(options.acceleration(), 4);
+  EXPECT_EQ(options.windows_in_flight(), 3);
   EXPECT_EQ(options.max_memory_bytes(), 1.5e9);
   EXPECT_EQ(Solve({"--max-memory", "2000"}).options.max_memory_bytes(), 2000);
   for (const char* text : {"8GX", "5XB", "3kiB", "2b"}) {
@@ -70,6 +72,7 @@ TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
   }
   EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "-1GB"}), HasSubstr("above 0"));
   EXPECT_THAT(Refused({"solve", "p.json", "--acceleration", "21"}), HasSubstr("from 0 to 20"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--windows-in-flight", "0"}), HasSubstr("from 1 to 64"));
   EXPECT_THAT(Refused({"solve", "p.json", "--realisation", "kroneker"}), HasSubstr("did you mean kronecker-sum?"));
 }
 

@@ -215,6 +215,8 @@ std::vector<Case> Cases() {
       {"IterationOnUnevenSteps", LeastElement, With(kIterate, 0, uneven)},
       {"IterationOnFixedWindows", LeastElement, With(kIterate, 1000, narrow)},
       {"AcceleratedIteration", LeastElement, With(kIterate, 1500, [](Options& options) { options.acceleration = 4; })},
+      {"IterationInFlight", LeastElement,
+       With(kIterate, 1500, [](Options& options) { options.windows_in_flight = 3; })},
       {"IterationByContours", LeastElement,
        With(kIterate, 1500, [](Options& options) { options.kernel = KernelSource::kContour; })},
       {"KroneckerMarch", Membrane, With(kMarch, 1000)},
