@@ -250,7 +250,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
     return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, or with jobs "
-           "submit, watch, get, list, cancel, delete, result";
+           "submit, watch, get, list, cancel, delete or result";
   }
   return error.what();
 }

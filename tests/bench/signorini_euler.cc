@@ -19,9 +19,7 @@ Vector Neighbours(const Vector& v) {
 }  // namespace
 
 Matrix SampleObstacle(const Problem& problem, Index steps) {
-  TimeFunction psi = problem.g;  // g = M ψ
-  psi.lift = StructuredMatrix();
-  auto evaluator = TimeFunctionEvaluator::Create(psi, problem.num_constraints());
+  auto evaluator = TimeFunctionEvaluator::Create(problem.g.Inner(), problem.num_constraints());  // ψ of g = M ψ
   Matrix samples(problem.num_constraints(), steps + 1);
   for (Index j = 0; j <= steps; ++j) {
     const double t = problem.horizon * static_cast<double>(j) / static_cast<double>(steps);
