@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <ctime>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include "core/heap.h"
 #include "core/solve.h"
@@ -68,8 +70,13 @@ bool TakeFlag(int& argc, char** argv, const std::string& flag) {
   return rest != end;
 }
 
-int RunAll(int argc, char** argv) {
+int RunAll(int argc, char** argv, Order order) {
   KeepFreedMemory();  // as dlcsd does
+  std::vector<char*> words(argv, argv + argc);
+  std::string shuffle = "--benchmark_enable_random_interleaving=true";
+  if (order == Order::kShuffled) words.insert(words.begin() + 1, shuffle.data());
+  argc = static_cast<int>(words.size());
+  argv = words.data();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();

@@ -46,8 +46,12 @@ class PeakMemory {
 // Whether `flag` is among the arguments, which are left without it.
 bool TakeFlag(int& argc, char** argv, const std::string& flag);
 
+// Repetitions of one benchmark one after the other, or shuffled among those of all: where they are compared with each
+// other on a machine that others use too.
+enum class Order { kAsRegistered, kShuffled };
+
 // Runs what was registered, as BENCHMARK_MAIN() does. Returns the exit code.
-int RunAll(int argc, char** argv);
+int RunAll(int argc, char** argv, Order order = Order::kAsRegistered);
 
 }  // namespace dlcs::bench
 

@@ -170,7 +170,7 @@ void Register(const std::string& name, bool quick, std::function<void(benchmark:
   benchmark::internal::Benchmark* const bench = benchmark::RegisterBenchmark(name.c_str(), std::move(run));
   bench->Unit(benchmark::kMillisecond)
       ->MinTime(quick ? 0.05 : 0.2)
-      ->Repetitions(quick ? 3 : 9)
+      ->Repetitions(quick ? 7 : 15)
       ->MeasureProcessCPUTime();
   if (manual) {
     bench->UseManualTime();
@@ -227,7 +227,7 @@ int Main(int argc, char** argv) {
         name + "bare", quick, [&](benchmark::State& state) { ReadStream(state, stream, *bare.client); },
         true);
   }
-  return RunAll(argc, argv);
+  return RunAll(argc, argv, Order::kShuffled);
 }
 
 }  // namespace
