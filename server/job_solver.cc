@@ -84,7 +84,7 @@ class RunObserver final : public Observer {
       window.end = count > 0 ? chunk.times(static_cast<int>(count) - 1) : time;
       window.trajectory = chunk.SerializeAsString();
       if (is_last) window.state = state;
-      window.progress = std::clamp(time / horizon_, 0.0, 1.0);
+      window.progress = std::clamp((is_last ? time : window.end) / horizon_, 0.0, 1.0);
       v1::JobEvent event;
       event.mutable_checkpointed()->set_time(window.end);
       event.mutable_checkpointed()->set_times(stored_);
