@@ -21,22 +21,6 @@
 namespace dlcs::client {
 namespace {
 
-void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
-  AddWord<v1::SolutionRule>(
-      app, "--rule", RuleNames(), ParseRule, [&rule](v1::SolutionRule value) { rule = value; },
-      "Which solution of the LCP where there are several; overrides the file");
-}
-
-void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help) {
-  const auto parse = [words](const std::string& text) -> std::optional<OutputFormat> {
-    if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
-    if (text == "json") return OutputFormat::kJson;
-    return text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
-  };
-  AddWord<OutputFormat>(
-      app, "--format", words, parse, [&format](OutputFormat value) { format = value; }, help);
-}
-
 void AddServer(CLI::App& app, std::string& server) {
   app.add_option("--server", server, "Run on the dlcsd at this address instead of in this process")
       ->type_name("HOST:PORT");
@@ -51,19 +35,9 @@ void AddDeadline(CLI::App& app, double& deadline_s) {
 // What a solve and an ensemble share.
 void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   v1::SolveOptions& options = command.options;
-  app.add_option("PROBLEM", command.problem_path, "Problem file in JSON; - reads standard input")
-      ->required()
-      ->type_name("FILE");
+  AddProblem(app, command.problem_path);
   AddServer(app, command.server);
-  AddMethod(app, options);
-  AddGrid(app, options, command.grid);
-  AddRule(app, command.rule);
-  AddJumps(app, options);
-  app.add_flag_function(
-      "--estimate-error", [&](std::int64_t) { options.set_estimate_error(true); },
-      "Solve with half the step too and compare");
-  AddRealisation(app, options);
-  AddContour(app, options);
+  AddHowToSolve(app, options, command.grid, command.rule);
   AddNumber(
       app, "--threads", "N", WholeAtLeast("a whole number of at least 0", 0),
       [&](double v) { options.set_threads(static_cast<std::int32_t>(std::min(v, 2e9))); },
@@ -95,9 +69,7 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
 
 void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   CLI::App& app = *main.add_subcommand("analyze", "Say what is known about a system, and how to solve it");
-  app.add_option("PROBLEM", command.problem_path, "Problem file in JSON; - reads standard input")
-      ->required()
-      ->type_name("FILE");
+  AddProblem(app, command.problem_path);
   AddServer(app, command.server);
   AddMethod(app, command.options);
   AddGrid(app, command.options, command.grid);

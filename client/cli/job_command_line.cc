@@ -38,36 +38,12 @@ void AddName(CLI::App& app, std::string& name) {
   app.add_option("JOB", name, "Its name, as submit prints it")->required()->type_name("jobs/ID");
 }
 
-void AddJobFormat(CLI::App& app, OutputFormat& format, bool csv) {
-  std::vector<std::string> words = {"table", "json"};
-  if (csv) words.emplace_back("csv");
-  AddWord<OutputFormat>(
-      app, "--format", words,
-      [words](const std::string& text) -> std::optional<OutputFormat> {
-        if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
-        return text == "json" ? OutputFormat::kJson : text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
-      },
-      [&format](OutputFormat value) { format = value; }, "What to print (table)");
-}
-
 void AddSubmit(CLI::App& main, SubmitCommand& command) {
   CLI::App& app = *main.add_subcommand("submit", "Leave a system to a server to solve, as a job");
   SolveCommand& solve = command.solve;
-  app.add_option("PROBLEM", solve.problem_path, "Problem file in JSON; - reads standard input")
-      ->required()
-      ->type_name("FILE");
+  AddProblem(app, solve.problem_path);
   AddTarget(app, command.target);
-  AddMethod(app, solve.options);
-  AddGrid(app, solve.options, solve.grid);
-  AddWord<v1::SolutionRule>(
-      app, "--rule", RuleNames(), ParseRule, [&solve](v1::SolutionRule value) { solve.rule = value; },
-      "Which solution of the LCP where there are several; overrides the file");
-  AddJumps(app, solve.options);
-  app.add_flag_function(
-      "--estimate-error", [&solve](std::int64_t) { solve.options.set_estimate_error(true); },
-      "Solve with half the step too and compare");
-  AddRealisation(app, solve.options);
-  AddContour(app, solve.options);
+  AddHowToSolve(app, solve.options, solve.grid, solve.rule);
   app.add_option("--request-id", command.request_id, "The same for every attempt to submit this job (random)")
       ->type_name("TEXT");
   AddNumber(
@@ -89,7 +65,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
   AddNumber(
       app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
       "Iterates no closer together than this");
-  AddJobFormat(app, command.format, false);
+  AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.add_flag("--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
 }
 
@@ -106,7 +82,7 @@ void AddResult(CLI::App& main, ResultCommand& command) {
   AddNumber(
       app, "--to", "T", {"a number", [](double) { return true; }}, [&command](double v) { command.to = v; },
       "Up to this time (the end)");
-  AddJobFormat(app, command.format, true);
+  AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
   app.add_option("--output", command.output, "Write it there, whole or not at all, instead of printing it")
       ->type_name("FILE");
 }
@@ -120,7 +96,7 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
   CLI::App& get = *main.add_subcommand("get", "State and progress of a job");
   AddName(get, commands.get.name);
   AddTarget(get, commands.get.target);
-  AddJobFormat(get, commands.get.format, false);
+  AddFormat(get, {"table", "json"}, commands.get.format, "What to print (table)");
 
   CLI::App& list = *main.add_subcommand("list", "The jobs of a server, newest first");
   AddTarget(list, commands.list.target);
@@ -131,7 +107,7 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
       list, "--most", "N", WholeAtLeast("a whole number of at least 1", 1),
       [&commands](double v) { commands.list.most = static_cast<std::int64_t>(std::min(v, 1e6)); },
       "At most so many (100)");
-  AddJobFormat(list, commands.list.format, false);
+  AddFormat(list, {"table", "json"}, commands.list.format, "What to print (table)");
 
   CLI::App& cancel = *main.add_subcommand("cancel", "Stop a job; what it has found can still be read");
   AddName(cancel, commands.cancel.name);

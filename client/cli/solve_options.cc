@@ -150,4 +150,37 @@ void AddJumps(CLI::App& app, v1::SolveOptions& options) {
       "Solve relative degree two (contact) as inelastic impact, a law of its own, instead of refusing it");
 }
 
+void AddProblem(CLI::App& app, std::string& path) {
+  app.add_option("PROBLEM", path, "Problem file in JSON; - reads standard input")->required()->type_name("FILE");
+}
+
+void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
+  AddWord<v1::SolutionRule>(
+      app, "--rule", RuleNames(), ParseRule, [&rule](v1::SolutionRule value) { rule = value; },
+      "Which solution of the LCP where there are several; overrides the file");
+}
+
+void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help) {
+  const auto parse = [words](const std::string& text) -> std::optional<OutputFormat> {
+    if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
+    if (text == "json") return OutputFormat::kJson;
+    return text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
+  };
+  AddWord<OutputFormat>(
+      app, "--format", words, parse, [&format](OutputFormat value) { format = value; }, help);
+}
+
+void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& grid,
+                   std::optional<v1::SolutionRule>& rule) {
+  AddMethod(app, options);
+  AddGrid(app, options, grid);
+  AddRule(app, rule);
+  AddJumps(app, options);
+  app.add_flag_function(
+      "--estimate-error", [&](std::int64_t) { options.set_estimate_error(true); },
+      "Solve with half the step too and compare");
+  AddRealisation(app, options);
+  AddContour(app, options);
+}
+
 }  // namespace dlcs::client

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the command line that say how to solve.
+// The options that several commands have: above all those that say how to solve.
 
 #ifndef DLCS_CLIENT_CLI_SOLVE_OPTIONS_H_
 #define DLCS_CLIENT_CLI_SOLVE_OPTIONS_H_
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "client/cli/commands.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -23,6 +26,15 @@ void AddRealisation(CLI::App& app, v1::SolveOptions& options);
 void AddContour(CLI::App& app, v1::SolveOptions& options);
 // --project-initial-state, --inelastic-impact.
 void AddJumps(CLI::App& app, v1::SolveOptions& options);
+// --rule.
+void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule);
+// All of these, and --estimate-error.
+void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& grid, std::optional<v1::SolutionRule>& rule);
+
+// PROBLEM, the file.
+void AddProblem(CLI::App& app, std::string& path);
+// --format, one of `words`.
+void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help);
 
 }  // namespace dlcs::client
 
