@@ -5,7 +5,6 @@
 #include <signal.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <memory>
 #include <random>
 #include <string>
@@ -15,6 +14,7 @@
 #include "client/job_client.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/job_runs.h"
+#include "tests/server/jobs/random_kills.h"
 #include "tests/server/test_requests.h"
 
 namespace dlcs {
@@ -28,16 +28,6 @@ using testing::DlcsdProcess;
 
 constexpr seconds kPatience{120};
 
-// As many as the environment asks for; a few otherwise.
-int Kills() {
-  const char* asked = std::getenv("DLCS_KILLS");
-  return asked ? std::atoi(asked) : 6;
-}
-unsigned Seed() {
-  const char* asked = std::getenv("DLCS_SEED");
-  return asked ? static_cast<unsigned>(std::atoi(asked)) : 1u;
-}
-
 struct Followed {
   std::string name;
   v1::SolveRequest request;
@@ -48,8 +38,9 @@ struct Followed {
 
 TEST(JobKillTest, KilledServersLoseNothingAndRepeatNothing) {
   const jobs::testing::TemporaryFolder folder;
-  std::mt19937 random(Seed());
-  SCOPED_TRACE("DLCS_SEED=" + std::to_string(Seed()) + " DLCS_KILLS=" + std::to_string(Kills()));
+  const jobs::testing::RandomKills kills(6, 1);
+  std::mt19937 random(kills.seed);
+  SCOPED_TRACE(kills.trace());
   std::string listen = "127.0.0.1:0";
   std::unique_ptr<DlcsdProcess> server;
   const auto start = [&] {
@@ -83,7 +74,7 @@ TEST(JobKillTest, KilledServersLoseNothingAndRepeatNothing) {
   };
 
   std::uniform_int_distribution<int> pause_ms(5, 250);
-  for (int kill = 0; kill < Kills(); ++kill) {
+  for (int kill = 0; kill < kills.count; ++kill) {
     // One is submitted while the server may be dying: sent again, it is still one job.
     if (jobs.size() < 24) {
       submit(kill % 2 == 0 ? testing::MarchingRequest(60'000 + 1000 * kill) : testing::SwitchingRequest(20'000 + kill));

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <map>
 #include <memory>
 #include <random>
@@ -21,6 +20,7 @@
 #include "server/jobs/sqlite_job_store.h"
 #include "tests/server/jobs/fake_solve.h"
 #include "tests/server/jobs/job_follower.h"
+#include "tests/server/jobs/random_kills.h"
 #include "tests/server/jobs/temporary_folder.h"
 
 namespace dlcs::jobs {
@@ -141,20 +141,15 @@ std::string LiveAndDie(const std::string& path, std::chrono::microseconds life, 
   return text;
 }
 
-// DLCS_KILLS sets how often; DLCS_SEED replays a failure.
 TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer) {
-  const char* kills_text = std::getenv("DLCS_KILLS");
-  const char* seed_text = std::getenv("DLCS_SEED");
-  const int kills = kills_text != nullptr ? std::atoi(kills_text) : 15;
-  const unsigned seed = seed_text != nullptr ? static_cast<unsigned>(std::atoi(seed_text)) : std::random_device{}();
-  SCOPED_TRACE("DLCS_SEED=" + std::to_string(seed));
-  RecordProperty("seed", std::to_string(seed));
-  std::mt19937 random(seed);
+  const testing::RandomKills kills(15);
+  SCOPED_TRACE(kills.trace());
+  std::mt19937 random(kills.seed);
   const testing::TemporaryFolder folder;
   const std::string path = folder.File("jobs.db");
   Seen seen;
   int scale = 1;
-  for (int k = 0; k < kills && seen.errors.empty(); ++k) {
+  for (int k = 0; k < kills.count && seen.errors.empty(); ++k) {
     const std::string text = LiveAndDie(path, scale * std::chrono::microseconds(5000 + random() % 120'000), seen);
     seen.Read(text);
     if (text.empty()) ++scale;  // a slow machine: not every life may end before it began

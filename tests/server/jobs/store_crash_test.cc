@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <map>
 #include <optional>
 #include <random>
@@ -17,6 +16,7 @@
 
 #include "server/jobs/sqlite_job_store.h"
 #include "tests/server/jobs/job_samples.h"
+#include "tests/server/jobs/random_kills.h"
 #include "tests/server/jobs/temporary_folder.h"
 
 namespace dlcs::jobs {
@@ -153,20 +153,15 @@ void Check(JobStore& store, const Acknowledged& said) {
   }
 }
 
-// DLCS_KILLS sets how often; DLCS_SEED replays a failure.
 TEST(StoreCrashTest, LosesNothingAcknowledgedWhenKilledAtRandomMoments) {
-  const char* kills_text = std::getenv("DLCS_KILLS");
-  const char* seed_text = std::getenv("DLCS_SEED");
-  const int kills = kills_text != nullptr ? std::atoi(kills_text) : 20;
-  const unsigned seed = seed_text != nullptr ? static_cast<unsigned>(std::atoi(seed_text)) : std::random_device{}();
-  SCOPED_TRACE("DLCS_SEED=" + std::to_string(seed));
-  RecordProperty("seed", std::to_string(seed));
-  std::mt19937 random(seed);
+  const testing::RandomKills kills(20);
+  SCOPED_TRACE(kills.trace());
+  std::mt19937 random(kills.seed);
   const testing::TemporaryFolder folder;
   const std::string path = folder.File("jobs.db");
   Acknowledged said;
   int scale = 1;
-  for (int k = 0; k < kills; ++k) {
+  for (int k = 0; k < kills.count; ++k) {
     const std::string text = LiveAndDie(path, scale * std::chrono::microseconds(1000 + random() % 80'000));
     said.Read(text);
     if (text.empty()) ++scale;  // a slow machine: not every life may end before it began
