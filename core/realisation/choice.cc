@@ -79,7 +79,7 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
     why_not += "; a contour would take some two hundred factorizations";
   } else if (wanted == Realisation::kContour || (wanted == Realisation::kAuto && few)) {
     std::string why_no_contour;
-    if (auto system = ContourSystem::Create(problem, options, why_no_contour)) return Use(std::move(system));
+    if (auto system = ContourSystem::Create(problem, options, why_no_contour, setups)) return Use(std::move(system));
     why_not += (why_not.empty() ? "" : "; ") + why_no_contour;
   }
   if (wanted == Realisation::kSparseStepping) why_not = "sparse stepping is for time-stepping";

@@ -29,6 +29,24 @@ constexpr double kPartialSumBytes = 1e9;
 // The factors of zI - A: twice as many numbers as the Cholesky factor, complex, with their indices.
 double FactorBytes(const Sector& sector) { return 2 * sector.factor_nonzeros * 20; }
 
+// Values of some lengths of step, where nobody lends a cache.
+constexpr double kOwnSetupBytes = 1e8;
+
+SetupKey KeyOf(const Problem& problem, const Sector& sector, bool with_lift) {
+  SetupKey key("contour");
+  key.Add(problem.A).Add(problem.B).Add(problem.N).Add(sector.angle).Add(sector.shift);
+  if (with_lift) key.Add(problem.f.lift);
+  return key;
+}
+
+bool KeepsLift(const Problem& problem) { return problem.f.is_lifted() && problem.f.lift.cols() <= kNarrowLift; }
+
+double BytesOf(const TransferValues& values) {
+  double bytes = 0;
+  for (const Eigen::MatrixXcd& value : values) bytes += 16.0 * static_cast<double>(value.size());
+  return bytes;
+}
+
 Matrix Beside(const Matrix& left, const Matrix& right) {
   Matrix both(left.rows(), left.cols() + right.cols());
   both << left, right;
@@ -38,7 +56,7 @@ Matrix Beside(const Matrix& left, const Matrix& right) {
 }  // namespace
 
 std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, const Options& options,
-                                                     std::string& why_not) {
+                                                     std::string& why_not, SetupCache* setups) {
   const auto sector = FindSector(problem.A.Sparse(), problem.horizon);
   if (!sector) {
     why_not = "no sector holds the field of values of A that is narrow enough for a contour up to T = " +
@@ -55,20 +73,24 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
     return nullptr;
   }
   // Half of what is left: the states and the trajectory want the rest.
-  return std::unique_ptr<ContourSystem>(new ContourSystem(problem, *sector, needed, (options.max_memory - needed) / 2));
+  return std::unique_ptr<ContourSystem>(
+      new ContourSystem(problem, *sector, needed, (options.max_memory - needed) / 2, setups));
 }
 
-ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes)
+ContourSystem::ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes,
+                             SetupCache* setups)
     : N_(problem.N.Sparse()),
       B_(problem.B.Sparse()),
       lift_(problem.f.lift),
-      keeps_lift_(problem.f.is_lifted() && problem.f.lift.cols() <= kNarrowLift),
+      keeps_lift_(KeepsLift(problem)),
       x0_(problem.x0),
       horizon_(problem.horizon),
       sector_(sector),
       needed_bytes_(needed_bytes),
       kept_bytes_(kept_bytes),
-      resolvent_(problem.A.Sparse(), kept_bytes) {}
+      resolvent_(problem.A.Sparse(), kept_bytes),
+      matrices_(KeyOf(problem, sector, keeps_lift_)),
+      setups_(setups, kOwnSetupBytes) {}
 
 StepContours ContourSystem::MakeContours(double step, Index steps) const {
   const double angle = sector_.angle, shift = sector_.shift * step;
@@ -98,20 +120,27 @@ double ContourSystem::PredictBytes(const Grid& grid) const {
   return needed_bytes_ + std::min(kept_bytes_, nodes * FactorBytes(sector_)) + values;
 }
 
-bool ContourSystem::Visit(double step, const StepContours& contours, const Matrix& columns, Workers& workers,
-                          const std::stop_token& stop, TransferValues& values) {
-  values.assign(static_cast<std::size_t>(contours.size()), Eigen::MatrixXcd(N_.rows(), columns.cols()));
+std::vector<TransferValues> ContourSystem::Visit(double step, const StepContours& contours,
+                                                 const std::vector<Matrix>& groups, Workers& workers,
+                                                 const std::stop_token& stop) {
+  std::vector<TransferValues> values;
+  for (const Matrix& columns : groups) {
+    values.emplace_back(static_cast<std::size_t>(contours.size()), Eigen::MatrixXcd(N_.rows(), columns.cols()));
+  }
   workers.ForBlocks(contours.size(), 1, [&](Index, Index p, Index) {
     if (stop.stop_requested()) return;
     const ContourNode& node = contours.node(p);
     const auto factor = resolvent_.At(node.z / step);
-    for (Index begin = 0; begin < columns.cols(); begin += kColumnsAtOnce) {
-      const Index count = std::min(kColumnsAtOnce, columns.cols() - begin);
-      const Eigen::MatrixXcd solved = factor->Solve(columns.middleCols(begin, count).cast<Complex>());
-      values[static_cast<std::size_t>(p)].middleCols(begin, count) = node.weight * (N_.cast<Complex>() * solved);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      for (Index begin = 0; begin < groups[g].cols(); begin += kColumnsAtOnce) {
+        const Index count = std::min(kColumnsAtOnce, groups[g].cols() - begin);
+        const Eigen::MatrixXcd solved = factor->Solve(groups[g].middleCols(begin, count).cast<Complex>());
+        values[g][static_cast<std::size_t>(p)].middleCols(begin, count) = node.weight * (N_.cast<Complex>() * solved);
+      }
     }
   });
-  return !stop.stop_requested();
+  if (stop.stop_requested()) values.clear();
+  return values;
 }
 
 const ContourSystem::StepValues* ContourSystem::At(double step, Index steps, Workers& workers,
@@ -122,10 +151,22 @@ const ContourSystem::StepValues* ContourSystem::At(double step, Index steps, Wor
   auto made = std::make_unique<StepValues>();
   made->step = step;
   made->contours = MakeContours(step, steps);
-  Matrix columns = Matrix(B_);
-  if (keeps_lift_) columns = Beside(columns, Matrix(lift_.Sparse()));
-  columns = Beside(columns, x0_);
-  if (!Visit(step, made->contours, columns, workers, stop, made->values)) return nullptr;
+  SetupKey key = matrices_;
+  made->of_inputs = setups_->Get<TransferValues>(
+      key.Add(step).Add(made->contours.longest), [&]() -> SetupCache::Made<TransferValues> {
+        const Matrix inputs = keeps_lift_ ? Beside(Matrix(B_), Matrix(lift_.Sparse())) : Matrix(B_);
+        auto values = Visit(step, made->contours, {inputs, x0_}, workers, stop);
+        if (values.empty()) return {};
+        made->of_start = std::move(values[1]);
+        const double bytes = BytesOf(values[0]);
+        return {std::make_shared<const TransferValues>(std::move(values[0])), bytes};
+      });
+  if (!made->of_inputs) return nullptr;
+  if (made->of_start.empty()) {  // others have made the rest
+    auto values = Visit(step, made->contours, {x0_}, workers, stop);
+    if (values.empty()) return nullptr;
+    made->of_start = std::move(values[0]);
+  }
   if (steps_.size() == kCachedSteps) steps_.erase(steps_.begin());
   return steps_.emplace_back(std::move(made)).get();
 }
@@ -143,7 +184,7 @@ std::shared_ptr<const ReducedKernel> ContourSystem::MakeKernel(double step, Hold
   }
   const StepValues* values = At(step, longest_window, workers, stop);
   if (!values) return nullptr;
-  const ContourResponse response(values->contours, Part(values->values, 0, B_.cols()), hold);
+  const ContourResponse response(values->contours, Part(*values->of_inputs, 0, B_.cols()), hold);
   auto kernel = std::make_shared<const ContourKernel>(step, values->contours.longest, response);
   if (kernels_.size() == kCachedSteps) kernels_.erase(kernels_.begin());
   kernels_.push_back({step, hold, kernel});
@@ -166,15 +207,16 @@ FreeMotion ContourSystem::Move(const Vector& x, const RunSources& sources, Worke
   if (!known) return motion;
   const Sources split = Split(sources);
   const bool known_start = x == x0_, known_lift = split.columns.size() == 0 && split.signal.rows() > 0;
-  // Columns: those of f that are not known, and x where it is another one than x0.
-  Matrix columns = known_lift ? Matrix(x.size(), 0) : split.columns;
-  const Index source_columns = columns.cols();
-  if (!known_start) columns = Beside(columns, x);
-  TransferValues visited;
-  if (columns.cols() > 0 && !Visit(known->step, known->contours, columns, workers, stop, visited)) return motion;
+  std::vector<Matrix> unknown;
+  if (!known_lift && split.columns.cols() > 0) unknown.push_back(split.columns);
+  if (!known_start) unknown.push_back(x);
+  std::vector<TransferValues> visited;
+  if (!unknown.empty()) {
+    visited = Visit(known->step, known->contours, unknown, workers, stop);
+    if (visited.empty()) return motion;
+  }
 
-  const Index kept = known->values.front().cols();
-  TransferValues of_x = known_start ? Part(known->values, kept - 1, 1) : Part(visited, source_columns, 1);
+  TransferValues of_x = known_start ? known->of_start : std::move(visited.back());
   for (Eigen::MatrixXcd& value : of_x) value /= known->step;  // dz in units of one over the step
   const NodesAndMiddles decay = Decay(known->contours, of_x, steps, workers);
   motion.nodes.col(0) = N_ * x;
@@ -182,7 +224,7 @@ FreeMotion ContourSystem::Move(const Vector& x, const RunSources& sources, Worke
   motion.middles = decay.middles;
   if (split.signal.rows() == 0) return motion;
   const TransferValues of_f =
-      known_lift ? Part(known->values, B_.cols(), split.signal.rows()) : Part(visited, 0, source_columns);
+      known_lift ? Part(*known->of_inputs, B_.cols(), split.signal.rows()) : std::move(visited.front());
   const NodesAndMiddles forced = ContourResponse(known->contours, of_f, Hold::kLinear).Respond(split.signal, workers);
   motion.nodes.rightCols(steps) += forced.nodes;
   motion.middles += forced.middles;

@@ -13,6 +13,7 @@
 #include "core/realisation/contour_kernel.h"
 #include "core/realisation/realisation.h"
 #include "core/realisation/sector.h"
+#include "core/realisation/shared_setups.h"
 #include "core/realisation/sparse_resolvent.h"
 
 namespace dlcs {
@@ -21,14 +22,16 @@ namespace dlcs {
 // (core/realisation/contour_response.h): some 30 nodes for the first steps, and some 60 to 120 for all later ones,
 // however many. Each is one sparse factorization of zI - A, and a solve for each column of B, of the lift of f, and x0,
 // all in one visit. What is not known then, another start or the states at output nodes, takes further visits, with the
-// same factors as far as Options::max_memory lets them be kept.
+// same factors as far as Options::max_memory lets them be kept. The values for B and the lift, some megabytes, do not depend on
+// the start: solves of the same matrices share them, and with another start visit the nodes for one column.
 //
 // The contours enclose a sector that is proved to hold the field of values (core/realisation/sector.h).
 class ContourSystem final : public RealisedSystem {
  public:
   // Null, and `why_not` for people, where the spectrum has no contour over [0, T], or the factors do not fit the
-  // memory.
-  static std::unique_ptr<ContourSystem> Create(const Problem& problem, const Options& options, std::string& why_not);
+  // memory. `setups` may be null; otherwise it must outlive the system.
+  static std::unique_ptr<ContourSystem> Create(const Problem& problem, const Options& options, std::string& why_not,
+                                               SetupCache* setups = nullptr);
 
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
                                                   const std::stop_token& stop) override;
@@ -41,11 +44,12 @@ class ContourSystem final : public RealisedSystem {
   RealisationRecord record() const override;
 
  private:
-  // What is kept for a length of step. The columns are those of B, of the lift where it is narrow, and x0.
+  // What is kept for a length of step.
   struct StepValues {
     double step = 0;
     StepContours contours;
-    TransferValues values;
+    std::shared_ptr<const TransferValues> of_inputs;  // columns of B, and of the lift where it is narrow
+    TransferValues of_start;                          // x0
   };
   // f = columns · signal, signal r × J + 1.
   struct Sources {
@@ -54,14 +58,15 @@ class ContourSystem final : public RealisedSystem {
   };
 
   // `needed_bytes` are used at any time, `kept_bytes` at most are kept of factors.
-  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes);
+  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes, SetupCache* setups);
 
   StepContours MakeContours(double step, Index steps) const;
   // Null where `stop` was requested.
   const StepValues* At(double step, Index steps, Workers& workers, const std::stop_token& stop);
-  // N (zI - A)⁻¹ columns at all nodes, weighted. False where `stop` was requested.
-  bool Visit(double step, const StepContours& contours, const Matrix& columns, Workers& workers,
-             const std::stop_token& stop, TransferValues& values);
+  // N (zI - A)⁻¹ columns at all nodes, weighted, for each of `groups`; what it is for one group does not depend on the others.
+  // Empty where `stop` was requested.
+  std::vector<TransferValues> Visit(double step, const StepContours& contours, const std::vector<Matrix>& groups,
+                                    Workers& workers, const std::stop_token& stop);
   Sources Split(const RunSources& sources) const;
   static TransferValues Part(const TransferValues& values, Index first, Index count);
 
@@ -73,6 +78,8 @@ class ContourSystem final : public RealisedSystem {
   Sector sector_;
   double needed_bytes_, kept_bytes_;
   SparseResolvent resolvent_;
+  SetupKey matrices_;
+  SharedSetups setups_;
   std::vector<std::unique_ptr<StepValues>> steps_;
   struct KeptKernel {
     double step;

@@ -220,6 +220,42 @@ TEST(ContourSystemTest, FactorsEachNodeOnceWhereTheFactorsFit) {
   EXPECT_EQ(system->record().factorizations, factorizations);
 }
 
+TEST(ContourSystemTest, SystemsOfTheSameMatricesShareWhatDoesNotDependOnTheStart) {
+  SetupCache setups(1e8);
+  std::string why_not;
+  Workers workers(2);
+  const RunSources sources{0.01, Matrix::Ones(1, 101)};
+  const auto free_motion = [&](const Problem& problem, SetupCache* cache) {
+    const auto system = ContourSystem::Create(problem, Options(), why_not, cache);
+    system->MakeKernel(0.01, Hold::kLinear, 100, workers, {});
+    return system->Move(problem.x0, sources, workers, {}).nodes;
+  };
+  Problem problem = AdvectedGrid({.side = 10, .constraints = 4});
+  free_motion(problem, &setups);
+  EXPECT_EQ(setups.statistics().misses, 1);
+  problem.x0 = RandomMatrix(100, 1, 6);
+  EXPECT_EQ(free_motion(problem, &setups), free_motion(problem, nullptr));
+  EXPECT_EQ(setups.statistics().hits, 1);
+  problem.B = StructuredMatrix(Matrix(2 * problem.B.Dense()));
+  EXPECT_EQ(free_motion(problem, &setups), free_motion(problem, nullptr));
+  EXPECT_EQ(setups.statistics().misses, 2);
+  EXPECT_GT(setups.statistics().bytes, 0);
+}
+
+TEST(ContourSystemTest, SharesNothingThatWasInterrupted) {
+  SetupCache setups(1e8);
+  std::string why_not;
+  Workers workers(1);
+  const Problem problem = AdvectedGrid({.side = 10, .constraints = 4});
+  std::stop_source stopped;
+  stopped.request_stop();
+  EXPECT_FALSE(ContourSystem::Create(problem, Options(), why_not, &setups)
+                   ->MakeKernel(0.01, Hold::kLinear, 100, workers, stopped.get_token()));
+  EXPECT_TRUE(ContourSystem::Create(problem, Options(), why_not, &setups)
+                  ->MakeKernel(0.01, Hold::kLinear, 100, workers, {}));
+  EXPECT_EQ(setups.statistics().values, 1);
+}
+
 TEST(ContourSystemTest, HasTheSameBitsForAnyNumberOfThreads) {
   const Problem problem = AdvectedGrid({.side = 10, .constraints = 4, .speed = 0.5});
   Matrix states[2], responses[2], free[2];
