@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds everything and runs every test. The last line is `N passed, N failed`; a
-# build that fails counts as one failure. Works from any folder.
+# build that fails counts as one failure, and a test that was skipped is named before it. Works from any folder.
 #
 #     deploy/test.sh [PRESET]     release (default), ci (warnings are errors), debug, asan
 set -euo pipefail
@@ -33,6 +33,8 @@ ctest --preset "$preset" --parallel 2 --no-tests=error 2>&1 | tee "$log" || code
 # "99% tests passed, 1 tests failed out of 100"; it counts what could not be run among the failures.
 read -r broken tests < <(sed -n 's/^[0-9]*% tests passed, \([0-9]*\) tests failed out of \([0-9]*\)$/\1 \2/p' "$log") ||
   exit 1 # no test is a failure too
+mapfile -t skipped < <(sed -n 's/^ *[0-9]*\/[0-9]* *Test *#[0-9]*: \([^ ]*\) .*\*\*\*Skipped.*/\1/p' "$log")
+[ ${#skipped[@]} = 0 ] || echo "SKIPPED: ${skipped[*]} (to see why: ctest --preset $preset -V -R '^NAME\$')"
 failed=$broken
-passed=$((tests - failed))
+passed=$((tests - failed - ${#skipped[@]}))
 exit "$code"
