@@ -7,6 +7,7 @@
 #include "server/jobs/clock.h"
 #include "server/jobs/job_store.h"
 #include "server/jobs/sqlite_database.h"
+#include "server/jobs/sqlite_job_table.h"
 
 namespace dlcs::jobs {
 
@@ -42,6 +43,22 @@ class SqliteJobStore final : public JobStore {
   absl::Status Probe() override;
 
  private:
+  // The result of `rule(JobTable&)` in a transaction of the database.
+  template <typename Rule>
+  auto Write(Rule rule) {
+    return database_.Write([&](SqliteConnection& connection) {
+      SqliteJobTable table(connection, clock_);
+      return rule(table);
+    });
+  }
+  template <typename Rule>
+  auto Read(Rule rule) {
+    return database_.Read([&](SqliteConnection& connection) {
+      SqliteJobTable table(connection, clock_);
+      return rule(table);
+    });
+  }
+
   const Clock& clock_;
   SqliteDatabase database_;
 };

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rows of jobs in SQLite.
+
+#ifndef DLCS_SERVER_JOBS_SQLITE_JOB_TABLE_H_
+#define DLCS_SERVER_JOBS_SQLITE_JOB_TABLE_H_
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "server/jobs/clock.h"
+#include "server/jobs/job_table.h"
+#include "server/jobs/sqlite.h"
+
+// The columns that ReadJob() reads, first in a SELECT.
+#define DLCS_JOB_COLUMNS                                                                            \
+  "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
+  "created, started, finished, attempts, sequence, chunks, progress, error_code, error_message, "   \
+  "stored_bytes, fence, worker, lease_until, body_hash, "                                           \
+  "(SELECT MAX(sequence) FROM events WHERE events.job = jobs.number)"
+
+// True of a job that nobody is at work on at the time ?1.
+#define DLCS_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < ?1)"
+
+namespace dlcs::jobs {
+
+// Without JobRow::now.
+JobRow ReadJob(const SqliteStatement& row);
+
+// In the transaction that `connection` is in; one that writes has locked all rows.
+class SqliteJobTable final : public JobTable {
+ public:
+  SqliteJobTable(SqliteConnection& connection, const Clock& clock) : connection_(connection), clock_(clock) {}
+
+  std::optional<JobRow> Lock(const JobId& id) override;
+  std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) override;
+  std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) override;
+  std::optional<JobRow> Insert(const NewJob& job) override;
+  void Save(const JobRow& row) override;
+  void Delete(std::int64_t number) override;
+  std::string ReadBody(std::int64_t number) override;
+  std::optional<std::string> ReadResumeState(std::int64_t number) override;
+  void SaveResumeState(std::int64_t number, const std::string& state) override;
+  void DropResumeState(std::int64_t number) override;
+  bool AddEvent(std::int64_t number, const Event& event) override;
+  bool AddChunk(std::int64_t number, const Chunk& chunk) override;
+
+ private:
+  std::optional<JobRow> ReadFirst(SqliteStatement& query) const;
+  std::optional<std::string> ReadBlob(const char* sql, std::int64_t number);
+
+  SqliteConnection& connection_;
+  const Clock& clock_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_JOBS_SQLITE_JOB_TABLE_H_
