@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "fmt/format.h"
+#include "server/listen_address.h"
 
 namespace dlcs {
 namespace {
@@ -14,9 +15,16 @@ absl::Status OutOfRange(const char* flag, std::int64_t value, const char* rule) 
   return absl::InvalidArgumentError(fmt::format("{} {}: must be {}", flag, value, rule));
 }
 
+absl::Status CheckAddress(const char* flag, const std::string& text) {
+  const absl::Status status = ParseListenAddress(text).status();
+  if (status.ok()) return status;
+  return absl::InvalidArgumentError(fmt::format("{}: {}", flag, std::string(status.message())));
+}
+
 }  // namespace
 
 absl::Status Validate(const ServerConfig& config) {
+  if (absl::Status address = CheckAddress("--listen", config.listen); !address.ok()) return address;
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
     return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves, "between 0 (automatic) and 1024");
   }

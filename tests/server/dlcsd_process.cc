@@ -14,7 +14,7 @@ extern char** environ;
 
 namespace dlcs::testing {
 
-DlcsdProcess::DlcsdProcess(const std::vector<std::string>& flags) {
+DlcsdProcess::DlcsdProcess(const std::vector<std::string>& flags, const std::vector<std::string>& environment) {
   int output[2];
   if (pipe(output) != 0) throw std::runtime_error("pipe");
   // Errors go to a file without a name: nobody has to read them while the program runs.
@@ -33,7 +33,12 @@ DlcsdProcess::DlcsdProcess(const std::vector<std::string>& flags) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  const int error = posix_spawn(&pid_, DLCSD_PROGRAM, &actions, nullptr, arguments.data(), environ);
+  std::vector<std::string> variables = environment;
+  std::vector<char*> all_variables;
+  for (std::string& variable : variables) all_variables.push_back(variable.data());
+  for (char** variable = environ; *variable != nullptr; ++variable) all_variables.push_back(*variable);
+  all_variables.push_back(nullptr);
+  const int error = posix_spawn(&pid_, DLCSD_PROGRAM, &actions, nullptr, arguments.data(), all_variables.data());
   posix_spawn_file_actions_destroy(&actions);
   close(output[1]);
   output_ = output[0];
@@ -53,6 +58,12 @@ std::string DlcsdProcess::ReadLine() {
   std::string line;
   for (char character; read(output_, &character, 1) == 1 && character != '\n';) line += character;
   return line;
+}
+
+std::string DlcsdProcess::ReadOutput() {
+  std::string text;
+  for (char character; read(output_, &character, 1) == 1;) text += character;
+  return text;
 }
 
 std::string DlcsdProcess::ReadAddress() {

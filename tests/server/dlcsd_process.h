@@ -12,16 +12,18 @@
 
 namespace dlcs::testing {
 
-// Starts with `flags`; is killed when it is destroyed, unless it has ended.
+// Starts with `flags` and, beside those of this process, the variables `environment` ("NAME=value"); is killed when it is destroyed, unless it has ended.
 class DlcsdProcess {
  public:
-  explicit DlcsdProcess(const std::vector<std::string>& flags);
+  explicit DlcsdProcess(const std::vector<std::string>& flags, const std::vector<std::string>& environment = {});
   ~DlcsdProcess();
   DlcsdProcess(const DlcsdProcess&) = delete;
   DlcsdProcess& operator=(const DlcsdProcess&) = delete;
 
   // The next line of its standard output, without the line break; empty at the end.
   std::string ReadLine();
+  // All lines that are left.
+  std::string ReadOutput();
   // HOST:PORT of the line that says it is ready; empty when it says something else.
   std::string ReadAddress();
 

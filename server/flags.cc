@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/flags.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "CLI/CLI.hpp"
+#include "fmt/format.h"
+#include "server/config_file.h"
+#include "server/store_location.h"
+#include "server/version.h"
+
+namespace dlcs {
+namespace {
+
+constexpr const char* kFooter =
+    "Every flag is also a variable and a key of the file that --config names: --max-steps 1000, DLCSD_MAX_STEPS=1000,\n"
+    "max-steps = 1000. The flag counts before the variable, the variable before the file.\n\n"
+    "Prints one line on standard output when it is ready: dlcsd listening on HOST:PORT.\n"
+    "SIGTERM and SIGINT end it: no new solves, running ones get the grace period, then they are stopped and deliver\n"
+    "their summary. A second signal skips the rest of the grace period.\n"
+    "Exit status: 0 after a signal, 2 for a bad setting, 3 when it cannot listen.\n\n"
+    "Examples:\n"
+    "  dlcsd                                     serve this machine on port 50051\n"
+    "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
+    "  dlcsd --listen 0.0.0.0:50051 --threads 4  serve the network, four threads per solve\n"
+    "  dlcsd --store jobs.db                     take jobs as well, which outlive this server\n"
+    "  dlcsd --config dlcsd.conf --check-config  say what these settings come to, and whether they are sound";
+
+void AddFlags(CLI::App& app, Flags& flags) {
+  ServerConfig& config = flags.config;
+  app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one");
+  app.add_option("--max-concurrent-solves", config.max_concurrent_solves,
+                 "Solves at once, more are refused; 0: one per processor, at least 2");
+  app.add_option("--threads", config.threads, "Threads of one solve; 0: all processors");
+  app.add_option("--max-states", config.max_states, "Largest number of states (rows of A)");
+  app.add_option("--max-dense-states", config.max_dense_states, "The same where A is written down entry by entry");
+  app.add_option("--max-constraints", config.max_constraints, "Largest number of pairs (rows of M)");
+  app.add_option("--max-steps", config.max_steps, "Most steps of one solve");
+  app.add_option("--max-members", config.max_members, "Most members of one ensemble");
+  app.add_option("--max-result-bytes", config.max_result_bytes, "Largest trajectory of one solve");
+  app.add_option("--max-held-result-bytes", config.max_held_result_bytes, "All trajectories in memory together");
+  app.add_option("--max-memory-bytes", config.max_memory_bytes, "What one solve may allocate");
+  app.add_option("--setup-cache-bytes", config.setup_cache_bytes,
+                 "Matrix functions and factors kept for further solves of the same matrices; 0 keeps none");
+  app.add_option("--store", config.store, "File of jobs, made where there is none; without it no jobs are taken");
+  app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often what a running job has found is stored");
+  app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");
+  app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
+      ->check(CLI::Range(0.0, 86400.0));
+  app.add_option("--log-level", flags.log_level, "Of the lines on standard error")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
+}
+
+std::string VariableOf(const std::string& key) {
+  std::string name = "DLCSD_" + key;
+  std::replace(name.begin(), name.end(), '-', '_');
+  for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+bool IsSet(const std::string& variable) {
+  const char* const value = std::getenv(variable.c_str());
+  return value != nullptr && *value != '\0';
+}
+
+bool IsWhole(const CLI::Option& option) { return option.get_type_name().find("INT") != std::string::npos; }
+bool IsSwitch(const CLI::Option& option) { return option.get_expected_min() == 0; }
+
+// CLI11 takes what is too large for the largest number, and 010 for eight.
+std::string WhatIsWrongWithWholeNumber(const std::string& text) {
+  std::int64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && rest == end ? ""
+                                             : fmt::format("{} is not a whole number between -2^63 and 2^63", text);
+}
+
+// Help without a remark at every flag on the variable that it has: the rule is in the footer.
+class HelpText final : public CLI::Formatter {
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string text = CLI::Formatter::make_option_opts(option);
+    return text.substr(0, text.find(" (Env:"));
+  }
+};
+
+// The file, for CLI11, which would let it count before the environment.
+class SettingsFile final : public CLI::ConfigBase {
+ public:
+  // `origins` gets FILE:LINE of every key. Both must outlive it.
+  SettingsFile(const CLI::App& app, std::map<std::string, std::string>& origins) : app_(app), origins_(origins) {}
+
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+    const auto path = app_.get_config_ptr()->as<std::string>();
+    const absl::StatusOr<std::vector<Setting>> settings = ReadSettings(input, path);
+    if (!settings.ok()) throw CLI::ConfigError(std::string(settings.status().message()), CLI::ExitCodes::ConfigError);
+    std::vector<CLI::ConfigItem> read;
+    for (const Setting& setting : *settings) {
+      const std::string place = fmt::format("{}:{}", path, setting.line);
+      const CLI::Option* const option = app_.get_option_no_throw("--" + setting.key);
+      if (option == nullptr || !option->get_configurable()) {
+        throw CLI::ConfigError(
+            fmt::format("{}: {}: there is no such setting; dlcsd --help lists all", place, setting.key),
+            CLI::ExitCodes::ConfigError);
+      }
+      if (option->count() > 0 || IsSet(option->get_envname())) continue;
+      origins_[setting.key] = place;
+      CLI::ConfigItem& item = read.emplace_back();
+      item.name = setting.key;
+      item.inputs = {setting.value};
+    }
+    return read;
+  }
+
+ private:
+  const CLI::App& app_;
+  std::map<std::string, std::string>& origins_;
+};
+
+// The command line of one run of the program.
+class CommandLine {
+ public:
+  CommandLine(int argc, char** argv, Flags& flags)
+      : words_(argv + 1, argv + argc),
+        flags_(flags),
+        app_("dlcsd solves differential linear complementarity systems over gRPC.", "dlcsd") {
+    app_.option_defaults()->always_capture_default();
+    app_.set_version_flag("--version", std::string("dlcsd ") + kVersion)->configurable(false);
+    app_.get_help_ptr()->configurable(false);
+    const char* const path = std::getenv("DLCSD_CONFIG");
+    app_.set_config("--config", path == nullptr ? "" : path, "File of settings, one key = value a line",
+                    IsSet("DLCSD_CONFIG"))
+        ->configurable(false);
+    app_.config_formatter(std::make_shared<SettingsFile>(app_, origins_));
+    app_.add_flag("--check-config", check_only_, "Check all settings, print them and where they come from, and end")
+        ->configurable(false);
+    AddFlags(app_, flags);
+    for (CLI::Option* const option : app_.get_options(&IsSetting)) {
+      option->envname(VariableOf(option->get_single_name()));
+      if (IsWhole(*option)) option->check(WhatIsWrongWithWholeNumber);
+    }
+    app_.formatter(std::make_shared<HelpText>());
+    app_.footer(kFooter);
+  }
+
+  // False when the program is to end with `exit_status`.
+  bool Read(int& exit_status) {
+    exit_status = 0;
+    try {
+      app_.parse(std::vector<std::string>(words_.rbegin(), words_.rend()));
+    } catch (const CLI::Success& asked) {
+      app_.exit(asked);
+      return false;
+    } catch (const CLI::ParseError& error) {
+      exit_status = Refuse(Explain(error));
+      return false;
+    }
+    absl::Status valid = Validate(flags_.config);
+    if (check_only_ && valid.ok()) valid = CheckStoreLocation(flags_.config.store);
+    if (!valid.ok()) {
+      exit_status = Refuse(std::string(valid.message()));
+      return false;
+    }
+    if (check_only_) Print();
+    return !check_only_;
+  }
+
+ private:
+  static bool IsSetting(const CLI::Option* option) { return option->get_configurable(); }
+
+  bool IsFlag(const std::string& name) const {
+    return std::any_of(words_.begin(), words_.end(), [flag = "--" + name](const std::string& word) {
+      return word == flag || word.compare(0, flag.size() + 1, flag + "=") == 0;
+    });
+  }
+
+  // "flag", "DLCSD_MAX_STEPS", "dlcsd.conf:7"; empty for a default.
+  std::string OriginOf(const CLI::Option& option) const {
+    const std::string name = option.get_single_name();
+    if (IsFlag(name)) return "flag";
+    if (IsSet(option.get_envname())) return option.get_envname();
+    const auto origin = origins_.find(name);
+    return origin == origins_.end() ? "" : origin->second;
+  }
+
+  // The setting that `message` names first.
+  const CLI::Option* NamedIn(const std::string& message) const {
+    const CLI::Option* named = nullptr;
+    std::size_t place = message.size();
+    for (const CLI::Option* const option : app_.get_options(&IsSetting)) {
+      const std::string name = "--" + option->get_single_name();
+      const std::size_t begin = message.find(name);
+      if (begin >= place) continue;
+      const char next = message.c_str()[begin + name.size()];
+      if (next == '-' || std::isalnum(static_cast<unsigned char>(next)) != 0) continue;  // a longer name
+      named = option;
+      place = begin;
+    }
+    return named;
+  }
+
+  // What CLI11 says, and the rule where it leaves that out.
+  std::string Explain(const CLI::ParseError& error) const {
+    switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
+      case CLI::ExitCodes::ExtrasError:
+        return fmt::format("{}: there is no such flag; dlcsd --help lists all", app_.remaining().front());
+      case CLI::ExitCodes::FileError:
+        return fmt::format("--config {}: cannot be read", app_.get_config_ptr()->as<std::string>());
+      case CLI::ExitCodes::ConversionError:
+        if (const CLI::Option* const option = NamedIn(error.what())) {
+          return fmt::format("--{} {}: must be {}", option->get_single_name(), fmt::join(option->results(), " "),
+                             IsSwitch(*option)  ? "true or false"
+                             : IsWhole(*option) ? "a smaller number"
+                                                : "a number");
+        }
+        return error.what();
+      default:
+        return error.what();
+    }
+  }
+
+  int Refuse(const std::string& message) const {
+    const CLI::Option* const option = NamedIn(message);
+    const std::string origin = option == nullptr ? "" : OriginOf(*option);
+    const bool tell = !origin.empty() && origin != "flag";
+    std::fprintf(stderr, "dlcsd: %s\n", (WithoutPassword(message) + (tell ? " (" + origin + ")" : "")).c_str());
+    return 2;
+  }
+
+  // As a file of settings.
+  void Print() const {
+    for (const CLI::Option* const option : app_.get_options(&IsSetting)) {
+      std::string value = IsSwitch(*option) ? "false" : option->get_default_str();
+      if (option->count() > 0) value = fmt::format("{}", fmt::join(option->results(), " "));
+      const std::string line = WriteSetting(option->get_single_name(), WithoutPassword(value));
+      const std::string origin = OriginOf(*option);
+      std::printf("%s\n", origin.empty() ? line.c_str() : fmt::format("{:<40} # {}", line, origin).c_str());
+    }
+  }
+
+  const std::vector<std::string> words_;
+  Flags& flags_;
+  CLI::App app_;
+  std::map<std::string, std::string> origins_;
+  bool check_only_ = false;
+};
+
+}  // namespace
+
+std::optional<Flags> ReadFlags(int argc, char** argv, int& exit_status) {
+  Flags flags;
+  if (!CommandLine(argc, argv, flags).Read(exit_status)) return std::nullopt;
+  return flags;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Flags, variables and a file of settings, as the program takes them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/server/dlcsd_process.h"
+#include "tests/server/jobs/temporary_folder.h"
+
+namespace dlcs {
+namespace {
+
+using testing::DlcsdProcess;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class DlcsdSettingsTest : public ::testing::Test {
+ protected:
+  // A file with this text. Returns its path.
+  std::string Write(const std::string& text) {
+    std::ofstream(path_) << text;
+    return path_;
+  }
+
+  jobs::testing::TemporaryFolder folder_;
+  const std::string path_ = folder_.File("dlcsd.conf");
+};
+
+// What the program prints and how it ends.
+struct Ended {
+  std::string output, errors;
+  int exit_status = 0;
+};
+Ended RunDlcsd(const std::vector<std::string>& flags, const std::vector<std::string>& environment = {}) {
+  DlcsdProcess dlcsd(flags, environment);
+  Ended ended;
+  ended.output = dlcsd.ReadOutput();
+  ended.exit_status = dlcsd.Wait();
+  ended.errors = dlcsd.ReadErrors();
+  return ended;
+}
+
+TEST_F(DlcsdSettingsTest, FlagBeforeVariableBeforeFileBeforeDefault) {
+  Write("max-steps = 1\nmax-members = 1\nmax-states = 1\n");
+  const Ended told = RunDlcsd({"--config", path_, "--max-steps", "3", "--check-config"},
+                              {"DLCSD_MAX_STEPS=2", "DLCSD_MAX_MEMBERS=2", "DLCSD_MAX_STATES="});
+  EXPECT_EQ(told.exit_status, 0) << told.errors;
+  EXPECT_THAT(told.output, ::testing::ContainsRegex("max-steps = 3 +# flag\n"));
+  EXPECT_THAT(told.output, ::testing::ContainsRegex("max-members = 2 +# DLCSD_MAX_MEMBERS\n"));
+  EXPECT_THAT(told.output, ::testing::ContainsRegex("max-states = 1 +# " + path_ + ":3\n"));
+  EXPECT_THAT(told.output, HasSubstr("max-constraints = 2000\n"));
+}
+
+TEST_F(DlcsdSettingsTest, WhatIsPrintedMeansTheSameWhenItIsRead) {
+  const Ended first = RunDlcsd({"--store", folder_.File("the jobs.db"), "--threads", "3", "--check-config"});
+  Write(first.output);
+  const Ended second = RunDlcsd({"--check-config"}, {"DLCSD_CONFIG=" + path_});
+  EXPECT_EQ(second.exit_status, 0) << second.errors;
+  EXPECT_THAT(second.output, HasSubstr("store = \"" + folder_.File("the jobs.db") + "\""));
+  EXPECT_THAT(second.output, HasSubstr("threads = 3"));
+}
+
+TEST_F(DlcsdSettingsTest, AFileIsWhatTheServerRunsBy) {
+  DlcsdProcess dlcsd({"--config", Write("listen = 127.0.0.1:0\n")});
+  const std::string address = dlcsd.ReadAddress();
+  EXPECT_THAT(address, HasSubstr("127.0.0.1:"));
+  EXPECT_NE(address, "127.0.0.1:50051");
+}
+
+TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
+  struct Case {
+    std::string file;
+    std::string words;
+  };
+  for (const Case& wrong : std::vector<Case>{
+           {"\nmax-stepz = 3", path_ + ":2: max-stepz: there is no such setting"},
+           {"help = true", path_ + ":1: help: there is no such setting"},
+           {"max-steps = 0", "--max-steps 0: must be at least 1 (" + path_ + ":1)"},
+           {"max-steps = many", "--max-steps: many is not a whole number"},
+           {"max-steps = 99999999999999999999", "--max-steps: 99999999999999999999 is not a whole number"},
+           {"threads = 5000000000", "--threads 5000000000: must be a smaller number (" + path_ + ":1)"},
+           {"grace = -1", "--grace: Value -1 not in range"},
+           {"log-level = loud", "--log-level: loud not in {debug,info,warn,error,off} (" + path_ + ":1)"},
+           {"listen = here", "--listen: \"here\" is not HOST:PORT"},
+           {"store = /no/such/folder/jobs.db",
+            "--store /no/such/folder/jobs.db: the folder /no/such/folder must be there"},
+           {"max-held-result-bytes = 5", "--max-held-result-bytes 5: must be at least --max-result-bytes (" + path_},
+       }) {
+    const Ended told = RunDlcsd({"--check-config", "--config", Write(wrong.file)});
+    EXPECT_EQ(told.exit_status, 2) << wrong.file;
+    EXPECT_EQ(told.output, "");
+    EXPECT_THAT(told.errors, HasSubstr("dlcsd: ")) << wrong.file;
+    EXPECT_THAT(told.errors, HasSubstr(wrong.words));
+  }
+  EXPECT_THAT(RunDlcsd({}, {"DLCSD_MAX_STEPS=0"}).errors,
+              HasSubstr("--max-steps 0: must be at least 1 (DLCSD_MAX_STEPS)"));
+  EXPECT_THAT(RunDlcsd({"--config", "/no/such"}).errors, HasSubstr("--config /no/such: cannot be read"));
+  EXPECT_EQ(RunDlcsd({"--config", folder_.path().string()}).exit_status, 2);
+  EXPECT_EQ(RunDlcsd({}, {"DLCSD_CONFIG=/no/such"}).exit_status, 2);
+}
+
+TEST_F(DlcsdSettingsTest, CheckingChangesNothingAndTellsNoPassword) {
+  const std::string store = folder_.File("jobs.db");
+  EXPECT_EQ(RunDlcsd({"--check-config", "--store", store}).exit_status, 0);
+  EXPECT_FALSE(std::filesystem::exists(store));
+  // The port may well be that of the server whose settings are being changed.
+  DlcsdProcess running({"--listen", "127.0.0.1:0"});
+  EXPECT_EQ(RunDlcsd({"--check-config", "--listen", running.ReadAddress()}).exit_status, 0);
+  const Ended told = RunDlcsd({"--check-config"}, {"DLCSD_STORE=postgresql://me:secret@host/jobs"});
+  EXPECT_THAT(told.output + told.errors, Not(HasSubstr("secret")));
+}
+
+}  // namespace
+}  // namespace dlcs
