@@ -37,6 +37,7 @@ const char* Describe(Method method) {
 v1::GetCapabilitiesResponse CommonCapabilities() {
   v1::GetCapabilitiesResponse response;
   response.set_version(kVersion);
+  response.set_build(BuildText());
   for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kPaperIteration,
                               Method::kExponentialMarch, Method::kTimeStepping, Method::kEventLocated}) {
     auto& info = *response.add_methods();

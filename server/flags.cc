@@ -132,7 +132,7 @@ class CommandLine {
         flags_(flags),
         app_("dlcsd solves differential linear complementarity systems over gRPC.", "dlcsd") {
     app_.option_defaults()->always_capture_default();
-    app_.set_version_flag("--version", std::string("dlcsd ") + kVersion)->configurable(false);
+    app_.set_version_flag("--version", fmt::format("dlcsd {} ({})", kVersion, BuildText()))->configurable(false);
     app_.get_help_ptr()->configurable(false);
     const char* const path = std::getenv("DLCSD_CONFIG");
     app_.set_config("--config", path == nullptr ? "" : path, "File of settings, one key = value a line",

@@ -28,6 +28,7 @@ void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
     methods.push_back({{"name", method.name()}, {"description", method.description()}});
   }
   const ordered_json root = {{"version", response.version()},
+                             {"build", response.build()},
                              {"methods", methods},
                              {"max_states", LimitJson(response.max_states())},
                              {"max_dense_states", LimitJson(response.max_dense_states())},
@@ -50,8 +51,10 @@ void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
 }
 
 void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& server, std::FILE* out) {
-  fmt::print(out, "{}: dlcs {}, {} threads per solve\n\n", server.empty() ? "this process" : server,
-             response.version(), response.threads());
+  // A server of an earlier version does not tell.
+  const std::string build = response.build().empty() ? "" : fmt::format(" ({})", response.build());
+  fmt::print(out, "{}: dlcs {}{}, {} threads per solve\n\n", server.empty() ? "this process" : server,
+             response.version(), build, response.threads());
   fmt::print(out, "Methods\n");
   Paragraphs paper(WidthOf(out), out);
   for (const auto& method : response.methods()) {

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/version.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/test_requests.h"
@@ -169,7 +170,7 @@ TEST(DlcsdTest, TakenPortsUnknownHostsAndBadFlagsAreClearErrors) {
 
 TEST(DlcsdTest, TellsItsVersionAndHelp) {
   DlcsdProcess version({"--version"});
-  EXPECT_EQ(version.ReadLine(), "dlcsd " DLCS_VERSION);
+  EXPECT_EQ(version.ReadLine(), "dlcsd " DLCS_VERSION " (" + BuildText() + ")");
   EXPECT_EQ(version.Wait(), 0);
   DlcsdProcess help({"--help"});
   std::string text;
