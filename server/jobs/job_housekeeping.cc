@@ -10,6 +10,9 @@
 namespace dlcs::jobs {
 namespace {
 
+// Between two looks at the queue that were asked for: submissions come in bursts.
+constexpr std::chrono::milliseconds kBetweenLooks{20};
+
 // A task that is due every so often.
 class Every {
  public:
@@ -34,17 +37,27 @@ void JobManager::KeepHouse() {
   Every renew(options_.lease / 4, begin);
   Every probe(options_.probe, begin);
   Every expire(options_.expire_every, begin);
+  Duration next_look = begin;
   std::unique_lock lock(mutex_);
   while (!ending_) {
-    Duration pause = std::min({poll.next(), renew.next(), probe.next(), expire.next()}) - clock_.Elapsed();
+    Duration due = std::min({poll.next(), renew.next(), probe.next(), expire.next()});
+    if (WantsLook()) due = std::min(due, next_look);
+    Duration pause = heard_of_.empty() ? due - clock_.Elapsed() : Duration::zero();
     if (const auto deadline = NextDeadline()) pause = std::min(pause, *deadline - clock_.Now());
     if (pause > Duration::zero()) house_.wait_for(lock, pause);
     if (ending_) return;
-    lock.unlock();
     const Duration now = clock_.Elapsed();
+    const std::set<JobId> heard_of = std::exchange(heard_of_, {});
+    const bool look = WantsLook() && now >= next_look;
+    if (look) {
+      next_look = now + kBetweenLooks;
+      heard_of_work_ = heard_something_ = false;
+    }
+    lock.unlock();
     StopWhatIsLate();
+    for (const JobId& id : heard_of) LookAt(id);
     if (renew.Due(now)) RenewLeases();
-    if (poll.Due(now)) {
+    if (poll.Due(now) || look) {
       GiveUpHopeless();
       TakeUpJobs();
       FollowOthers();
@@ -65,7 +78,7 @@ void JobManager::TakeUpJobs() {
     gone.insert(queued.begin(), queued.end());
   }
   if (!leases_released_) {
-    // Of an earlier life: this one has claimed nothing yet.
+    // Of an earlier life: this one claims nothing before.
     if (!store_.ReleaseLeases(options_.worker).ok()) return;
     leases_released_ = true;
   }
@@ -94,21 +107,66 @@ void JobManager::FollowOthers() {
       if (log != nullptr && !log->closed() && !active_.contains(id)) others.push_back(id);
     }
   }
-  for (const JobId& id : others) {
-    const absl::StatusOr<Job> job = store_.Get(std::nullopt, id);
-    if (!job.ok() && !absl::IsNotFound(job.status())) continue;
+  for (const JobId& id : others) FollowOther(id);
+}
+
+void JobManager::FollowOther(const JobId& id) {
+  const absl::StatusOr<Job> job = store_.Get(std::nullopt, id);
+  if (!job.ok() && !absl::IsNotFound(job.status())) return;
+  const std::lock_guard lock(mutex_);
+  const auto found = logs_.find(id);
+  // Once it is ours, what the log gets comes from the run.
+  if (found == logs_.end() || active_.contains(id)) return;
+  const std::shared_ptr<EventLog> log = found->second.lock();
+  if (log == nullptr) return;
+  if (job.ok()) {
+    log->AdvanceArchive(job->last_event, IsFinal(job->state));
+  } else {
+    // Deleted: watchers are sent to the store, which tells them so.
+    log->AdvanceArchive(log->last_sequence() + 1, true);
+  }
+}
+
+void JobManager::Hear(const JobChange& change) {
+  {
     const std::lock_guard lock(mutex_);
-    const auto found = logs_.find(id);
-    // Once it is ours, what the log gets comes from the run.
-    if (found == logs_.end() || active_.contains(id)) continue;
-    const std::shared_ptr<EventLog> log = found->second.lock();
-    if (log == nullptr) continue;
-    if (job.ok()) {
-      log->AdvanceArchive(job->last_event, IsFinal(job->state));
-    } else {
-      // Deleted: watchers are sent to the store, which tells them so.
-      log->AdvanceArchive(log->last_sequence() + 1, true);
+    const auto active = active_.find(change.job);
+    const bool is_ours = active != active_.end();
+    switch (change.what) {
+      case JobChange::What::kClaimable:
+        // Who is busy looks when it has a core free.
+        heard_of_work_ = options_.runs_jobs;
+        break;
+      case JobChange::What::kEvents:
+        if (is_ours || !logs_.contains(change.job)) return;
+        heard_of_.insert(change.job);
+        break;
+      case JobChange::What::kCancelling:
+        if (!is_ours) return;
+        heard_of_.insert(change.job);
+        break;
+      case JobChange::What::kUnknown:
+        heard_something_ = true;
+        break;
     }
+  }
+  house_.notify_one();
+}
+
+bool JobManager::WantsLook() const {
+  return heard_something_ || (heard_of_work_ && active_.size() < static_cast<std::size_t>(options_.limits.cores));
+}
+
+void JobManager::LookAt(const JobId& id) {
+  std::shared_ptr<JobRun> run;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto active = active_.find(id); active != active_.end()) run = active->second.run;
+  }
+  if (run != nullptr) {
+    RenewLease(*run);
+  } else {
+    FollowOther(id);
   }
 }
 
@@ -122,15 +180,17 @@ std::vector<std::shared_ptr<JobRun>> JobManager::Runs() const {
 }
 
 void JobManager::RenewLeases() {
-  for (const std::shared_ptr<JobRun>& run : Runs()) {
-    const absl::StatusOr<bool> cancelled = store_.RenewLease(run->lease(), options_.lease);
-    if (absl::IsAborted(cancelled.status())) {
-      // Ended a moment ago, or lost: either way there is nothing to go on for.
-      run->Stop(StopCause::kLeaseLost);
-    } else if (cancelled.ok() && *cancelled) {
-      run->Stop(StopCause::kCancelled);
-      run->SayCancelling();
-    }
+  for (const std::shared_ptr<JobRun>& run : Runs()) RenewLease(*run);
+}
+
+void JobManager::RenewLease(JobRun& run) {
+  const absl::StatusOr<bool> cancelled = store_.RenewLease(run.lease(), options_.lease);
+  if (absl::IsAborted(cancelled.status())) {
+    // Ended a moment ago, or lost: either way there is nothing to go on for.
+    run.Stop(StopCause::kLeaseLost);
+  } else if (cancelled.ok() && *cancelled) {
+    run.Stop(StopCause::kCancelled);
+    run.SayCancelling();
   }
 }
 

@@ -36,9 +36,11 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
   threads_.emplace_back([this] { KeepHouse(); });
   const int cores = options_.runs_jobs ? options_.limits.cores : 0;
   for (int k = 0; k < cores; ++k) threads_.emplace_back([this] { Work(); });
+  store_.Listen([this](const JobChange& change) { Hear(change); });
 }
 
 JobManager::~JobManager() {
+  store_.Listen({});
   Drain(Duration(0));
   {
     const std::lock_guard lock(mutex_);
@@ -165,7 +167,7 @@ void JobManager::Work() {
   std::unique_lock lock(mutex_);
   for (;;) {
     std::optional<Scheduler::Start> start;
-    if (!draining_) start = scheduler_.StartNext();
+    if (!draining_ && leases_released_) start = scheduler_.StartNext();
     if (start.has_value()) {
       active_[start->id] = {};
       lock.unlock();
@@ -173,6 +175,7 @@ void JobManager::Work() {
       lock.lock();
       active_.erase(start->id);
       if (active_.empty()) idle_.notify_all();
+      if (heard_of_work_) house_.notify_one();
       work_.notify_one();
     } else if (ending_) {
       return;

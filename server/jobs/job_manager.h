@@ -4,12 +4,14 @@
 #ifndef DLCS_SERVER_JOBS_JOB_MANAGER_H_
 #define DLCS_SERVER_JOBS_JOB_MANAGER_H_
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -50,7 +52,7 @@ struct JobManagerOptions {
   // Of this server among those that share the store; the same after a restart, so that it finds its jobs at once.
   std::string worker = "dlcsd";
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
-  Duration poll = std::chrono::seconds(1);    // how soon jobs of other servers, and their events, are seen
+  Duration poll = std::chrono::seconds(1);    // how soon what other servers did is seen where the store does not tell
   Duration probe = std::chrono::seconds(5);   // how soon a store that broke, or came back, is noticed
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
@@ -122,7 +124,14 @@ class JobManager {
   void KeepHouse();
   void TakeUpJobs();
   void FollowOthers();
+  void FollowOther(const JobId& id);
   void RenewLeases();
+  void RenewLease(JobRun& run);
+  // From the store's thread: makes the housekeeper look now at what it would look at later.
+  void Hear(const JobChange& change);
+  void LookAt(const JobId& id);
+  // With mutex_ held: whether to look at once at what the store has.
+  bool WantsLook() const;
   void StopWhatIsLate();
   void GiveUpHopeless();
   std::vector<std::shared_ptr<JobRun>> Runs() const;
@@ -146,7 +155,11 @@ class JobManager {
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
-  bool leases_released_ = false;
+  // What was heard from the store: that these jobs changed, that there are others to claim, and anything at all.
+  std::set<JobId> heard_of_;
+  bool heard_of_work_ = false;
+  bool heard_something_ = false;
+  std::atomic<bool> leases_released_ = false;
   bool draining_ = false;
   bool abandoning_ = false;  // the store is not waited for any more
   bool ending_ = false;

@@ -5,6 +5,7 @@
 #define DLCS_SERVER_JOBS_JOB_STORE_H_
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -73,6 +74,18 @@ struct Expiry {
   std::int64_t max_finished_bytes = std::int64_t{10} << 30;  // the oldest go first
 };
 
+// What a server may hear of the jobs of others as it happens.
+struct JobChange {
+  enum class What {
+    kClaimable,   // the job was created, or given back
+    kEvents,      // it has further kept events
+    kCancelling,  // it was asked to stop while it was running
+    kUnknown,     // of any jobs, anything
+  };
+  What what = What::kUnknown;
+  JobId job;  // empty for kUnknown
+};
+
 // What all functions share:
 //
 // OK means durable: it survives kill -9 and a power cut. Functions block on the disk or the network; never call them
@@ -133,6 +146,11 @@ class JobStore {
 
   // Deletes finished jobs that are too old or too many. Returns how many; a call deletes at most a few hundred.
   virtual absl::StatusOr<int> Expire(const Expiry& expiry) = 0;
+
+  // From now on `heard` is told of changes, soon after they were made by whichever server, from a thread that should not
+  // be held up. An empty function ends that; when it returns no call is under way. Nothing is promised: what was not heard
+  // of is found by looking. Stores that cannot tell never do.
+  virtual void Listen(std::function<void(const JobChange& change)> heard) { static_cast<void>(heard); }
 
   // What the last function that touched the disk found.
   virtual bool Healthy() const = 0;

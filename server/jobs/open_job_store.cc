@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/open_job_store.h"
+
+#include <libpq-fe.h>
+
+#include "fmt/format.h"
+#include "server/jobs/clock.h"
+#include "server/jobs/postgres_job_store.h"
+#include "server/jobs/sqlite_job_store.h"
+
+namespace dlcs::jobs {
+namespace {
+
+using Parameters = std::unique_ptr<PQconninfoOption, void (*)(PQconninfoOption*)>;
+
+Parameters ParametersOf(const std::string& address) {
+  char* error = nullptr;
+  Parameters parameters(PQconninfoParse(address.c_str(), &error), PQconninfoFree);
+  PQfreemem(error);  // it repeats parts of the address
+  return parameters;
+}
+
+std::string ValueOf(const Parameters& parameters, std::string_view keyword) {
+  for (const PQconninfoOption* option = parameters.get(); option->keyword != nullptr; ++option) {
+    if (keyword == option->keyword && option->val != nullptr) return option->val;
+  }
+  return "";
+}
+
+}  // namespace
+
+bool IsShared(std::string_view address) {
+  return address.starts_with("postgresql://") || address.starts_with("postgres://");
+}
+
+absl::Status CheckStoreAddress(const std::string& address) {
+  if (!IsShared(address)) return absl::OkStatus();
+  // libpq would take the rest of a password with one of these for a host, and name it in its errors.
+  const std::string place = address.substr(address.find("://") + 3, address.find('?') - address.find("://") - 3);
+  const std::size_t at = place.find('@');
+  const bool ambiguous =
+      at != std::string::npos && (place.find('@', at + 1) != std::string::npos || place.find('/') < at);
+  if (ambiguous || ParametersOf(address) == nullptr) {
+    return absl::InvalidArgumentError(
+        "not an address as postgresql://USER@HOST:PORT/NAME?KEY=VALUE; of what stands in a user's name or a password, "
+        "@ is written %40, / is %2F, ? is %3F and % is %25");
+  }
+  return absl::OkStatus();
+}
+
+std::string DescribeStore(const std::string& address) {
+  if (!IsShared(address)) return address;
+  const Parameters parameters = ParametersOf(address);
+  if (parameters == nullptr) return "postgresql://...";
+  const auto part = [&](const char* before, const char* keyword) {
+    const std::string value = ValueOf(parameters, keyword);
+    return value.empty() ? "" : before + value;
+  };
+  const std::string user = ValueOf(parameters, "user");
+  return fmt::format("postgresql://{}{}{}{}{}", user, user.empty() ? "" : "@", part("", "host"), part(":", "port"),
+                     part("/", "dbname"));
+}
+
+std::unique_ptr<JobStore> OpenJobStore(const std::string& address) {
+  if (IsShared(address)) return std::make_unique<PostgresJobStore>(PostgresDatabaseOptions{.address = address});
+  return std::make_unique<SqliteJobStore>(SqliteDatabaseOptions{.path = address}, SystemClock());
+}
+
+}  // namespace dlcs::jobs

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// The store of jobs in PostgreSQL, for several servers.
+
+#ifndef DLCS_SERVER_JOBS_POSTGRES_JOB_STORE_H_
+#define DLCS_SERVER_JOBS_POSTGRES_JOB_STORE_H_
+
+#include <memory>
+
+#include "server/jobs/job_store.h"
+#include "server/jobs/postgres_database.h"
+#include "server/jobs/postgres_job_table.h"
+#include "server/jobs/postgres_listener.h"
+
+namespace dlcs::jobs {
+
+// Never fails to be made: a database that cannot be reached is an unhealthy store, which tries again at every call
+// (Probe() says what is wrong). Time is the database server's. A call takes as many round trips as its rule has
+// statements, up to about ten, and a commit.
+class PostgresJobStore final : public JobStore {
+ public:
+  explicit PostgresJobStore(PostgresDatabaseOptions options);
+
+  absl::StatusOr<Created> Create(const NewJob& job) override;
+  absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
+                                                 const std::string& body_hash) override;
+  absl::StatusOr<Job> Get(const std::optional<std::string>& owner, const JobId& id) override;
+  absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) override;
+  absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) override;
+  absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) override;
+
+  absl::StatusOr<std::vector<Job>> ListClaimable(int limit) override;
+  absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
+                                                  std::span<const JobId> candidates) override;
+  absl::StatusOr<int> ReleaseLeases(const std::string& worker) override;
+  absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) override;
+  absl::Status Append(const Lease& lease, const Progress& progress) override;
+  absl::Status Finish(const Lease& lease, const Outcome& outcome) override;
+  absl::Status Release(const Lease& lease, std::int64_t through) override;
+
+  absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override;
+  absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) override;
+  absl::StatusOr<int> Expire(const Expiry& expiry) override;
+  void Listen(std::function<void(const JobChange&)> heard) override;
+  bool Healthy() const override { return database_.healthy(); }
+  absl::Status Probe() override;
+
+ private:
+  // The result of `rule(PostgresJobTable&)` in a transaction of the database.
+  template <typename Rule>
+  auto Write(Rule rule) {
+    return database_.Write([&](PostgresConnection& connection) {
+      PostgresJobTable table(connection);
+      return rule(table);
+    });
+  }
+  template <typename Rule>
+  auto Read(Rule rule) {
+    return database_.Read([&](PostgresConnection& connection) {
+      PostgresJobTable table(connection);
+      return rule(table);
+    });
+  }
+
+  PostgresDatabase database_;
+  std::unique_ptr<PostgresListener> listener_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_JOBS_POSTGRES_JOB_STORE_H_

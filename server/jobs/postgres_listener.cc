@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/postgres_listener.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "server/jobs/postgres_schema.h"
+
+namespace dlcs::jobs {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kAgain{1000};  // after a connection that failed
+constexpr milliseconds kForever{-1};
+constexpr int kNoSocket = -1;
+
+std::optional<JobChange> ReadPayload(const std::string& payload) {
+  if (payload.empty()) return std::nullopt;
+  const JobId id = payload.substr(1);
+  if (!IsJobId(id)) return std::nullopt;
+  switch (payload.front()) {
+    case kPostgresQueued:
+      return JobChange{JobChange::What::kClaimable, id};
+    case kPostgresEvents:
+      return JobChange{JobChange::What::kEvents, id};
+    case kPostgresCancelling:
+      return JobChange{JobChange::What::kCancelling, id};
+    default:
+      return std::nullopt;  // of a newer program
+  }
+}
+
+}  // namespace
+
+PostgresListener::PostgresListener(const PostgresDatabase& database, std::function<void(const JobChange&)> heard)
+    : database_(database), heard_(std::move(heard)), wake_(eventfd(0, EFD_CLOEXEC)) {
+  thread_ = std::jthread([this](const std::stop_token& stop) { Work(stop); });
+}
+
+PostgresListener::~PostgresListener() {
+  thread_.request_stop();
+  const std::uint64_t one = 1;
+  // Cannot fail: the counter is at 0.
+  [[maybe_unused]] const ssize_t written = write(wake_, &one, sizeof one);
+  thread_.join();
+  close(wake_);
+}
+
+void PostgresListener::Sleep(int socket, milliseconds duration) const {
+  pollfd watched[] = {{.fd = wake_, .events = POLLIN, .revents = 0}, {.fd = socket, .events = POLLIN, .revents = 0}};
+  poll(watched, 2, static_cast<int>(duration.count()));
+}
+
+void PostgresListener::Work(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    try {
+      const std::unique_ptr<PostgresConnection> connection = database_.Connect();
+      connection->Run(std::string("LISTEN ") + kPostgresChannel);
+      heard_({JobChange::What::kUnknown, ""});
+      while (!stop.stop_requested()) {
+        Sleep(connection->socket(), kForever);
+        for (const std::string& payload : connection->TakeNotifications()) {
+          if (const std::optional<JobChange> change = ReadPayload(payload)) heard_(*change);
+        }
+      }
+    } catch (const PostgresError&) {
+      // The database is away: those who ask it say so, and servers poll meanwhile.
+      Sleep(kNoSocket, kAgain);
+    }
+  }
+}
+
+}  // namespace dlcs::jobs

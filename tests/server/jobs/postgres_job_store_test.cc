@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/jobs/postgres_job_store.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "tests/server/jobs/job_store_contract.h"
+#include "tests/server/jobs/postgres_server.h"
+
+namespace dlcs::jobs::testing {
+namespace {
+
+// A schema of its own in the shared database.
+class SharedPostgresStore final : public SharedStore {
+ public:
+  SharedPostgresStore()
+      : schema_("contract_" + std::to_string(++count_)),
+        address_(PostgresServer::Shared().AddressOf(schema_)),
+        one_({.address = address_}),
+        other_({.address = address_}) {}
+  ~SharedPostgresStore() override { PostgresServer::Shared().Execute("DROP SCHEMA " + schema_ + " CASCADE"); }
+  JobStore& one() override { return one_; }
+  JobStore& other() override { return other_; }
+  // The store asks its own function for the time.
+  void Advance(Duration duration) override {
+    offset_ += duration;
+    PostgresServer::Shared().Execute("CREATE OR REPLACE FUNCTION " + schema_ +
+                                     ".dlcs_now() RETURNS BIGINT STABLE LANGUAGE sql AS "
+                                     "'SELECT (extract(epoch FROM statement_timestamp()) * 1000000)::bigint + " +
+                                     std::to_string(offset_.count()) + "'");
+  }
+
+ private:
+  static inline int count_ = 0;
+  const std::string schema_;
+  const std::string address_;
+  PostgresJobStore one_;
+  PostgresJobStore other_;
+  Duration offset_{0};
+};
+
+INSTANTIATE_TEST_SUITE_P(Postgres, JobStoreContractTest,
+                         ::testing::Values([] { return std::make_unique<SharedPostgresStore>(); }));
+
+}  // namespace
+}  // namespace dlcs::jobs::testing
