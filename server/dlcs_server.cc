@@ -51,23 +51,33 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   grpc::ServerBuilder builder;
   SetChannelArguments(builder);
   builder.SetMaxReceiveMessageSize(static_cast<int>(config.max_message_bytes));
-  builder.RegisterService(&result->service_);
-  if (result->jobs_) builder.RegisterService(result->jobs_.get());
+  result->RegisterServices(builder);
   builder.AddListeningPort(ToString(*address), grpc::InsecureServerCredentials(), &address->port);
   result->server_ = builder.BuildAndStart();
   if (result->server_ == nullptr || address->port == 0) {
     return absl::UnavailableError(fmt::format("cannot listen on {}", config.listen));
   }
   result->address_ = ToString(*address);
-  result->server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
+  if (result->takes_calls_) {
+    result->server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
+  }
   if (result->jobs_) {
     result->health_ = std::jthread([server = result.get()](const std::stop_token& stop) { server->TellHealth(stop); });
   }
   return result;
 }
 
-DlcsServer::DlcsServer(const ServerConfig& config) : service_(config) {
+DlcsServer::DlcsServer(const ServerConfig& config) : takes_calls_(config.role != "worker"), service_(config) {
   if (!config.store.empty()) jobs_ = std::make_unique<JobService>(config);
+}
+
+void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
+  if (!takes_calls_) {
+    builder.RegisterCallbackGenericService(&refusal_);
+    return;
+  }
+  builder.RegisterService(&service_);
+  if (jobs_) builder.RegisterService(jobs_.get());
 }
 
 DlcsServer::~DlcsServer() { Stop(milliseconds(0)); }
@@ -87,7 +97,7 @@ void DlcsServer::Drain() {
   health_ = {};  // ends it
   if (jobs_) jobs_->Drain();
   grpc::HealthCheckServiceInterface& health = *server_->GetHealthCheckService();
-  health.SetServingStatus(v1::SolverService::service_full_name(), false);
+  if (takes_calls_) health.SetServingStatus(v1::SolverService::service_full_name(), false);
   if (jobs_) health.SetServingStatus(v1::JobService::service_full_name(), false);
   health.SetServingStatus(false);
 }

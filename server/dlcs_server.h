@@ -15,6 +15,7 @@
 #include "server/job_service.h"
 #include "server/server_config.h"
 #include "server/solver_service.h"
+#include "server/worker_refusal.h"
 
 namespace dlcs {
 
@@ -46,8 +47,12 @@ class DlcsServer {
   // Health follows the store.
   void TellHealth(const std::stop_token& stop);
 
+  void RegisterServices(grpc::ServerBuilder& builder);
+
+  const bool takes_calls_;
   SolverService service_;
   std::unique_ptr<JobService> jobs_;  // null without a store
+  WorkerRefusal refusal_;             // in the place of both, where no calls are taken
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
   std::jthread health_;

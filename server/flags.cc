@@ -32,6 +32,8 @@ constexpr const char* kFooter =
     "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
     "  dlcsd --listen 0.0.0.0:50051 --threads 4  serve the network, four threads per solve\n"
     "  dlcsd --store jobs.db                     take jobs as well, which outlive this server\n"
+    "  dlcsd --store postgresql://dlcs@db/dlcs --role worker --listen 127.0.0.1:0\n"
+    "                                            run the jobs that others take\n"
     "  dlcsd --config dlcsd.conf --check-config  say what these settings come to, and whether they are sound";
 
 void AddFlags(CLI::App& app, Flags& flags) {
@@ -50,7 +52,15 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--max-memory-bytes", config.max_memory_bytes, "What one solve may allocate");
   app.add_option("--setup-cache-bytes", config.setup_cache_bytes,
                  "Matrix functions and factors kept for further solves of the same matrices; 0 keeps none");
-  app.add_option("--store", config.store, "File of jobs, made where there is none; without it no jobs are taken");
+  app.add_option("--store", config.store,
+                 "Where jobs are kept: a file, made where there is none, or postgresql://USER@HOST/NAME, which several servers "
+                 "share; without it no jobs are taken");
+  app.add_option("--role", config.role,
+                 "all; front: takes calls and leaves jobs to workers; worker: runs jobs and takes no calls");
+  app.add_option("--worker-name", config.worker_name,
+                 "Of this server on a shared store, the same after a restart; otherwise HOST:PORT");
+  app.add_option("--lease-ms", config.lease_ms,
+                 "The jobs of a server that was not heard of for so long are taken up by others");
   app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often what a running job has found is stored");
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")

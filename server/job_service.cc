@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/job_service.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -11,6 +13,8 @@
 #include "server/content_hash.h"
 #include "server/convert_job.h"
 #include "server/errors.h"
+#include "server/jobs/open_job_store.h"
+#include "spdlog/spdlog.h"
 
 namespace dlcs {
 namespace {
@@ -25,8 +29,21 @@ constexpr int kMaxPageSize = 1000;
 constexpr const char* kOwner = "";
 constexpr std::nullopt_t kEverybody = std::nullopt;
 
+std::string WorkerName(const ServerConfig& config) {
+  if (!config.worker_name.empty()) return config.worker_name;
+  char host[256] = {};
+  gethostname(host, sizeof host - 1);
+  const std::string port = config.listen.substr(config.listen.rfind(':') + 1);
+  // A free port is another one next time: then the jobs of this life are taken up when their leases run out.
+  return fmt::format("{}:{}", host, port == "0" ? fmt::format("pid-{}", getpid()) : port);
+}
+
 jobs::JobManagerOptions ManagerOptions(const ServerConfig& config) {
   jobs::JobManagerOptions options;
+  options.runs_jobs = config.role != "front";
+  if (jobs::IsShared(config.store)) options.worker = WorkerName(config);
+  spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role, options.worker);
+  options.lease = std::chrono::milliseconds(config.lease_ms);
   jobs::SchedulerLimits& limits = options.limits;
   limits.cores = config.threads;
   limits.max_threads_per_job = config.threads;
@@ -63,11 +80,11 @@ absl::Status Check(const v1::CreateSolveJobRequest& request) {
 
 JobService::JobService(const ServerConfig& config)
     : setups_(static_cast<double>(config.setup_cache_bytes)),
-      store_({.path = config.store}, jobs::SystemClock()),
-      solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, store_,
+      store_(jobs::OpenJobStore(config.store)),
+      solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_,
               std::chrono::milliseconds(config.checkpoint_ms)),
       manager_(
-          ManagerOptions(config), store_, [this](const std::string& body) { return solver_.Predict(body); },
+          ManagerOptions(config), *store_, [this](const std::string& body) { return solver_.Predict(body); },
           [this](jobs::JobRun& run) { return solver_.Solve(run); }, jobs::SystemClock()),
       workers_(kWorkers),
       environment_{calls_, workers_, manager_, jobs::SystemClock()} {}
@@ -98,11 +115,11 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest&
 absl::StatusOr<v1::SolveJob> JobService::Get(const v1::GetSolveJobRequest& request) {
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
   if (!id.ok()) return id.status();
-  const absl::StatusOr<jobs::Job> job = store_.Get(kEverybody, *id);
+  const absl::StatusOr<jobs::Job> job = store_->Get(kEverybody, *id);
   if (!job.ok()) return job.status();
   v1::SolveJob result = ToProto(*job);
   if (!jobs::IsFinal(job->state)) return result;
-  const auto last = store_.ReadEvents(*id, job->last_event - 1, 1);
+  const auto last = store_->ReadEvents(*id, job->last_event - 1, 1);
   if (!last.ok()) return last.status();
   if (!last->empty() && !last->front().payload->empty())
     result.mutable_summary()->ParseFromString(*last->front().payload);
@@ -118,7 +135,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const v1::ListSolveJo
   }
   if (request.page_size() < 0) return InvalidRequest({{"page_size", "must not be negative"}});
   const int size = request.page_size() == 0 ? kDefaultPageSize : std::min(request.page_size(), kMaxPageSize);
-  const absl::StatusOr<jobs::JobPage> page = store_.List(filter, size, request.page_token());
+  const absl::StatusOr<jobs::JobPage> page = store_->List(filter, size, request.page_token());
   if (!page.ok()) return page.status();
   v1::ListSolveJobsResponse response;
   for (const jobs::Job& job : page->jobs) *response.add_jobs() = ToProto(job);

@@ -5,6 +5,7 @@
 #define DLCS_SERVER_JOB_SERVICE_H_
 
 #include <chrono>
+#include <memory>
 
 #include "core/setup_cache.h"
 #include "dlcs/v1/jobs.grpc.pb.h"
@@ -12,7 +13,7 @@
 #include "server/job_call.h"
 #include "server/job_solver.h"
 #include "server/jobs/job_manager.h"
-#include "server/jobs/sqlite_job_store.h"
+#include "server/jobs/job_store.h"
 #include "server/server_config.h"
 #include "server/worker_pool.h"
 
@@ -56,7 +57,7 @@ class JobService final : public v1::JobService::CallbackService {
 
   CallRegistry calls_;
   SetupCache setups_;
-  jobs::SqliteJobStore store_;
+  const std::unique_ptr<jobs::JobStore> store_;
   JobSolver solver_;
   jobs::JobManager manager_;
   WorkerPool workers_;  // its threads, which use the others, are joined first

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "fmt/format.h"
+#include "server/jobs/open_job_store.h"
 #include "server/listen_address.h"
 
 namespace dlcs {
@@ -19,6 +20,27 @@ absl::Status CheckAddress(const char* flag, const std::string& text) {
   const absl::Status status = ParseListenAddress(text).status();
   if (status.ok()) return status;
   return absl::InvalidArgumentError(fmt::format("{}: {}", flag, std::string(status.message())));
+}
+
+absl::Status ValidateStore(const ServerConfig& config) {
+  if (absl::Status status = jobs::CheckStoreAddress(config.store); !status.ok()) {
+    return absl::InvalidArgumentError(fmt::format("--store: {}", std::string(status.message())));
+  }
+  if (config.role != "all" && config.role != "front" && config.role != "worker") {
+    return absl::InvalidArgumentError(fmt::format("--role {}: must be all, front or worker", config.role));
+  }
+  if (config.role != "all" && !jobs::IsShared(config.store)) {
+    return absl::InvalidArgumentError(fmt::format(
+        "--role {}: needs a store that servers share, --store postgresql://...; a file is for one dlcsd", config.role));
+  }
+  if (config.worker_name.size() > 200) {
+    return absl::InvalidArgumentError(
+        fmt::format("--worker-name: has {} characters; at most 200", config.worker_name.size()));
+  }
+  if (config.lease_ms < 1000 || config.lease_ms > 3'600'000) {
+    return OutOfRange("--lease-ms", config.lease_ms, "between 1000 and 3600000");
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -50,6 +72,7 @@ absl::Status Validate(const ServerConfig& config) {
   }
   if (config.max_memory_bytes < 1) return OutOfRange("--max-memory-bytes", config.max_memory_bytes, "at least 1");
   if (config.setup_cache_bytes < 0) return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
+  if (absl::Status status = ValidateStore(config); !status.ok()) return status;
   if (config.checkpoint_ms < 0) return OutOfRange("--checkpoint-ms", config.checkpoint_ms, "at least 0");
   // gRPC keeps the limit in an int.
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {

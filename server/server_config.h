@@ -39,8 +39,17 @@ struct ServerConfig {
   std::int64_t max_memory_bytes = std::int64_t{4} << 30;
   // Of what solves of the same matrices share (core/setup_cache.h); 0 keeps nothing.
   std::int64_t setup_cache_bytes = std::int64_t{512} << 20;
-  // The file of jobs, made where there is none; empty: this server takes no jobs.
+  // Where jobs are kept: a file, made where there is none, or a PostgreSQL database that several servers share
+  // (server/jobs/open_job_store.h). Empty: this server takes no jobs. May hold a password.
   std::string store;
+  // "all": takes calls and runs jobs. "front": takes calls, and leaves jobs to others. "worker": runs jobs and takes no
+  // calls. The latter two need a shared store.
+  std::string role = "all";
+  // Of this server among those that share the store, the same after a restart, so that it takes up its own jobs at once.
+  // Empty: the machine's name and the port.
+  std::string worker_name;
+  // The jobs of a server that was not heard of for so long are taken up by others.
+  std::int64_t lease_ms = 30'000;
   // What a running job has found is stored about so often.
   std::int64_t checkpoint_ms = 1000;
   // Of one request. gRPC holds it in memory before anybody can look at it.

@@ -35,15 +35,16 @@ bool IsShared(std::string_view address) {
 
 absl::Status CheckStoreAddress(const std::string& address) {
   if (!IsShared(address)) return absl::OkStatus();
-  // libpq would take the rest of a password with one of these for a host, and name it in its errors.
-  const std::string place = address.substr(address.find("://") + 3, address.find('?') - address.find("://") - 3);
-  const std::size_t at = place.find('@');
-  const bool ambiguous =
-      at != std::string::npos && (place.find('@', at + 1) != std::string::npos || place.find('/') < at);
+  // Behind the user there must be no other @: libpq would take what is left of a password for a host or a database, and
+  // name it in its errors.
+  const std::string_view place = std::string_view(address).substr(address.find("://") + 3);
+  const std::size_t first = place.find_first_of("@/");
+  const bool ambiguous = first != std::string_view::npos &&
+                         place.substr(0, place.find('?', first)).find('@', first + 1) != std::string_view::npos;
   if (ambiguous || ParametersOf(address) == nullptr) {
     return absl::InvalidArgumentError(
         "not an address as postgresql://USER@HOST:PORT/NAME?KEY=VALUE; of what stands in a user's name or a password, "
-        "@ is written %40, / is %2F, ? is %3F and % is %25");
+        "@ is written %40, / is %2F and % is %25");
   }
   return absl::OkStatus();
 }

@@ -31,14 +31,14 @@ TEST(OpenJobStoreTest, DescribesAnAddressWithoutItsPassword) {
 }
 
 TEST(OpenJobStoreTest, RefusesWhatCanBeReadInTwoWaysAndRepeatsNothing) {
-  for (const std::string good :
-       {"postgresql://dlcs:hunt%40er2@db/jobs", "postgresql://one,other:5433/jobs?target_session_attrs=read-write",
-        "postgresql:///jobs?host=/run/postgresql&user=a@b", "postgresql://[::1]:5432/jobs"}) {
+  for (const std::string good : {"postgresql://dlcs:hunt%40er2@db/jobs", "postgresql://dlcs:hunt?er2@db/jobs",
+                                 "postgresql://one,other:5433/jobs?target_session_attrs=read-write",
+                                 "postgresql:///jobs?host=/run/postgresql&user=a@b", "postgresql://[::1]:5432/jobs"}) {
     EXPECT_TRUE(CheckStoreAddress(good).ok()) << good;
   }
-  for (const std::string bad :
-       {"postgresql://dlcs:hunt@er2@db/jobs", "postgresql://dlcs:hunt/er2@db/jobs",
-        "postgresql://dlcs:hunt?er2@db/jobs", "postgresql://dlcs:hunt%er2@db/jobs", "postgresql://db/jobs?hunter2=1"}) {
+  for (const std::string bad : {"postgresql://dlcs:hunt@er2@db/jobs", "postgresql://dlcs:hunt/er2@db/jobs",
+                                "postgresql://dlcs:hunt?@er2@db/jobs", "postgresql://dlcs:hunt@x/er2@db/jobs",
+                                "postgresql://dlcs:hunt%er2@db/jobs", "postgresql://db/jobs?hunter2=1"}) {
     const absl::Status status = CheckStoreAddress(bad);
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << bad;
     EXPECT_THAT(std::string(status.message()), HasSubstr("%40"));

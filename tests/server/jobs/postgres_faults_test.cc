@@ -45,7 +45,7 @@ class PostgresFaultsTest : public ::testing::Test {
   void UseAnotherServer() { server_ = (another_ = std::make_unique<PostgresServer>()).get(); }
   std::unique_ptr<PostgresJobStore> Open() {
     return std::make_unique<PostgresJobStore>(
-        PostgresDatabaseOptions{.address = server_->AddressOf(schema_), .statement_timeout = 2s, .patience = 2s});
+        PostgresDatabaseOptions{.address = server_->AddressOf(schema_), .statement_timeout = 1s, .patience = 4s});
   }
   static std::vector<JobId> Fill(JobStore& store, int num_jobs) {
     std::vector<JobId> ids;
