@@ -21,6 +21,11 @@ void EnsembleCollector::Add(v1::EnsembleEvent event) {
   switch (event.kind_case()) {
     case v1::EnsembleEvent::kAccepted:
       accepted_ = true;
+      // Of a problem that the request names, the server knows the shape.
+      if (states_ == 0) {
+        states_ = static_cast<std::size_t>(event.accepted().states());
+        constraints_ = static_cast<std::size_t>(event.accepted().constraints());
+      }
       break;
     case v1::EnsembleEvent::kTrajectory:
       Of(event.trajectory().member()).AddChunk(event.trajectory().chunk());

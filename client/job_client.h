@@ -16,19 +16,16 @@
 
 #include "absl/status/statusor.h"
 #include "client/backend.h"
+#include "client/insistence.h"
 #include "dlcs/v1/jobs.grpc.pb.h"
 
 namespace dlcs::client {
 
-// Where no answer comes (UNAVAILABLE, a cut stream), every call is repeated after 0.1 s, 0.2 s, ... at most 5 s, until
-// its deadline; what RetryInfo asks for is kept to. Repeating does nothing twice. Calls block. An object may be used
-// from several threads at once. Errors: as Backend; and NotFound, AlreadyExists, FailedPrecondition as in
+// Every call is repeated where no answer comes, until its deadline (insistence.h); repeating does nothing twice. Calls block. An
+// object may be used from several threads at once. Errors: as Backend; and NotFound, AlreadyExists, FailedPrecondition as in
 // dlcs/v1/jobs.proto.
 class JobClient {
  public:
-  // Told of every repetition: what happened, and when it goes on. Must not throw.
-  using Notice = std::function<void(const std::string& text)>;
-
   // As Client::Connect(). `notice` may be empty.
   static absl::StatusOr<std::unique_ptr<JobClient>> Connect(const std::string& address, Notice notice = {});
 
@@ -49,19 +46,11 @@ class JobClient {
                               const std::function<void(const v1::TrajectoryPage&)>& on_page, const CallLimits& limits);
 
  private:
-  JobClient(std::string address, std::unique_ptr<v1::JobService::Stub> stub, Notice notice);
+  JobClient(std::unique_ptr<v1::JobService::Stub> stub, Insistence insistence)
+      : stub_(std::move(stub)), insistence_(std::move(insistence)) {}
 
-  // `attempt` until it succeeds, fails for good, or the time is over.
-  absl::Status Insist(const CallLimits& limits,
-                      const std::function<grpc::Status(const CallLimits&, bool& got_on)>& attempt);
-  template <typename Request, typename Response>
-  absl::StatusOr<Response> Ask(grpc::Status (v1::JobService::Stub::*method)(grpc::ClientContext*, const Request&,
-                                                                            Response*),
-                               const Request& request, const CallLimits& limits);
-
-  std::string address_;
   std::unique_ptr<v1::JobService::Stub> stub_;
-  Notice notice_;
+  Insistence insistence_;
 };
 
 }  // namespace dlcs::client

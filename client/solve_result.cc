@@ -52,6 +52,11 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
   switch (event.kind_case()) {
     case v1::SolveEvent::kAccepted:
       accepted_ = true;
+      // Of a problem that the request names, the server knows the shape.
+      if (result_.states == 0) {
+        result_.states = static_cast<std::size_t>(event.accepted().states());
+        result_.constraints = static_cast<std::size_t>(event.accepted().constraints());
+      }
       break;
     case v1::SolveEvent::kAnalysis:
       result_.analysis = event.analysis();

@@ -26,6 +26,7 @@ struct CallEnvironment {
   WorkerPool& workers;
   CallRegistry& calls;
   SetupCache* setups;  // null where nothing is kept
+  FindProblem find_problem;
 };
 
 class CallLifetime {

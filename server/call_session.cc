@@ -103,7 +103,12 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
 }
 
 absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
-                                                       const SessionLimits& limits, std::stop_token stop) {
+                                                       const SessionLimits& limits, std::stop_token stop,
+                                                       const FindProblem& find) {
+  if (NamesProblem(request)) {
+    const absl::StatusOr<v1::AnalyzeProblemRequest> whole = WithProblem(request, find);
+    return whole.ok() ? RunAnalysis(*whole, limits, std::move(stop)) : whole.status();
+  }
   const absl::StatusOr<SoundSystem> read = ReadSound(request.problem(), request.options(), limits);
   if (!read.ok()) return read.status();
   absl::StatusOr<Analysis> analysis = Analyze(std::get<Problem>(read->system), read->options, std::move(stop));

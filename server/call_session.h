@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "dlcs/v1/solver.pb.h"
+#include "server/named_problem.h"
 #include "server/request_check.h"
 
 namespace dlcs {
@@ -24,9 +25,11 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
                                             std::stop_token stop);
 
 // What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then
-// holds the sections that were finished, and a warning. Errors: as ReadSound().
+// holds the sections that were finished, and a warning. `find` finds a problem that is named. Errors: as
+// ReadSound() and `find`.
 absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
-                                                       const SessionLimits& limits, std::stop_token stop);
+                                                       const SessionLimits& limits, std::stop_token stop,
+                                                       const FindProblem& find = {});
 
 }  // namespace dlcs
 

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <string_view>
 
+#include "fmt/format.h"
 #include "server/errors.h"
+#include "server/problem_library.h"
 
 namespace dlcs {
 namespace {
@@ -43,7 +45,7 @@ std::string JobName(const jobs::JobId& id) { return std::string(kPrefix) + id; }
 
 absl::StatusOr<jobs::JobId> JobIdOf(const std::string& name) {
   if (name.starts_with(kPrefix) && jobs::IsJobId(name.substr(kPrefix.size()))) return name.substr(kPrefix.size());
-  return InvalidRequest({{"name", "must be jobs/ and the 26 characters of an id"}});
+  return InvalidRequest({{"name", fmt::format("{}; must be jobs/ and 26 characters of a-z2-7", Quoted(name))}});
 }
 
 google::protobuf::Timestamp ToProto(jobs::Time time) {
@@ -89,6 +91,7 @@ v1::SolveJob ToProto(const jobs::Job& job) {
   result.set_stored_bytes(job.stored_bytes);
   result.set_predicted_core_seconds(job.demand.core_seconds);
   result.set_predicted_memory_bytes(job.demand.memory_bytes);
+  if (!job.problem.empty()) result.set_problem_name(ProblemName(job.problem));
   if (!job.error.ok()) {
     result.mutable_error()->set_code(static_cast<int>(job.error.code()));
     result.mutable_error()->set_message(std::string(job.error.message()));

@@ -67,9 +67,11 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   return result;
 }
 
-DlcsServer::DlcsServer(const ServerConfig& config) : takes_calls_(config.role != "worker"), service_(config) {
-  if (!config.store.empty()) jobs_ = std::make_unique<JobService>(config);
-}
+DlcsServer::DlcsServer(const ServerConfig& config)
+    : takes_calls_(config.role != "worker"),
+      jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config)),
+      problems_(jobs_ ? std::make_unique<ProblemService>(jobs_->environment(), jobs_->library()) : nullptr),
+      service_(config, jobs_ ? &jobs_->library() : nullptr) {}
 
 void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
   if (!takes_calls_) {
@@ -77,7 +79,9 @@ void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
     return;
   }
   builder.RegisterService(&service_);
-  if (jobs_) builder.RegisterService(jobs_.get());
+  if (!jobs_) return;
+  builder.RegisterService(jobs_.get());
+  builder.RegisterService(problems_.get());
 }
 
 DlcsServer::~DlcsServer() { Stop(milliseconds(0)); }
@@ -88,7 +92,9 @@ void DlcsServer::TellHealth(const std::stop_token& stop) {
   std::condition_variable_any changed;
   std::unique_lock lock(mutex);
   do {
-    server_->GetHealthCheckService()->SetServingStatus(v1::JobService::service_full_name(), jobs_->Healthy());
+    for (const char* service : {v1::JobService::service_full_name(), v1::ProblemService::service_full_name()}) {
+      server_->GetHealthCheckService()->SetServingStatus(service, jobs_->Healthy());
+    }
   } while (!changed.wait_for(lock, stop, kEvery, [&] { return stop.stop_requested(); }));
 }
 
@@ -99,6 +105,7 @@ void DlcsServer::Drain() {
   grpc::HealthCheckServiceInterface& health = *server_->GetHealthCheckService();
   if (takes_calls_) health.SetServingStatus(v1::SolverService::service_full_name(), false);
   if (jobs_) health.SetServingStatus(v1::JobService::service_full_name(), false);
+  if (jobs_ && takes_calls_) health.SetServingStatus(v1::ProblemService::service_full_name(), false);
   health.SetServingStatus(false);
 }
 

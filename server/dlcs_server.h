@@ -13,13 +13,14 @@
 #include "absl/status/statusor.h"
 #include "grpcpp/server.h"
 #include "server/job_service.h"
+#include "server/problem_service.h"
 #include "server/server_config.h"
 #include "server/solver_service.h"
 #include "server/worker_refusal.h"
 
 namespace dlcs {
 
-// SolverService, with a store JobService too, the standard health service and reflection behind one listening socket.
+// SolverService, with a store JobService and ProblemService too, the standard health service and reflection behind one listening socket.
 class DlcsServer {
  public:
   // Listens when it returns. Errors: InvalidArgument for a setting, AlreadyExists for a taken port, and as
@@ -50,9 +51,11 @@ class DlcsServer {
   void RegisterServices(grpc::ServerBuilder& builder);
 
   const bool takes_calls_;
+  // Null without a store.
+  std::unique_ptr<JobService> jobs_;
+  std::unique_ptr<ProblemService> problems_;
   SolverService service_;
-  std::unique_ptr<JobService> jobs_;  // null without a store
-  WorkerRefusal refusal_;             // in the place of both, where no calls are taken
+  WorkerRefusal refusal_;  // in the place of all, where no calls are taken
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
   std::jthread health_;

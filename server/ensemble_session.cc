@@ -45,7 +45,12 @@ void Count(const FinishedSolve& solve, v1::EnsembleSummary& summary) {
 
 }  // namespace
 
-absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
+absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
+                                                 const FindProblem& find) {
+  if (NamesProblem(request)) {
+    const absl::StatusOr<v1::SolveEnsembleRequest> whole = WithProblem(request, find);
+    return whole.ok() ? PrepareEnsemble(*whole, limits) : whole.status();
+  }
   absl::StatusOr<SoundEnsemble> sound = ReadSound(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedEnsemble prepared;
@@ -108,6 +113,8 @@ v1::EnsembleEvent EnsembleWriter::Accepted(const std::string& solve_id, const Pr
   accepted.set_solve_id(solve_id);
   accepted.set_members(static_cast<std::int64_t>(prepared.labels.size()));
   accepted.set_result_bytes(static_cast<double>(prepared.all_bytes));
+  accepted.set_states(static_cast<int>(prepared.ensemble.base.num_states()));
+  accepted.set_constraints(static_cast<int>(prepared.ensemble.base.num_constraints()));
   return event;
 }
 

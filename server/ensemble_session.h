@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "core/setup_cache.h"
 #include "dlcs/v1/solver.pb.h"
+#include "server/named_problem.h"
 #include "server/request_check.h"
 #include "server/solve_session.h"
 
@@ -30,8 +31,9 @@ struct PreparedEnsemble {
   std::int64_t held_bytes = 0;  // what suffices to keep the threads at work and a reader too; no less than any member's
 };
 
-// Converts and checks `request`. Errors: as ReadSound(), and ResourceExhausted when a member is above a limit.
-absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
+// Converts and checks `request`, whose problem `find` finds where it is named. Errors: as ReadSound() and `find`, and ResourceExhausted when a member is above a limit.
+absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
+                                                 const FindProblem& find = {});
 
 // Takes the members as they finish.
 class EnsembleSink {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "absl/strings/cord.h"
+#include "absl/strings/escaping.h"
 #include "fmt/format.h"
 #include "google/rpc/error_details.pb.h"
 
@@ -40,6 +41,12 @@ std::string Shortened(std::string text, std::size_t max_bytes) {
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
   text.resize(end);
   return text + kEllipsis;
+}
+
+std::string Quoted(std::string_view text) {
+  constexpr std::size_t kMaxBytes = 96;
+  const std::string shortened = Shortened(std::string(text.substr(0, kMaxBytes + 4)), kMaxBytes);
+  return fmt::format("\"{}\"", std::string(absl::Utf8SafeCHexEscape(shortened)));
 }
 
 absl::Status InvalidRequest(const std::vector<Violation>& violations) {
@@ -80,32 +87,35 @@ std::vector<Violation> ViolationsOf(const absl::Status& status) {
   return violations;
 }
 
-absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked) {
-  absl::Status status = absl::ResourceExhaustedError(fmt::format(
-      "The request needs {} = {}, and this server allows {}. Ask for less, or run a server with a "
-      "higher limit.",
-      limit, asked, value));
-  google::rpc::ErrorInfo info = MakeErrorInfo("LIMIT_EXCEEDED");
-  (*info.mutable_metadata())["limit"] = limit;
-  (*info.mutable_metadata())["value"] = std::to_string(value);
-  (*info.mutable_metadata())["asked"] = std::to_string(asked);
+absl::Status Refused(const std::string& message, const LimitCase& limit,
+                     std::optional<std::chrono::milliseconds> retry_after) {
+  std::string text = message;
+  if (retry_after) text += fmt::format(" Try again in {:.1f} s.", std::chrono::duration<double>(*retry_after).count());
+  absl::Status status = absl::ResourceExhaustedError(text);
+  google::rpc::ErrorInfo info = MakeErrorInfo(retry_after ? "SERVER_BUSY" : "LIMIT_EXCEEDED");
+  (*info.mutable_metadata())["limit"] = limit.limit;
+  (*info.mutable_metadata())["value"] = fmt::format("{:.15g}", limit.value);
+  (*info.mutable_metadata())["asked"] = fmt::format("{:.15g}", limit.asked);
   Attach(info, status);
+  if (retry_after) {
+    google::rpc::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(retry_after->count() / 1000);
+    retry.mutable_retry_delay()->set_nanos(static_cast<int>(retry_after->count() % 1000) * 1'000'000);
+    Attach(retry, status);
+  }
   return status;
 }
 
+absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked) {
+  return Refused(fmt::format("The request needs {} = {}, and this server allows {}. Ask for less, or run a server with a "
+                             "higher limit.",
+                             limit, asked, value),
+                 {limit, static_cast<double>(value), static_cast<double>(asked)}, std::nullopt);
+}
+
 absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chrono::milliseconds retry_after) {
-  absl::Status status = absl::ResourceExhaustedError(
-      fmt::format("The server is busy: {} = {} is reached. Try again in {:.1f} s.", limit, value,
-                  std::chrono::duration<double>(retry_after).count()));
-  google::rpc::ErrorInfo info = MakeErrorInfo("SERVER_BUSY");
-  (*info.mutable_metadata())["limit"] = limit;
-  (*info.mutable_metadata())["value"] = std::to_string(value);
-  Attach(info, status);
-  google::rpc::RetryInfo retry;
-  retry.mutable_retry_delay()->set_seconds(retry_after.count() / 1000);
-  retry.mutable_retry_delay()->set_nanos(static_cast<int>(retry_after.count() % 1000) * 1'000'000);
-  Attach(retry, status);
-  return status;
+  return Refused(fmt::format("The server is busy: {} = {} is reached.", limit, value),
+                 {limit, static_cast<double>(value), static_cast<double>(value) + 1}, retry_after);
 }
 
 absl::Status ShuttingDown() {

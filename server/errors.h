@@ -11,7 +11,9 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -32,6 +34,18 @@ absl::Status InvalidRequest(const std::vector<Violation>& violations);
 // The violations that `status` carries; empty when it carries none.
 std::vector<Violation> ViolationsOf(const absl::Status& status);
 
+// What a refusal is about: the limit, named as in GetCapabilitiesResponse, its value, and what was asked for.
+struct LimitCase {
+  std::string limit;
+  double value = 0;
+  double asked = 0;
+};
+
+// RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, asked): SERVER_BUSY with RetryInfo where `retry_after` is given,
+// else LIMIT_EXCEEDED. `message` is for people; when to try again is added to it.
+absl::Status Refused(const std::string& message, const LimitCase& limit,
+                     std::optional<std::chrono::milliseconds> retry_after);
+
 // RESOURCE_EXHAUSTED with ErrorInfo LIMIT_EXCEEDED (metadata: limit, value, asked): the request is above
 // `limit`, named as in GetCapabilitiesResponse, and will be for ever on this server.
 absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked);
@@ -45,6 +59,9 @@ absl::Status ShuttingDown();
 
 // At most `max_bytes` of `text`, cut between characters (UTF-8) and then ended with "...".
 std::string Shortened(std::string text, std::size_t max_bytes);
+
+// A caller's text as a message may repeat it: in quotes, short, without control characters or bytes that are no UTF-8.
+std::string Quoted(std::string_view text);
 
 }  // namespace dlcs
 

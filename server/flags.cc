@@ -36,6 +36,32 @@ constexpr const char* kFooter =
     "                                            run the jobs that others take\n"
     "  dlcsd --config dlcsd.conf --check-config  say what these settings come to, and whether they are sound";
 
+// "90", "90s", "30m", "12h", "7d".
+void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) {
+  app.add_option(name, seconds, help)
+      ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}},
+                                        CLI::AsNumberWithUnit::DEFAULT, "AGE"));
+}
+
+// Of jobs and uploaded problems: without --store they change nothing.
+void AddJobFlags(CLI::App& app, ServerConfig& config) {
+  app.add_option("--max-job-core-seconds", config.max_job_core_seconds, "Largest job, as predicted");
+  app.add_option("--max-queued-jobs", config.max_queued_jobs, "Most jobs waiting");
+  app.add_option("--max-queued-jobs-per-user", config.max_queued_jobs_per_user, "Most jobs of one user waiting");
+  app.add_option("--max-queued-core-seconds", config.max_queued_core_seconds, "All jobs waiting together, as predicted");
+  app.add_option("--max-job-attempts", config.max_job_attempts,
+                 "A job that was begun so often without getting on is given up");
+  AddAge(app, "--keep-finished", config.keep_finished_s, "How long a job that has ended is kept: 90s, 30m, 12h, 7d");
+  app.add_option("--keep-finished-bytes", config.keep_finished_bytes,
+                 "What jobs that have ended may hold; the oldest go first");
+  app.add_option("--max-upload-bytes", config.max_upload_bytes, "Largest uploaded problem");
+  app.add_option("--max-uploaded-bytes-per-user", config.max_uploaded_bytes_per_user,
+                 "All uploaded problems of one user together");
+  app.add_option("--max-uploaded-problems-per-user", config.max_uploaded_problems_per_user, "How many they may be");
+  AddAge(app, "--keep-problems", config.keep_problems_s,
+         "How long an uploaded problem is kept since its last use; one that a job needs stays");
+}
+
 void AddFlags(CLI::App& app, Flags& flags) {
   ServerConfig& config = flags.config;
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one");
@@ -62,6 +88,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--lease-ms", config.lease_ms,
                  "The jobs of a server that was not heard of for so long are taken up by others");
   app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often what a running job has found is stored");
+  AddJobFlags(app, config);
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
       ->check(CLI::Range(0.0, 86400.0));

@@ -8,13 +8,14 @@
 #include "server/convert_job.h"
 #include "server/errors.h"
 #include "server/guarded.h"
+#include "server/job_limits.h"
 #include "server/status.h"
 
 namespace dlcs {
 namespace {
 
 jobs::Duration IntervalOf(const google::protobuf::Duration& interval) {
-  constexpr std::int64_t kMostSeconds = 3600;
+  constexpr std::int64_t kMostSeconds = kMaxWatchInterval.count();
   return std::chrono::seconds(std::clamp<std::int64_t>(interval.seconds(), 0, kMostSeconds)) +
          std::chrono::microseconds(std::max(interval.nanos(), 0) / 1000);
 }

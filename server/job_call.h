@@ -21,6 +21,9 @@
 
 namespace dlcs {
 
+// Until callers have names, all share jobs and problems.
+inline constexpr const char* kSharedOwner = "";
+
 // What calls share. Outlives them.
 struct JobCallEnvironment {
   CallRegistry& calls;
@@ -46,6 +49,17 @@ class JobCall final : public grpc::ServerUnaryReactor, public std::enable_shared
   std::shared_ptr<JobCall> self_;          // gRPC's share
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
 };
+
+// A call whose `run()` gives a StatusOr of the response.
+template <typename Response, typename Run>
+grpc::ServerUnaryReactor* Answer(const JobCallEnvironment& environment, const char* name, Response& response, Run run) {
+  return JobCall::Start(environment, name, [&response, run = std::move(run)]() -> absl::Status {
+    absl::StatusOr<Response> result = run();
+    if (!result.ok()) return result.status();
+    response = *std::move(result);
+    return absl::OkStatus();
+  });
+}
 
 // A call with many answers, of which one is in flight. Ends with UNAVAILABLE when the server drains, so that the client
 // goes on elsewhere. Lives until gRPC, the worker and whoever wakes it have let go.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/job_service.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -10,10 +8,11 @@
 
 #include "absl/status/statusor.h"
 #include "fmt/format.h"
-#include "server/content_hash.h"
+#include "proto/content_hash.h"
 #include "server/convert_job.h"
 #include "server/errors.h"
-#include "server/jobs/open_job_store.h"
+#include "server/job_limits.h"
+#include "server/job_refusal.h"
 #include "spdlog/spdlog.h"
 
 namespace dlcs {
@@ -22,46 +21,9 @@ namespace {
 // What waits is short: a read or a commit. The longest is a page of a trajectory.
 constexpr int kWorkers = 4;
 constexpr std::size_t kMaxRequestIdBytes = 128;
-constexpr int kMaxPriority = 100;
 constexpr int kDefaultPageSize = 100;
 constexpr int kMaxPageSize = 1000;
-// Until callers have names, all share.
-constexpr const char* kOwner = "";
 constexpr std::nullopt_t kEverybody = std::nullopt;
-
-std::string WorkerName(const ServerConfig& config) {
-  if (!config.worker_name.empty()) return config.worker_name;
-  char host[256] = {};
-  gethostname(host, sizeof host - 1);
-  const std::string port = config.listen.substr(config.listen.rfind(':') + 1);
-  // A free port is another one next time: then the jobs of this life are taken up when their leases run out.
-  return fmt::format("{}:{}", host, port == "0" ? fmt::format("pid-{}", getpid()) : port);
-}
-
-jobs::JobManagerOptions ManagerOptions(const ServerConfig& config) {
-  jobs::JobManagerOptions options;
-  options.runs_jobs = config.role != "front";
-  if (jobs::IsShared(config.store)) options.worker = WorkerName(config);
-  spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role, options.worker);
-  options.lease = std::chrono::milliseconds(config.lease_ms);
-  jobs::SchedulerLimits& limits = options.limits;
-  limits.cores = config.threads;
-  limits.max_threads_per_job = config.threads;
-  limits.max_running_memory_bytes = config.max_memory_bytes + config.max_held_result_bytes;
-  limits.max_job_memory_bytes = limits.max_running_memory_bytes;
-  limits.cores_kept_for_small = std::min(1, config.threads - 1);
-  return options;
-}
-
-// A refusal of the scheduler with the details that the wire has for it.
-absl::Status WithDetails(const absl::Status& status) {
-  const std::optional<jobs::Refusal> refusal = jobs::RefusalOf(status);
-  if (!refusal) return status;
-  const auto value = static_cast<std::int64_t>(refusal->value);
-  if (!refusal->retry_after) return LimitExceeded(refusal->limit, value, static_cast<std::int64_t>(refusal->asked));
-  return ServerBusy(refusal->limit, value,
-                    std::chrono::duration_cast<std::chrono::milliseconds>(*refusal->retry_after));
-}
 
 absl::Status Check(const v1::CreateSolveJobRequest& request) {
   std::vector<Violation> violations;
@@ -69,7 +31,7 @@ absl::Status Check(const v1::CreateSolveJobRequest& request) {
     violations.push_back(
         {"request_id", fmt::format("has {} bytes; at most {}", request.request_id().size(), kMaxRequestIdBytes)});
   }
-  if (std::abs(static_cast<std::int64_t>(request.priority())) > kMaxPriority) {
+  if (std::abs(std::int64_t{request.priority()}) > kMaxPriority) {
     violations.push_back(
         {"priority", fmt::format("{}: must be between -{} and {}", request.priority(), kMaxPriority, kMaxPriority)});
   }
@@ -80,25 +42,35 @@ absl::Status Check(const v1::CreateSolveJobRequest& request) {
 
 JobService::JobService(const ServerConfig& config)
     : setups_(static_cast<double>(config.setup_cache_bytes)),
-      store_(jobs::OpenJobStore(config.store)),
-      solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_,
+      store_(jobs::OpenStore(config.store)),
+      library_(*store_, UploadLimitsOf(config), LimitsOf(config)),
+      solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
               std::chrono::milliseconds(config.checkpoint_ms)),
       manager_(
-          ManagerOptions(config), *store_, [this](const std::string& body) { return solver_.Predict(body); },
+          ManagerOptionsOf(config), *store_,
+          [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
           [this](jobs::JobRun& run) { return solver_.Solve(run); }, jobs::SystemClock()),
       workers_(kWorkers),
-      environment_{calls_, workers_, manager_, jobs::SystemClock()} {}
+      environment_{calls_, workers_, manager_, jobs::SystemClock()} {
+  spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
+               ManagerOptionsOf(config).worker);
+}
 
 absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest& request) {
   if (absl::Status status = Check(request); !status.ok()) return status;
   jobs::Submission submission;
-  submission.owner = kOwner;
+  submission.owner = kSharedOwner;
   submission.request_id = request.request_id();
   submission.priority = request.priority();
   submission.body = request.solve().SerializeAsString();
+  if (request.solve().has_problem_name()) {
+    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(request.solve().problem_name(), "solve.problem_name");
+    if (!problem.ok()) return problem.status();
+    submission.problem = *problem;
+  }
   if (request.has_deadline()) submission.deadline = FromProto(request.deadline());
   if (request.validate_only()) {
-    const absl::StatusOr<jobs::Demand> demand = solver_.Predict(submission.body);
+    const absl::StatusOr<jobs::Demand> demand = solver_.Predict(submission.owner, submission.body);
     if (!demand.ok()) return demand.status();
     v1::SolveJob job;
     job.set_predicted_core_seconds(demand->core_seconds);
@@ -142,21 +114,6 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const v1::ListSolveJo
   response.set_next_page_token(page->next_page_token);
   return response;
 }
-
-namespace {
-
-// A call whose `run()` gives a StatusOr of the response.
-template <typename Response, typename Run>
-grpc::ServerUnaryReactor* Answer(const JobCallEnvironment& environment, const char* name, Response& response, Run run) {
-  return JobCall::Start(environment, name, [&response, run = std::move(run)]() -> absl::Status {
-    absl::StatusOr<Response> result = run();
-    if (!result.ok()) return result.status();
-    response = *std::move(result);
-    return absl::OkStatus();
-  });
-}
-
-}  // namespace
 
 grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext*,
                                                      const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {

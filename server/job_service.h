@@ -13,7 +13,8 @@
 #include "server/job_call.h"
 #include "server/job_solver.h"
 #include "server/jobs/job_manager.h"
-#include "server/jobs/job_store.h"
+#include "server/jobs/open_store.h"
+#include "server/problem_library.h"
 #include "server/server_config.h"
 #include "server/worker_pool.h"
 
@@ -41,6 +42,10 @@ class JobService final : public v1::JobService::CallbackService {
   grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
                                                                const v1::ReadTrajectoryRequest* request) override;
 
+  // Uploaded problems, which jobs name.
+  const ProblemLibrary& library() const { return library_; }
+  const JobCallEnvironment& environment() const { return environment_; }
+
   // The store answers, and nobody drains.
   bool Healthy() const { return manager_.Healthy(); }
 
@@ -57,7 +62,8 @@ class JobService final : public v1::JobService::CallbackService {
 
   CallRegistry calls_;
   SetupCache setups_;
-  const std::unique_ptr<jobs::JobStore> store_;
+  const std::unique_ptr<jobs::Store> store_;
+  const ProblemLibrary library_;
   JobSolver solver_;
   jobs::JobManager manager_;
   WorkerPool workers_;  // its threads, which use the others, are joined first

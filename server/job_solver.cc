@@ -124,16 +124,16 @@ double CountSteps(const PreparedSolve& prepared) {
   return std::max<double>(Options::kDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
 }
 
-absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits) {
+absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits, const FindProblem& find) {
   v1::SolveRequest request;
   if (!request.ParseFromString(body)) return absl::DataLossError("The stored request cannot be read.");
-  return PrepareSolve(request, limits);
+  return PrepareSolve(request, limits, find);
 }
 
 }  // namespace
 
-absl::StatusOr<jobs::Demand> JobSolver::Predict(const std::string& body) const {
-  const absl::StatusOr<PreparedSolve> prepared = Prepare(body, limits_);
+absl::StatusOr<jobs::Demand> JobSolver::Predict(const std::string& owner, const std::string& body) const {
+  const absl::StatusOr<PreparedSolve> prepared = Prepare(body, limits_, library_.Of(owner));
   if (!prepared.ok()) return prepared.status();
   const double m = static_cast<double>(prepared->num_states()), n = static_cast<double>(prepared->num_constraints());
   const auto* linear = std::get_if<Problem>(&prepared->system);
@@ -154,7 +154,7 @@ absl::StatusOr<jobs::Demand> JobSolver::Predict(const std::string& body) const {
 
 jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   if (const auto summary = ContentOf(run.resume_state(), kSummary)) return {absl::OkStatus(), *summary};
-  absl::StatusOr<PreparedSolve> prepared = Prepare(run.body(), limits_);
+  absl::StatusOr<PreparedSolve> prepared = Prepare(run.body(), limits_, library_.Of(run.job().owner));
   if (!prepared.ok()) return {prepared.status(), ""};
   prepared->options.num_threads = run.threads();
 

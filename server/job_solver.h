@@ -11,6 +11,7 @@
 #include "server/jobs/job_manager.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/job_store.h"
+#include "server/problem_library.h"
 #include "server/request_check.h"
 
 namespace dlcs {
@@ -23,13 +24,13 @@ class JobSolver {
  public:
   // A checkpoint is made when one is offered and `checkpoint_every` has passed since the last. `setups` may be null;
   // all references must outlive it.
-  JobSolver(const SessionLimits& limits, SetupCache* setups, jobs::JobStore& store,
+  JobSolver(const SessionLimits& limits, SetupCache* setups, jobs::JobStore& store, const ProblemLibrary& library,
             std::chrono::milliseconds checkpoint_every)
-      : limits_(limits), setups_(setups), store_(store), checkpoint_every_(checkpoint_every) {}
+      : limits_(limits), setups_(setups), store_(store), library_(library), checkpoint_every_(checkpoint_every) {}
 
-  // What the job with this body will need: a model to a factor of ten for time, three for memory; the scheduler
+  // What the job of `owner` with this body will need: a model to a factor of ten for time, three for memory; the scheduler
   // corrects by what jobs really took. Errors: as PrepareSolve().
-  absl::StatusOr<jobs::Demand> Predict(const std::string& body) const;
+  absl::StatusOr<jobs::Demand> Predict(const std::string& owner, const std::string& body) const;
 
   // One attempt: goes on behind what is stored, and ends with the summary. Safe from several threads.
   jobs::JobEnd Solve(jobs::JobRun& run) const;
@@ -38,6 +39,7 @@ class JobSolver {
   const SessionLimits limits_;
   SetupCache* const setups_;
   jobs::JobStore& store_;
+  const ProblemLibrary& library_;
   const std::chrono::milliseconds checkpoint_every_;
 };
 

@@ -2,18 +2,24 @@
 #include "server/server_config.h"
 
 #include <algorithm>
+#include <concepts>
 #include <limits>
 #include <thread>
 
 #include "fmt/format.h"
-#include "server/jobs/open_job_store.h"
+#include "server/jobs/open_store.h"
 #include "server/listen_address.h"
 
 namespace dlcs {
 namespace {
 
-absl::Status OutOfRange(const char* flag, std::int64_t value, const char* rule) {
+template <std::integral Integer>
+absl::Status OutOfRange(const char* flag, Integer value, const char* rule) {
   return absl::InvalidArgumentError(fmt::format("{} {}: must be {}", flag, value, rule));
+}
+
+absl::Status OutOfRange(const char* flag, double value, const char* rule) {
+  return absl::InvalidArgumentError(fmt::format("{} {:.10g}: must be {}", flag, value, rule));
 }
 
 absl::Status CheckAddress(const char* flag, const std::string& text) {
@@ -39,6 +45,40 @@ absl::Status ValidateStore(const ServerConfig& config) {
   }
   if (config.lease_ms < 1000 || config.lease_ms > 3'600'000) {
     return OutOfRange("--lease-ms", config.lease_ms, "between 1000 and 3600000");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidateJobs(const ServerConfig& config) {
+  constexpr double kLongest_s = 100.0 * 365 * 24 * 3600;  // what a clock can be computed with
+  const auto is_time = [](double seconds) { return seconds > 0 && seconds <= kLongest_s; };
+  if (!(config.max_job_core_seconds > 0)) {
+    return OutOfRange("--max-job-core-seconds", config.max_job_core_seconds, "above 0");
+  }
+  if (config.max_queued_jobs < 1) return OutOfRange("--max-queued-jobs", config.max_queued_jobs, "at least 1");
+  if (config.max_queued_jobs_per_user < 1) {
+    return OutOfRange("--max-queued-jobs-per-user", config.max_queued_jobs_per_user, "at least 1");
+  }
+  if (!(config.max_queued_core_seconds > 0)) {
+    return OutOfRange("--max-queued-core-seconds", config.max_queued_core_seconds, "above 0");
+  }
+  if (config.max_job_attempts < 1) return OutOfRange("--max-job-attempts", config.max_job_attempts, "at least 1");
+  if (!is_time(config.keep_finished_s)) {
+    return OutOfRange("--keep-finished", config.keep_finished_s, "above 0 and at most 100 years, in seconds");
+  }
+  if (config.keep_finished_bytes < 0) return OutOfRange("--keep-finished-bytes", config.keep_finished_bytes, "at least 0");
+  // A database takes no larger value in one piece.
+  if (config.max_upload_bytes < 1 || config.max_upload_bytes > 1'000'000'000) {
+    return OutOfRange("--max-upload-bytes", config.max_upload_bytes, "between 1 and 1000000000");
+  }
+  if (config.max_uploaded_bytes_per_user < 1) {
+    return OutOfRange("--max-uploaded-bytes-per-user", config.max_uploaded_bytes_per_user, "at least 1");
+  }
+  if (config.max_uploaded_problems_per_user < 1) {
+    return OutOfRange("--max-uploaded-problems-per-user", config.max_uploaded_problems_per_user, "at least 1");
+  }
+  if (!is_time(config.keep_problems_s)) {
+    return OutOfRange("--keep-problems", config.keep_problems_s, "above 0 and at most 100 years, in seconds");
   }
   return absl::OkStatus();
 }
@@ -74,6 +114,7 @@ absl::Status Validate(const ServerConfig& config) {
   if (config.setup_cache_bytes < 0) return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
   if (absl::Status status = ValidateStore(config); !status.ok()) return status;
   if (config.checkpoint_ms < 0) return OutOfRange("--checkpoint-ms", config.checkpoint_ms, "at least 0");
+  if (absl::Status status = ValidateJobs(config); !status.ok()) return status;
   // gRPC keeps the limit in an int.
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
     return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");

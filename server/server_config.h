@@ -40,7 +40,7 @@ struct ServerConfig {
   // Of what solves of the same matrices share (core/setup_cache.h); 0 keeps nothing.
   std::int64_t setup_cache_bytes = std::int64_t{512} << 20;
   // Where jobs are kept: a file, made where there is none, or a PostgreSQL database that several servers share
-  // (server/jobs/open_job_store.h). Empty: this server takes no jobs. May hold a password.
+  // (server/jobs/open_store.h). Empty: this server takes no jobs. May hold a password.
   std::string store;
   // "all": takes calls and runs jobs. "front": takes calls, and leaves jobs to others. "worker": runs jobs and takes no
   // calls. The latter two need a shared store.
@@ -52,6 +52,25 @@ struct ServerConfig {
   std::int64_t lease_ms = 30'000;
   // What a running job has found is stored about so often.
   std::int64_t checkpoint_ms = 1000;
+
+  // Jobs, where there is a store. What is refused above them names the limit; the first never, the others until there is room.
+  double max_job_core_seconds = 24 * 3600;  // predicted
+  int max_queued_jobs = 1000;
+  int max_queued_jobs_per_user = 200;
+  double max_queued_core_seconds = 24 * 3600;  // predicted, of all
+  // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a server may
+  // also be killed for other reasons before a job gets on.
+  int max_job_attempts = 20;
+  // Jobs that have ended are forgotten when they are older, or when those that ended later hold so much.
+  double keep_finished_s = 7 * 24 * 3600;
+  std::int64_t keep_finished_bytes = std::int64_t{10} << 30;
+
+  // Uploaded problems, where there is a store. An upload is held in memory while it comes.
+  std::int64_t max_upload_bytes = std::int64_t{256} << 20;
+  std::int64_t max_uploaded_bytes_per_user = std::int64_t{2} << 30;
+  int max_uploaded_problems_per_user = 100;
+  double keep_problems_s = 7 * 24 * 3600;  // since their last use
+
   // Of one request. gRPC holds it in memory before anybody can look at it.
   std::int64_t max_message_bytes = std::int64_t{64} << 20;
 };

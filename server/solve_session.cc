@@ -11,6 +11,7 @@
 #include "core/solve.h"
 #include "fmt/format.h"
 #include "server/convert.h"
+#include "server/errors.h"
 #include "server/request_check.h"
 
 namespace dlcs {
@@ -44,8 +45,12 @@ class EventWriter final : public Observer {
  public:
   explicit EventWriter(SolveSink& sink) : sink_(sink) {}
 
-  void Accept(const std::string& solve_id) {
-    Send([&](v1::SolveEvent& event) { event.mutable_accepted()->set_solve_id(solve_id); });
+  void Accept(const std::string& solve_id, const PreparedSolve& prepared) {
+    Send([&](v1::SolveEvent& event) {
+      event.mutable_accepted()->set_solve_id(solve_id);
+      event.mutable_accepted()->set_states(static_cast<int>(prepared.num_states()));
+      event.mutable_accepted()->set_constraints(static_cast<int>(prepared.num_constraints()));
+    });
   }
   void OnAnalysis(const AnalysisReport& report) override {
     Send([&](v1::SolveEvent& event) { *event.mutable_analysis() = ToProto(report); });
@@ -104,7 +109,13 @@ Index PreparedSolve::num_constraints() const {
   return std::visit([](const auto& problem) { return problem.num_constraints(); }, system);
 }
 
-absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits) {
+absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
+                                           const FindProblem& find) {
+  if (NamesProblem(request)) {
+    const absl::StatusOr<v1::SolveRequest> whole = WithProblem(request, find);
+    return whole.ok() ? PrepareSolve(*whole, limits) : whole.status();
+  }
+  if (request.has_changes()) return InvalidRequest({{"changes", "go with problem_name only"}});
   absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0};
@@ -149,7 +160,7 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
 absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
                                        const SolveControl& control, SolveSink& sink, SetupCache* setups) {
   EventWriter writer(sink);
-  writer.Accept(solve_id);
+  writer.Accept(solve_id, prepared);
   absl::StatusOr<Solution> solution = std::visit(
       [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token(), setups); },
       prepared.system);

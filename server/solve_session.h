@@ -22,6 +22,7 @@
 #include "core/problem.h"
 #include "core/solution.h"
 #include "dlcs/v1/solver.pb.h"
+#include "server/named_problem.h"
 #include "server/request_check.h"
 
 namespace dlcs {
@@ -62,10 +63,11 @@ struct PreparedSolve {
   Index num_constraints() const;
 };
 
-// Converts and checks `request`.
+// Converts and checks `request`, whose problem `find` finds where it is named.
 // Errors: InvalidArgument with every violation found (those of the conversion first and alone, since the
-// other checks presuppose shapes); ResourceExhausted naming the limit.
-absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits);
+// other checks presuppose shapes); ResourceExhausted naming the limit; those of `find`.
+absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
+                                           const FindProblem& find = {});
 
 // The end of a solve: its trajectory chunks (each below 1 MB) and the summary, made one at a time when they
 // are asked for, so that a slow reader costs the memory of the solution and not a second copy

@@ -8,16 +8,23 @@
 #include "absl/status/statusor.h"
 #include "server/call_session.h"
 #include "server/capabilities.h"
+#include "server/job_call.h"
+#include "server/job_limits.h"
 #include "server/solve_call.h"
 #include "server/unary_call.h"
 
 namespace dlcs {
 
-SolverService::SolverService(const ServerConfig& config)
+SolverService::SolverService(const ServerConfig& config, const ProblemLibrary* library)
     : config_(config),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
       setups_(static_cast<double>(config.setup_cache_bytes)),
-      environment_{LimitsOf(config), admission_, workers_, calls_, config.setup_cache_bytes > 0 ? &setups_ : nullptr},
+      environment_{LimitsOf(config),
+                   admission_,
+                   workers_,
+                   calls_,
+                   config.setup_cache_bytes > 0 ? &setups_ : nullptr,
+                   library == nullptr ? FindProblem() : library->Of(kSharedOwner)},
       workers_(config.max_concurrent_solves) {}
 
 template <typename Response, typename Run>
@@ -55,7 +62,7 @@ grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerCont
                                                         const v1::AnalyzeProblemRequest* request,
                                                         v1::AnalyzeProblemResponse* response) {
   return Answer("analysis", *response,
-                [=, this](std::stop_token stop) { return RunAnalysis(*request, environment_.limits, stop); });
+                [=, this](std::stop_token stop) { return RunAnalysis(*request, environment_.limits, stop, environment_.find_problem); });
 }
 
 grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerContext* context,
@@ -73,6 +80,10 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_answer_bytes(kMaxAnswerBytes);
   response->set_max_concurrent_solves(config_.max_concurrent_solves);
   response->set_threads(config_.threads);
+  if (!config_.store.empty()) {
+    *response->mutable_jobs() = ToldJobLimits(config_);
+    *response->mutable_uploads() = ToldUploadLimits(config_);
+  }
   const SetupCache::Statistics setups = setups_.statistics();
   v1::SetupCacheStatistics& told = *response->mutable_setup_cache();
   told.set_max_bytes(config_.setup_cache_bytes);

@@ -11,6 +11,7 @@
 #include "server/admission.h"
 #include "server/call_lifetime.h"
 #include "server/call_registry.h"
+#include "server/problem_library.h"
 #include "server/server_config.h"
 #include "server/worker_pool.h"
 
@@ -20,7 +21,8 @@ namespace dlcs {
 class SolverService final : public v1::SolverService::CallbackService {
  public:
   // `config` is valid and resolved.
-  explicit SolverService(const ServerConfig& config);
+  // Uploaded problems are found in `library`, which outlives it; null where nothing can be uploaded.
+  SolverService(const ServerConfig& config, const ProblemLibrary* library);
 
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext* context,
                                                   const v1::SolveRequest* request) override;

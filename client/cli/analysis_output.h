@@ -21,7 +21,8 @@ void PrintAnalysisJson(const std::string& name, const v1::AnalyzeProblemResponse
 
 // What was typed and stands again on the command line that is recommended.
 struct Asked {
-  std::string source;                                   // the problem file
+  std::string source;                                   // the problem file, or the name of an uploaded one
+  std::string server = {};                              // of an uploaded one
   std::optional<v1::SolutionRule> rule = std::nullopt;  // where it overrides the file's
   std::string grid = {};                                // of --grid, where it was given
 };

@@ -11,9 +11,8 @@
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
-#include "client/json_text.h"
-#include "client/problem_file.h"
 
 namespace dlcs::client {
 namespace {
@@ -23,24 +22,27 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
   if (command.format == OutputFormat::kJson) {
     PrintAnalysisJson(name, analysis, out);
   } else {
-    const Asked asked = {.source = command.problem_path, .rule = command.rule, .grid = command.grid};
+    const bool there = IsProblemName(command.problem_path);
+    const Asked asked = {.source = command.problem_path, .server = there ? command.server : "", .rule = command.rule, .grid = command.grid};
     PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out),
                        out);
   }
 }
 
+ExitCode ComplainAboutNonlinear(const ProblemInput& input) {
+  return Complain(absl::InvalidArgumentError(
+                      fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
+                                  "dlcs solve takes it and says what it finds about g",
+                                  input.source())),
+                  kBadInput);
+}
+
 }  // namespace
 
 ExitCode Run(const AnalyzeCommand& command) {
-  const auto file = ReadProblemFile(command.problem_path);
-  if (!file.ok()) return Complain(file.status(), kBadInput);
-  if (file->nonlinear) {
-    return Complain(absl::InvalidArgumentError(
-                        fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
-                                    "dlcs solve takes it and says what it finds about g",
-                                    SourceName(command.problem_path))),
-                    kBadInput);
-  }
+  absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
+  if (input->is_nonlinear()) return ComplainAboutNonlinear(*input);
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
     auto created = AtomicFile::Create(command.output);
@@ -51,16 +53,14 @@ ExitCode Run(const AnalyzeCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
-  v1::AnalyzeProblemRequest request;
-  *request.mutable_problem() = file->problem;
-  *request.mutable_options() = command.options;
-  if (command.rule) request.mutable_problem()->set_rule(*command.rule);
-  const auto analysis = (*backend)->AnalyzeProblem(
-      request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()});
-  const std::string source = SourceName(command.problem_path);
-  if (!analysis.ok()) return ComplainAboutCall(analysis.status(), source);
+  const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
+  const absl::Status fetched = input->FetchUploaded(limits);
+  if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+  if (input->is_nonlinear()) return ComplainAboutNonlinear(*input);
+  const auto analysis = (*backend)->AnalyzeProblem(input->AnalyzeRequest(command.options), limits);
+  if (!analysis.ok()) return ComplainAboutCall(analysis.status(), input->source());
 
-  Print(command, file->name.empty() ? source : file->name, *analysis, output ? output->stream() : stdout);
+  Print(command, input->title(), *analysis, output ? output->stream() : stdout);
   const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
   if (!printed.ok()) return Complain(printed, kServiceFailed);
   return analysis->recommendation().refusal().empty() ? kSolved : kNoAnswer;

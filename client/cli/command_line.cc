@@ -222,7 +222,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
     return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, or with jobs "
-           "submit, watch, get, list, cancel, delete or result";
+           "submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
 }
@@ -278,6 +278,8 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("dcp")) return dcp;
   if (app.got_subcommand("model")) return model;
   if (app.got_subcommand("submit")) return jobs.submit;
+  if (app.got_subcommand("upload")) return jobs.upload;
+  if (app.got_subcommand("problems")) return jobs.problems;
   if (app.got_subcommand("watch")) return jobs.watch;
   if (app.got_subcommand("get")) return jobs.get;
   if (app.got_subcommand("list")) return jobs.list;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -14,11 +15,10 @@
 #include "client/cli/ensemble_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/live_view.h"
+#include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
 #include "client/json_text.h"
 #include "client/members_file.h"
-#include "client/problem_file.h"
-#include "proto/matrix_shape.h"
 
 namespace dlcs::client {
 namespace {
@@ -62,19 +62,16 @@ class MemberCount {
   bool drawn_ = false;
 };
 
-v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const v1::Problem& problem,
+v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemInput& input,
                                      const std::vector<v1::EnsembleMember>& members) {
-  v1::SolveEnsembleRequest request;
-  *request.mutable_problem() = problem;
-  if (command.rule) request.mutable_problem()->set_rule(*command.rule);
-  *request.mutable_options() = command.options;
+  v1::SolveEnsembleRequest request = input.EnsembleRequest(command.options);
   request.mutable_members()->Add(members.begin(), members.end());
   // A table shows the end of each member, and where all have the same no more need be sent.
   const bool same_end =
       std::none_of(members.begin(), members.end(), [](const auto& member) { return member.has_horizon(); });
   const bool table = command.format == OutputFormat::kTable;
-  if (table && same_end && command.options.output_times().empty() && problem.horizon() > 0) {
-    request.mutable_options()->add_output_times(problem.horizon());
+  if (table && same_end && command.options.output_times().empty() && input.horizon() > 0) {
+    request.mutable_options()->add_output_times(input.horizon());
   }
   return request;
 }
@@ -94,15 +91,25 @@ ExitCode ComplainAboutEnsemble(const absl::Status& status, const std::string& pr
 
 ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
-  const auto file = ReadProblemFile(solve.problem_path);
-  if (!file.ok()) return Complain(file.status(), kBadInput);
-  if (file->nonlinear) {
+  absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
+  std::optional<Interrupt> interrupt;
+  const auto limits = [&] {
+    return CallLimits{.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt->token()};
+  };
+  if (input->is_uploaded()) {
+    // Its shape is needed to read the members.
+    interrupt.emplace();
+    const absl::Status fetched = input->FetchUploaded(limits());
+    if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+  }
+  if (input->is_nonlinear()) {
     return Complain(
         absl::InvalidArgumentError("an ensemble has a linear problem; solve nonlinear ones with dlcs solve"),
         kBadInput);
   }
-  const auto states = static_cast<int>(ShapeOf(file->problem.a()).rows);
-  const auto constraints = static_cast<int>(ShapeOf(file->problem.m()).rows);
+  const auto states = static_cast<int>(input->states());
+  const auto constraints = static_cast<int>(input->constraints());
   const auto members = ReadMembersFile(command.members_path, states, constraints);
   if (!members.ok()) return Complain(members.status(), kBadInput);
   std::unique_ptr<AtomicFile> output;
@@ -113,7 +120,7 @@ ExitCode Run(const EnsembleCommand& command) {
   }
   std::FILE* out = output ? output->stream() : stdout;
   // Before gRPC starts its threads, so that signals come here; after reading, which Ctrl-C ends as always.
-  const Interrupt interrupt;
+  if (!interrupt) interrupt.emplace();
   const auto backend = MakeBackend(solve.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
@@ -123,20 +130,19 @@ ExitCode Run(const EnsembleCommand& command) {
   }
   auto count = std::make_unique<MemberCount>(static_cast<std::int64_t>(members->size()), solve.quiet);
   const auto summary = (*backend)->SolveEnsemble(
-      MakeRequest(solve, file->problem, *members),
+      MakeRequest(solve, *input, *members),
       [&](const MemberResult& member) {
         count->Add(member.result.summary.termination());
         if (solve.format == OutputFormat::kTable) table.Add(member);
         if (solve.format == OutputFormat::kJson) PrintJsonLine(member, out);
         if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(member, out);
       },
-      {.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt.token()});
+      limits());
   count.reset();
-  const std::string source = SourceName(solve.problem_path);
-  if (!summary.ok()) return ComplainAboutEnsemble(summary.status(), source, SourceName(command.members_path));
+  if (!summary.ok()) return ComplainAboutEnsemble(summary.status(), input->source(), SourceName(command.members_path));
 
   if (solve.format == OutputFormat::kTable) {
-    table.Print(file->name.empty() ? source : file->name, *summary, WidthOf(out), out);
+    table.Print(input->title(), *summary, WidthOf(out), out);
   }
   const absl::Status delivered = output ? output->Commit() : FlushStream(stdout, "standard output");
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);

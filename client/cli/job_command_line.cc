@@ -23,7 +23,8 @@ constexpr const char* kJobExamples =
     "  dlcs get $job                                 state and progress\n"
     "  dlcs result $job --format csv --output circuit.csv\n"
     "  dlcs list --state running\n"
-    "  dlcs cancel $job";
+    "  dlcs cancel $job\n"
+    "  problem=$(dlcs upload membrane.json)          once; then submit, solve, analyze and ensemble take $problem";
 
 void AddTarget(CLI::App& app, JobTarget& target) {
   app.add_option("--server", target.server, fmt::format("The dlcsd at this address ({})", target.server))
@@ -36,6 +37,10 @@ void AddTarget(CLI::App& app, JobTarget& target) {
 
 void AddName(CLI::App& app, std::string& name) {
   app.add_option("JOB", name, "Its name, as submit prints it")->required()->type_name("jobs/ID");
+}
+
+void AddNameOfEither(CLI::App& app, std::string& name) {
+  app.add_option("NAME", name, "As submit or upload prints it")->required()->type_name("jobs/ID|problems/ID");
 }
 
 void AddSubmit(CLI::App& main, SubmitCommand& command) {
@@ -87,14 +92,24 @@ void AddResult(CLI::App& main, ResultCommand& command) {
       ->type_name("FILE");
 }
 
+void AddProblems(CLI::App& main, JobCommands& commands) {
+  CLI::App& upload = *main.add_subcommand("upload", "Send a problem to a server once, to be solved many times");
+  AddProblem(upload, commands.upload.problem_path);
+  AddTarget(upload, commands.upload.target);
+  AddRule(upload, commands.upload.rule);
+  CLI::App& problems = *main.add_subcommand("problems", "The problems that were uploaded, newest first");
+  AddTarget(problems, commands.problems.target);
+  AddFormat(problems, {"table", "json"}, commands.problems.format, "What to print (table)");
+}
+
 }  // namespace
 
 void AddJobCommands(CLI::App& main, JobCommands& commands) {
   AddSubmit(main, commands.submit);
   AddWatch(main, commands.watch);
 
-  CLI::App& get = *main.add_subcommand("get", "State and progress of a job");
-  AddName(get, commands.get.name);
+  CLI::App& get = *main.add_subcommand("get", "State and progress of a job, or what is known of a problem");
+  AddNameOfEither(get, commands.get.name);
   AddTarget(get, commands.get.target);
   AddFormat(get, {"table", "json"}, commands.get.format, "What to print (table)");
 
@@ -114,11 +129,12 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
   AddTarget(cancel, commands.cancel.target);
 
   commands.remove.forget = true;
-  CLI::App& remove = *main.add_subcommand("delete", "Forget a job that has ended, with its trajectory");
-  AddName(remove, commands.remove.name);
+  CLI::App& remove = *main.add_subcommand("delete", "Forget a job that has ended with its trajectory, or a problem");
+  AddNameOfEither(remove, commands.remove.name);
   AddTarget(remove, commands.remove.target);
 
   AddResult(main, commands.result);
+  AddProblems(main, commands);
 }
 
 }  // namespace dlcs::client

@@ -12,13 +12,15 @@ namespace dlcs::client {
 
 struct JobCommands {
   SubmitCommand submit;
+  UploadCommand upload;
+  ListProblemsCommand problems;
   WatchCommand watch;
   ShowJobsCommand get, list;
   EndJobCommand cancel, remove;
   ResultCommand result;
 };
 
-// Adds submit, watch, get, list, cancel, delete and result, which fill `commands`; it must outlive `main`.
+// Adds submit, watch, get, list, cancel, delete, result, upload and problems, which fill `commands`; it must outlive `main`.
 void AddJobCommands(CLI::App& main, JobCommands& commands);
 
 }  // namespace dlcs::client

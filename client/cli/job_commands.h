@@ -33,6 +33,19 @@ struct SubmitCommand {
   bool validate_only = false;
 };
 
+// Prints the problem's name and nothing else.
+struct UploadCommand {
+  JobTarget target{.server = kDefaultServer, .patience_s = 600};
+  std::string problem_path;
+  std::optional<v1::SolutionRule> rule;  // overrides the file's
+};
+
+// The uploaded problems.
+struct ListProblemsCommand {
+  JobTarget target;
+  OutputFormat format = OutputFormat::kTable;  // table, or JSON: a line each
+};
+
 // Shows what happens until the job has ended, and exits as solve would.
 struct WatchCommand {
   JobTarget target{.server = kDefaultServer, .patience_s = 24 * 3600};
@@ -43,7 +56,7 @@ struct WatchCommand {
   bool quiet = false;
 };
 
-// One job, or where `name` is empty all of them.
+// One job or uploaded problem, or where `name` is empty all jobs.
 struct ShowJobsCommand {
   JobTarget target;
   std::string name;
@@ -52,6 +65,7 @@ struct ShowJobsCommand {
   OutputFormat format = OutputFormat::kTable;
 };
 
+// Stops a job, or forgets a job or an uploaded problem.
 struct EndJobCommand {
   JobTarget target;
   std::string name;
@@ -70,6 +84,8 @@ struct ResultCommand {
 };
 
 ExitCode Run(const SubmitCommand& command);
+ExitCode Run(const UploadCommand& command);
+ExitCode Run(const ListProblemsCommand& command);
 ExitCode Run(const WatchCommand& command);
 ExitCode Run(const ShowJobsCommand& command);
 ExitCode Run(const EndJobCommand& command);

@@ -20,10 +20,16 @@ constexpr std::array<std::pair<v1::JobState, const char*>, 6> kStates = {{{v1::J
                                                                           {v1::JOB_STATE_FAILED, "failed"},
                                                                           {v1::JOB_STATE_CANCELLED, "cancelled"}}};
 
+void SayNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); }
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target) {
-  return JobClient::Connect(target.server, [](const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); });
+  return JobClient::Connect(target.server, SayNotice);
+}
+
+absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target) {
+  return ProblemClient::Connect(target.server, SayNotice);
 }
 
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt) {

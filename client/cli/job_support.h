@@ -13,11 +13,13 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/job_commands.h"
 #include "client/job_client.h"
+#include "client/problem_client.h"
 
 namespace dlcs::client {
 
-// A client that tells every repetition on standard error. Errors: InvalidArgument (not HOST:PORT).
+// Clients that tell every repetition on standard error. Errors: InvalidArgument (not HOST:PORT).
 absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target);
+absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target);
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);
 
 // "queued", "running", ...

@@ -24,6 +24,7 @@ std::string ShellWord(const std::string& text) {
 std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& options) {
   const v1::SolveOptions unset;
   std::string command = "dlcs solve " + ShellWord(asked.source);
+  if (!asked.server.empty()) command += " --server " + ShellWord(asked.server);
   if (asked.rule) command += " --rule " + RuleName(*asked.rule);
   if (options.method() != unset.method()) command += " --method " + MethodName(options.method());
   if (options.has_steps()) command += fmt::format(" --steps {}", options.steps());

@@ -15,9 +15,9 @@
 namespace dlcs::client {
 namespace {
 
-void PrintJson(const v1::SolveJob& job) {
+void PrintJson(const google::protobuf::Message& message) {
   std::string line;
-  const auto status = google::protobuf::util::MessageToJsonString(job, &line);
+  const auto status = google::protobuf::util::MessageToJsonString(message, &line);
   if (status.ok()) fmt::print("{}\n", line);
 }
 
@@ -41,15 +41,58 @@ void PrintWhole(const v1::SolveJob& job) {
   for (const std::string& warning : job.summary().warnings()) fmt::print("  warning    {}\n", warning);
 }
 
+void PrintRow(const v1::StoredProblem& problem) {
+  fmt::print("{}  {:>10}  {}  {}\n", problem.name(), problem.bytes(), TimeText(problem.create_time()), problem.title());
+}
+
+void PrintWhole(const v1::StoredProblem& problem) {
+  fmt::print("{}\n", problem.name());
+  if (!problem.title().empty()) fmt::print("  title      {}\n", problem.title());
+  fmt::print("  system     {}{} states, {} pairs, T = {:g}\n", problem.nonlinear() ? "nonlinear, " : "", problem.states(),
+             problem.constraints(), problem.horizon());
+  fmt::print("  stored     {} bytes\n", problem.bytes());
+  fmt::print("  uploaded   {}\n", TimeText(problem.create_time()));
+  fmt::print("  expires    {}, unless it is used before\n", TimeText(problem.expire_time()));
+}
+
 ExitCode Printed() {
   const absl::Status printed = FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
 }
 
+ExitCode ShowProblem(const ShowJobsCommand& command, const CallLimits& limits) {
+  const auto client = ConnectToProblems(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const auto problem = (*client)->Get(command.name, limits);
+  if (!problem.ok()) return Complain(problem.status(), ExitCodeOf(problem.status()));
+  command.format == OutputFormat::kJson ? PrintJson(*problem) : PrintWhole(*problem);
+  return Printed();
+}
+
+ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
+  const auto client = ConnectToProblems(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const absl::Status deleted = (*client)->Delete(command.name, limits);
+  return deleted.ok() ? kSolved : Complain(deleted, ExitCodeOf(deleted));
+}
+
 }  // namespace
+
+ExitCode Run(const ListProblemsCommand& command) {
+  const Interrupt interrupt;
+  const auto client = ConnectToProblems(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const auto problems = (*client)->List(LimitsFor(command.target, interrupt));
+  if (!problems.ok()) return Complain(problems.status(), ExitCodeOf(problems.status()));
+  for (const v1::StoredProblem& problem : *problems) {
+    command.format == OutputFormat::kJson ? PrintJson(problem) : PrintRow(problem);
+  }
+  return Printed();
+}
 
 ExitCode Run(const ShowJobsCommand& command) {
   const Interrupt interrupt;
+  if (command.name.starts_with("problems/")) return ShowProblem(command, LimitsFor(command.target, interrupt));
   const auto client = ConnectToJobs(command.target);
   if (!client.ok()) return Complain(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
@@ -68,6 +111,9 @@ ExitCode Run(const ShowJobsCommand& command) {
 
 ExitCode Run(const EndJobCommand& command) {
   const Interrupt interrupt;
+  if (command.forget && command.name.starts_with("problems/")) {
+    return ForgetProblem(command, LimitsFor(command.target, interrupt));
+  }
   const auto client = ConnectToJobs(command.target);
   if (!client.ok()) return Complain(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);

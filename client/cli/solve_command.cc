@@ -12,12 +12,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/live_view.h"
+#include "client/cli/problem_input.h"
 #include "client/cli/result_output.h"
 #include "client/cli/run_support.h"
-#include "client/cli/solve_request.h"
-#include "client/json_text.h"
 #include "client/names.h"
-#include "client/problem_file.h"
 
 namespace dlcs::client {
 namespace {
@@ -26,8 +24,7 @@ namespace {
 constexpr int kTableIntervals = 10;
 
 // A table shows the solution at a few times, unless others were asked for.
-void AskForTableTimes(const SolveCommand& command, v1::SolveRequest& request) {
-  const double horizon = HorizonOf(request);
+void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequest& request) {
   if (command.format != OutputFormat::kTable || !command.options.output_times().empty() || !(horizon > 0)) return;
   for (int k = 0; k <= kTableIntervals; ++k) {
     request.mutable_options()->add_output_times(k == kTableIntervals ? horizon : horizon * k / kTableIntervals);
@@ -112,13 +109,14 @@ std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, con
 }
 
 // `out` takes a CSV as it comes, so that it may be larger than memory.
-absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRequest& request, Backend& backend,
-                                  std::FILE* out, std::stop_token stop) {
+absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInput& input,
+                                  const v1::SolveRequest& request, Backend& backend, std::FILE* out,
+                                  const CallLimits& limits) {
   LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
                          .width = WidthOf(stderr),
-                         .horizon = HorizonOf(request),
+                         .horizon = input.horizon(),
                          .warnings = command.format != OutputFormat::kTable || !command.output.empty(),
-                         .nonlinear = request.has_nonlinear(),
+                         .nonlinear = input.is_nonlinear(),
                          .default_steps = !HasStep(command.options)});
   const bool as_it_comes = command.format == OutputFormat::kCsv;
   const EventCallback show = [&](const v1::SolveEvent& event) {
@@ -129,19 +127,14 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const v1::SolveRe
     PrintCsvLines(chunk, out);
   };
   return backend.Solve(request, show,
-                       {.deadline = std::chrono::duration<double>(command.deadline_s),
-                        .stop = std::move(stop),
-                        .keep_trajectory = !as_it_comes});
+                       {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes});
 }
 
 }  // namespace
 
 ExitCode Run(const SolveCommand& command) {
-  const auto file = ReadProblemFile(command.problem_path);
-  if (!file.ok()) return Complain(file.status(), kBadInput);
-  absl::StatusOr<v1::SolveRequest> request = MakeSolveRequest(command, *file);
-  if (!request.ok()) return Complain(request.status(), kBadInput);
-  AskForTableTimes(command, *request);
+  absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
   std::unique_ptr<AtomicFile> output;
   if (!command.output.empty()) {
     auto created = AtomicFile::Create(command.output);
@@ -153,14 +146,18 @@ ExitCode Run(const SolveCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
-  const auto result =
-      Watch(command, *request, **backend, output ? output->stream() : stdout, interrupt.token());
-  const std::string source = SourceName(command.problem_path);
-  if (!result.ok()) return ComplainAboutCall(result.status(), source);
+  const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
+  const absl::Status fetched = input->FetchUploaded(limits);
+  if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+  v1::SolveRequest request = input->SolveRequest(command.options);
+  AskForTableTimes(command, input->horizon(), request);
 
-  const absl::Status delivered = Deliver(command, file->name.empty() ? source : file->name, *result, output.get());
+  const auto result = Watch(command, *input, request, **backend, output ? output->stream() : stdout, limits);
+  if (!result.ok()) return ComplainAboutCall(result.status(), input->source());
+
+  const absl::Status delivered = Deliver(command, input->title(), *result, output.get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
-  if (!command.quiet) PrintUnused(command.options, result->summary.method(), file->nonlinear.has_value());
+  if (!command.quiet) PrintUnused(command.options, result->summary.method(), input->is_nonlinear());
   PrintVerdict(command, result->summary);
   return ExitCodeOf(result->summary.termination());
 }

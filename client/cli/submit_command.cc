@@ -8,10 +8,8 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/job_commands.h"
 #include "client/cli/job_support.h"
+#include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
-#include "client/cli/solve_request.h"
-#include "client/json_text.h"
-#include "client/problem_file.h"
 
 namespace dlcs::client {
 namespace {
@@ -29,12 +27,10 @@ google::protobuf::Timestamp FromNow(double seconds) {
 }  // namespace
 
 ExitCode Run(const SubmitCommand& command) {
-  const auto file = ReadProblemFile(command.solve.problem_path);
-  if (!file.ok()) return Complain(file.status(), kBadInput);
-  absl::StatusOr<v1::SolveRequest> solve = MakeSolveRequest(command.solve, *file);
-  if (!solve.ok()) return Complain(solve.status(), kBadInput);
+  const auto input = ProblemInput::Read(command.solve.problem_path, command.target.server, command.solve.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
   v1::CreateSolveJobRequest request;
-  *request.mutable_solve() = *std::move(solve);
+  *request.mutable_solve() = input->SolveRequest(command.solve.options);
   request.set_request_id(command.request_id);
   request.set_priority(command.priority);
   request.set_validate_only(command.validate_only);
@@ -44,7 +40,7 @@ ExitCode Run(const SubmitCommand& command) {
   const auto client = ConnectToJobs(command.target);
   if (!client.ok()) return Complain(client.status(), kBadInput);
   const auto job = (*client)->Submit(request, LimitsFor(command.target, interrupt));
-  if (!job.ok()) return ComplainAboutCall(job.status(), SourceName(command.solve.problem_path));
+  if (!job.ok()) return ComplainAboutCall(job.status(), input->source());
   if (command.validate_only) {
     fmt::print(stderr, "dlcs: would be taken; predicted {:.3g} core-seconds and {:.3g} MB\n",
                job->predicted_core_seconds(), 1e-6 * static_cast<double>(job->predicted_memory_bytes()));

@@ -48,7 +48,8 @@ struct NewJob {
   // error. Empty: every request is a job of its own. Remembered as long as the job is.
   std::string request_id;
   std::string body_hash;
-  std::string body;  // the request; opaque
+  std::string body;     // the request; opaque
+  std::string problem;  // id of the owner's uploaded problem that the job needs until it has ended; empty: none
   int priority = 0;  // among the owner's jobs; higher ones first
   Demand demand;
   std::optional<Time> deadline;
@@ -58,6 +59,7 @@ struct Job {
   JobId id;
   std::string owner;
   std::string request_id;
+  std::string problem;
   int priority = 0;
   Demand demand;
   std::optional<Time> deadline;

@@ -62,13 +62,14 @@ absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submissio
   if (!earlier.ok()) return earlier.status();
   if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
 
-  const absl::StatusOr<Demand> demand = cost_(submission.body);
+  const absl::StatusOr<Demand> demand = cost_(submission);
   if (!demand.ok()) return demand.status();
   const NewJob job{.id = NewJobId(),
                    .owner = submission.owner,
                    .request_id = submission.request_id,
                    .body_hash = submission.body_hash,
                    .body = submission.body,
+                   .problem = submission.problem,
                    .priority = submission.priority,
                    .demand = *demand,
                    .deadline = submission.deadline};

@@ -41,8 +41,19 @@ struct JobEnd {
 };
 
 using SolveFunction = std::function<JobEnd(JobRun& run)>;
-// What the job with this body will need. Errors refuse the job.
-using CostModel = std::function<absl::StatusOr<Demand>(const std::string& body)>;
+
+struct Submission {
+  std::string owner;
+  std::string request_id;
+  std::string body_hash;
+  std::string body;
+  std::string problem;  // as NewJob::problem
+  int priority = 0;
+  std::optional<Time> deadline;
+};
+
+// What the job will need. Errors refuse it.
+using CostModel = std::function<absl::StatusOr<Demand>(const Submission& submission)>;
 
 struct JobManagerOptions {
   SchedulerLimits limits;
@@ -59,15 +70,6 @@ struct JobManagerOptions {
   // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a
   // server may also be killed for other reasons before a job gets on.
   int max_attempts = 20;
-};
-
-struct Submission {
-  std::string owner;
-  std::string request_id;
-  std::string body_hash;
-  std::string body;
-  int priority = 0;
-  std::optional<Time> deadline;
 };
 
 // Joins store, scheduler and event logs. Safe from any thread. Functions that return a status block on the store: never

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fmt/format.h"
+#include "server/jobs/problem_store.h"
 
 namespace dlcs::jobs {
 namespace {
@@ -83,6 +84,7 @@ absl::StatusOr<JobStore::Created> CreateJob(JobTable& table, const NewJob& job) 
   absl::StatusOr<std::optional<Job>> earlier = FindRequestedJob(table, job.owner, job.request_id, job.body_hash);
   if (!earlier.ok()) return earlier.status();
   if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
+  if (!job.problem.empty() && !table.UseProblem(job.owner, job.problem)) return NoSuchProblem(job.problem);
   std::optional<JobRow> row = table.Insert(job);
   if (!row.has_value()) {
     // Another server has just taken the same request.

@@ -72,6 +72,7 @@ struct JobPage {
 struct Expiry {
   Duration max_age = std::chrono::hours(24 * 7);             // of finished jobs
   std::int64_t max_finished_bytes = std::int64_t{10} << 30;  // the oldest go first
+  Duration max_unused_problem_age = std::chrono::hours(24 * 7);  // since their last use (problem_store.h)
 };
 
 // What a server may hear of the jobs of others as it happens.
@@ -105,7 +106,8 @@ class JobStore {
 
   virtual ~JobStore() = default;
 
-  // The job is QUEUED; event 1 says so. Errors: ALREADY_EXISTS when request_id belongs to a job with another body_hash.
+  // The job is QUEUED; event 1 says so. Errors: ALREADY_EXISTS when request_id belongs to a job with another body_hash;
+  // NOT_FOUND when the owner has no such problem.
   virtual absl::StatusOr<Created> Create(const NewJob& job) = 0;
   // The job that `request_id` made, or nothing. Errors: ALREADY_EXISTS as above.
   virtual absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
@@ -144,7 +146,8 @@ class JobStore {
   // as all stay within `max_bytes`.
   virtual absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) = 0;
 
-  // Deletes finished jobs that are too old or too many. Returns how many; a call deletes at most a few hundred.
+  // Deletes finished jobs that are too old or too many, and problems that nobody has used for long. Returns how many; a call
+  // deletes at most a few hundred.
   virtual absl::StatusOr<int> Expire(const Expiry& expiry) = 0;
 
   // From now on `heard` is told of changes, soon after they were made by whichever server, from a thread that should not

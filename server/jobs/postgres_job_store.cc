@@ -139,6 +139,14 @@ absl::StatusOr<std::vector<Chunk>> PostgresJobStore::ReadChunks(const JobId& id,
 }
 
 absl::StatusOr<int> PostgresJobStore::Expire(const Expiry& expiry) {
+  const absl::StatusOr<int> jobs = ExpireJobs(expiry);
+  if (!jobs.ok()) return jobs;
+  const absl::StatusOr<int> problems = ExpireProblems(expiry);
+  if (!problems.ok()) return problems;
+  return *jobs + *problems;
+}
+
+absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
   const absl::StatusOr<std::vector<std::int64_t>> expired =
       database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<std::int64_t>> {
         // Too old, or with those that finished later more than is allowed.

@@ -6,17 +6,17 @@
 
 #include <memory>
 
-#include "server/jobs/job_store.h"
 #include "server/jobs/postgres_database.h"
 #include "server/jobs/postgres_job_table.h"
 #include "server/jobs/postgres_listener.h"
+#include "server/jobs/store.h"
 
 namespace dlcs::jobs {
 
 // Never fails to be made: a database that cannot be reached is an unhealthy store, which tries again at every call
 // (Probe() says what is wrong). Time is the database server's. A call takes as many round trips as its rule has
 // statements, up to about ten, and a commit.
-class PostgresJobStore final : public JobStore {
+class PostgresJobStore final : public Store {
  public:
   explicit PostgresJobStore(PostgresDatabaseOptions options);
 
@@ -40,6 +40,14 @@ class PostgresJobStore final : public JobStore {
   absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override;
   absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) override;
   absl::StatusOr<int> Expire(const Expiry& expiry) override;
+
+  absl::StatusOr<Added> AddProblem(const NewProblem& problem, const ProblemQuota& quota) override;
+  absl::StatusOr<StoredProblem> GetProblem(const std::string& owner, const ProblemId& id) override;
+  absl::StatusOr<std::string> ReadProblem(const std::string& owner, const ProblemId& id) override;
+  absl::Status DeleteProblem(const std::string& owner, const ProblemId& id) override;
+  absl::StatusOr<ProblemPage> ListProblems(const std::string& owner, int page_size,
+                                           const std::string& page_token) override;
+
   void Listen(std::function<void(const JobChange&)> heard) override;
   bool Healthy() const override { return database_.healthy(); }
   absl::Status Probe() override;
@@ -60,6 +68,10 @@ class PostgresJobStore final : public JobStore {
       return rule(table);
     });
   }
+
+  // Finished jobs, and problems that nobody has used for long. Each returns how many.
+  absl::StatusOr<int> ExpireJobs(const Expiry& expiry);
+  absl::StatusOr<int> ExpireProblems(const Expiry& expiry);
 
   PostgresDatabase database_;
   std::unique_ptr<PostgresListener> listener_;

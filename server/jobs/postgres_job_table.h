@@ -15,7 +15,7 @@
 #define DLCS_POSTGRES_JOB_COLUMNS                                                                   \
   "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
   "created, started, finished, attempts, sequence, last_event, chunks, progress, error_code, "      \
-  "error_message, stored_bytes, fence, worker, lease_until, body_hash, dlcs_now() "
+  "error_message, stored_bytes, fence, worker, lease_until, body_hash, problem, dlcs_now() "
 
 // True of a job that nobody is at work on.
 #define DLCS_POSTGRES_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < dlcs_now())"
@@ -36,6 +36,7 @@ class PostgresJobTable final : public JobTable {
   std::optional<JobRow> Lock(const JobId& id) override;
   std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) override;
   std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) override;
+  bool UseProblem(const std::string& owner, const std::string& id) override;
   std::optional<JobRow> Insert(const NewJob& job) override;
   void Save(const JobRow& row) override;
   void Delete(std::int64_t number) override;
@@ -49,6 +50,9 @@ class PostgresJobTable final : public JobTable {
  private:
   PostgresConnection& connection_;
 };
+
+// The problem is used now, and stays until the transaction ends. False when the owner has none of this id.
+bool MarkUsed(PostgresConnection& connection, const std::string& owner, const std::string& id);
 
 }  // namespace dlcs::jobs
 

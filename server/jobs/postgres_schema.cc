@@ -100,7 +100,29 @@ END $$;
 CREATE TRIGGER jobs_tell AFTER INSERT OR UPDATE ON jobs FOR EACH ROW EXECUTE FUNCTION dlcs_tell();
 )sql";
 
-constexpr std::array kScripts{kVersion1};
+constexpr const char* kVersion2 = R"sql(
+CREATE TABLE problems (
+  number BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
+  owner TEXT NOT NULL,
+  id TEXT NOT NULL,
+  about BYTEA NOT NULL,
+  bytes BIGINT NOT NULL,
+  created BIGINT NOT NULL,
+  used BIGINT NOT NULL,
+  UNIQUE (owner, id)
+);
+CREATE INDEX problems_by_owner ON problems (owner, number);
+CREATE INDEX problems_by_use ON problems (used);
+CREATE TABLE problem_bodies (
+  problem BIGINT PRIMARY KEY REFERENCES problems (number) ON DELETE CASCADE,
+  body BYTEA NOT NULL
+);
+ALTER TABLE problem_bodies ALTER body SET STORAGE EXTERNAL;
+ALTER TABLE jobs ADD COLUMN problem TEXT NOT NULL DEFAULT '';
+CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NULL AND problem <> '';
+)sql";
+
+constexpr std::array kScripts{kVersion1, kVersion2};
 
 // Absent where there are no tables.
 std::optional<std::size_t> VersionOf(PostgresConnection& connection) {

@@ -66,8 +66,8 @@ std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
   // When one place is free again: after a job of average size.
   const double drain = queued_core_seconds_ / limits_.cores;
   const auto after_one = [drain](double jobs) { return RetryAfter(drain / std::max(jobs, 1.0)); };
-  if (of_owner >= limits_.max_queued_jobs_per_owner) {
-    return Refusal{"max_queued_jobs_per_owner", static_cast<double>(limits_.max_queued_jobs_per_owner), of_owner + 1,
+  if (of_owner >= limits_.max_queued_jobs_per_user) {
+    return Refusal{"max_queued_jobs_per_user", static_cast<double>(limits_.max_queued_jobs_per_user), of_owner + 1,
                    after_one(of_owner)};
   }
   if (queued() >= limits_.max_queued_jobs) {

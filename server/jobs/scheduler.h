@@ -25,7 +25,7 @@ struct SchedulerLimits {
   std::int64_t max_job_memory_bytes = std::int64_t{4} << 30;  // at most max_running_memory_bytes
   double max_job_core_seconds = 24 * 3600;
   int max_queued_jobs = 1000;
-  int max_queued_jobs_per_owner = 200;
+  int max_queued_jobs_per_user = 200;
   double max_queued_core_seconds = 24 * 3600;
 
   // A user who was idle has saved as much as its share would have been, up to this: it need not wait for the turns of

@@ -95,8 +95,10 @@ absl::StatusOr<int> SqliteJobStore::Expire(const Expiry& expiry) {
     }
     SqliteJobTable table(connection, clock_);
     for (const std::int64_t number : expired) table.Delete(number);
+    const std::int64_t problems =
+        DeleteUnusedProblems(connection, clock_.Now() - expiry.max_unused_problem_age, kMostDeletedAtOnce);
     connection.Execute(fmt::format("PRAGMA incremental_vacuum({})", kPagesGivenBackAtOnce));
-    return static_cast<int>(expired.size());
+    return static_cast<int>(static_cast<std::int64_t>(expired.size()) + problems);
   });
 }
 

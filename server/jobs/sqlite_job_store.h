@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The store of jobs in one SQLite file.
+// The store of jobs, and of the problems they name, in one SQLite file.
 
 #ifndef DLCS_SERVER_JOBS_SQLITE_JOB_STORE_H_
 #define DLCS_SERVER_JOBS_SQLITE_JOB_STORE_H_
 
 #include "server/jobs/clock.h"
-#include "server/jobs/job_store.h"
 #include "server/jobs/sqlite_database.h"
 #include "server/jobs/sqlite_job_table.h"
+#include "server/jobs/store.h"
 
 namespace dlcs::jobs {
 
 // Needs nothing but a folder that can be written. Never fails to be made: a file that cannot be opened is an
 // unhealthy store, which looks again at every call (Probe() says what is wrong).
 // A commit of a few rows takes as long as the disk takes to synchronise; blobs cost their copy into the log.
-class SqliteJobStore final : public JobStore {
+class SqliteJobStore final : public Store {
  public:
   // `clock` is the store's time, and must outlive it.
   SqliteJobStore(SqliteDatabaseOptions options, const Clock& clock);
@@ -39,6 +39,14 @@ class SqliteJobStore final : public JobStore {
   absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override;
   absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) override;
   absl::StatusOr<int> Expire(const Expiry& expiry) override;
+
+  absl::StatusOr<Added> AddProblem(const NewProblem& problem, const ProblemQuota& quota) override;
+  absl::StatusOr<StoredProblem> GetProblem(const std::string& owner, const ProblemId& id) override;
+  absl::StatusOr<std::string> ReadProblem(const std::string& owner, const ProblemId& id) override;
+  absl::Status DeleteProblem(const std::string& owner, const ProblemId& id) override;
+  absl::StatusOr<ProblemPage> ListProblems(const std::string& owner, int page_size,
+                                           const std::string& page_token) override;
+
   bool Healthy() const override { return database_.healthy(); }
   absl::Status Probe() override;
 

@@ -35,6 +35,7 @@ JobRow ReadJob(const SqliteStatement& row) {
   result.worker = row.Bytes(column++);
   result.lease_until = row.TimeAt(column++);
   result.body_hash = row.Bytes(column++);
+  job.problem = row.Bytes(column++);
   job.last_event = row.Int(column++);
   return result;
 }
@@ -69,13 +70,18 @@ std::optional<JobRow> SqliteJobTable::FindRequest(const std::string& owner, cons
   return ReadFirst(*query);
 }
 
+bool SqliteJobTable::UseProblem(const std::string& owner, const std::string& id) {
+  return MarkUsed(connection_, owner, id, clock_.Now());
+}
+
 std::optional<JobRow> SqliteJobTable::Insert(const NewJob& job) {
   connection_.Run(
       "INSERT INTO jobs (id, owner, request_id, body_hash, priority, core_seconds, memory_bytes, threads, deadline,"
-      " state, created, sequence, stored_bytes) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, 0, ?12)",
+      " state, created, sequence, stored_bytes, problem)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, 0, ?12, ?13)",
       job.id, job.owner, job.request_id, Blob{job.body_hash}, job.priority, job.demand.core_seconds,
       job.demand.memory_bytes, job.demand.threads, job.deadline, static_cast<int>(JobState::kQueued), clock_.Now(),
-      static_cast<std::int64_t>(job.body.size()));
+      static_cast<std::int64_t>(job.body.size()), job.problem);
   connection_.Run("INSERT INTO bodies (job, body) VALUES (?1, ?2)", connection_.LastRowId(), Blob{job.body});
   return Lock(job.id);
 }

@@ -16,7 +16,7 @@
 #define DLCS_JOB_COLUMNS                                                                            \
   "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
   "created, started, finished, attempts, sequence, chunks, progress, error_code, error_message, "   \
-  "stored_bytes, fence, worker, lease_until, body_hash, "                                           \
+  "stored_bytes, fence, worker, lease_until, body_hash, problem, "                                  \
   "(SELECT MAX(sequence) FROM events WHERE events.job = jobs.number)"
 
 // True of a job that nobody is at work on at the time ?1.
@@ -35,6 +35,7 @@ class SqliteJobTable final : public JobTable {
   std::optional<JobRow> Lock(const JobId& id) override;
   std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) override;
   std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) override;
+  bool UseProblem(const std::string& owner, const std::string& id) override;
   std::optional<JobRow> Insert(const NewJob& job) override;
   void Save(const JobRow& row) override;
   void Delete(std::int64_t number) override;
@@ -52,6 +53,11 @@ class SqliteJobTable final : public JobTable {
   SqliteConnection& connection_;
   const Clock& clock_;
 };
+
+// The problem was used at `now`. False when the owner has none of this id.
+bool MarkUsed(SqliteConnection& connection, const std::string& owner, const std::string& id, Time now);
+// Deletes at most `limit` problems that were last used before `since` and that no job holds. Returns how many.
+std::int64_t DeleteUnusedProblems(SqliteConnection& connection, Time since, int limit);
 
 }  // namespace dlcs::jobs
 

@@ -70,7 +70,29 @@ CREATE TABLE events (
 ) WITHOUT ROWID;
 )sql";
 
-constexpr std::array kScripts{kVersion1};
+// Uploaded problems. A job names its owner's by `problem`, the id; empty where it needs none.
+constexpr const char* kVersion2 = R"sql(
+CREATE TABLE problems (
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  owner TEXT NOT NULL,
+  id TEXT NOT NULL,
+  about BLOB NOT NULL,
+  bytes INTEGER NOT NULL,
+  created INTEGER NOT NULL,
+  used INTEGER NOT NULL,
+  UNIQUE (owner, id)
+);
+CREATE INDEX problems_by_owner ON problems (owner, number);
+CREATE INDEX problems_by_use ON problems (used);
+CREATE TABLE problem_bodies (
+  problem INTEGER PRIMARY KEY REFERENCES problems (number) ON DELETE CASCADE,
+  body BLOB NOT NULL
+);
+ALTER TABLE jobs ADD COLUMN problem TEXT NOT NULL DEFAULT '';
+CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NULL AND problem <> '';
+)sql";
+
+constexpr std::array kScripts{kVersion1, kVersion2};
 
 }  // namespace
 

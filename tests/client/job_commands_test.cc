@@ -120,6 +120,45 @@ TEST_F(JobCommandsTest, SaysWhatIsWrongBeforeItIsTaken) {
   EXPECT_EQ(Dlcs("submit - --within 0.001 --patience 1 --method time-stepping --steps 15000000", kEasy).code, 3);
 }
 
+TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
+  const ProgramOutcome uploaded = Dlcs("upload -", kEasy);
+  EXPECT_EQ(uploaded.code, 0);
+  EXPECT_EQ(uploaded.err, "");
+  ASSERT_THAT(uploaded.out, MatchesRegex("problems/[0-9a-f]+\n"));
+  const std::string name = uploaded.out.substr(0, uploaded.out.size() - 1);
+  const ProgramOutcome again = Dlcs("upload -", kEasy);
+  EXPECT_EQ(again.out, uploaded.out);
+  EXPECT_EQ(again.err, "dlcs: it was there already\n");
+  EXPECT_THAT(Dlcs("problems").out, HasSubstr(name));
+  EXPECT_THAT(Dlcs("get " + name).out, HasSubstr("1 states, 1 pairs, T = 4"));
+
+  for (const char* format : {"csv", "table"}) {
+    const std::string options = std::string(" --steps 500 --quiet --format ") + format;
+    const ProgramOutcome of_file = Dlcs("solve -" + options, kEasy);
+    const ProgramOutcome of_name = Dlcs("solve " + name + options);
+    EXPECT_EQ(of_name.code, 0) << of_name.err;
+    // A table is headed with what was solved, and its last lines tell the time it took.
+    EXPECT_EQ(of_name.out.substr(of_name.out.find('\n'), 300), of_file.out.substr(of_file.out.find('\n'), 300));
+  }
+  const ProgramOutcome analyzed = Dlcs("analyze " + name);
+  EXPECT_EQ(analyzed.code, 0) << analyzed.err;
+  EXPECT_THAT(analyzed.out, HasSubstr("dlcs solve " + name + " --server " + server_->address()));
+  const ProgramOutcome submitted = Dlcs("submit " + name + " --steps 100");
+  EXPECT_EQ(submitted.code, 0) << submitted.err;
+  EXPECT_EQ(Dlcs("watch --quiet " + submitted.out.substr(0, submitted.out.size() - 1)).code, 0);
+
+  EXPECT_EQ(Dlcs("delete " + name).code, 0);
+  EXPECT_EQ(Dlcs("problems").out, "");
+  const ProgramOutcome gone = Dlcs("solve " + name);
+  EXPECT_EQ(gone.code, 3);
+  EXPECT_THAT(gone.err, HasSubstr("There is no uploaded problem"));
+  const ProgramOutcome nowhere = RunDlcs("solve " + name);
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("--server HOST:PORT"));
+  EXPECT_EQ(Dlcs("solve " + name + " --rule least-norm").code, 2);
+  EXPECT_EQ(Dlcs("upload -", R"('{"A": [[-1]]}')").code, 2);
+}
+
 TEST_F(JobCommandsTest, TellsThatItTriesAgain) {
   const ProgramOutcome outcome = RunDlcs("list --server 127.0.0.1:1 --patience 0.6");
   EXPECT_EQ(outcome.code, 3);

@@ -44,7 +44,8 @@ class JobManagerTest : public ::testing::Test {
   std::unique_ptr<JobManager> Start(const JobManagerOptions& options = Fast()) {
     return std::make_unique<JobManager>(options, store_, &Cost, FakeSolve, SystemClock());
   }
-  static absl::StatusOr<Demand> Cost(const std::string& body) {
+  static absl::StatusOr<Demand> Cost(const Submission& asked) {
+    const std::string& body = asked.body;
     if (body == "nonsense") return absl::InvalidArgumentError("body: nonsense");
     return Demand{.core_seconds = body == "huge" ? 1e9 : 0.01, .memory_bytes = 1000, .threads = 1};
   }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every JobStore must do. An implementation instantiates the suite with a function that makes its stores:
+// What every JobStore and every ProblemStore must do. An implementation instantiates the suites with a function that makes its
+// stores:
 //
 //     INSTANTIATE_TEST_SUITE_P(Sqlite, JobStoreContractTest, ::testing::Values(MakeSqliteStores));
+//     INSTANTIATE_TEST_SUITE_P(Sqlite, ProblemStoreContractTest, ::testing::Values(MakeSqliteStores));
 
 #ifndef DLCS_TESTS_SERVER_JOBS_JOB_STORE_CONTRACT_H_
 #define DLCS_TESTS_SERVER_JOBS_JOB_STORE_CONTRACT_H_
@@ -13,6 +15,7 @@
 #include <string>
 
 #include "server/jobs/job_store.h"
+#include "server/jobs/problem_store.h"
 
 namespace dlcs::jobs::testing {
 
@@ -22,6 +25,8 @@ class SharedStore {
   virtual ~SharedStore() = default;
   virtual JobStore& one() = 0;
   virtual JobStore& other() = 0;
+  virtual ProblemStore& problems() = 0;
+  virtual ProblemStore& other_problems() = 0;
   virtual void Advance(Duration duration) = 0;
 };
 
@@ -31,6 +36,14 @@ class JobStoreContractTest : public ::testing::TestWithParam<std::function<std::
 
   std::unique_ptr<SharedStore> shared_;
   JobStore& store_;
+};
+
+// Of problem_store_contract_test.cc.
+class ProblemStoreContractTest : public JobStoreContractTest {
+ protected:
+  ProblemStoreContractTest() : problems_(shared_->problems()) {}
+
+  ProblemStore& problems_;
 };
 
 }  // namespace dlcs::jobs::testing

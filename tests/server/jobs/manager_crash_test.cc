@@ -33,7 +33,7 @@ using testing::Trajectory;
 
 constexpr int kWindows = 6;
 
-absl::StatusOr<Demand> Cost(const std::string&) {
+absl::StatusOr<Demand> Cost(const Submission&) {
   return Demand{.core_seconds = 0.01, .memory_bytes = 1000, .threads = 1};
 }
 

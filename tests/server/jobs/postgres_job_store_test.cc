@@ -23,6 +23,8 @@ class SharedPostgresStore final : public SharedStore {
   ~SharedPostgresStore() override { PostgresServer::Shared().Execute("DROP SCHEMA " + schema_ + " CASCADE"); }
   JobStore& one() override { return one_; }
   JobStore& other() override { return other_; }
+  ProblemStore& problems() override { return one_; }
+  ProblemStore& other_problems() override { return other_; }
   // The store asks its own function for the time.
   void Advance(Duration duration) override {
     offset_ += duration;
@@ -41,8 +43,10 @@ class SharedPostgresStore final : public SharedStore {
   Duration offset_{0};
 };
 
-INSTANTIATE_TEST_SUITE_P(Postgres, JobStoreContractTest,
-                         ::testing::Values([] { return std::make_unique<SharedPostgresStore>(); }));
+std::unique_ptr<SharedStore> MakePostgresStores() { return std::make_unique<SharedPostgresStore>(); }
+
+INSTANTIATE_TEST_SUITE_P(Postgres, JobStoreContractTest, ::testing::Values(MakePostgresStores));
+INSTANTIATE_TEST_SUITE_P(Postgres, ProblemStoreContractTest, ::testing::Values(MakePostgresStores));
 
 }  // namespace
 }  // namespace dlcs::jobs::testing

@@ -35,7 +35,7 @@ class PostgresServersTest : public ::testing::Test {
   };
   ~PostgresServersTest() override { PostgresServer::Shared().Execute("DROP SCHEMA servers CASCADE"); }
 
-  static absl::StatusOr<Demand> Cost(const std::string&) {
+  static absl::StatusOr<Demand> Cost(const Submission&) {
     return Demand{.core_seconds = 0.01, .memory_bytes = 1000, .threads = 1};
   }
   // Looks at what others did only when it is told: what these tests wait for is told.

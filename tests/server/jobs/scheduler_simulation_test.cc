@@ -100,7 +100,7 @@ TEST(SchedulerSimulationTest, ALightUserWaitsForAJobNotForAQueue) {
   for (int k = 0; k < 100; ++k) {
     arrivals.push_back({.at = 1.03 + 3.7 * k, .owner = "light", .predicted = 0.5, .actual = 0.5});
   }
-  const SchedulerLimits limits{.cores = 2, .max_queued_jobs_per_owner = 1000};
+  const SchedulerLimits limits{.cores = 2, .max_queued_jobs_per_user = 1000};
   const std::vector<double> light = Responses(Simulate(limits, arrivals), "light");
   ASSERT_EQ(light.size(), 100u);
   // The rest of one job that runs, and never more than one turn of the other: alone it takes 0.5 s.
@@ -121,7 +121,7 @@ TEST(SchedulerSimulationTest, EveryoneWhoAlwaysWantsMoreGetsTheSame) {
       total += cost;
     }
   }
-  const SchedulerLimits limits{.cores = 3, .max_queued_jobs = 1 << 20, .max_queued_jobs_per_owner = 1 << 20};
+  const SchedulerLimits limits{.cores = 3, .max_queued_jobs = 1 << 20, .max_queued_jobs_per_user = 1 << 20};
   std::map<std::string, double> served;
   for (const Fate& fate : Simulate(limits, arrivals)) {
     if (fate.started >= 0 && fate.ended <= 1000) served[fate.arrival.owner] += fate.arrival.actual;

@@ -65,7 +65,7 @@ TEST_F(SchedulerTest, CoreSecondsCountNotJobs) {
 }
 
 TEST_F(SchedulerTest, PredictingTooLittleGainsNothing) {
-  Scheduler scheduler({.cores = 1, .max_queued_jobs_per_owner = 1000}, clock_);
+  Scheduler scheduler({.cores = 1, .max_queued_jobs_per_user = 1000}, clock_);
   for (int k = 0; k < 300; ++k) {
     scheduler.Restore(Job("honest", std::to_string(k), 1));
     scheduler.Restore(Job("liar", std::to_string(k), 0.1));
@@ -162,7 +162,7 @@ TEST_F(SchedulerTest, RefusalsNameTheLimitAndSayWhenToComeBack) {
                                .max_job_memory_bytes = 500,
                                .max_job_core_seconds = 50,
                                .max_queued_jobs = 4,
-                               .max_queued_jobs_per_owner = 2,
+                               .max_queued_jobs_per_user = 2,
                                .max_queued_core_seconds = 80};
   Scheduler scheduler(limits, clock_);
   Scheduler::Request request = Job("ada", "memory");
@@ -174,7 +174,7 @@ TEST_F(SchedulerTest, RefusalsNameTheLimitAndSayWhenToComeBack) {
   EXPECT_FALSE(scheduler.Enqueue(Job("ada", "1", 10)).has_value());
   EXPECT_FALSE(scheduler.Enqueue(Job("ada", "2", 30)).has_value());
   const auto too_many = scheduler.Enqueue(Job("ada", "3"));
-  EXPECT_EQ(too_many->limit, "max_queued_jobs_per_owner");
+  EXPECT_EQ(too_many->limit, "max_queued_jobs_per_user");
   EXPECT_EQ(too_many->value, 2);
   EXPECT_EQ(too_many->retry_after, 10s);  // 40 core-seconds, 2 cores, 2 jobs
   const auto too_much = scheduler.Enqueue(Job("bob", "1", 44));

@@ -18,6 +18,8 @@ class SharedSqliteStore final : public SharedStore {
       : one_({.path = folder_.File("jobs.db")}, clock_), other_({.path = folder_.File("jobs.db")}, clock_) {}
   JobStore& one() override { return one_; }
   JobStore& other() override { return other_; }
+  ProblemStore& problems() override { return one_; }
+  ProblemStore& other_problems() override { return other_; }
   void Advance(Duration duration) override { clock_.Advance(duration); }
 
  private:
@@ -27,8 +29,10 @@ class SharedSqliteStore final : public SharedStore {
   SqliteJobStore other_;
 };
 
-INSTANTIATE_TEST_SUITE_P(Sqlite, JobStoreContractTest,
-                         ::testing::Values([] { return std::make_unique<SharedSqliteStore>(); }));
+std::unique_ptr<SharedStore> MakeSqliteStores() { return std::make_unique<SharedSqliteStore>(); }
+
+INSTANTIATE_TEST_SUITE_P(Sqlite, JobStoreContractTest, ::testing::Values(MakeSqliteStores));
+INSTANTIATE_TEST_SUITE_P(Sqlite, ProblemStoreContractTest, ::testing::Values(MakeSqliteStores));
 
 }  // namespace
 }  // namespace dlcs::jobs::testing

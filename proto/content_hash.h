@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a text of bytes is known by.
+// What a text of bytes is known by, on both ends.
 
-#ifndef DLCS_SERVER_CONTENT_HASH_H_
-#define DLCS_SERVER_CONTENT_HASH_H_
+#ifndef DLCS_PROTO_CONTENT_HASH_H_
+#define DLCS_PROTO_CONTENT_HASH_H_
 
 #include <string>
 #include <string_view>
@@ -14,4 +14,4 @@ std::string ContentHash(std::string_view content);
 
 }  // namespace dlcs
 
-#endif  // DLCS_SERVER_CONTENT_HASH_H_
+#endif  // DLCS_PROTO_CONTENT_HASH_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/content_hash.h"
+#include "proto/content_hash.h"
 
 #include <openssl/sha.h>
 

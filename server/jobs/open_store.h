@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the address of a store means: a file, or a PostgreSQL database.
 
-#ifndef DLCS_SERVER_JOBS_OPEN_JOB_STORE_H_
-#define DLCS_SERVER_JOBS_OPEN_JOB_STORE_H_
+#ifndef DLCS_SERVER_JOBS_OPEN_STORE_H_
+#define DLCS_SERVER_JOBS_OPEN_STORE_H_
 
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "absl/status/status.h"
-#include "server/jobs/job_store.h"
+#include "server/jobs/store.h"
 
 namespace dlcs::jobs {
 
@@ -25,8 +25,8 @@ absl::Status CheckStoreAddress(const std::string& address);
 std::string DescribeStore(const std::string& address);
 
 // `address` has passed the check. Never fails: see the stores.
-std::unique_ptr<JobStore> OpenJobStore(const std::string& address);
+std::unique_ptr<Store> OpenStore(const std::string& address);
 
 }  // namespace dlcs::jobs
 
-#endif  // DLCS_SERVER_JOBS_OPEN_JOB_STORE_H_
+#endif  // DLCS_SERVER_JOBS_OPEN_STORE_H_

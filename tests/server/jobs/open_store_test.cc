@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/jobs/open_job_store.h"
+#include "server/jobs/open_store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(OpenJobStoreTest, TellsFilesFromDatabases) {
+TEST(OpenStoreTest, TellsFilesFromDatabases) {
   EXPECT_TRUE(IsShared("postgresql://dlcs@db/jobs"));
   EXPECT_TRUE(IsShared("postgres:///jobs"));
   EXPECT_FALSE(IsShared("jobs.db"));
@@ -20,7 +20,7 @@ TEST(OpenJobStoreTest, TellsFilesFromDatabases) {
   EXPECT_TRUE(CheckStoreAddress("any file's@name?").ok());
 }
 
-TEST(OpenJobStoreTest, DescribesAnAddressWithoutItsPassword) {
+TEST(OpenStoreTest, DescribesAnAddressWithoutItsPassword) {
   EXPECT_EQ(DescribeStore("jobs.db"), "jobs.db");
   EXPECT_EQ(DescribeStore("postgresql://dlcs:hunter2@db:5433/jobs?sslmode=require&sslpassword=hunter2"),
             "postgresql://dlcs@db:5433/jobs");
@@ -30,7 +30,7 @@ TEST(OpenJobStoreTest, DescribesAnAddressWithoutItsPassword) {
   EXPECT_THAT(DescribeStore("postgresql://dlcs:hunter2%@db"), Not(HasSubstr("hunter2")));
 }
 
-TEST(OpenJobStoreTest, RefusesWhatCanBeReadInTwoWaysAndRepeatsNothing) {
+TEST(OpenStoreTest, RefusesWhatCanBeReadInTwoWaysAndRepeatsNothing) {
   for (const std::string good : {"postgresql://dlcs:hunt%40er2@db/jobs", "postgresql://dlcs:hunt?er2@db/jobs",
                                  "postgresql://one,other:5433/jobs?target_session_attrs=read-write",
                                  "postgresql:///jobs?host=/run/postgresql&user=a@b", "postgresql://[::1]:5432/jobs"}) {

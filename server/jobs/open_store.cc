@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/jobs/open_job_store.h"
+#include "server/jobs/open_store.h"
 
 #include <libpq-fe.h>
 
@@ -62,7 +62,7 @@ std::string DescribeStore(const std::string& address) {
                      part("/", "dbname"));
 }
 
-std::unique_ptr<JobStore> OpenJobStore(const std::string& address) {
+std::unique_ptr<Store> OpenStore(const std::string& address) {
   if (IsShared(address)) return std::make_unique<PostgresJobStore>(PostgresDatabaseOptions{.address = address});
   return std::make_unique<SqliteJobStore>(SqliteDatabaseOptions{.path = address}, SystemClock());
 }

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/insistence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <random>
+
+#include "client/rpc_error.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace dlcs::client {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+using std::chrono::steady_clock;
+
+constexpr Seconds kFirstPause{0.1};
+constexpr Seconds kLongestPause{5};
+
+// Between half and all of `pause`: so that clients that were cut at the same moment do not come back at the same
+// moment.
+Seconds Jittered(Seconds pause) {
+  thread_local std::minstd_rand random{std::random_device{}()};
+  return pause * std::uniform_real_distribution<double>(0.5, 1)(random);
+}
+
+// When the server said that it is worth to come back.
+std::optional<Seconds> RetryDelay(const grpc::Status& status) {
+  google::rpc::Status details;
+  if (!details.ParseFromString(status.error_details())) return std::nullopt;
+  for (const auto& detail : details.details()) {
+    google::rpc::RetryInfo retry;
+    if (!detail.UnpackTo(&retry)) continue;
+    return Seconds(static_cast<double>(retry.retry_delay().seconds()) + 1e-9 * retry.retry_delay().nanos());
+  }
+  return std::nullopt;
+}
+
+// Returns early when `stop` is requested.
+void Pause(Seconds duration, const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  std::unique_lock lock(mutex);
+  changed.wait_for(lock, stop, duration, [&] { return stop.stop_requested(); });
+}
+
+}  // namespace
+
+std::string NewRequestId() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+// A stream that is cut in the middle ends as UNKNOWN or INTERNAL as well.
+bool MayPass(const grpc::Status& status) {
+  switch (status.error_code()) {
+    case grpc::StatusCode::UNAVAILABLE:
+      return true;
+    case grpc::StatusCode::RESOURCE_EXHAUSTED:
+      return RetryDelay(status).has_value();
+    case grpc::StatusCode::UNKNOWN:
+    case grpc::StatusCode::INTERNAL:
+      return status.error_details().empty() && status.error_message().find("RST_STREAM") != std::string::npos;
+    default:
+      return false;
+  }
+}
+
+absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt) const {
+  const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
+                                             std::clamp(limits.deadline, Seconds(0), Seconds(1e9)));
+  Seconds pause = kFirstPause;
+  for (;;) {
+    CallLimits left = limits;
+    left.deadline = end - steady_clock::now();
+    bool got_on = false;
+    const grpc::Status status = attempt(left, got_on);
+    if (status.ok()) return absl::OkStatus();
+    if (got_on) pause = kFirstPause;
+    const Seconds wait = std::max(Jittered(pause), RetryDelay(status).value_or(Seconds(0)));
+    const bool in_time = steady_clock::now() + wait < end;
+    if (!MayPass(status) || !in_time || limits.stop.stop_requested()) return DescribeRpcError(status, address_);
+    if (notice_) notice_(fmt::format("{}; again in {:.1f} s", status.error_message(), wait.count()));
+    Pause(wait, limits.stop);
+    pause = std::min(2 * pause, kLongestPause);
+  }
+}
+
+}  // namespace dlcs::client

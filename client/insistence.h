@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls that outlast cuts of the connection and restarts of the server.
+
+#ifndef DLCS_CLIENT_INSISTENCE_H_
+#define DLCS_CLIENT_INSISTENCE_H_
+
+#include <grpcpp/client_context.h>
+#include <grpcpp/support/status.h>
+
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "client/backend.h"
+#include "client/connection.h"
+
+namespace dlcs::client {
+
+// Told of every repetition: what happened, and when it goes on. Must not throw.
+using Notice = std::function<void(const std::string& text)>;
+
+// Where no answer comes (UNAVAILABLE, a cut stream), a call is repeated after 0.1 s, 0.2 s, ... at most 5 s, until its deadline;
+// what RetryInfo asks for is kept to. For calls of which a repetition does nothing twice. May be used from several threads at once.
+class Insistence {
+ public:
+  // `address` is the server's, for messages. `notice` may be empty.
+  Insistence(std::string address, Notice notice) : address_(std::move(address)), notice_(std::move(notice)) {}
+
+  // One attempt, within the time that is left. Sets `got_on` where it brought something: then pauses begin small again.
+  using Attempt = std::function<grpc::Status(const CallLimits& left, bool& got_on)>;
+  // `attempt` until it succeeds, fails for good, or the time is over. Errors: as DescribeRpcError().
+  absl::Status Until(const CallLimits& limits, const Attempt& attempt) const;
+
+  // The same for a call with one answer, a method of `stub`.
+  template <typename Stub, typename Request, typename Response>
+  absl::StatusOr<Response> Ask(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                               const Request& request, const CallLimits& limits) const {
+    Response response;
+    const absl::Status status = Until(limits, [&](const CallLimits& left, bool&) {
+      Call call(left);
+      return (stub.*method)(call.context(), request, &response);
+    });
+    if (!status.ok()) return status;
+    return response;
+  }
+
+ private:
+  std::string address_;
+  Notice notice_;
+};
+
+// 128 random bits in hex: a request_id that nobody else has.
+std::string NewRequestId();
+
+// Whether another attempt may succeed: for a call that is repeated in a way of its own.
+bool MayPass(const grpc::Status& status);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_INSISTENCE_H_
