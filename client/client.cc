@@ -1,45 +1,71 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/client.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <utility>
 
 #include "client/connection.h"
 #include "client/ensemble_result.h"
+#include "client/followed_solve.h"
 #include "client/rpc_error.h"
 
 namespace dlcs::client {
-absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address) {
+namespace {
+
+// For what is done behind a result, or behind a stop: nobody waits for long.
+CallLimits Briefly() { return {.deadline = std::chrono::seconds(5), .stop = {}}; }
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address, Notice notice) {
   const absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = OpenChannel(address);
   if (!channel.ok()) return channel.status();
-  return std::unique_ptr<Client>(new Client(address, v1::SolverService::NewStub(*channel)));
+  return std::unique_ptr<Client>(new Client(address, *channel, std::move(notice)));
 }
 
-Client::Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stub)
-    : address_(std::move(address)), stub_(std::move(stub)) {}
+Client::Client(std::string address, const std::shared_ptr<grpc::Channel>& channel, Notice notice)
+    : address_(std::move(address)),
+      stub_(v1::SolverService::NewStub(channel)),
+      notice_(std::move(notice)),
+      jobs_(channel, address_, notice_) {}
 
 absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                           const CallLimits& limits) {
   const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [start] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start); };
   ResultCollector collector(request, limits.keep_trajectory);
-  Call call(limits);
-  const auto reader = stub_->Solve(call.context(), request);
-  for (v1::SolveEvent event; reader->Read(&event);) {
-    collector.Add(event);
-    if (on_event) on_event(event);
+  FollowedSolve solve(collector, on_event);
+  absl::Status status;
+  {
+    Call call(limits);
+    const auto reader = stub_->Solve(call.context(), request);
+    for (v1::SolveEvent event; reader->Read(&event);) solve.Take(event);
+    const grpc::Status ended = reader->Finish();
+    status = ended.ok() ? absl::OkStatus() : DescribeRpcError(ended, address_);
+    const bool goes_on = !solve.job().empty() && !collector.has_summary() && MayPass(ended) && !limits.stop.stop_requested();
+    if (goes_on) {
+      if (notice_) notice_(fmt::format("{}; going on with {}", ended.error_message(), solve.job()));
+      CallLimits left = limits;
+      left.deadline = limits.deadline - seconds();
+      status = solve.GoOn(jobs_, left);
+    }
   }
-  const grpc::Status status = reader->Finish();
   // A summary is the last word, also where the deadline passes between it and the status.
-  if (status.ok() || collector.has_summary()) return std::move(collector).Finish();
-
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  if (status.error_code() == grpc::StatusCode::CANCELLED && limits.stop.stop_requested()) {
-    return std::move(collector).Abandon(v1::CANCELLED, seconds.count());
+  if (status.ok() || collector.has_summary()) {
+    absl::StatusOr<SolveResult> result = std::move(collector).Finish();
+    if (result.ok() && !solve.job().empty()) jobs_.Delete(solve.job(), Briefly()).IgnoreError();
+    return result;
   }
-  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && collector.accepted()) {
-    return std::move(collector).Abandon(v1::DEADLINE, seconds.count());
+  if (limits.stop.stop_requested() && !solve.job().empty()) jobs_.Cancel(solve.job(), Briefly()).IgnoreError();
+  if (absl::IsCancelled(status) && limits.stop.stop_requested()) {
+    return std::move(collector).Abandon(v1::CANCELLED, seconds().count());
   }
-  return DescribeRpcError(status, address_);
+  if (absl::IsDeadlineExceeded(status) && collector.accepted()) {
+    return std::move(collector).Abandon(v1::DEADLINE, seconds().count());
+  }
+  return status;
 }
 
 absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembleRequest& request,

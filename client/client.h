@@ -12,6 +12,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/backend.h"
+#include "client/job_client.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 
 namespace dlcs::client {
@@ -19,8 +20,12 @@ namespace dlcs::client {
 class Client final : public Backend {
  public:
   // A client of the server at `address`, HOST:PORT ([::1]:PORT for IPv6). The connection is made by the first
-  // call, which says so if nobody answers. Errors: InvalidArgument when `address` is not HOST:PORT.
-  static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address);
+  // call, which says so if nobody answers. `notice`, which may be empty, is told of cuts that a solve goes on behind. Errors:
+  // InvalidArgument when `address` is not HOST:PORT.
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address, Notice notice = {});
+
+  // A solve with a request_id is a job on a server that takes jobs, and outlasts cuts and restarts: it is followed to its end
+  // through new connections, and the job is deleted when the result is here. `limits.stop` cancels the job.
 
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                     const CallLimits& limits) override;
@@ -33,7 +38,7 @@ class Client final : public Backend {
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
 
  private:
-  Client(std::string address, std::unique_ptr<v1::SolverService::Stub> stub);
+  Client(std::string address, const std::shared_ptr<grpc::Channel>& channel, Notice notice);
 
   template <typename Request, typename Response>
   using UnaryMethod = grpc::Status (v1::SolverService::Stub::*)(grpc::ClientContext*, const Request&, Response*);
@@ -42,6 +47,8 @@ class Client final : public Backend {
 
   std::string address_;
   std::unique_ptr<v1::SolverService::Stub> stub_;
+  Notice notice_;
+  JobClient jobs_;
 };
 
 }  // namespace dlcs::client

@@ -12,8 +12,7 @@ namespace dlcs::client {
 absl::StatusOr<std::unique_ptr<JobClient>> JobClient::Connect(const std::string& address, Notice notice) {
   const absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = OpenChannel(address);
   if (!channel.ok()) return channel.status();
-  return std::unique_ptr<JobClient>(
-      new JobClient(v1::JobService::NewStub(*channel), Insistence(address, std::move(notice))));
+  return std::make_unique<JobClient>(*channel, address, std::move(notice));
 }
 
 absl::StatusOr<v1::SolveJob> JobClient::Submit(v1::CreateSolveJobRequest request, const CallLimits& limits) {

@@ -29,6 +29,10 @@ class JobClient {
   // As Client::Connect(). `notice` may be empty.
   static absl::StatusOr<std::unique_ptr<JobClient>> Connect(const std::string& address, Notice notice = {});
 
+  // Calls go through `channel`; `address` is for messages.
+  JobClient(const std::shared_ptr<grpc::Channel>& channel, const std::string& address, Notice notice)
+      : stub_(v1::JobService::NewStub(channel)), insistence_(address, std::move(notice)) {}
+
   // Where `request` has no request_id a random one is given to it, so that repeating is safe.
   absl::StatusOr<v1::SolveJob> Submit(v1::CreateSolveJobRequest request, const CallLimits& limits);
   absl::StatusOr<v1::SolveJob> Get(const std::string& name, const CallLimits& limits);
@@ -46,9 +50,6 @@ class JobClient {
                               const std::function<void(const v1::TrajectoryPage&)>& on_page, const CallLimits& limits);
 
  private:
-  JobClient(std::unique_ptr<v1::JobService::Stub> stub, Insistence insistence)
-      : stub_(std::move(stub)), insistence_(std::move(insistence)) {}
-
   std::unique_ptr<v1::JobService::Stub> stub_;
   Insistence insistence_;
 };

@@ -76,6 +76,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
       break;
     case v1::SolveEvent::kWindowFinished:
     case v1::SolveEvent::kGap:
+    case v1::SolveEvent::kWaiting:
     case v1::SolveEvent::KIND_NOT_SET:  // an event of a newer server
       break;
   }

@@ -71,7 +71,7 @@ DlcsServer::DlcsServer(const ServerConfig& config)
     : takes_calls_(config.role != "worker"),
       jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config)),
       problems_(jobs_ ? std::make_unique<ProblemService>(jobs_->environment(), jobs_->library()) : nullptr),
-      service_(config, jobs_ ? &jobs_->library() : nullptr) {}
+      service_(config, jobs_.get()) {}
 
 void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
   if (!takes_calls_) {

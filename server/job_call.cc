@@ -141,6 +141,7 @@ void JobStream<Message>::OnDone() {
 }
 
 template class JobStream<v1::JobEvent>;
+template class JobStream<v1::SolveEvent>;
 template class JobStream<v1::TrajectoryPage>;
 
 // Events.

@@ -9,10 +9,12 @@
 #include "absl/status/statusor.h"
 #include "fmt/format.h"
 #include "proto/content_hash.h"
+#include "proto/matrix_shape.h"
 #include "server/convert_job.h"
 #include "server/errors.h"
 #include "server/job_limits.h"
 #include "server/job_refusal.h"
+#include "server/job_solve_call.h"
 #include "spdlog/spdlog.h"
 
 namespace dlcs {
@@ -36,6 +38,17 @@ absl::Status Check(const v1::CreateSolveJobRequest& request) {
         {"priority", fmt::format("{}: must be between -{} and {}", request.priority(), kMaxPriority, kMaxPriority)});
   }
   return violations.empty() ? absl::OkStatus() : InvalidRequest(violations);
+}
+
+// When the job of a solve is to end, so that what it has found still arrives before the deadline of the call; absent where that
+// has none.
+std::optional<jobs::Time> EndOfSolve(std::chrono::system_clock::time_point deadline) {
+  using SystemClock = std::chrono::system_clock;
+  const SystemClock::time_point now = SystemClock::now();
+  // gRPC's "no deadline" is the end of time; a century is as good and safe to compute with.
+  if (deadline > now + std::chrono::hours(24 * 365 * 100)) return std::nullopt;
+  const SystemClock::duration margin = std::min<SystemClock::duration>((deadline - now) / 10, std::chrono::seconds(1));
+  return std::chrono::time_point_cast<jobs::Duration>(deadline - margin);
 }
 
 }  // namespace
@@ -62,9 +75,11 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest&
   submission.owner = kSharedOwner;
   submission.request_id = request.request_id();
   submission.priority = request.priority();
-  submission.body = request.solve().SerializeAsString();
-  if (request.solve().has_problem_name()) {
-    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(request.solve().problem_name(), "solve.problem_name");
+  v1::SolveRequest solve = request.solve();
+  solve.clear_request_id();
+  submission.body = solve.SerializeAsString();
+  if (solve.has_problem_name()) {
+    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(solve.problem_name(), "solve.problem_name");
     if (!problem.ok()) return problem.status();
     submission.problem = *problem;
   }
@@ -160,6 +175,41 @@ grpc::ServerWriteReactor<v1::JobEvent>* JobService::WatchSolveJob(grpc::Callback
 grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::CallbackServerContext*,
                                                                          const v1::ReadTrajectoryRequest* request) {
   return ReadTrajectoryCall::Start(environment_, *request);
+}
+
+absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const v1::SolveRequest& request,
+                                                        std::chrono::system_clock::time_point deadline) {
+  v1::CreateSolveJobRequest create;
+  *create.mutable_solve() = request;
+  create.set_request_id(request.request_id());
+  if (const auto end = EndOfSolve(deadline)) *create.mutable_deadline() = ToProto(*end);
+  const absl::StatusOr<v1::SolveJob> job = Create(create);
+  if (!job.ok()) return job.status();
+  v1::Accepted accepted;
+  accepted.set_solve_id(job->name());
+  accepted.set_job(job->name());
+  if (request.has_problem_name()) {
+    v1::GetProblemRequest named;
+    named.set_name(request.problem_name());
+    const absl::StatusOr<v1::StoredProblem> problem = library_.Get(kSharedOwner, named);
+    if (!problem.ok()) return problem.status();
+    accepted.set_states(problem->states());
+    accepted.set_constraints(problem->constraints());
+  } else if (request.has_nonlinear()) {
+    accepted.set_states(request.nonlinear().x0_size());
+    accepted.set_constraints(request.nonlinear().g_size());
+  } else {
+    accepted.set_states(request.problem().x0_size());
+    accepted.set_constraints(static_cast<int>(ShapeOf(request.problem().m()).rows));
+  }
+  return accepted;
+}
+
+grpc::ServerWriteReactor<v1::SolveEvent>* JobService::Solve(grpc::CallbackServerContext& context,
+                                                            const v1::SolveRequest& request) {
+  return JobSolveCall::Start(environment_, [this, &request, deadline = context.deadline()] {
+    return CreateForSolve(request, deadline);
+  });
 }
 
 void JobService::Drain() {

@@ -42,6 +42,10 @@ class JobService final : public v1::JobService::CallbackService {
   grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
                                                                const v1::ReadTrajectoryRequest* request) override;
 
+  // A solve that is a job: SolverService::Solve with a request_id.
+  grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext& context,
+                                                  const v1::SolveRequest& request);
+
   // Uploaded problems, which jobs name.
   const ProblemLibrary& library() const { return library_; }
   const JobCallEnvironment& environment() const { return environment_; }
@@ -57,6 +61,8 @@ class JobService final : public v1::JobService::CallbackService {
 
  private:
   absl::StatusOr<v1::SolveJob> Create(const v1::CreateSolveJobRequest& request);
+  absl::StatusOr<v1::Accepted> CreateForSolve(const v1::SolveRequest& request,
+                                              std::chrono::system_clock::time_point deadline);
   absl::StatusOr<v1::SolveJob> Get(const v1::GetSolveJobRequest& request);
   absl::StatusOr<v1::ListSolveJobsResponse> List(const v1::ListSolveJobsRequest& request);
 

@@ -107,6 +107,7 @@ class RunObserver final : public Observer {
 
 v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
   v1::Summary summary = SummaryToProto(solution);
+  summary.mutable_cost()->set_process_peak_bytes(PeakResidentBytes());
   if (solution.termination != Termination::kCancelled) return summary;
   const bool late = cause == jobs::StopCause::kDeadline;
   if (late) summary.set_termination(v1::DEADLINE);

@@ -34,12 +34,6 @@ absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const Se
   return ReadSound(request.problem(), request.options(), limits);
 }
 
-double PeakResidentBytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024.0 * static_cast<double>(usage.ru_maxrss);
-}
-
 // Numbers the events of one solve and turns what the engine reports into them.
 class EventWriter final : public Observer {
  public:
@@ -81,6 +75,12 @@ class EventWriter final : public Observer {
 };
 
 }  // namespace
+
+double PeakResidentBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
 
 const char* StopAdvice(StopCause cause) {
   switch (cause) {

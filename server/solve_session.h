@@ -92,6 +92,9 @@ class FinishedSolve {
   bool summary_made_ = false;
 };
 
+// The most memory that this process has held so far.
+double PeakResidentBytes();
+
 // Runs the engine. `sink` gets accepted (with `solve_id`), analysis, windows and iterates, numbered from 1.
 // Errors: InvalidArgument for what only the engine can judge (a rule that M does not admit). Threads: those
 // of the engine; `sink` is called from the calling one.

@@ -15,8 +15,9 @@
 
 namespace dlcs {
 
-SolverService::SolverService(const ServerConfig& config, const ProblemLibrary* library)
+SolverService::SolverService(const ServerConfig& config, JobService* jobs)
     : config_(config),
+      jobs_(jobs),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
       setups_(static_cast<double>(config.setup_cache_bytes)),
       environment_{LimitsOf(config),
@@ -24,7 +25,7 @@ SolverService::SolverService(const ServerConfig& config, const ProblemLibrary* l
                    workers_,
                    calls_,
                    config.setup_cache_bytes > 0 ? &setups_ : nullptr,
-                   library == nullptr ? FindProblem() : library->Of(kSharedOwner)},
+                   jobs == nullptr ? FindProblem() : jobs->library().Of(kSharedOwner)},
       workers_(config.max_concurrent_solves) {}
 
 template <typename Response, typename Run>
@@ -38,6 +39,7 @@ grpc::ServerUnaryReactor* SolverService::Answer(const char* name, Response& resp
 
 grpc::ServerWriteReactor<v1::SolveEvent>* SolverService::Solve(grpc::CallbackServerContext* context,
                                                                const v1::SolveRequest* request) {
+  if (jobs_ != nullptr && !request->request_id().empty()) return jobs_->Solve(*context, *request);
   return SolveCall::Start(std::make_shared<SolveCall>(environment_, *context, *request));
 }
 
@@ -80,7 +82,7 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_answer_bytes(kMaxAnswerBytes);
   response->set_max_concurrent_solves(config_.max_concurrent_solves);
   response->set_threads(config_.threads);
-  if (!config_.store.empty()) {
+  if (jobs_ != nullptr) {
     *response->mutable_jobs() = ToldJobLimits(config_);
     *response->mutable_uploads() = ToldUploadLimits(config_);
   }

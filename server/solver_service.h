@@ -11,7 +11,7 @@
 #include "server/admission.h"
 #include "server/call_lifetime.h"
 #include "server/call_registry.h"
-#include "server/problem_library.h"
+#include "server/job_service.h"
 #include "server/server_config.h"
 #include "server/worker_pool.h"
 
@@ -21,8 +21,9 @@ namespace dlcs {
 class SolverService final : public v1::SolverService::CallbackService {
  public:
   // `config` is valid and resolved.
-  // Uploaded problems are found in `library`, which outlives it; null where nothing can be uploaded.
-  SolverService(const ServerConfig& config, const ProblemLibrary* library);
+  // `jobs` takes the solves that are to be jobs, and knows the uploaded problems; null on a server without a store. It outlives
+  // this object.
+  SolverService(const ServerConfig& config, JobService* jobs);
 
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext* context,
                                                   const v1::SolveRequest* request) override;
@@ -55,6 +56,7 @@ class SolverService final : public v1::SolverService::CallbackService {
   grpc::ServerUnaryReactor* Answer(const char* name, Response& response, Run run);
 
   const ServerConfig config_;
+  JobService* const jobs_;
   CallRegistry calls_;
   Admission admission_;
   SetupCache setups_;

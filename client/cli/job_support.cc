@@ -8,6 +8,7 @@
 #include <ctime>
 #include <utility>
 
+#include "client/cli/run_support.h"
 #include "client/names.h"
 
 namespace dlcs::client {
@@ -19,8 +20,6 @@ constexpr std::array<std::pair<v1::JobState, const char*>, 6> kStates = {{{v1::J
                                                                           {v1::JOB_STATE_SUCCEEDED, "succeeded"},
                                                                           {v1::JOB_STATE_FAILED, "failed"},
                                                                           {v1::JOB_STATE_CANCELLED, "cancelled"}}};
-
-void SayNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); }
 
 }  // namespace
 

@@ -70,6 +70,9 @@ void LiveView::OnEvent(const v1::SolveEvent& event) {
     case v1::SolveEvent::kGap:
       passed_over_ += event.gap().iterates();
       break;
+    case v1::SolveEvent::kWaiting:
+      if (event.waiting().queued()) PrintLine("waits for its turn on the server");
+      break;
     case v1::SolveEvent::kAccepted:
     case v1::SolveEvent::kTrajectory:
     case v1::SolveEvent::kSummary:

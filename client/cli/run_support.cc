@@ -63,11 +63,13 @@ std::string WithPlace(const std::string& line, const std::string& source) {
 
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server) {
   if (server.empty()) return std::make_unique<LocalBackend>();
-  auto client = Client::Connect(server);
+  auto client = Client::Connect(server, SayNotice);
   if (!client.ok())
     return absl::InvalidArgumentError(fmt::format("--server: {}", std::string(client.status().message())));
   return *std::move(client);
 }
+
+void SayNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); }
 
 int WidthOf(std::FILE* stream) {
   constexpr int kWidthWithoutTerminal = 100;

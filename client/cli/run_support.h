@@ -17,6 +17,9 @@ namespace dlcs::client {
 // The server at `server`, or this process when that is empty. Errors: InvalidArgument (not HOST:PORT).
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server);
 
+// Prints a notice on standard error: a cut that is gone on behind, a repetition.
+void SayNotice(const std::string& text);
+
 // Letters in a line of the terminal behind `stream`, or 100 where it is none.
 int WidthOf(std::FILE* stream);
 

@@ -15,6 +15,7 @@
 #include "client/cli/problem_input.h"
 #include "client/cli/result_output.h"
 #include "client/cli/run_support.h"
+#include "client/insistence.h"
 #include "client/names.h"
 
 namespace dlcs::client {
@@ -151,6 +152,8 @@ ExitCode Run(const SolveCommand& command) {
   if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
   v1::SolveRequest request = input->SolveRequest(command.options);
   AskForTableTimes(command, input->horizon(), request);
+  // So that a cut does not end it, where the server takes jobs.
+  if (!command.server.empty()) request.set_request_id(NewRequestId());
 
   const auto result = Watch(command, *input, request, **backend, output ? output->stream() : stdout, limits);
   if (!result.ok()) return ComplainAboutCall(result.status(), input->source());

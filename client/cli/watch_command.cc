@@ -12,30 +12,16 @@
 #include "client/cli/job_support.h"
 #include "client/cli/live_view.h"
 #include "client/cli/run_support.h"
+#include "proto/job_event.h"
 
 namespace dlcs::client {
 namespace {
 
-// What LiveView understands of an event.
-std::optional<v1::SolveEvent> AsSolveEvent(const v1::JobEvent& event) {
-  v1::SolveEvent shown;
-  switch (event.kind_case()) {
-    case v1::JobEvent::kAnalysis:
-      *shown.mutable_analysis() = event.analysis();
-      return shown;
-    case v1::JobEvent::kWindowStarted:
-      *shown.mutable_window_started() = event.window_started();
-      return shown;
-    case v1::JobEvent::kIterate:
-      *shown.mutable_iterate() = event.iterate();
-      return shown;
-    case v1::JobEvent::kWindowFinished:
-      if (event.window_finished().accepted()) return std::nullopt;  // what is stored is shown instead
-      *shown.mutable_window_finished() = event.window_finished();
-      return shown;
-    default:
-      return std::nullopt;
-  }
+// What LiveView is to show of an event. An accepted window is shown when it is stored.
+std::optional<v1::SolveEvent> Shown(const v1::JobEvent& event) {
+  const bool of_solve = event.has_analysis() || event.has_window_started() || event.has_iterate() ||
+                        (event.has_window_finished() && !event.window_finished().accepted());
+  return of_solve ? AsSolveEvent(event) : std::nullopt;
 }
 
 class JobView {
@@ -45,7 +31,7 @@ class JobView {
   void Show(const v1::JobEvent& event) {
     if (command_.format == OutputFormat::kJson) return PrintJsonLine(event);
     if (command_.quiet) return;
-    if (const auto shown = AsSolveEvent(event)) return view_.OnEvent(*shown);
+    if (const auto shown = Shown(event)) return view_.OnEvent(*shown);
     switch (event.kind_case()) {
       case v1::JobEvent::kState:
         return fmt::print(stderr, "{} {}\n", TimeText(event.time()), JobStateWord(event.state()));

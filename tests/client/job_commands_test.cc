@@ -120,6 +120,16 @@ TEST_F(JobCommandsTest, SaysWhatIsWrongBeforeItIsTaken) {
   EXPECT_EQ(Dlcs("submit - --within 0.001 --patience 1 --method time-stepping --steps 15000000", kEasy).code, 3);
 }
 
+TEST_F(JobCommandsTest, ASolveIsAJobThatLeavesNothing) {
+  const std::string options = "solve - --steps 500 --format csv --quiet";
+  const ProgramOutcome here = RunDlcs(options, std::string("echo ") + kEasy + " | ");
+  const ProgramOutcome there = Dlcs(options, kEasy);
+  EXPECT_EQ(there.code, 0) << there.err;
+  EXPECT_EQ(there.err, "");
+  EXPECT_EQ(there.out, here.out);
+  EXPECT_EQ(Dlcs("list").out, "");
+}
+
 TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
   const ProgramOutcome uploaded = Dlcs("upload -", kEasy);
   EXPECT_EQ(uploaded.code, 0);
