@@ -34,8 +34,9 @@ Details DetailsOf(const grpc::Status& status) {
   return details;
 }
 
-std::string WhenToRetry(const Details& details) {
-  if (!details.retry_info) return "";
+// Empty where `said` tells it already.
+std::string WhenToRetry(const Details& details, const std::string& said) {
+  if (!details.retry_info || said.find("Try again in") != std::string::npos) return "";
   const auto& delay = details.retry_info->retry_delay();
   const double seconds = static_cast<double>(delay.seconds()) + 1e-9 * delay.nanos();
   return fmt::format(" Try again in {:.3g} s.", seconds);
@@ -50,20 +51,21 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
       break;
     case grpc::StatusCode::UNAVAILABLE:
       if (ours)
-        return fmt::format("the server at {} cannot take the call: {}.{}", address, said,
-                           WhenToRetry(details));
+        return fmt::format("the server at {} cannot take the call: {}{}", address, said,
+                           WhenToRetry(details, said));
       return fmt::format(
           "no server answers at {} ({}). Check host and port, or start one with: dlcsd --listen {}", address,
           said, address);
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
-      return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details));
+      return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details, said));
     case grpc::StatusCode::DEADLINE_EXCEEDED:
       return fmt::format(
           "no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
           address);
     case grpc::StatusCode::UNIMPLEMENTED:
       return fmt::format(
-          "the program at {} does not offer dlcs.v1.SolverService ({}). Is it a dlcsd of this version?",
+          "the program at {} does not offer this call ({}). Is it a dlcsd of this version? Jobs and uploads need one "
+          "with --store",
           address, said);
     case grpc::StatusCode::INTERNAL:
     case grpc::StatusCode::UNKNOWN:

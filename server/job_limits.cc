@@ -56,6 +56,10 @@ jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config) {
   options.expiry.max_age = FromSeconds(config.keep_finished_s);
   options.expiry.max_finished_bytes = config.keep_finished_bytes;
   options.expiry.max_unused_problem_age = FromSeconds(config.keep_problems_s);
+  // Often enough that what is kept for a short time does not stay for much longer.
+  options.expire_every = std::clamp<jobs::Duration>(
+      std::min(options.expiry.max_age, options.expiry.max_unused_problem_age) / 10, std::chrono::milliseconds(100),
+      options.expire_every);
   return options;
 }
 

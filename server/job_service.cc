@@ -85,8 +85,8 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest&
   }
   if (request.has_deadline()) submission.deadline = FromProto(request.deadline());
   if (request.validate_only()) {
-    const absl::StatusOr<jobs::Demand> demand = solver_.Predict(submission.owner, submission.body);
-    if (!demand.ok()) return demand.status();
+    const absl::StatusOr<jobs::Demand> demand = manager_.Check(submission);
+    if (!demand.ok()) return WithDetails(demand.status());
     v1::SolveJob job;
     job.set_predicted_core_seconds(demand->core_seconds);
     job.set_predicted_memory_bytes(demand->memory_bytes);
@@ -120,7 +120,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const v1::ListSolveJo
     if (!known) return InvalidRequest({{"states", fmt::format("{} is no state", state)}});
     filter.states.push_back(*known);
   }
-  if (request.page_size() < 0) return InvalidRequest({{"page_size", "must not be negative"}});
+  if (request.page_size() < 0) return InvalidRequest({{"page_size", fmt::format("{}; must not be negative", request.page_size())}});
   const int size = request.page_size() == 0 ? kDefaultPageSize : std::min(request.page_size(), kMaxPageSize);
   const absl::StatusOr<jobs::JobPage> page = store_->List(filter, size, request.page_token());
   if (!page.ok()) return page.status();

@@ -9,6 +9,7 @@
 
 #include "fmt/format.h"
 #include "proto/trajectory_crc.h"
+#include "server/errors.h"
 
 namespace dlcs {
 namespace {
@@ -37,10 +38,10 @@ void Take(const double* source, int size, const google::protobuf::RepeatedField<
 }
 
 absl::Status CheckComponents(const char* field, const google::protobuf::RepeatedField<std::int32_t>& wanted, int size) {
-  for (const int component : wanted) {
-    if (component < 0 || component >= size) {
-      return absl::InvalidArgumentError(fmt::format("{}: {} is none of 0 to {}", field, component, size - 1));
-    }
+  for (int k = 0; k < wanted.size(); ++k) {
+    if (wanted[k] >= 0 && wanted[k] < size) continue;
+    return InvalidRequest(
+        {{fmt::format("{}[{}]", field, k), fmt::format("{}; must be between 0 and {}", wanted[k], size - 1)}});
   }
   return absl::OkStatus();
 }
@@ -79,12 +80,12 @@ absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, con
 absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store, const jobs::JobId& id,
                                                           const v1::ReadTrajectoryRequest& request) {
   TrajectoryReader reader(store, id, request);
-  if (request.stride() < 0) return absl::InvalidArgumentError("stride: must not be negative");
+  if (request.stride() < 0) return InvalidRequest({{"stride", fmt::format("{}; must not be negative", request.stride())}});
   const std::string& token = request.resume_token();
   if (token.empty()) return reader;
   const auto [stop, error] = std::from_chars(token.data(), token.data() + token.size(), reader.next_part_);
   if (error != std::errc() || stop != token.data() + token.size() || reader.next_part_ < 0) {
-    return absl::InvalidArgumentError("resume_token: no page gave this one");
+    return InvalidRequest({{"resume_token", fmt::format("{}; no page gave this one", Quoted(token))}});
   }
   return reader;
 }

@@ -22,7 +22,7 @@ constexpr const char* kJobExamples =
     "  dlcs watch $job                               until it has ended; exits as solve would\n"
     "  dlcs get $job                                 state and progress\n"
     "  dlcs result $job --format csv --output circuit.csv\n"
-    "  dlcs list --state running\n"
+    "  dlcs list --state queued,running\n"
     "  dlcs cancel $job\n"
     "  problem=$(dlcs upload membrane.json)          once; then submit, solve, analyze and ensemble take $problem";
 
@@ -115,9 +115,10 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
 
   CLI::App& list = *main.add_subcommand("list", "The jobs of a server, newest first");
   AddTarget(list, commands.list.target);
-  AddWord<v1::JobState>(
-      list, "--state", JobStateWords(), ParseJobState,
-      [&commands](v1::JobState state) { commands.list.states = {state}; }, "Those in this state only");
+  AddWord<std::vector<v1::JobState>>(
+      list, "--state", JobStateWords(), ParseJobStates,
+      [&commands](const std::vector<v1::JobState>& states) { commands.list.states = states; },
+      "Those in this state only, or in one of several: queued,running");
   AddNumber(
       list, "--most", "N", WholeAtLeast("a whole number of at least 1", 1),
       [&commands](double v) { commands.list.most = static_cast<std::int64_t>(std::min(v, 1e6)); },

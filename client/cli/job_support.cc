@@ -4,8 +4,10 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <ctime>
+#include <sstream>
 #include <utility>
 
 #include "client/cli/run_support.h"
@@ -42,11 +44,16 @@ std::string JobStateWord(v1::JobState state) {
   return fmt::format("state {}", static_cast<int>(state));  // of a newer server
 }
 
-std::optional<v1::JobState> ParseJobState(const std::string& word) {
-  for (const auto& [state, known] : kStates) {
-    if (known == word) return state;
+std::optional<std::vector<v1::JobState>> ParseJobStates(const std::string& words) {
+  std::vector<v1::JobState> states;
+  std::istringstream list(words);
+  for (std::string word; std::getline(list, word, ',');) {
+    const auto* known =
+        std::find_if(kStates.begin(), kStates.end(), [&word](const auto& entry) { return entry.second == word; });
+    if (known == kStates.end()) return std::nullopt;
+    states.push_back(known->first);
   }
-  return std::nullopt;
+  return states;
 }
 
 std::vector<std::string> JobStateWords() {

@@ -24,7 +24,8 @@ CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);
 
 // "queued", "running", ...
 std::string JobStateWord(v1::JobState state);
-std::optional<v1::JobState> ParseJobState(const std::string& word);
+// "queued,running": one or more. Nothing where one is no state.
+std::optional<std::vector<v1::JobState>> ParseJobStates(const std::string& words);
 std::vector<std::string> JobStateWords();
 bool HasEnded(v1::JobState state);
 

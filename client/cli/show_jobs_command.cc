@@ -10,6 +10,7 @@
 #include "client/cli/job_commands.h"
 #include "client/cli/job_support.h"
 #include "client/cli/run_support.h"
+#include "client/cli/words.h"
 #include "client/names.h"
 
 namespace dlcs::client {
@@ -34,6 +35,10 @@ void PrintWhole(const v1::SolveJob& job) {
   fmt::print("  ended      {}\n", TimeText(job.end_time()));
   if (job.has_deadline()) fmt::print("  deadline   {}\n", TimeText(job.deadline()));
   if (job.priority() != 0) fmt::print("  priority   {}\n", job.priority());
+  if (!job.problem_name().empty()) fmt::print("  problem    {}\n", job.problem_name());
+  fmt::print("  predicted  {:.3g} core-seconds, {:.3g} MB\n", job.predicted_core_seconds(),
+             1e-6 * static_cast<double>(job.predicted_memory_bytes()));
+  if (job.attempts() > 1) fmt::print("  attempts   {} since it last got on\n", job.attempts());
   fmt::print("  stored     {} bytes, {} events\n", job.stored_bytes(), job.last_sequence());
   if (job.has_error()) fmt::print("  error      {}\n", job.error().message());
   if (!job.has_summary()) return;
@@ -48,8 +53,8 @@ void PrintRow(const v1::StoredProblem& problem) {
 void PrintWhole(const v1::StoredProblem& problem) {
   fmt::print("{}\n", problem.name());
   if (!problem.title().empty()) fmt::print("  title      {}\n", problem.title());
-  fmt::print("  system     {}{} states, {} pairs, T = {:g}\n", problem.nonlinear() ? "nonlinear, " : "", problem.states(),
-             problem.constraints(), problem.horizon());
+  fmt::print("  system     {}{}, {}, T = {:g}\n", problem.nonlinear() ? "nonlinear, " : "",
+             Count(problem.states(), "state"), Count(problem.constraints(), "pair"), problem.horizon());
   fmt::print("  stored     {} bytes\n", problem.bytes());
   fmt::print("  uploaded   {}\n", TimeText(problem.create_time()));
   fmt::print("  expires    {}, unless it is used before\n", TimeText(problem.expire_time()));

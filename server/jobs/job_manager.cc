@@ -20,6 +20,8 @@ constexpr std::chrono::seconds kPatienceWithTheStore{2};
 // How long a job that does not fit may wait for the next look at the queue; ends of others are noticed at once.
 constexpr milliseconds kLookAgain{500};
 
+absl::Status Draining() { return absl::UnavailableError("The server is shutting down: ask another, or later."); }
+
 }  // namespace
 
 JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve,
@@ -55,6 +57,24 @@ Scheduler::Request JobManager::RequestOf(const Job& job) {
   return {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline};
 }
 
+Scheduler::Request JobManager::RequestOf(const NewJob& job) {
+  return {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline};
+}
+
+absl::StatusOr<Demand> JobManager::Check(const Submission& submission) const {
+  absl::StatusOr<Demand> demand = cost_(submission);
+  if (!demand.ok()) return demand;
+  const std::lock_guard lock(mutex_);
+  if (draining_) return Draining();
+  const auto refusal = scheduler_.Refuse({.id = "",
+                                          .owner = submission.owner,
+                                          .priority = submission.priority,
+                                          .demand = *demand,
+                                          .deadline = submission.deadline});
+  if (refusal.has_value()) return ToStatus(*refusal);
+  return demand;
+}
+
 absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submission) {
   // First of all, so that what was taken is found again when there is no room for more.
   absl::StatusOr<std::optional<Job>> earlier =
@@ -75,9 +95,8 @@ absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submissio
                    .deadline = submission.deadline};
   {
     const std::lock_guard lock(mutex_);
-    if (draining_) return absl::UnavailableError("The server is shutting down: ask another, or later.");
-    const auto refusal = scheduler_.Reserve(
-        {.id = job.id, .owner = job.owner, .priority = job.priority, .demand = job.demand, .deadline = job.deadline});
+    if (draining_) return Draining();
+    const auto refusal = scheduler_.Reserve(RequestOf(job));
     if (refusal.has_value()) return ToStatus(*refusal);
   }
   absl::StatusOr<JobStore::Created> created = store_.Create(job);

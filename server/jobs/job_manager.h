@@ -82,6 +82,8 @@ class JobManager {
   // Drain(0).
   ~JobManager();
 
+  // What Submit() would say of a new job, and what it is predicted to need; takes nothing.
+  absl::StatusOr<Demand> Check(const Submission& submission) const;
   // OK: the job is in the store. Errors: of `cost`; RESOURCE_EXHAUSTED with RefusalOf(); ALREADY_EXISTS; UNAVAILABLE
   // while draining.
   absl::StatusOr<JobStore::Created> Submit(const Submission& submission);
@@ -141,6 +143,7 @@ class JobManager {
 
   std::shared_ptr<EventLog> LogOf(const Job& job);
   static Scheduler::Request RequestOf(const Job& job);
+  static Scheduler::Request RequestOf(const NewJob& job);
 
   const JobManagerOptions options_;
   JobStore& store_;

@@ -63,6 +63,8 @@ class Scheduler {
   // `clock` must outlive it.
   Scheduler(const SchedulerLimits& limits, const Clock& clock) : limits_(limits), clock_(clock) {}
 
+  // Which limit speaks against the job now; nothing where it would be taken.
+  std::optional<Refusal> Refuse(const Request& request) const;
   // Keeps a place in the queue for a job that is still to be stored, or says which limit speaks against it. The place
   // is taken by Confirm() or given back by Remove().
   std::optional<Refusal> Reserve(const Request& request);
@@ -125,7 +127,6 @@ class Scheduler {
     double missing = 0;  // until the owner's deficit pays for it
   };
 
-  std::optional<Refusal> Refuse(const Request& request) const;
   std::optional<Refusal> RefuseForDeadline(const Request& request) const;
   void Add(Request request);
   static Time LatestStart(const Request& request);

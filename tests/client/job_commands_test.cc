@@ -100,7 +100,12 @@ TEST_F(JobCommandsTest, CancelsListsAndForgets) {
   EXPECT_EQ(watched.code, 3);
   EXPECT_THAT(watched.err, HasSubstr("cancelled"));
   EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("cancelled"));
-  EXPECT_EQ(Dlcs("list --state running").out, "");
+  EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("core-seconds"));
+  EXPECT_EQ(Dlcs("list --state queued,running").out, "");
+  EXPECT_THAT(Dlcs("list --state cancelled,failed").out, HasSubstr(job));
+  const ProgramOutcome unknown = Dlcs("list --state done");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("\"done\" is none of queued, running"));
   EXPECT_EQ(Dlcs("delete " + job).code, 0);
   EXPECT_EQ(Dlcs("get " + job).code, 3);
   EXPECT_EQ(Dlcs("list").out, "");
@@ -140,7 +145,7 @@ TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
   EXPECT_EQ(again.out, uploaded.out);
   EXPECT_EQ(again.err, "dlcs: it was there already\n");
   EXPECT_THAT(Dlcs("problems").out, HasSubstr(name));
-  EXPECT_THAT(Dlcs("get " + name).out, HasSubstr("1 states, 1 pairs, T = 4"));
+  EXPECT_THAT(Dlcs("get " + name).out, HasSubstr("1 state, 1 pair, T = 4"));
 
   for (const char* format : {"csv", "table"}) {
     const std::string options = std::string(" --steps 500 --quiet --format ") + format;
