@@ -107,7 +107,7 @@ struct Options {
   // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
   // relative to its own size.
   double tolerance = 1e-12;
-  // Iterations allowed per window. 0 takes 60 for windows that can shrink and 1000 for those that cannot.
+  // Iterations allowed per window. 0 takes 300 for windows that can shrink and 1000 for those that cannot.
   Index max_iterations = 0;
 
   // paper_iteration: the contour (2.2). num_contour_nodes is P >= 1 (2P + 1 nodes, P + 1 resolvents).

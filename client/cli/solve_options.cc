@@ -92,7 +92,7 @@ void AddMethod(CLI::App& app, v1::SolveOptions& options) {
   AddNumber(
       app, "--max-iterations", "K", WholeAtLeast("a whole number of at least 1", 1),
       [&](double v) { options.set_max_iterations(static_cast<std::int64_t>(v)); },
-      "Iterations per window, at most (60, or 1000 for windows that cannot shrink)");
+      "Iterations per window, at most (300, or 1000 for windows that cannot shrink)");
 }
 
 void AddRealisation(CLI::App& app, v1::SolveOptions& options) {

@@ -9,10 +9,13 @@
 namespace dlcs {
 namespace {
 
-// A window that took fewer iterations is doubled next time, one that took more is halved. An iteration costs
-// the same per step for any width, so few iterations per window are worth more than few windows.
+// A window that took no more iterations is doubled next time; of one that took more than many the width is sought.
 constexpr Index kFewIterations = 10;
 constexpr Index kManyIterations = 20;
+// What an iteration costs beside its steps, in steps.
+constexpr Index kStepsOfOverhead = 16;
+// Windows for which a width that failed is not tried again.
+constexpr Index kMemory = 8;
 // Growth of the change that is taken for divergence where the window may shrink. The hump of a convergent
 // iteration can be higher; shrinking is then cheaper than climbing it.
 constexpr double kDivergence = 1e3;
@@ -44,10 +47,31 @@ bool Diverging(const std::vector<double>& changes) {
   return changes.size() > kPatience && change >= changes[changes.size() - 1 - kPatience];
 }
 
-Index NextWidth(Index width, Index steps, Index iterations) {
-  if (iterations <= kFewIterations) return std::min(kLongestWindow, std::max(width, 2 * steps));
-  if (iterations > kManyIterations) return std::max<Index>(1, steps / 2);
-  return width;
+void WindowWidth::Accept(Index steps, Index iterations) {
+  if (patience_ > 0) --patience_;
+  if (iterations > kManyIterations) {
+    const auto taken = static_cast<double>(iterations);
+    return Seek(steps, taken * static_cast<double>(steps + kStepsOfOverhead) / static_cast<double>(steps));
+  }
+  cost_ = 0;
+  grows_ = false;
+  if (iterations <= kFewIterations) width_ = std::min(kLongestWindow, std::max(width_, 2 * steps));
+}
+
+void WindowWidth::Seek(Index steps, double cost) {
+  const bool rose = cost_ > 0 && cost >= cost_;
+  cost_ = cost;
+  if (rose) grows_ = !grows_;
+  if (steps == 1) grows_ = true;
+  const Index wider = std::min(kLongestWindow, 2 * steps);
+  const bool may_grow = wider > steps && (patience_ == 0 || wider < ceiling_);
+  width_ = grows_ && may_grow ? wider : grows_ ? steps : std::max<Index>(1, steps / 2);
+}
+
+void WindowWidth::Reject(Index steps) {
+  *this = WindowWidth(std::max<Index>(1, steps / 2));
+  ceiling_ = steps;
+  patience_ = kMemory;
 }
 
 }  // namespace dlcs

@@ -47,7 +47,7 @@ WindowIteration::WindowIteration(SolveContext& context, bool may_shrink)
 
 Index WindowIteration::max_iterations() const {
   if (context_.options.max_iterations > 0) return context_.options.max_iterations;
-  return may_shrink_ ? 60 : 1000;
+  return may_shrink_ ? kMostIterationsOfShrinking : kMostIterationsOfFixed;
 }
 
 WindowResult WindowIteration::Run(Index number, WindowModel& window, const Flight& flight) {

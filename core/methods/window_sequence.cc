@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/analysis/laplace_bounds.h"
-#include "core/methods/window_control.h"
 
 namespace dlcs {
 
@@ -18,15 +17,14 @@ WindowSequence::WindowSequence(SolveContext& context)
 Index WindowSequence::Width() const {
   const Index wanted = context_.options.window_steps;
   if (wanted == Options::kWholeHorizon) return context_.grid.num_steps();
-  return gathered_ * (wanted > 0 ? wanted : width_);
+  return gathered_ * (wanted > 0 ? wanted : width_.value());
 }
 
 void WindowSequence::Begin(const std::function<double()>& kernel_bound) {
   if (width_is_fixed()) return;
-  width_ = kFirstWindow;
   if (!context_.matrix_class.lipschitz) return;
   const double rate = *context_.matrix_class.lipschitz * kernel_bound();
-  width_ = static_cast<Index>(RecommendedWindow(rate, static_cast<double>(kLongestWindow)));
+  width_ = WindowWidth(static_cast<Index>(RecommendedWindow(rate, static_cast<double>(kLongestWindow))));
 }
 
 std::unique_ptr<WindowModel> WindowSequence::GatherFlight(const Gather& gather) {
@@ -79,8 +77,7 @@ std::unique_ptr<WindowModel> WindowSequence::Take(const Gather& gather) {
     ++context_.solution.cost.windows;
     if (accepted) {
       context_.solution.cost.steps += steps;
-      // After a marched step there is no use in trying more before one step iterates again.
-      if (!width_is_fixed()) width_ = march ? 1 : NextWidth(width_, steps, result.iterations);
+      march ? width_.March() : width_.Accept(steps, result.iterations);
       return window;
     }
 
@@ -99,7 +96,7 @@ std::unique_ptr<WindowModel> WindowSequence::Take(const Gather& gather) {
       window->Finish();
       return window;
     }
-    width_ = std::max<Index>(1, steps / 2);
+    width_.Reject(steps);
   }
   return nullptr;
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 
+#include "core/methods/window_control.h"
 #include "core/methods/window_iteration.h"
 
 namespace dlcs {
@@ -43,7 +44,7 @@ class WindowSequence {
 
   SolveContext& context_;
   WindowIteration iteration_;
-  Index width_ = 0;  // where it is not fixed
+  WindowWidth width_{kFirstWindow};  // where it is not fixed
   Index number_ = 0;
   Index in_flight_;
   Index gathered_ = 1;  // windows at a time

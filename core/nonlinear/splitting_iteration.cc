@@ -53,11 +53,11 @@ class Iteration {
   bool width_is_fixed() const { return context_.options.window_steps != 0; }
   Index max_iterations() const {
     if (context_.options.max_iterations > 0) return context_.options.max_iterations;
-    return width_is_fixed() ? 1000 : 60;
+    return width_is_fixed() ? kMostIterationsOfFixed : kMostIterationsOfShrinking;
   }
   Index Width(const Run& run) const {
     const Index wanted = context_.options.window_steps;
-    return wanted == Options::kWholeHorizon ? run.steps : wanted > 0 ? wanted : width_;
+    return wanted == Options::kWholeHorizon ? run.steps : wanted > 0 ? wanted : width_.value();
   }
 
   // The times of the nodes of a window, as formulas are to see them: at break points the limit from inside.
@@ -131,7 +131,7 @@ class Iteration {
       }
       if (result.converged) {
         Accept(times, segment);
-        width_ = couple ? 1 : NextWidth(width_, steps, iterations);
+        couple ? width_.March() : width_.Accept(steps, iterations);
         return steps;
       }
       if (couple || width_is_fixed()) {
@@ -142,7 +142,7 @@ class Iteration {
                                    ". Automatic windows would shrink it.");
         return 0;
       }
-      width_ = std::max<Index>(1, steps / 2);
+      width_.Reject(steps);
     }
   }
 
@@ -249,7 +249,7 @@ class Iteration {
   Index splittings_ = 0;  // how often W was formed
   Vector x_;              // at the start of the next window
   Vector y_;
-  Index width_ = kFirstWindow;
+  WindowWidth width_{kFirstWindow};
   Index window_ = 0;
   bool end_is_break_ = false;  // of the current run
 };
