@@ -4,145 +4,163 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <utility>
 
 #include "core/linalg/norms.h"
 #include "core/linalg/wide_loops.h"
 
 namespace dlcs {
-
-SplittingLcpSolver::SplittingLcpSolver(Tridiagonal T, Remainder remainder)
-    : tridiagonal_(std::make_shared<const Tridiagonal>(T), nullptr),
-      remainder_(std::move(remainder)),
-      basis_(T.size()),
-      y_(T.size()),
-      shifted_q_(T.size()),
-      lagged_(T.size()),
-      current_(T.size()),
-      difference_(T.size()),
-      secants_(T.size()) {}
-
-SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                           Eigen::Ref<Vector> y) {
-  constexpr double kRounding = 1e-14;
-  constexpr double kSlowest = 0.7;  // beyond that, eighty solves are not enough for twelve digits
-  constexpr int kPatience = 3;      // ratios above it in a row: the first ones tell of the guess, not of the rate
-  constexpr Index kPlain = 4;       // solves before secants, at the start and where those do not help
-  constexpr Index kMost = 100;
-  iterations_ = 0;
-  rate_ = 0;
-  secants_.Forget();
-  y_ = y;
-  for (std::size_t i = 0; i < basis_.size(); ++i) basis_[i] = y_[static_cast<Index>(i)] > 0;
-  remainder_(y_, lagged_);
-  double last_change = 0;
-  Index plain = kPlain;  // solves without secants that are left
-  for (int patience = kPatience; iterations_ < kMost;) {
-    shifted_q_ = q + lagged_;
-    ++iterations_;
-    if (tridiagonal_.Solve(shifted_q_, tolerance, basis_, y_) != LcpVerdict::kSolved) return SplittingVerdict::kFailed;
-    remainder_(y_, current_);
-    const double rounding = kRounding * MaxAbs(current_);
-    difference_ = lagged_ - current_;
-    if ((difference_.array().abs() <= tolerance.array() + kRounding * q.array().abs() + rounding).all()) {
-      y = y_;
-      return SplittingVerdict::kSolved;
-    }
-    const double change = MaxAbs(difference_), ratio = change / last_change;
-    if (plain > 0 && iterations_ > 1) rate_ = ratio;
-    patience = iterations_ == 1 || ratio <= kSlowest ? kPatience : patience - 1;  // NaN counts as slow
-    last_change = change;
-    if (patience == 0) {
-      if (plain > 0) return SplittingVerdict::kNotContracting;
-      plain = kPlain;
-      patience = kPatience;
-      secants_.Forget();
-    }
-    if (plain <= kPlain - 2) secants_.Add(lagged_, current_);  // most are solved before
-    if (plain > 0 && --plain > 0) {
-      lagged_.swap(current_);
-    } else {
-      secants_.Next(lagged_);
-    }
-  }
-  return SplittingVerdict::kNotContracting;
-}
-
 namespace {
 
-// The diagonals of R, by their distance from the main one.
-class Diagonals {
- public:
-  // Of `K` without its three middle diagonals, as far as `bandwidth`.
-  Diagonals(const Matrix& K, Index bandwidth)
-      : n_(K.rows()),
-        bandwidth_(bandwidth),
-        above_(Matrix::Zero(n_, std::max<Index>(bandwidth - 1, 0))),
-        below_(above_),
-        padded_y_(Vector::Zero(n_ + 2 * bandwidth)) {
-    for (Index d = 2; d <= bandwidth; ++d) {
-      above_.col(d - 2).head(n_ - d) = K.diagonal(d);
-      below_.col(d - 2).tail(n_ - d) = K.diagonal(-d);
+// The largest entry of y >= 0, in lanes.
+double Largest(const Vector& y) {
+  constexpr Index kLanes = 16;
+  double lanes[kLanes] = {};
+  RunWide([&lanes, y = y.data(), n = y.size()]() DLCS_WIDE {
+    double largest[kLanes] = {};
+    for (Index i = 0; i + kLanes <= n; i += kLanes) {
+      for (Index l = 0; l < kLanes; ++l) largest[l] = y[i + l] > largest[l] ? y[i + l] : largest[l];
     }
-  }
-
-  void operator()(const Vector& y, Vector& result) {
-    padded_y_.segment(bandwidth_, n_) = y;  // zeros on both sides
-    result.setZero(n_);
-    const Index n = n_;
-    double* __restrict sum = result.data();
-    for (Index d = 2; d <= bandwidth_; ++d) {
-      const double* __restrict above = above_.col(d - 2).data();
-      const double* __restrict below = below_.col(d - 2).data();
-      const double* after = padded_y_.data() + bandwidth_ + d;
-      const double* before = padded_y_.data() + bandwidth_ - d;
-      RunWide([=]() DLCS_WIDE {
-        for (Index i = 0; i < n; ++i) sum[i] += above[i] * after[i] + below[i] * before[i];
-      });
-    }
-  }
-
- private:
-  Index n_, bandwidth_;
-  Matrix above_, below_;  // K(i, i + d) and K(i, i - d) at (i, d - 2)
-  Vector padded_y_;
-};
-
-// The least bandwidth beyond which no entry of K is more than the rounding of its row.
-Index BandwidthUpToRounding(const Matrix& K) {
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  const Index n = K.rows();
-  const Vector allowed = kRounding * K.cwiseAbs().rowwise().sum();
-  for (Index d = n - 1; d > 1; --d) {
-    const Index count = n - d;
-    const bool negligible = (K.diagonal(d).array().abs() <= allowed.head(count).array()).all() &&
-                            (K.diagonal(-d).array().abs() <= allowed.tail(count).array()).all();
-    if (!negligible) return d;
-  }
-  return 1;
+    for (Index i = n - n % kLanes; i < n; ++i) largest[0] = y[i] > largest[0] ? y[i] : largest[0];
+    for (Index l = 0; l < kLanes; ++l) lanes[l] = largest[l];
+  });
+  return *std::max_element(lanes, lanes + kLanes);
 }
 
 }  // namespace
 
-std::optional<TridiagonalSplitting> SplitOffTridiagonal(const Matrix& K, double largest_rate) {
-  const Index n = K.rows();
-  TridiagonalSplitting result{Tridiagonal(n), {}, 0, BandwidthUpToRounding(K)};
-  result.T.diagonal = K.diagonal();
-  result.T.below.tail(n - 1) = K.diagonal(-1);
-  result.T.above.head(n - 1) = K.diagonal(1);
-  if (!K.allFinite() || !IsClearlyMMatrix(result.T)) return std::nullopt;
-  // v = T⁻¹|R|1 solves LCP(-|R|1, T): it is >= 0.
-  Vector row_sums = -K.cwiseAbs().rowwise().sum();
-  row_sums += result.T.diagonal.cwiseAbs() + result.T.below.cwiseAbs() + result.T.above.cwiseAbs();
-  Basis basis(n, 1);
-  Vector v(n);
-  TridiagonalSolver solver(std::make_shared<const Tridiagonal>(result.T), nullptr);
-  if (solver.Solve(row_sums.cwiseMin(0), Vector::Zero(n), basis, v) != LcpVerdict::kSolved) return std::nullopt;
-  result.rate = MaxAbs(v);
-  if (!(result.rate <= largest_rate)) return std::nullopt;
-  result.remainder = Diagonals(K, result.bandwidth);
+SplittingLcpSolver::SplittingLcpSolver(BandSplitting splitting)
+    : product_(std::move(splitting.product)),
+      row_sums_(std::move(splitting.row_sums)),
+      factor_(splitting.B),
+      basis_(static_cast<std::size_t>(splitting.B->size())),
+      y_(splitting.B->size()),
+      w_(splitting.B->size()) {}
+
+SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                           Eigen::Ref<Vector> y) {
+  constexpr Index kMost = 60;
+  constexpr double kSlowest = 0.7;  // of two residuals with the same basis
+  constexpr int kPatience = 3;
+  for (Index i = 0; i < y.size(); ++i) {
+    basis_[static_cast<std::size_t>(i)] = y[i] > 0;
+    y_[i] = y[i] > 0 ? y[i] : 0;
+  }
+  double last = 0;
+  int patience = kPatience;
+  for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
+    product_(y_, w_);
+    w_ += q;
+    const Judgement seen = Judge(q, tolerance);
+    if (seen.solved) {
+      y = y_;
+      return SplittingVerdict::kSolved;
+    }
+    if (!seen.finite) return SplittingVerdict::kFailed;
+    patience = seen.moved || last == 0 || seen.residual <= kSlowest * last ? kPatience : patience - 1;
+    if (patience == 0) return SplittingVerdict::kNotContracting;
+    last = seen.moved ? 0 : seen.residual;
+    Correct();
+  }
+  return SplittingVerdict::kNotContracting;
+}
+
+SplittingLcpSolver::Judgement SplittingLcpSolver::Judge(const Eigen::Ref<const Vector>& q,
+                                                        const Eigen::Ref<const Vector>& tolerance) {
+  constexpr double kRounding = 1e-14;
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  const double largest = Largest(y_);
+  Judgement seen;
+  for (Index i = 0; i < y_.size(); ++i) {
+    const double w = w_[i], allowed = tolerance[i] + kRounding * (std::abs(q[i]) + row_sums_[i] * largest);
+    std::uint8_t& basic = basis_[static_cast<std::size_t>(i)];
+    const bool is_zero = y_[i] == 0;
+    seen.finite = seen.finite && std::abs(w) <= kLargest;  // an entry of y that is not makes one of w
+    const bool good = w >= -allowed && (is_zero || w <= allowed);
+    seen.solved = seen.solved && good;
+    const bool moves = basic ? is_zero && w > allowed : !good;
+    basic ^= static_cast<std::uint8_t>(moves);
+    seen.moved = seen.moved || moves;
+    if (basic && std::abs(w) > seen.residual) seen.residual = std::abs(w);
+  }
+  seen.solved = seen.solved && seen.finite;
+  return seen;
+}
+
+void SplittingLcpSolver::Correct() {
+  factor_.Factor(basis_);
+  for (Index i = 0; i < w_.size(); ++i) w_[i] = basis_[static_cast<std::size_t>(i)] ? w_[i] : 0;
+  factor_.Solve(w_);
+  y_ = (y_ - w_).cwiseMax(0);
+}
+
+namespace {
+
+// K's entries within `bandwidth`, without positive ones off the diagonal.
+BandMatrix NonpositiveBand(const Matrix& K, Index bandwidth) {
+  BandMatrix B(K, bandwidth);
+  for (Index i = 0; i < B.size(); ++i) {
+    double* const row = B.Row(i);
+    for (Index d = -bandwidth; d <= bandwidth; ++d) row[d] = d == 0 ? row[d] : std::min(row[d], 0.0);
+  }
+  return B;
+}
+
+struct RowSums {
+  Vector sizes, sums;  // of |K| and K
+};
+RowSums SumsOf(const BandMatrix& B) {
+  RowSums result{Vector::Zero(B.size()), Vector::Zero(B.size())};
+  for (Index i = 0; i < B.size(); ++i) {
+    for (Index d = -B.bandwidth(); d <= B.bandwidth(); ++d) {
+      result.sizes[i] += std::abs(B.Row(i)[d]);
+      result.sums[i] += B.Row(i)[d];
+    }
+  }
   return result;
+}
+
+// ‖B⁻¹|K - B|‖_∞ where B is clearly an M-matrix, otherwise infinity. B agrees with K or is zero: the sizes of rows
+// tell.
+double RateOf(const BandMatrix& B, const Vector& sizes_of_K) {
+  if (!BandFactor::IsClearlyMMatrix(B)) return std::numeric_limits<double>::infinity();
+  BandFactor factor(std::make_shared<const BandMatrix>(B));
+  factor.Factor(Basis(static_cast<std::size_t>(B.size()), 1));
+  Vector v = (sizes_of_K - SumsOf(B).sizes).cwiseMax(0);
+  factor.Solve(v);
+  return MaxAbs(v);
+}
+
+// B with what K has beyond it added to the diagonal, where that leaves it clearly an M-matrix.
+BandMatrix WithRowSums(const BandMatrix& B, const Vector& sums_of_K) {
+  BandMatrix lumped = B;
+  const Vector left_out = sums_of_K - SumsOf(B).sums;
+  for (Index i = 0; i < B.size(); ++i) lumped.Row(i)[0] += left_out[i];
+  return BandFactor::IsClearlyMMatrix(lumped) ? lumped : B;
+}
+
+}  // namespace
+
+std::optional<BandSplitting> SplitOffBand(const Matrix& K, double largest_rate) {
+  constexpr double kGoodRate = 3e-4;
+  constexpr Index kWidest = 64;
+  if (!K.allFinite()) return std::nullopt;
+  const Index bandwidth = BandwidthUpToRounding(K);
+  const RowSums of_K = SumsOf(BandMatrix(K, std::min(bandwidth, K.rows() - 1)));
+  for (const Index width : {8, 16, 24, 32, 48, 64}) {  // narrower ones cost as much, and more rounds
+    const Index b = std::min(width, bandwidth);
+    const bool is_last = b == bandwidth || b == kWidest;
+    const BandMatrix B = NonpositiveBand(K, b);
+    const double rate = RateOf(B, of_K.sizes);
+    if (!is_last && !(rate <= kGoodRate)) continue;
+    if (!(rate <= largest_rate)) return std::nullopt;
+    return BandSplitting{.B = std::make_shared<const BandMatrix>(WithRowSums(B, of_K.sums)),
+                         .product = BandProduct(K, bandwidth),
+                         .row_sums = of_K.sizes,
+                         .rate = rate,
+                         .bandwidth = bandwidth};
+  }
+  return std::nullopt;
 }
 
 }  // namespace dlcs

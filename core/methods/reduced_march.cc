@@ -79,9 +79,9 @@ class ReducedMarcher {
 
   std::unique_ptr<SplitStep> MakeStep() const {
     const StructuredMatrix& M = context_.problem.M;
-    std::optional<TridiagonalSplitting> splitting;
-    if (context_.selection == Selection::kUnique) splitting = SplitOffTridiagonal(M.Dense() + kernel_->K0());
-    return std::make_unique<SplitStep>(splitting, [this, kernel = kernel_] {
+    std::optional<BandSplitting> splitting;
+    if (context_.selection == Selection::kUnique) splitting = SplitOffBand(M.Dense() + kernel_->K0());
+    return std::make_unique<SplitStep>(std::move(splitting), [this, kernel = kernel_] {
       return std::make_unique<CoupledStep>(SharedCoupledSolver(context_, kernel->K0()), kernel->K0().rows(),
                                            hold_ == Hold::kLinear);
     });

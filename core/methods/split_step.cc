@@ -7,9 +7,9 @@
 
 namespace dlcs {
 
-SplitStep::SplitStep(const std::optional<TridiagonalSplitting>& splitting, MakeStep make_step)
+SplitStep::SplitStep(std::optional<BandSplitting> splitting, MakeStep make_step)
     : make_step_(std::move(make_step)) {
-  if (splitting) splitting_.emplace(splitting->T, splitting->remainder);
+  if (splitting) splitting_.emplace(*std::move(splitting));
 }
 
 void SplitStep::StartFrom(const Eigen::Ref<const Vector>& y) {

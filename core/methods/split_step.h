@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coupled LCP of a step, by tridiagonal LCPs where those serve.
+// The coupled LCP of a step, by factors of a band where those serve.
 
 #ifndef DLCS_CORE_METHODS_SPLIT_STEP_H_
 #define DLCS_CORE_METHODS_SPLIT_STEP_H_
@@ -13,15 +13,15 @@
 
 namespace dlcs {
 
-// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a tridiagonal M-matrix (SplitOffTridiagonal(): it is an
-// H-matrix with a positive diagonal then, so its LCP has one solution) tridiagonal LCPs serve, O(n) a step. The solver
-// for dense matrices is made only when they do not.
+// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a banded M-matrix (SplitOffBand(): it is an H-matrix with
+// a positive diagonal then, so its LCP has one solution) factors of that serve, O(n) a step. The solver for dense
+// matrices is made only when they do not.
 class SplitStep {
  public:
   using MakeStep = std::function<std::unique_ptr<CoupledStep>()>;
 
   // Without a splitting it is a CoupledStep, made by `make_step`.
-  SplitStep(const std::optional<TridiagonalSplitting>& splitting, MakeStep make_step);
+  SplitStep(std::optional<BandSplitting> splitting, MakeStep make_step);
 
   // Forgets what earlier steps have taught; `y` is that of the step before.
   void StartFrom(const Eigen::Ref<const Vector>& y);

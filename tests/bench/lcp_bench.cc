@@ -212,9 +212,11 @@ Matrix CoupledSignorini(Index cells, double c) {
 // A marched step of the Signorini problem from an extrapolated y: c = 2e-4, or 2e-2.
 void BM_SplittingSignorini(benchmark::State& state) {
   const Matrix K = CoupledSignorini(state.range(0), state.range(1) ? 2e-2 : 2e-4);
-  const std::optional<TridiagonalSplitting> split = SplitOffTridiagonal(K, 0.9);
+  std::optional<BandSplitting> split = SplitOffBand(K, 0.9);
   if (!split) return state.SkipWithError("not split");
-  SplittingLcpSolver solver(split->T, split->remainder);
+  const double rate = split->rate;
+  const Index band = split->B->bandwidth(), bandwidth = split->bandwidth;
+  SplittingLcpSolver solver(*std::move(split));
   const Index n = K.rows();
   const Matrix q = MakeSequence(n, 400);
   const Vector tolerance = Vector::Constant(n, 1e-13);
@@ -230,8 +232,9 @@ void BM_SplittingSignorini(benchmark::State& state) {
   }
   state.counters["iterations"] =
       benchmark::Counter(static_cast<double>(iterations), benchmark::Counter::kAvgIterations);
-  state.counters["rate"] = split->rate;
-  state.counters["bandwidth"] = static_cast<double>(split->bandwidth);
+  state.counters["rate"] = rate;
+  state.counters["band"] = static_cast<double>(band);
+  state.counters["bandwidth"] = static_cast<double>(bandwidth);
   for (Index i = 0; i < std::min<Index>(q.cols(), state.iterations()); ++i) {
     if (!Certified(state, K, q.col(i), y.col(i))) return;
   }

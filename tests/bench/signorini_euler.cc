@@ -43,9 +43,9 @@ SignoriniEuler::SignoriniEuler(const Problem& problem, Index steps)
   const Vector now = -2 * step_ * weight_ * (R_ * along_.cwiseAbs2());
   const Matrix identity = Matrix::Identity(size_, size_);
   const Matrix coupled = M_ + transform_.Backward(now.asDiagonal() * transform_.Forward(identity));
-  const auto splitting = SplitOffTridiagonal(coupled, 0.8);
-  if (!splitting) throw std::runtime_error("M^h is far from tridiagonal");
-  solver_ = std::make_unique<SplittingLcpSolver>(splitting->T, splitting->remainder);
+  auto splitting = SplitOffBand(coupled, 0.8);
+  if (!splitting) throw std::runtime_error("M^h is far from banded");
+  solver_ = std::make_unique<SplittingLcpSolver>(*std::move(splitting));
   tolerance_ = Vector::Constant(size_, 1e-13);
   y_ = Matrix::Zero(size_, steps + 1);
 }

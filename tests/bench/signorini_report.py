@@ -96,7 +96,7 @@ def report_signorini(runs):
     settings = by_setting(runs)
     print("The parabolic Signorini problem of [Wu & Chen], T = 4. Processor time on one thread, set-up included, best of the runs. The "
           "iterations stop at (4.8) of the paper; the march has their answer to rounding; `time-stepping` is the engine's implicit Euler, the "
-          "two forms beside it are done well for this problem, with tridiagonal LCPs. `*`: extrapolated from the first steps, or, of the "
+          "two forms beside it are done well for this problem, with LCPs by factors of a band. `*`: extrapolated from the first steps, or, of the "
           "iteration as printed (a contour for each time, its LCPs not counted), from some states of one iterate. `–`: left out, because it "
           "takes long (event location serves up to some 200 states).\n")
     ways = list(dict.fromkeys(run["name"].split("|")[0] for run in runs))

@@ -33,7 +33,7 @@ struct Counted {
 TEST(SplitStepTest, AgreesWithTheDenseSolverWithoutMakingIt) {
   std::srand(1);
   Counted coupled{Coupled(-0.3)};
-  SplitStep split(SplitOffTridiagonal(coupled.K), coupled.Maker());
+  SplitStep split(SplitOffBand(coupled.K), coupled.Maker());
   Counted same{coupled.K};
   SplitStep dense(std::nullopt, same.Maker());
   Departures departures;
@@ -49,11 +49,11 @@ TEST(SplitStepTest, AgreesWithTheDenseSolverWithoutMakingIt) {
   EXPECT_EQ(same.made, 1);
 }
 
-// A remainder with which the iteration grows: every step is solved all the same.
+// A product that is not that of the band: every step is solved all the same.
 TEST(SplitStepTest, TakesTheDenseSolverWhereTheSplittingDoesNotContract) {
   Counted coupled{Coupled(-0.3)};
-  auto splitting = SplitOffTridiagonal(coupled.K);
-  splitting->remainder = [](const Vector& y, Vector& result) { result = -9 * y; };
+  auto splitting = SplitOffBand(coupled.K);
+  splitting->product = BandProduct(-9 * Matrix::Identity(kSize, kSize), 0);
   SplitStep step(splitting, coupled.Maker());
   Departures departures;
   for (int k = 0; k < 5; ++k) {
@@ -65,7 +65,7 @@ TEST(SplitStepTest, TakesTheDenseSolverWhereTheSplittingDoesNotContract) {
   EXPECT_EQ(coupled.made, 1);
 }
 
-// Without states by tridiagonal LCPs, and with dense matrices by pivoting.
+// Without states by factors of a band, and with dense matrices by pivoting.
 TEST(SplitStepTest, MarchesTheSignoriniProblemAsDenseMatricesDo) {
   for (const double coefficient : {2e-4, 2e-2, 1.0}) {
     auto problem = MakeSignoriniProblem({.cells = 12, .coefficient = coefficient, .horizon = 1});

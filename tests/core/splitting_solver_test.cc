@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// LCP(q, T + R) by tridiagonal LCPs: against the dense solver, and where it must give up.
+// LCP(q, B + R) by factors of a band: against the dense solver, and where it must give up.
 #include "core/lcp/splitting_solver.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/linalg/norms.h"
 #include "core/methods/scheme.h"
@@ -41,12 +43,12 @@ Matrix Decaying(LcpGenerator& generator, Index n, double decay) {
 }
 
 void ExpectTheSolution(const Matrix& K, const Vector& q, const Vector& guess) {
-  const std::optional<TridiagonalSplitting> split = SplitOffTridiagonal(K, 0.9);
+  std::optional<BandSplitting> split = SplitOffBand(K, 0.9);
   ASSERT_TRUE(split.has_value());
-  SplittingLcpSolver solver(split->T, split->remainder);
+  SplittingLcpSolver solver(*std::move(split));
   Vector y = guess;
   const Vector tolerance = Vector::Zero(q.size());
-  ASSERT_EQ(solver.Solve(q, tolerance, y), SplittingVerdict::kSolved) << "rate " << solver.rate();
+  ASSERT_EQ(solver.Solve(q, tolerance, y), SplittingVerdict::kSolved);
   EXPECT_GE(y.minCoeff(), 0);
   EXPECT_LE(LcpResidual(K, q, y), 1e-13 * (MaxAbs(q) + InfinityNorm(K) * MaxAbs(y)));
   Basis basis(q.size(), 0);
@@ -79,64 +81,91 @@ TEST(SplittingLcpSolverTest, SolvesTheCoupledStepOfTheSignoriniProblem) {
 
 TEST(SplittingLcpSolverTest, TakesFewIterationsFromAGoodGuess) {
   LcpGenerator generator(3);
-  const Matrix K = CoupledSignorini(14, 2e-4, 0.01);
-  const TridiagonalSplitting split = SplitOffTridiagonal(K).value();
-  SplittingLcpSolver solver(split.T, split.remainder);
-  const Vector q = generator.GaussianVector(K.rows());
-  Vector y = Vector::Zero(K.rows());
-  ASSERT_EQ(solver.Solve(q, Vector::Zero(K.rows()), y), SplittingVerdict::kSolved);
-  EXPECT_LE(solver.rate(), 1.1 * split.rate);
-  const Vector solution = y;
-  ASSERT_EQ(solver.Solve(q, Vector::Zero(K.rows()), y), SplittingVerdict::kSolved);
-  EXPECT_EQ(solver.iterations(), 1);
-  EXPECT_LE(MaxAbs(y - solution), 1e-14 * MaxAbs(solution));
+  for (const double coefficient : {2e-4, 2e-2, 0.2}) {
+    const Matrix K = CoupledSignorini(14, coefficient, 0.01);
+    SplittingLcpSolver solver(SplitOffBand(K).value());
+    const Vector q = generator.GaussianVector(K.rows());
+    Vector y = Vector::Zero(K.rows());
+    ASSERT_EQ(solver.Solve(q, Vector::Zero(K.rows()), y), SplittingVerdict::kSolved);
+    const Vector solution = y;
+    ASSERT_EQ(solver.Solve(q, Vector::Zero(K.rows()), y), SplittingVerdict::kSolved);
+    EXPECT_EQ(solver.iterations(), 1);
+    EXPECT_EQ(y, solution);
+    y *= 1 + 1e-4;
+    ASSERT_EQ(solver.Solve(q, Vector::Zero(K.rows()), y), SplittingVerdict::kSolved);
+    EXPECT_LE(solver.iterations(), 5);
+  }
 }
 
-// T = 1, R = ρ: the iterates are y^{k+1} = max(0, 1 - ρ y^k).
+// Bases that come and go, with one solver and with fresh ones.
+TEST(SplittingLcpSolverTest, HasBitsThatDoNotDependOnEarlierSolves) {
+  LcpGenerator generator(6);
+  const BandSplitting split = SplitOffBand(CoupledSignorini(14, 2e-2, 0.01)).value();
+  SplittingLcpSolver kept(split);
+  const Index n = split.B->size();
+  for (int k = 0; k < 30; ++k) {
+    const Vector q = generator.GaussianVector(n), guess = generator.GaussianVector(n);
+    Vector y = guess, fresh = guess;
+    ASSERT_EQ(kept.Solve(q, Vector::Zero(n), y), SplittingVerdict::kSolved);
+    ASSERT_EQ(SplittingLcpSolver(split).Solve(q, Vector::Zero(n), fresh), SplittingVerdict::kSolved);
+    EXPECT_EQ(y, fresh);
+  }
+}
+
+// B = 1 and K = ρ: the iterates are max(0, y + 1 - ρ y).
 TEST(SplittingLcpSolverTest, SaysWhenItDoesNotContract) {
-  Tridiagonal T(1);
-  T.diagonal[0] = 1;
-  for (const double rho : {0.1, -0.5, 0.6, 0.95, 2.0, -3.0, std::numeric_limits<double>::quiet_NaN()}) {
-    SplittingLcpSolver solver(T, [rho](const Vector& y, Vector& result) { result = rho * y; });
+  for (const double rho : {0.9, 1.5, 0.6, 0.05, 2.5, -3.0, std::numeric_limits<double>::quiet_NaN()}) {
+    BandSplitting split = SplitOffBand(Matrix::Ones(1, 1)).value();
+    split.product = BandProduct(Matrix::Constant(1, 1, rho), 0);
+    SplittingLcpSolver solver(std::move(split));
     Vector y = Vector::Zero(1);
     const SplittingVerdict verdict = solver.Solve(Vector{{-1.0}}, Vector::Zero(1), y);
-    if (std::abs(rho) <= 0.6) {
+    if (std::abs(rho - 1) <= 0.6) {
       ASSERT_EQ(verdict, SplittingVerdict::kSolved) << rho;
-      EXPECT_NEAR(y[0], 1 / (1 + rho), 1e-13);
-      EXPECT_NEAR(solver.rate(), std::abs(rho), 1e-2);
+      EXPECT_NEAR(y[0], 1 / rho, 1e-13 / rho);
     } else {
       EXPECT_NE(verdict, SplittingVerdict::kSolved) << rho;
     }
   }
 }
 
-TEST(SplitOffTridiagonalTest, BoundsTheContraction) {
+TEST(SplitOffBandTest, BoundsTheContraction) {
   LcpGenerator generator(4);
   const Matrix K = Decaying(generator, 30, 0.4);
-  const TridiagonalSplitting split = SplitOffTridiagonal(K, 0.9).value();
-  Matrix T = Matrix::Zero(30, 30), R = K;
-  for (const Index d : {-1, 0, 1}) {
-    T.diagonal(d) = K.diagonal(d);
-    R.diagonal(d).setZero();
+  const BandSplitting split = SplitOffBand(K, 0.9).value();
+  const Index b = split.B->bandwidth();
+  Matrix B = Matrix::Zero(30, 30);
+  for (Index i = 0; i < 30; ++i) {
+    for (Index j = std::max<Index>(0, i - b); j <= std::min<Index>(29, i + b); ++j) {
+      B(i, j) = i == j ? K(i, j) : std::min(K(i, j), 0.0);
+    }
   }
-  const Matrix bound = T.inverse() * R.cwiseAbs();
+  const Matrix bound = B.inverse() * (K - B).cwiseAbs();
   EXPECT_NEAR(split.rate, InfinityNorm(bound), 1e-12);
-  Vector applied(30);
-  const Vector y = generator.GaussianVector(30);
-  split.remainder(y, applied);
-  EXPECT_LE(MaxAbs(applied - R * y), 1e-14);
 }
 
-TEST(SplitOffTridiagonalTest, RefusesWhatItDoesNotServe) {
+// From the coupled step, whose K_0 is wider than any tridiagonal part of it: the band grows with the diffusion.
+TEST(SplitOffBandTest, TakesTheBandThatTheRateNeeds) {
+  Index last = 0;
+  for (const double coefficient : {2e-4, 2e-3, 2e-2, 2.0}) {
+    const BandSplitting split = SplitOffBand(CoupledSignorini(20, coefficient, 0.01)).value();
+    EXPECT_LE(split.rate, 3e-4);
+    EXPECT_GE(split.B->bandwidth(), last);
+    last = split.B->bandwidth();
+  }
+  EXPECT_GT(last, 8);
+}
+
+TEST(SplitOffBandTest, RefusesWhatItDoesNotServe) {
   LcpGenerator generator(5);
-  EXPECT_FALSE(SplitOffTridiagonal(generator.PositiveDefinite(12)).has_value());  // T is no M-matrix
-  EXPECT_FALSE(SplitOffTridiagonal(2.0 * Matrix::Identity(9, 9) + Matrix::Ones(9, 9)).has_value());
-  EXPECT_FALSE(SplitOffTridiagonal(Matrix::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())).has_value());
+  EXPECT_FALSE(SplitOffBand(generator.PositiveDefinite(12)).has_value());  // no H-matrix
+  EXPECT_FALSE(SplitOffBand(2.0 * Matrix::Identity(9, 9) + Matrix::Ones(9, 9)).has_value());
+  EXPECT_FALSE(SplitOffBand(Matrix::Constant(2, 2, std::numeric_limits<double>::quiet_NaN())).has_value());
   Matrix far = 2.0 * Matrix::Identity(9, 9);
   far(0, 8) = 1.9;
-  EXPECT_FALSE(SplitOffTridiagonal(far).has_value());
+  EXPECT_FALSE(SplitOffBand(far).has_value());
   far(0, 8) = 0.9;
-  EXPECT_DOUBLE_EQ(SplitOffTridiagonal(far).value().rate, 0.45);
+  EXPECT_DOUBLE_EQ(SplitOffBand(far).value().rate, 0.45);
 }
 
 }  // namespace
