@@ -1,26 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/basis_factor.h"
 
-#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
 
+#include "core/linalg/elimination_loops.h"
+#include "core/linalg/norms.h"
+
 namespace dlcs {
-namespace {
-
-// Up to here plain loops are faster than Eigen's blocked elimination and its calls.
-constexpr Index kSmall = 16;
-
-}  // namespace
-
 BasisFactor::BasisFactor(const Matrix& M, Elimination elimination)
     : elimination_(elimination),
       basis_(M.rows(), 0),
       m_matrix_(elimination == Elimination::kMMatrix ? M : Matrix()),
       lu_(elimination == Elimination::kPivoting ? M.rows() : 0, M.rows()),
+      inverse_(M.rows()),
       source_(M.rows()),
       permuted_(M.rows()) {
   indices_.reserve(M.rows());
@@ -31,6 +28,7 @@ BasisFactor::BasisFactor(const BasisFactor& other)
       basis_(other.basis_.size(), 0),
       m_matrix_(other.m_matrix_),
       lu_(other.lu_.rows(), other.lu_.cols()),
+      inverse_(other.inverse_.size()),
       source_(other.source_.size()),
       permuted_(other.permuted_.size()) {
   indices_.reserve(basis_.size());
@@ -52,43 +50,50 @@ bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   for (Index j = 0; j < size; ++j) {
     for (Index i = 0; i < size; ++i) lu_(i, j) = M(indices_[i], indices_[j]);
   }
-  usable_ = size <= kSmall ? FactorSmall(size) : FactorLarge(size);
+  usable_ = Eliminate(size);
   return usable_;
 }
 
-bool BasisFactor::FactorSmall(Index size) {
-  const double largest = size == 0 ? 0 : lu_.topLeftCorner(size, size).cwiseAbs().maxCoeff();
+// By panels of columns: those behind take a whole panel at once, from the registers.
+bool BasisFactor::Eliminate(Index size) {
+  constexpr Index kPanel = 8;
+  double largest = 0;
+  for (Index j = 0; j < size; ++j) {
+    for (Index i = 0; i < size; ++i) largest = NanMax(largest, std::abs(lu_(i, j)));
+  }
   const double zero = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size) * largest;
   std::iota(source_.begin(), source_.begin() + size, Index{0});
-  for (Index p = 0; p < size; ++p) {
-    Index row = p;
-    for (Index i = p + 1; i < size; ++i) {
-      if (std::abs(lu_(i, p)) > std::abs(lu_(row, p))) row = i;
+  for (Index begin = 0; begin < size; begin += kPanel) {
+    const Index end = std::min(begin + kPanel, size), behind = size - end;
+    for (Index p = begin; p < end; ++p) {
+      if (!Exchange(p, size, zero)) return false;
+      inverse_[p] = 1 / lu_(p, p);
+      for (Index i = p + 1; i < size; ++i) lu_(i, p) *= inverse_[p];
+      for (Index j = p + 1; j < end; ++j) SubtractMultiple(size - p - 1, lu_(p, j), &lu_(p, p) + 1, &lu_(p, j) + 1);
     }
-    if (row != p) {
-      std::swap(source_[p], source_[row]);
-      for (Index j = 0; j < size; ++j) std::swap(lu_(p, j), lu_(row, j));
+    if (behind == 0) break;
+    for (Index j = end; j < size; ++j) {
+      for (Index p = begin; p < end; ++p) {
+        for (Index i = p + 1; i < end; ++i) lu_(i, j) -= lu_(i, p) * lu_(p, j);
+      }
     }
-    const double pivot = lu_(p, p);
-    if (!(std::abs(pivot) > zero)) return false;
-    const double inverse = 1 / pivot;
-    for (Index i = p + 1; i < size; ++i) lu_(i, p) *= inverse;
-    for (Index j = p + 1; j < size; ++j) {
-      const double factor = lu_(p, j);
-      for (Index i = p + 1; i < size; ++i) lu_(i, j) -= lu_(i, p) * factor;
-    }
+    SubtractProduct(behind, behind, end - begin, &lu_(end, begin), lu_.rows(), &lu_(begin, end), lu_.rows(),
+                    &lu_(end, end), lu_.rows());
   }
   return true;
 }
 
-bool BasisFactor::FactorLarge(Index size) {
-  Eigen::Ref<Matrix> block = lu_.topLeftCorner(size, size);
-  const double largest = block.cwiseAbs().maxCoeff();
-  const Eigen::PartialPivLU<Eigen::Ref<Matrix>> in_place(block);
-  const auto& target = in_place.permutationP().indices();  // row i of M_SS went to row target[i]
-  for (Index i = 0; i < size; ++i) source_[target[i]] = i;
-  const double zero = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size) * largest;
-  return block.diagonal().cwiseAbs().minCoeff() > zero;
+// Brings the row with the largest entry of column p to p; false where that is zero to rounding.
+bool BasisFactor::Exchange(Index p, Index size, double zero) {
+  Index row = p;
+  for (Index i = p + 1; i < size; ++i) {
+    if (std::abs(lu_(i, p)) > std::abs(lu_(row, p))) row = i;
+  }
+  if (row != p) {
+    std::swap(source_[p], source_[row]);
+    for (Index j = 0; j < size; ++j) std::swap(lu_(p, j), lu_(row, j));
+  }
+  return std::abs(lu_(p, p)) > zero;
 }
 
 void BasisFactor::Solve(Eigen::Ref<Vector> x) {
@@ -99,18 +104,10 @@ void BasisFactor::Solve(Eigen::Ref<Vector> x) {
   const Index size = x.size();
   for (Index p = 0; p < size; ++p) permuted_[p] = x[source_[p]];
   x = permuted_.head(size);
-  if (size > kSmall) {
-    const auto factors = lu_.topLeftCorner(size, size);
-    factors.triangularView<Eigen::UnitLower>().solveInPlace(x);
-    factors.triangularView<Eigen::Upper>().solveInPlace(x);
-    return;
-  }
-  for (Index p = 0; p < size; ++p) {
-    for (Index i = p + 1; i < size; ++i) x[i] -= lu_(i, p) * x[p];
-  }
+  for (Index p = 0; p + 1 < size; ++p) SubtractMultiple(size - p - 1, x[p], &lu_(p, p) + 1, &x[p] + 1);
   for (Index p = size - 1; p >= 0; --p) {
-    x[p] /= lu_(p, p);
-    for (Index i = 0; i < p; ++i) x[i] -= lu_(i, p) * x[p];
+    x[p] *= inverse_[p];
+    SubtractMultiple(p, x[p], &lu_(0, p), x.data());
   }
 }
 

@@ -26,7 +26,8 @@ class BasisFactor {
 
   // Factors M_SS for S = { i : basis[i] }, or recalls that this was done. `M` is the matrix of the
   // constructor. False when M_SS is singular to working precision (kPivoting) or not a nonsingular M-matrix
-  // (kMMatrix). The empty basis is always fine. Allocates only where M_SS is factored and large.
+  // (kMMatrix). The empty basis is always fine. Allocates only
+  // where a pivot of an M-matrix has to be looked at closely.
   bool Factor(const Matrix& M, const Basis& basis);
 
   // S in increasing order.
@@ -36,8 +37,8 @@ class BasisFactor {
   void Solve(Eigen::Ref<Vector> x);
 
  private:
-  bool FactorSmall(Index size);
-  bool FactorLarge(Index size);
+  bool Eliminate(Index size);
+  bool Exchange(Index p, Index size, double zero);
 
   Elimination elimination_;
   bool factored_ = false;  // basis_, indices_ and usable_ mean something
@@ -46,6 +47,7 @@ class BasisFactor {
   std::vector<Index> indices_;
   MMatrixFactor m_matrix_;     // with kMMatrix
   Matrix lu_;                  // with kPivoting: factors of the rows in the order source_
+  Vector inverse_;             // ... and 1 over the pivots
   std::vector<Index> source_;  // row p of the factors is row source_[p] of M_SS
   Vector permuted_;
 };

@@ -30,17 +30,14 @@ LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q,
   message_.clear();
   method_ = "principal pivoting";
   if (!lcp_.Load(q, tolerance)) return Fail(LcpVerdict::kNonFinite, "q has an entry that is not finite", y);
-  if (point_.Compute(lcp_, basis) && point_.solved()) {
+  // Small problems of no class are left to Lemke's method, which is as fast there and finds more.
+  const bool pivots = known_ != Known::kNothing || lcp_.size() > kMaxEnumerationSize;
+  const int max_rounds = known_ != Known::kNothing ? 30 + 4 * static_cast<int>(lcp_.size()) : kAttempts;
+  const bool solved = pivots ? PivotPrincipally(lcp_, max_rounds, exchange_, point_, basis, pivots_)
+                             : point_.Compute(lcp_, basis) && point_.solved();
+  if (solved) {
     point_.Write(lcp_, y);
     return LcpVerdict::kSolved;
-  }
-  // Small problems of no class are left to Lemke's method, which is as fast there and finds more.
-  if (known_ != Known::kNothing || lcp_.size() > kMaxEnumerationSize) {
-    const int max_rounds = known_ != Known::kNothing ? 30 + 4 * static_cast<int>(lcp_.size()) : kAttempts;
-    if (PivotPrincipally(lcp_, max_rounds, exchange_, point_, basis, pivots_)) {
-      point_.Write(lcp_, y);
-      return LcpVerdict::kSolved;
-    }
   }
   return SolveFromScratch(basis, y);
 }
