@@ -190,7 +190,7 @@ v1::DenseMatrix ReadArray(Words& words, const Format& format, std::size_t most_e
   matrix.set_rows(static_cast<std::int32_t>(rows));
   matrix.set_columns(static_cast<std::int32_t>(columns));
   matrix.mutable_values()->Resize(static_cast<int>(rows * columns), 0);
-  const auto entry = [&](std::int64_t row, std::int64_t column) -> double& {
+  const auto entry = [&matrix, columns = columns](std::int64_t row, std::int64_t column) -> double& {
     return *matrix.mutable_values()->Mutable(static_cast<int>(row * columns + column));
   };
   for (std::int64_t column = 0; column < columns; ++column) {

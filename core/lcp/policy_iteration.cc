@@ -33,7 +33,7 @@ DLCS_INLINE double Abs(double value) { return std::abs(value); }
 // cannot look through.
 template <typename V>
 DLCS_INLINE Truth<V> Opaque(Truth<V> condition) {
-#ifdef __x86_64__
+#if defined(__x86_64__) && !defined(__clang__)
   if constexpr (!std::is_same_v<V, double>) asm("" : "+v"(condition));
 #endif
   return condition;
