@@ -66,12 +66,13 @@ void StateArchive::Carry(std::string& value) {
 }
 
 void StateArchive::Carry(Matrix& value) {
-  std::size_t rows = CarrySize(static_cast<std::size_t>(value.rows()), 1);
-  std::size_t columns = static_cast<std::size_t>(value.cols());
-  Carry(columns);
+  Index rows = value.rows(), columns = value.cols();
+  (*this)(rows, columns);
   if (reads_) {
-    ok_ = ok_ && (rows == 0 || columns <= rest_.size() / sizeof(double) / rows);
-    value.resize(static_cast<Index>(ok_ ? rows : 0), static_cast<Index>(ok_ ? columns : 0));
+    // A matrix without columns may have any number of rows, and has no entries that could be there or not.
+    const auto most_entries = static_cast<Index>(rest_.size() / sizeof(double));
+    ok_ = ok_ && rows >= 0 && columns >= 0 && (rows == 0 || columns <= most_entries / rows);
+    value.resize(ok_ ? rows : 0, ok_ ? columns : 0);
   }
   CarryBytes(value.data(), static_cast<std::size_t>(value.size()) * sizeof(double));
 }
