@@ -116,7 +116,15 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
   return SolutionRule::kAuto;
 }
 
-Selector SelectorFromProto(const v1::Selector& selector, std::vector<Violation>& violations) {
+Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Violation>& violations) {
+  // Before a matrix is made of a shape that may be any.
+  const WireShape shape = ShapeOf(selector.c());
+  if (shape.rows != selector.b_size() || shape.columns != n) {
+    violations.push_back({"selector.C", fmt::format("{} x {}; must have a row for each of the {} entries of b and {} columns, "
+                                                    "one for each pair",
+                                                    shape.rows, shape.columns, selector.b_size(), n)});
+    return {};
+  }
   return {MatrixFromProto(selector.c(), "selector.C", violations), VectorFromProto(selector.b())};
 }
 
@@ -134,7 +142,7 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
   result.rule = RuleFromProto(problem.rule(), violations);
-  if (problem.has_selector()) result.selector = SelectorFromProto(problem.selector(), violations);
+  if (problem.has_selector()) result.selector = SelectorFromProto(problem.selector(), DeclaredRows(problem.m()), violations);
   return result;
 }
 

@@ -37,7 +37,8 @@ Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
                                    std::vector<Violation>& violations);
 SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
-Selector SelectorFromProto(const v1::Selector& selector, std::vector<Violation>& violations);
+// Of LCPs with n pairs.
+Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Violation>& violations);
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
 // A member of an ensemble whose problem has m states and n pairs.
 EnsembleMember MemberFromProto(const v1::EnsembleMember& member, Index m, Index n, const std::string& field,

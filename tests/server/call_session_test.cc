@@ -112,6 +112,19 @@ TEST(RunLcpTest, RefusesARuleWithoutItsSelectorAndTheOtherWayRound) {
   EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.C"));
 }
 
+// A sparse matrix of a few bytes may have any size, and this one would be written down entry by entry.
+TEST(RunLcpTest, RefusesASelectorWhoseShapeIsNotThatOfTheProblem) {
+  v1::SolveLcpRequest request = Segment();
+  request.set_rule(v1::SOLUTION_RULE_MINIMISER);
+  request.mutable_selector()->add_b(0);
+  v1::SparseMatrix& c = *request.mutable_selector()->mutable_c()->mutable_sparse();
+  for (const auto& [rows, columns] : {std::pair{2'147'483'647, 0}, {2'147'483'647, 2}, {1, 60'000'000}, {-1, 2}, {0, 2}}) {
+    c.set_rows(rows);
+    c.set_columns(columns);
+    EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.C"));
+  }
+}
+
 // v' = 1 keeps w = -t + v at 0; -t as a path on [0, 2].
 v1::SolveDcpRequest Falling() {
   v1::SolveDcpRequest request;
