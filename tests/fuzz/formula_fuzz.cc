@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas from files and messages. The first two letters say how many states and constraints there are: "0" none, "1"
+// one, ...
+#include "core/formula.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "tests/fuzz/fuzz_target.h"
+
+namespace dlcs::fuzz {
+namespace {
+
+constexpr Index kMostVariables = 12;
+
+bool SameBits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+bool AllBelow(const std::vector<Index>& indices, Index size) {
+  return std::all_of(indices.begin(), indices.end(), [size](Index i) { return i >= 0 && i < size; });
+}
+
+}  // namespace
+
+void Try(const std::string& input) {
+  if (input.size() < 2) return;
+  const auto count = [&input](std::size_t k) {
+    return static_cast<Index>(static_cast<unsigned char>(input[k] - '0')) % (kMostVariables + 1);
+  };
+  const Index m = count(0), n = count(1);
+  absl::StatusOr<Formula> formula = Formula::Parse(input.substr(2), {.states = m, .constraints = n});
+  if (!formula.ok()) return Require(!formula.status().message().empty(), "a refusal says why");
+
+  Require(AllBelow(formula->states(), m) && AllBelow(formula->constraints(), n), "only variables that are there occur");
+  const Vector x = Vector::LinSpaced(m, -1.5, 2), y = Vector::LinSpaced(n, 0, 3);
+  const double first = formula->Evaluate(0.25, x, y);
+  for (const double t : {0.0, -0.0, 1e-300, -1e9, 1e300, std::numeric_limits<double>::infinity(),
+                         std::numeric_limits<double>::quiet_NaN()}) {
+    const double value = formula->Evaluate(t, x, y);
+    if (!formula->DependsOnTime()) {
+      Require(SameBits(value, first) || (value != value && first != first), "without t the value is one");
+    }
+  }
+  const double again = formula->Evaluate(0.25, x, y);
+  Require(SameBits(again, first) || (again != again && first != first), "a formula remembers nothing");
+}
+
+}  // namespace dlcs::fuzz

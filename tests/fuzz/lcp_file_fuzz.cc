@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files with one LCP, one DCP or a model, as `dlcs lcp`, `dlcs dcp` and `dlcs model` read them. What is read is solved where it
+// is tiny.
+#include "client/lcp_file.h"
+
+#include "client/model.h"
+#include "client/problem_file.h"
+#include "server/call_session.h"
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/small_limits.h"
+
+namespace dlcs::fuzz {
+
+void Try(const std::string& input) {
+  if (const auto lcp = client::ParseLcp(input, "input"); lcp.ok()) {
+    v1::SolveLcpRequest request = *lcp;
+    request.set_all_basic_solutions(true);
+    (void)RunLcp(*lcp, TinyLimits(), {});
+    (void)RunLcp(request, TinyLimits(), {});
+  }
+  if (const auto dcp = client::ParseDcp(input, "input"); dcp.ok()) (void)RunDcp(*dcp, TinyLimits(), {});
+  // Analysed as it is made: only with few sectors is it cheap.
+  if (input.size() > 1000) return;
+  if (const auto model = client::ModelInputOutput(input, "input"); model.ok()) {
+    Require(client::ParseProblem(model->file.dump(), "made").ok(), "a model is a problem file");
+  }
+}
+
+}  // namespace dlcs::fuzz

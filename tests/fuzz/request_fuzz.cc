@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests as the server takes them: converted, compared with the limits, checked. Nothing is solved.
+#include <google/protobuf/util/message_differencer.h>
+
+#include "dlcs/v1/solver.pb.h"
+#include "server/convert.h"
+#include "server/ensemble_session.h"
+#include "server/errors.h"
+#include "server/solve_session.h"
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/message_text.h"
+#include "tests/fuzz/small_limits.h"
+
+namespace dlcs::fuzz {
+namespace {
+
+void RequireToldWell(const absl::Status& status) {
+  const bool known = absl::IsInvalidArgument(status) || absl::IsResourceExhausted(status);
+  Require(known, "a refusal is INVALID_ARGUMENT or RESOURCE_EXHAUSTED");
+  // More is lost in the metadata of gRPC.
+  Require(status.message().size() <= kMaxMessageBytes + 100, "a refusal is short");
+  if (absl::IsInvalidArgument(status)) Require(!ViolationsOf(status).empty(), "a refusal names a field");
+}
+
+// What the engine was given says the same on the wire again.
+void RequireRoundTrip(const Problem& problem) {
+  const v1::Problem first = ToProto(problem);
+  std::vector<Violation> violations;
+  const v1::Problem second = ToProto(ProblemFromProto(first, violations));
+  Require(violations.empty(), "a sound problem is converted back");
+  Require(first.SerializeAsString() == second.SerializeAsString(), "and is the same");
+}
+
+void TrySolve(const v1::SolveRequest& request) {
+  const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, SmallLimits());
+  if (!prepared.ok()) return RequireToldWell(prepared.status());
+  if (const auto* problem = std::get_if<Problem>(&prepared->system)) RequireRoundTrip(*problem);
+}
+
+void TryEnsemble(const v1::SolveEnsembleRequest& request) {
+  const absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request, SmallLimits());
+  if (!prepared.ok()) RequireToldWell(prepared.status());
+}
+
+}  // namespace
+
+void Try(const std::string& input) {
+  const auto message = MessageOf(input);
+  if (const auto* solve = dynamic_cast<const v1::SolveRequest*>(message.get())) TrySolve(*solve);
+  if (const auto* ensemble = dynamic_cast<const v1::SolveEnsembleRequest*>(message.get())) TryEnsemble(*ensemble);
+}
+
+}  // namespace dlcs::fuzz
