@@ -147,10 +147,11 @@ absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request,
   std::vector<Violation> violations;
   SoundEnsemble read{
       ProblemFromProto(request.problem(), violations), OptionsFromProto(request.options(), violations), {}};
+  // As declared; numbers below 0 are refused with the problem.
+  const Index m = std::max<Index>(0, ShapeOf(request.problem().a()).rows);
+  const Index n = std::max<Index>(0, ShapeOf(request.problem().m()).rows);
   for (int k = 0; k < request.members_size(); ++k) {
-    read.members.push_back(MemberFromProto(request.members(k), ShapeOf(request.problem().a()).rows,
-                                           ShapeOf(request.problem().m()).rows, fmt::format("members[{}]", k),
-                                           violations));
+    read.members.push_back(MemberFromProto(request.members(k), m, n, fmt::format("members[{}]", k), violations));
   }
   if (!violations.empty()) return InvalidRequest(violations);
 
