@@ -12,6 +12,7 @@
 #include "core/analysis/relative_degree_section.h"
 #include "core/analysis/solution_section.h"
 #include "core/analysis/time_stepping_section.h"
+#include "core/parallel/stop_scope.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -42,19 +43,14 @@ AnalysisSection NotComputed(const char* id, const char* title, const Problem& pr
   return section;
 }
 
-}  // namespace
-
-absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
-  const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
-  const MatrixClass matrix_class = Classify(problem.M, problem.rule);
-  const auto selection = SelectRule(problem.rule, matrix_class);
-  if (!selection.ok()) return selection.status();
-
-  Analysis analysis;
+// All parts, one after the other: what is there when it is stopped is complete.
+absl::Status Fill(const Problem& problem, const Options& options, const std::stop_token& stop, Analysis& analysis) {
   analysis.num_states = problem.num_states();
   analysis.num_constraints = problem.num_constraints();
   analysis.horizon = problem.horizon;
+  const MatrixClass matrix_class = Classify(problem.M, problem.rule);
+  const auto selection = SelectRule(problem.rule, matrix_class);
+  if (!selection.ok()) return selection.status();
   analysis.matrix_class = matrix_class.description;
   analysis.rule = DescribeRule(*selection);
   analysis.sections.push_back(ClassSection(problem.M));
@@ -72,6 +68,20 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   auto recommendation = Recommend(problem, options, stop);
   if (!recommendation.ok()) return recommendation.status();
   analysis.recommendation = *std::move(recommendation);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
+  const auto started = std::chrono::steady_clock::now();
+  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
+  Analysis analysis;
+  const StopScope scope(stop);
+  try {
+    if (absl::Status status = Fill(problem, options, stop, analysis); !status.ok()) return status;
+  } catch (const Stopped&) {
+  }
   for (const AnalysisSection& section : analysis.sections) {
     analysis.warnings.insert(analysis.warnings.end(), section.warnings.begin(), section.warnings.end());
   }

@@ -11,11 +11,12 @@
 #include "core/methods/paper_iteration.h"
 #include "core/methods/solve_context.h"
 #include "core/methods/time_stepping.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
 
-bool RunMethod(const MethodChoice& choice, SolveContext& context) {
+bool RunUnlessStopped(const MethodChoice& choice, SolveContext& context) {
   if (choice.inelastic_impact) return InelasticImpact(context);
   switch (choice.method) {
     case Method::kLaplaceIteration:
@@ -31,6 +32,15 @@ bool RunMethod(const MethodChoice& choice, SolveContext& context) {
       break;
   }
   return ExponentialMarch(context);
+}
+
+// What was recorded before a stop is kept.
+bool RunMethod(const MethodChoice& choice, SolveContext& context) {
+  try {
+    return RunUnlessStopped(choice, context);
+  } catch (const Stopped&) {
+    return context.FailCancelled(context.recorder.reached());
+  }
 }
 
 }  // namespace

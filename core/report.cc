@@ -60,6 +60,16 @@ Solution Refusal(const Problem& problem, const Plan& plan, const AnalysisReport&
   return refused;
 }
 
+Solution StoppedBeforeTheStart(Index num_states, Index num_constraints) {
+  Solution stopped;
+  stopped.termination = Termination::kCancelled;
+  stopped.message = "Stopped on request before the first step.";
+  stopped.failure_time = 0;
+  stopped.x.resize(num_states, 0);
+  stopped.y.resize(num_constraints, 0);
+  return stopped;
+}
+
 void WarnOfCoupledClass(const Problem& problem, const Options& options, const Plan& plan, double step,
                         std::vector<std::string>& warnings) {
   if (plan.method.method != Method::kTimeStepping || plan.is_refused()) return;

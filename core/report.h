@@ -21,6 +21,9 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
 // The answer of a plan that is refused.
 Solution Refusal(const Problem& problem, const Plan& plan, const AnalysisReport& report);
 
+// The answer of a solve that was stopped while it was planned.
+Solution StoppedBeforeTheStart(Index num_states, Index num_constraints);
+
 // Warns where time_stepping with `step` solves LCPs whose matrix M^h has lost the class that M has, on which y rests.
 // Looks at all principal minors, and so at no more than 20 constraints.
 void WarnOfCoupledClass(const Problem& problem, const Options& options, const Plan& plan, double step,

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/setup_cache.h"
 
+#include <chrono>
 #include <utility>
+
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 
@@ -43,7 +46,9 @@ std::shared_ptr<const void> SetupCache::GetAny(const SetupKey& key, const std::f
       entries_.splice(entries_.begin(), entries_, found->second);
       return found->second->value;
     }
-    made_.wait(lock);
+    // Whoever makes it does not know of those who wait, nor of their stops.
+    made_.wait_for(lock, std::chrono::milliseconds(5));
+    LookForStop();
   }
   ++statistics_.misses;
   entries_.push_front({key.bytes(), nullptr, 0});
@@ -54,7 +59,7 @@ std::shared_ptr<const void> SetupCache::GetAny(const SetupKey& key, const std::f
   Made<void> made;
   try {
     made = make();
-  } catch (...) {  // for want of memory: those who wait make it themselves
+  } catch (...) {  // for want of memory, or stopped: those who wait make it themselves
     lock.lock();
     Forget(entry);
     throw;

@@ -7,14 +7,17 @@
 #include "core/error_control.h"
 #include "core/fall_back.h"
 #include "core/grid_solve.h"
+#include "core/parallel/stop_scope.h"
 #include "core/plan.h"
 #include "core/report.h"
 #include "core/soundness.h"
 
 namespace dlcs {
 
-absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
-                               SetupCache* setups, const ResumePoint* resume) {
+namespace {
+
+absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Options& options, Observer& observer,
+                                            std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
   auto plan = MakePlan(problem, options, setups);
@@ -46,6 +49,18 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
     if (absl::Status status = EstimateError(task, *solution); !status.ok()) return status;
   }
   return solution;
+}
+
+}  // namespace
+
+absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
+                               SetupCache* setups, const ResumePoint* resume) {
+  const StopScope scope(stop);
+  try {
+    return SolveUnlessStopped(problem, options, observer, stop, setups, resume);
+  } catch (const Stopped&) {
+    return StoppedBeforeTheStart(problem.num_states(), problem.num_constraints());
+  }
 }
 
 }  // namespace dlcs

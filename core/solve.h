@@ -28,8 +28,8 @@ class SetupCache;
 // threads): the solve goes on from there, and the solution is whole and has the same bits. InvalidArgument where it is of
 // another solve or another version of the engine. Methods that leave no checkpoints (paper_iteration, event_located, trials
 // for a tolerance, inelastic impacts; and where another method may yet have to take over) begin anew.
-// `stop` is looked at before every LCP, every block of the kernel and every term of a contour; the matrix functions of
-// the set-up, O(m³), are not interrupted.
+// `stop` is looked at every ten milliseconds or so while matrices have at most some thousand rows: between pivots, columns of
+// a factorization and panels of a product (core/parallel/stop_scope.h). `dlcs_load stops` measures it.
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
                                std::stop_token stop, SetupCache* setups = nullptr,
                                const ResumePoint* resume = nullptr);

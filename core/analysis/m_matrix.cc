@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/linalg/elimination_loops.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 
@@ -41,6 +42,7 @@ Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
   // Bands are eliminated column by column; for full matrices the columns behind a panel take its products together.
   const Index panel = std::min(below, above) >= size - 1 ? kPanel : size;
   for (Index begin = 0; begin < size; begin += panel) {
+    LookForStop();
     const Index end = std::min(size, begin + panel);
     for (Index p = begin; p < end; ++p) {
       const double diagonal = M(indices[p], indices[p]);

@@ -12,6 +12,7 @@
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
 #include "core/analysis/tracked_matrix.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -47,6 +48,7 @@ class AllMinors {
  private:
   bool Positive(Index remaining, double minor) {
     if (remaining == 0) return true;
+    LookForStop();
     const TrackedMatrix& here = level_[remaining];
     TrackedMatrix& below = level_[remaining - 1];
     const Index first = size_ - remaining;
@@ -102,6 +104,7 @@ Fact LeadingMinors(const Matrix& M) {
     TrackedMatrix tracked = TrackedMatrix::Rounded(M(order, order));
     double minor = 1;
     for (Index p = 0; p < size; ++p) {
+      LookForStop();
       if (!tracked.PivotIsPositive()) {
         const double pivot = tracked.value(0, 0);
         return NotPositive({order.begin(), order.begin() + p + 1}, minor * pivot,

@@ -28,6 +28,8 @@ class EventLocator {
   bool Run();
   // Hands over what a stretch had that was not finished, counts, certificate and polynomials.
   void Finish();
+  // The time up to which the system is solved.
+  double reached() const { return t_; }
 
  private:
   enum class Progressed { kYes, kNoMode, kFailed };

@@ -2,11 +2,14 @@
 
 #include "core/events/mode.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <optional>
 #include <utility>
+
+#include "core/linalg/norms.h"
+#include "core/linalg/panel_lu.h"
+#include "core/linalg/panel_product.h"
+#include "core/linalg/schur_form.h"
 
 namespace dlcs {
 namespace {
@@ -22,9 +25,10 @@ std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   const Vector size_of_rows = matrix.cwiseAbs().rowwise().maxCoeff();
   if (!(size_of_rows.minCoeff() > 0)) return std::nullopt;
   const Vector scale = size_of_rows.cwiseInverse();
-  const Eigen::PartialPivLU<Matrix> factor(scale.asDiagonal() * matrix);
-  if (!(factor.rcond() > kSingular)) return std::nullopt;
-  return -factor.inverse() * scale.asDiagonal();
+  const Matrix scaled = scale.asDiagonal() * matrix;
+  const Matrix inverse = PanelLu(scaled).Solve(Matrix::Identity(size, size));
+  if (!(InfinityNorm(scaled) * InfinityNorm(inverse) * kSingular < 1)) return std::nullopt;
+  return -inverse * scale.asDiagonal();
 }
 
 // The rows U₁ᵀ and U₀ᵀ of an orthogonal matrix with U₀ᵀ M_SS = 0 and U₁ᵀ M_SS of full rank.
@@ -55,9 +59,9 @@ bool DetermineMultipliers(const Problem& problem, Mode& mode) {
   const Matrix M_SS = problem.M.Dense()(S, S);
   const Matrix N_S = problem.N.Dense()(S, Eigen::all);
   if (const auto inverse = NegativeInverse(M_SS)) {
-    const Matrix map = selector * *inverse;
-    mode.y.state = map * N_S;
-    mode.y.g = map * selector.transpose();
+    const Matrix map = Product(selector, *inverse);
+    mode.y.state = Product(map, N_S);
+    mode.y.g = Product(map, selector.transpose());
     return true;
   }
   const RowSpaces rows = SplitRows(M_SS);
@@ -115,10 +119,10 @@ std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active
     mode->source_f = Matrix::Identity(m, m) + problem.B * mode->y.f;
     mode->source_slope = problem.B * mode->y.slope;
   }
-  const Eigen::ComplexSchur<Matrix> schur(mode->dynamics);
-  if (schur.info() != Eigen::Success) return nullptr;
-  mode->vectors = schur.matrixU();
-  mode->triangle = schur.matrixT();
+  std::optional<SchurForm> form = ComputeSchurForm(mode->dynamics);
+  if (!form) return nullptr;
+  mode->vectors = std::move(form->vectors);
+  mode->triangle = std::move(form->triangle);
   return mode;
 }
 

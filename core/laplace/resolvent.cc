@@ -2,20 +2,31 @@
 
 #include "core/laplace/resolvent.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
+#include "core/linalg/schur_form.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
+namespace {
+
+// Where there is no Schur form there is no resolvent either.
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
 
 Resolvent::Resolvent(const Matrix& A) {
-  const Eigen::ComplexSchur<Matrix> schur(A);
-  to_ = schur.matrixU().adjoint();
-  T_ = schur.matrixT();
-  from_ = schur.matrixU();
+  std::optional<SchurForm> form = ComputeSchurForm(A);
+  if (!form) form = SchurForm{ComplexMatrix::Constant(A.rows(), A.cols(), kNaN), ComplexMatrix::Identity(A.rows(), A.cols())};
+  to_ = form->vectors.adjoint();
+  T_ = std::move(form->triangle);
+  from_ = std::move(form->vectors);
 }
 
 Resolvent::Resolvent(ComplexMatrix to, ComplexMatrix T, ComplexMatrix from)
@@ -23,6 +34,7 @@ Resolvent::Resolvent(ComplexMatrix to, ComplexMatrix T, ComplexMatrix from)
 
 void Resolvent::Solve(std::complex<double> z, Eigen::Ref<ComplexMatrix> b) const {
   for (Index k = 0; k < b.cols(); ++k) {
+    LookForStop();
     auto column = b.col(k);
     for (Index j = b.rows() - 1; j >= 0; --j) {
       column[j] /= z - T_(j, j);
@@ -34,7 +46,11 @@ void Resolvent::Solve(std::complex<double> z, Eigen::Ref<ComplexMatrix> b) const
 Resolvent::ComplexMatrix Resolvent::Inverse(std::complex<double> z) const {
   ComplexMatrix columns = to_;
   Solve(z, columns);
-  return from_ * columns;
+  ComplexMatrix inverse(from_.rows(), columns.cols());
+  ForPanels(columns.cols(), 4 * from_.size(), [&](Index begin, Index count) {
+    inverse.middleCols(begin, count).noalias() = from_ * columns.middleCols(begin, count);
+  });
+  return inverse;
 }
 
 double Resolvent::Norm(std::complex<double> z) const { return InfinityNorm(Inverse(z)); }

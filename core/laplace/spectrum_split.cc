@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -15,6 +16,7 @@ using ComplexMatrix = Eigen::MatrixXcd;
 
 // Exchanges the eigenvalues j and j + 1 of U T U* by a rotation of the plane.
 void Exchange(Index j, ComplexMatrix& T, ComplexMatrix& U) {
+  LookForStop();
   Eigen::JacobiRotation<Complex> rotation;
   rotation.makeGivens(T(j, j + 1), T(j + 1, j + 1) - T(j, j));
   T.applyOnTheLeft(j, j + 1, rotation.adjoint());
@@ -39,6 +41,7 @@ ComplexMatrix SolveSylvester(const ComplexMatrix& T, Index front) {
   const Index back = T.rows() - front;
   ComplexMatrix Y = -T.topRightCorner(front, back);
   for (Index j = 0; j < back; ++j) {
+    LookForStop();
     Y.col(j) += Y.leftCols(j) * T.col(front + j).segment(front, j);
     for (Index i = front - 1; i >= 0; --i) {
       Y(i, j) /= T(i, i) - T(front + j, front + j);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 
 namespace dlcs {
 namespace {
@@ -59,8 +60,7 @@ const ToeplitzConvolution::Spectrum& ToeplitzConvolution::KernelSpectrum(Index l
   const Index n = order_;
   const Index frequencies = length / 2 + 1;
   const Index blocks = std::min(length / 2, num_blocks());
-  Spectrum& spectrum = spectra_[length];
-  spectrum.resize(static_cast<size_t>(n * n * frequencies));
+  Spectrum spectrum(static_cast<size_t>(n * n * frequencies));
   workers.ForBlocks(n * n, 4, [&](Index, Index begin, Index end) {
     Eigen::FFT<double> fft = MakeFft();
     std::vector<double> series(length);
@@ -72,7 +72,7 @@ const ToeplitzConvolution::Spectrum& ToeplitzConvolution::KernelSpectrum(Index l
       std::copy(transform.begin(), transform.begin() + frequencies, spectrum.begin() + pair * frequencies);
     }
   });
-  return spectrum;
+  return spectra_.emplace(length, std::move(spectrum)).first->second;
 }
 
 Matrix ToeplitzConvolution::ApplyByFft(const Matrix& d, Workers& workers) {

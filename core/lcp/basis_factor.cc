@@ -10,6 +10,7 @@
 
 #include "core/linalg/elimination_loops.h"
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 BasisFactor::BasisFactor(const Matrix& M, Elimination elimination)
@@ -64,6 +65,7 @@ bool BasisFactor::Eliminate(Index size) {
   const double zero = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size) * largest;
   std::iota(source_.begin(), source_.begin() + size, Index{0});
   for (Index begin = 0; begin < size; begin += kPanel) {
+    LookForStop();
     const Index end = std::min(begin + kPanel, size), behind = size - end;
     for (Index p = begin; p < end; ++p) {
       if (!Exchange(p, size, zero)) return false;

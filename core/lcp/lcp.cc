@@ -19,6 +19,7 @@
 #include "core/lcp/minimiser.h"
 #include "core/lcp/tridiagonal_solver.h"
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 #include "core/problem_checks.h"
 #include "core/soundness.h"
 
@@ -176,14 +177,17 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
                                    const std::stop_token& stop) {
   if (absl::Status status = Validate(M, q, request); !status.ok()) return status;
-  const MatrixClass matrix_class = Classify(M, request.rule);
-  const absl::StatusOr<Selection> selection = SelectRule(request.rule, matrix_class);
-  if (!selection.ok()) return selection.status();
-  if (stop.stop_requested()) return absl::CancelledError("stopped after the classification of M");
-  LcpResult result = SolveClassifiedLcp(M, q, matrix_class, {*selection, request.selector, matrix_class});
-  if (request.all_basic_solutions) result.basic_solutions = AllBasicSolutions(M, q, stop);
-  if (stop.stop_requested()) return absl::CancelledError("stopped before all basic solutions were found");
-  return result;
+  const StopScope scope(stop);
+  try {
+    const MatrixClass matrix_class = Classify(M, request.rule);
+    const absl::StatusOr<Selection> selection = SelectRule(request.rule, matrix_class);
+    if (!selection.ok()) return selection.status();
+    LcpResult result = SolveClassifiedLcp(M, q, matrix_class, {*selection, request.selector, matrix_class});
+    if (request.all_basic_solutions) result.basic_solutions = AllBasicSolutions(M, q, stop);
+    if (!stop.stop_requested()) return result;
+  } catch (const Stopped&) {
+  }
+  return absl::CancelledError("stopped before the LCP was solved");
 }
 
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule) {

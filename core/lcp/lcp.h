@@ -58,7 +58,7 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 // 1e-12 (‖q‖_∞ + ‖M‖_∞‖y‖_∞) + 1e-14, the last term only where there is no solution without it.
 // Errors: InvalidArgument, one line "field: description" for each rule broken (fields M, q, rule, selector,
 //         all_basic_solutions): shapes, non-finite entries, a rule that M does not admit, too large for all solutions;
-//         Cancelled when `stop` is requested (looked at between classification, solve and the bases of all solutions).
+//         Cancelled when `stop` is requested (looked at as by Solve() of core/solve.h).
 // Cost: the classification of M and O(n³), for small matrices of no class O(2ⁿ) in the worst case.
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
                                    const std::stop_token& stop = {});

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/parallel/stop_scope.h"
+
 namespace dlcs {
 
 Lemke::Lemke(Index n) : n_(n), tableau_(n, 2 * n + 2), basic_(n), ray_(n) { ties_.reserve(n); }
@@ -39,6 +41,7 @@ LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
   if (tableau_(row, 2 * n_ + 1) >= 0) return LemkeEnd::kBasis;
   Index entering = kArtificial;
   while (pivots_ < max_pivots) {
+    LookForStop();
     Pivot(row, entering);
     ++pivots_;
     const Index leaving = basic_[row];

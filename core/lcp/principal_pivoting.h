@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/lcp/lcp.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 
@@ -38,6 +39,7 @@ bool PivotPrincipally(const Lcp& lcp, int max_rounds, Exchange exchange, Point& 
   std::size_t fewest = basis.size() + 1;
   int patience = kPatience;
   for (int round = 0; round < max_rounds; ++round) {
+    LookForStop();
     if (!point.Compute(lcp, basis)) return false;
     const std::vector<Index>& infeasible = point.violations();
     if (infeasible.empty()) return point.accurate();

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/linalg/panel_product.h"
+
 namespace dlcs {
 namespace {
 
@@ -20,14 +22,14 @@ Matrix TaylorPhi2(const Matrix& Z) {
     factorial *= k + 3;
   }
   const Matrix identity = Matrix::Identity(Z.rows(), Z.cols());
-  const Matrix Z2 = Z * Z;
-  const Matrix Z3 = Z2 * Z;
-  const Matrix Z4 = Z2 * Z2;
+  const Matrix Z2 = Product(Z, Z);
+  const Matrix Z3 = Product(Z2, Z);
+  const Matrix Z4 = Product(Z2, Z2);
   const auto cubic = [&](int k) -> Matrix {
     return c[k] * identity + c[k + 1] * Z + c[k + 2] * Z2 + c[k + 3] * Z3;
   };
   Matrix sum = cubic(12);
-  for (int k = 8; k >= 0; k -= 4) sum = (Z4 * sum).eval() + cubic(k);
+  for (int k = 8; k >= 0; k -= 4) sum = Product(Z4, sum) + cubic(k);
   return sum;
 }
 
@@ -35,9 +37,9 @@ Matrix TaylorPhi2(const Matrix& Z) {
 
 PhiFunctions DoublePhiFunctions(const PhiFunctions& phi) {
   PhiFunctions doubled;
-  doubled.phi2 = (phi.phi1 * phi.phi1 + 2 * phi.phi2) / 4;
-  doubled.phi1 = (phi.phi0 * phi.phi1 + phi.phi1) / 2;
-  doubled.phi0 = phi.phi0 * phi.phi0;
+  doubled.phi2 = (Product(phi.phi1, phi.phi1) + 2 * phi.phi2) / 4;
+  doubled.phi1 = (Product(phi.phi0, phi.phi1) + phi.phi1) / 2;
+  doubled.phi0 = Product(phi.phi0, phi.phi0);
   return doubled;
 }
 
@@ -50,8 +52,8 @@ PhiFunctions ComputePhiFunctions(const Matrix& Z) {
 
   PhiFunctions phi;
   phi.phi2 = TaylorPhi2(scaled);
-  phi.phi1 = identity + scaled * phi.phi2;
-  phi.phi0 = identity + scaled * phi.phi1;
+  phi.phi1 = identity + Product(scaled, phi.phi2);
+  phi.phi0 = identity + Product(scaled, phi.phi1);
   for (int k = 0; k < doublings; ++k) phi = DoublePhiFunctions(phi);
   return phi;
 }

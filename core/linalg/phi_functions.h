@@ -20,7 +20,7 @@ struct PhiFunctions {
 //
 // Non-finite entries of Z, or an overflow of e^Z, give non-finite matrices, not an error.
 // Accuracy: some 1e-15 relative to ‖φ_k‖ when Z is not far from normal (shown in phi_functions_test.cc).
-// Cost:     6 + 3s products of m × m matrices.
+// Cost:     6 + 3s products of m × m matrices, between and in which it looks for a stop (core/parallel/stop_scope.h).
 // Source:   [Higham 2008] N. J. Higham. Functions of Matrices. SIAM. Sections 4.2 and 10.7.4.
 PhiFunctions ComputePhiFunctions(const Matrix& Z);
 

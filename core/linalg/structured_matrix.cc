@@ -8,6 +8,7 @@
 
 #include "core/linalg/diagonals.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
 #include "core/violation_list.h"
 
 namespace dlcs {
@@ -197,7 +198,11 @@ bool StructuredMatrix::IsZero() const { return MaxAbs() == 0; }
 bool StructuredMatrix::AllFinite() const { return std::isfinite(MaxAbs()); }
 
 void StructuredMatrix::Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const {
-  std::visit(Overloaded{[&](const Matrix& dense) { left.noalias() = dense * right; },
+  std::visit(Overloaded{[&](const Matrix& dense) {
+                          ForPanels(right.cols(), dense.size(), [&](Index begin, Index count) {
+                            left.middleCols(begin, count).noalias() = dense * right.middleCols(begin, count);
+                          });
+                        },
                         [&](const SparseMatrix& sparse) { MultiplySparse(sparse, right, left); },
                         [&](const KroneckerSum& sum) {
                           for (Index k = 0; k < right.cols(); ++k) {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/linalg/phi_functions.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -180,6 +181,7 @@ ComplexVector ContourStates::Contribution(const std::vector<InterpolatedRun>& so
     if (steps <= 0) break;
     const std::vector<Matrix>& coefficients = sources[r].coefficients;
     const StepWeights weights = WeightsOfStep(z, run.step, coefficients.size());
+    LookForStop();
     for (Index l = 0; l < steps; ++l) {
       integral *= weights.decay;
       for (size_t k = 0; k < coefficients.size(); ++k) integral += weights.powers[k] * coefficients[k].col(l);

@@ -7,6 +7,7 @@
 
 #include "core/events/event_locator.h"
 #include "core/events/event_record.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -34,7 +35,12 @@ bool EventLocated(SolveContext& context) {
   const double tolerance = asked > 0 ? std::min(asked, kLargestEventTolerance) : kDefaultEventTolerance;
   EventRecord record;
   EventLocator locator(context, tolerance, record);
-  const bool reached = locator.Run();
+  bool reached = false;
+  try {
+    reached = locator.Run();
+  } catch (const Stopped&) {
+    context.FailCancelled(locator.reached());
+  }
   locator.Finish();
   Solution& solution = context.solution;
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);

@@ -10,12 +10,18 @@
 #include "core/methods/progress.h"
 #include "core/methods/shared_setup.h"
 #include "core/methods/step_cache.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
 
-// Steps between two sums of the certificate; its columns stay in the cache, or fill 16 MB each.
-Index Chunk(Index num_states) { return std::clamp<Index>((Index{1} << 21) / num_states, 1, 256); }
+// Steps between two sums of the certificate. Its columns stay in the cache, or fill 16 MB each; where A is dense, its
+// products take some ten milliseconds, since they are not interrupted.
+Index Chunk(const Problem& problem) {
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  const Index operations = n * n + (problem.A.is_dense() ? m * m : m);
+  return std::clamp<Index>(std::min((Index{1} << 21) / m, (Index{1} << 23) / operations), problem.A.is_dense() ? 8 : 1, 256);
+}
 
 }  // namespace
 
@@ -83,15 +89,20 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departu
   coupled_.StartFrom(segment.y.col(0));
   if (newton_) newton_->StartFrom(segment.y.col(0));
 
-  for (solved = 0; solved < steps && !stop.stop_requested(); ++solved) {
-    const Index j = solved + 1;
-    if (const LcpVerdict verdict = TakeStage(segment, size_of_g, j, departures); verdict != LcpVerdict::kSolved) {
-      return verdict;
+  solved = 0;
+  try {
+    for (; solved < steps && !stop.stop_requested(); ++solved) {
+      const Index j = solved + 1;
+      if (const LcpVerdict verdict = TakeStage(segment, size_of_g, j, departures); verdict != LcpVerdict::kSolved) {
+        return verdict;
+      }
+      AddBefore(segment, j);
+      if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
+      const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
+      if (verdict != LcpVerdict::kSolved) return verdict;
     }
-    AddBefore(segment, j);
-    if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
-    const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
-    if (verdict != LcpVerdict::kSolved) return verdict;
+  } catch (const Stopped&) {
+    // In the middle of a step: those before it are kept.
   }
   return LcpVerdict::kSolved;
 }
@@ -170,7 +181,7 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
     Marcher& marcher = marchers.At(run.step);
     while (done < run.steps) {
       Segment segment;
-      const Index steps = std::min(Chunk(problem.num_states()), run.steps - done);
+      const Index steps = std::min(Chunk(problem), run.steps - done);
       if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
         return context.FailNonFinite(*bad);
       }

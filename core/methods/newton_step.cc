@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
 #include "core/linalg/pseudo_inverse.h"
 #include "core/methods/solve_context.h"
 
@@ -18,7 +19,7 @@ constexpr double kRounding = 16 * kEpsilon;
 // The same with a pseudo-inverse behind y.
 constexpr double kLeastNormRounding = 1e-12;
 
-bool IsRegular(const Eigen::PartialPivLU<Matrix>& lu) { return lu.rcond() > kEpsilon; }
+bool IsRegular(const PanelLu& lu) { return lu.ReciprocalCondition() > kEpsilon; }
 
 }  // namespace
 
@@ -31,9 +32,9 @@ Matrix NewtonMatrix(const Problem& problem, const Matrix& y_after, const std::ve
          FactorOfAnyRank(problem.M.Dense()(active, active)).solve(problem.N.Dense()(active, Eigen::all)).eval();
     return V;
   }
-  const Eigen::PartialPivLU<Matrix> lu(problem.M.Dense()(active, active));
+  const PanelLu lu(problem.M.Dense()(active, active));
   if (!IsRegular(lu)) return V.setConstant(std::numeric_limits<double>::quiet_NaN());
-  V += y_after(Eigen::all, active) * lu.solve(problem.N.Dense()(active, Eigen::all));
+  V += Product(Matrix(y_after(Eigen::all, active)), lu.Solve(Matrix(problem.N.Dense()(active, Eigen::all))));
   return V;
 }
 
@@ -56,8 +57,8 @@ bool NewtonStep::Factor(const std::vector<Index>& active) {
   factored_active_ = active;
   regular_ = V.allFinite();
   if (regular_) {
-    lu_.compute(V);
-    regular_ = IsRegular(lu_);
+    lu_.emplace(V);
+    regular_ = IsRegular(*lu_);
   }
   return regular_;
 }
@@ -87,7 +88,7 @@ NewtonVerdict NewtonStep::Solve(const Eigen::Ref<const Vector>& p, const Eigen::
       return NewtonVerdict::kConverged;
     }
     if (!Factor(active_)) return NewtonVerdict::kSingular;
-    u -= lu_.solve(residual_);
+    u -= lu_->Solve(residual_).col(0);
     last_active_ = active_;
   }
   return NewtonVerdict::kIterationLimit;

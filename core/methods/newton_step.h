@@ -4,11 +4,12 @@
 #ifndef DLCS_CORE_METHODS_NEWTON_STEP_H_
 #define DLCS_CORE_METHODS_NEWTON_STEP_H_
 
-#include <Eigen/LU>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/lcp/lcp.h"
+#include "core/linalg/panel_lu.h"
 #include "core/methods/scheme.h"
 #include "core/problem.h"
 
@@ -70,7 +71,7 @@ class NewtonStep {
   bool factored_ = false;
   bool regular_ = false;
   std::vector<Index> factored_active_;  // J of lu_
-  Eigen::PartialPivLU<Matrix> lu_;      // of V
+  std::optional<PanelLu> lu_;           // of V
 };
 
 // V for J = `active`: I + y_after_J M_JJ⁻¹ N_J, since (I - D + DM)⁻¹D is M_JJ⁻¹ on J and zero elsewhere. Not finite

@@ -25,6 +25,10 @@ class Recorder {
   void Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
 
   Index recorded() const { return recorded_; }
+  // The time of the last node that was recorded; 0 where none was.
+  double reached() const {
+    return recorded_ > 0 ? grid_.times[grid_.output_nodes[static_cast<std::size_t>(recorded_ - 1)]] : 0;
+  }
   // The first `recorded` columns of the solution have been filled in.
   void GoOnFrom(Index recorded) { recorded_ = recorded; }
 

@@ -7,6 +7,7 @@
 #include "core/methods/shared_setup.h"
 #include "core/methods/split_step.h"
 #include "core/methods/step_cache.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -37,30 +38,34 @@ class ReducedMarcher {
     const double begin = context_.Seconds();
     Index done = run.first_step;
     for (Index j = 1; j <= done; ++j) memory->Push(run.y.col(j));
-    for (; done < run.steps(); ++done) {
-      if (done % kStepsPerBlock == 0) {
-        step.StartFrom(run.y.col(done));
-        if (done > run.first_step) run.offer_checkpoint(done, Vector());
-      }
-      const Index j = done + 1;
-      const double time = run.Time(context_.grid, j);
-      if (done % kStepsPerLook == 0) {
-        if (context_.stop.stop_requested()) {
-          context_.FailCancelled(time);
+    try {
+      for (; done < run.steps(); ++done) {
+        if (done % kStepsPerBlock == 0) {
+          step.StartFrom(run.y.col(done));
+          if (done > run.first_step) run.offer_checkpoint(done, Vector());
+        }
+        const Index j = done + 1;
+        const double time = run.Time(context_.grid, j);
+        if (done % kStepsPerLook == 0) {
+          if (context_.stop.stop_requested()) {
+            context_.FailCancelled(time);
+            break;
+          }
+          progress_.At(run.Time(context_.grid, done));
+        }
+        memory->Next(past);
+        q = run.free.nodes.col(j) + run.g.col(j) + past;
+        Extrapolate(run.y, j);
+        const LcpVerdict verdict = step.Solve(q, size + past.cwiseAbs(), departures_, run.y.col(j));
+        if (verdict != LcpVerdict::kSolved) {
+          Fail(verdict, time);
           break;
         }
-        progress_.At(run.Time(context_.grid, done));
+        memory->Push(run.y.col(j));
+        ++context_.solution.cost.lcps;
       }
-      memory->Next(past);
-      q = run.free.nodes.col(j) + run.g.col(j) + past;
-      Extrapolate(run.y, j);
-      const LcpVerdict verdict = step.Solve(q, size + past.cwiseAbs(), departures_, run.y.col(j));
-      if (verdict != LcpVerdict::kSolved) {
-        Fail(verdict, time);
-        break;
-      }
-      memory->Push(run.y.col(j));
-      ++context_.solution.cost.lcps;
+    } catch (const Stopped&) {
+      context_.FailCancelled(run.Time(context_.grid, done + 1));
     }
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;
     context_.solution.cost.steps += done;

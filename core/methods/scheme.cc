@@ -2,9 +2,11 @@
 
 #include "core/methods/scheme.h"
 
-#include <Eigen/LU>
 #include <limits>
 
+#include "core/linalg/norms.h"
+#include "core/linalg/panel_lu.h"
+#include "core/linalg/panel_product.h"
 #include "core/linalg/phi_functions.h"
 
 namespace dlcs {
@@ -48,10 +50,10 @@ Scheme WithSources(const ExponentialWeights& weights, double step) {
 Scheme ExponentialPiecewiseLinear(const Problem& problem, double step) {
   const ExponentialWeights weights = ComputeWeights(problem.A, step);
   Scheme scheme = WithSources(weights, step);
-  scheme.y_before = weights.before * problem.B.Dense();
-  scheme.y_after = weights.after * problem.B.Dense();
-  scheme.mid_y_before = weights.mid_before * problem.B.Dense();
-  scheme.mid_y_after = weights.mid_after * problem.B.Dense();
+  scheme.y_before = Product(weights.before, problem.B.Dense());
+  scheme.y_after = Product(weights.after, problem.B.Dense());
+  scheme.mid_y_before = Product(weights.mid_before, problem.B.Dense());
+  scheme.mid_y_after = Product(weights.mid_after, problem.B.Dense());
   scheme.y_is_linear = true;
   scheme.order = 2;
   return scheme;
@@ -60,21 +62,24 @@ Scheme ExponentialPiecewiseLinear(const Problem& problem, double step) {
 Scheme ExponentialPiecewiseConstant(const Problem& problem, double step) {
   const ExponentialWeights weights = ComputeWeights(problem.A, step);
   Scheme scheme = WithSources(weights, step);
-  scheme.y_after = (weights.before + weights.after) * problem.B.Dense();
-  scheme.mid_y_after = (weights.mid_before + weights.mid_after) * problem.B.Dense();
+  scheme.y_after = Product(weights.before + weights.after, problem.B.Dense());
+  scheme.mid_y_after = Product(weights.mid_before + weights.mid_after, problem.B.Dense());
   return scheme;
 }
 
 Scheme ThetaScheme(const Problem& problem, double step, double theta) {
   const Matrix identity = Matrix::Identity(problem.num_states(), problem.num_states());
-  const Eigen::PartialPivLU<Matrix> factor(identity - step * (1 - theta) * problem.A.Dense());
+  const Matrix implicit = identity - step * (1 - theta) * problem.A.Dense();
+  const PanelLu factor(implicit);
   Scheme scheme;
   scheme.step = step;
-  scheme.state = factor.solve(identity + step * theta * problem.A.Dense());
-  scheme.f_after = factor.solve(step * identity);
-  scheme.y_after = scheme.f_after * problem.B.Dense();
+  const Matrix inverse = factor.Solve(identity);
+  scheme.state = theta == 0 ? inverse : factor.Solve(identity + step * theta * problem.A.Dense());
+  scheme.f_after = step * inverse;
+  scheme.y_after = Product(scheme.f_after, problem.B.Dense());
   scheme.x_is_linear = true;
-  if (!(factor.rcond() > std::numeric_limits<double>::epsilon())) {
+  const double condition = InfinityNorm(implicit) * InfinityNorm(inverse);
+  if (!(condition < 1 / std::numeric_limits<double>::epsilon())) {
     scheme.state.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   return scheme;

@@ -21,6 +21,7 @@
 #include "core/observer.h"
 #include "core/options.h"
 #include "core/parallel/parallel.h"
+#include "core/parallel/stop_scope.h"
 #include "core/problem.h"
 #include "core/realisation/realisation.h"
 #include "core/solution.h"
@@ -103,6 +104,7 @@ struct SolveContext {
 
   // Files a finished segment: certificate and output.
   void Add(const Segment& segment, const Scheme& scheme) {
+    const StopScope to_the_end(nullptr);  // what was found is kept, also when a stop was asked for
     const bool splines = solution.method == Method::kPaperIteration && options.interpolation != Interpolation::kLinear;
     if (grid.output_nodes.size() == grid.times.size() && !splines) {
       solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};

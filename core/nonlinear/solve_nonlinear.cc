@@ -11,6 +11,8 @@
 #include "core/linalg/norms.h"
 #include "core/methods/solve_context.h"
 #include "core/nonlinear/splitting_iteration.h"
+#include "core/parallel/stop_scope.h"
+#include "core/report.h"
 
 namespace dlcs {
 namespace {
@@ -38,6 +40,15 @@ Matrix WithoutNoise(Matrix jacobian) {
   return (jacobian.array().abs() <= noise).select(0, jacobian);
 }
 
+// What was recorded before a stop is kept.
+bool RunUnlessStopped(NonlinearContext& context) {
+  try {
+    return SplittingIteration(context);
+  } catch (const Stopped&) {
+    return context.FailCancelled(context.recorder.reached());
+  }
+}
+
 Solution SolveOnGrid(Task& task, NonlinearFunctions functions, const Grid& grid, Observer& observer) {
   Solution solution;
   solution.method = Method::kLaplaceIteration;
@@ -56,7 +67,7 @@ Solution SolveOnGrid(Task& task, NonlinearFunctions functions, const Grid& grid,
       .solution = solution,
       .started = task.started};
   solution.cost.seconds_setup = context.Seconds();
-  if (SplittingIteration(context)) {
+  if (RunUnlessStopped(context)) {
     solution.termination = Termination::kConverged;
     solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
                        std::to_string(solution.cost.steps) + " steps.";
@@ -79,10 +90,8 @@ void EstimateError(Task& task, NonlinearFunctions functions, const Grid& grid, S
   solution.certificate.estimated_error_x = 4.0 / 3 * MaxAbs(solution.x - finer.x);
 }
 
-}  // namespace
-
-absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
-                                        std::stop_token stop) {
+absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, const Options& options, Observer& observer,
+                                            std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
   auto functions = NonlinearFunctions::Create(problem);
@@ -145,6 +154,18 @@ absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const O
     EstimateError(task, *std::move(again), grid, solution);
   }
   return solution;
+}
+
+}  // namespace
+
+absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
+                                        std::stop_token stop) {
+  const StopScope scope(stop);
+  try {
+    return SolveUnlessStopped(problem, options, observer, stop);
+  } catch (const Stopped&) {
+    return StoppedBeforeTheStart(problem.num_states(), problem.num_constraints());
+  }
 }
 
 }  // namespace dlcs

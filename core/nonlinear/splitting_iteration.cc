@@ -126,7 +126,7 @@ class Iteration {
       ++window_;
       ++context_.solution.cost.windows;
       if (context_.stop.stop_requested()) {
-        context_.Fail(Termination::kCancelled, begin, "Stopped on request before the end was reached.");
+        context_.FailCancelled(begin);
         return 0;
       }
       if (result.converged) {

@@ -44,6 +44,9 @@ struct NonlinearContext {
     solution.message = std::move(message);
     return false;
   }
+  bool FailCancelled(double time) {
+    return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
+  }
 };
 
 // Solves the problem of `context` as core/nonlinear/solve_nonlinear.h describes, and files segments, certificate and

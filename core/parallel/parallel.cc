@@ -10,6 +10,8 @@
 
 #include <algorithm>
 
+#include "core/parallel/stop_scope.h"
+
 namespace dlcs {
 
 struct Workers::Arena {
@@ -31,16 +33,19 @@ void Workers::ForBlocks(Index count, Index block_size,
                         const std::function<void(Index, Index, Index)>& body) {
   const Index blocks = (count + block_size - 1) / block_size;
   const auto run = [&](Index block) {
+    LookForStop();
     body(block, block * block_size, std::min(count, (block + 1) * block_size));
   };
   if (blocks <= 1 || max_threads() == 1) {
     for (Index block = 0; block < blocks; ++block) run(block);
     return;
   }
+  const std::stop_token* const stop = StopScope::Current();
   arena_->arena.execute([&] {
     oneapi::tbb::parallel_for(
         oneapi::tbb::blocked_range<Index>(0, blocks, 1),
         [&](const oneapi::tbb::blocked_range<Index>& range) {
+          const StopScope scope(stop);
           for (Index block = range.begin(); block != range.end(); ++block) run(block);
         },
         oneapi::tbb::simple_partitioner());

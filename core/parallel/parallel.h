@@ -23,7 +23,8 @@ class Workers {
   // [0, count), in any order and on any thread, and returns when all are done. Blocks depend on the
   // arguments alone, never on the number of threads: work that keeps state per block, or sums per block and
   // then over blocks in order, has the same bits on any machine. One block runs on the calling thread.
-  // `body` must not throw.
+  // The StopScope of the caller is that of all bodies, and looked at before each. They throw nothing but Stopped, which is
+  // thrown again here when those that were begun are done.
   void ForBlocks(Index count, Index block_size,
                  const std::function<void(Index block, Index begin, Index end)>& body);
 
