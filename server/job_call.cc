@@ -157,6 +157,7 @@ absl::Status JobWatchCall::Prepare() {
   if (!id.ok()) return id.status();
   jobs::EventWatchOptions options;
   options.after = request_.after_sequence();
+  options.kept_only = request_.view() == v1::WATCH_VIEW_PROGRESS;
   options.min_interval = IntervalOf(request_.min_interval());
   const std::weak_ptr<JobStream> weak = weak_from_this();
   auto watch = environment_.manager.Watch(std::nullopt, *id, options, [weak] {
@@ -167,38 +168,32 @@ absl::Status JobWatchCall::Prepare() {
   return absl::OkStatus();
 }
 
-bool JobWatchCall::IsWanted(const jobs::Event& event) const {
-  return request_.view() != v1::WATCH_VIEW_PROGRESS || jobs::IsKept(event.kind);
-}
-
 JobWatchCall::Got JobWatchCall::Next(v1::JobEvent& event) {
   if (behind_gap_) {
     event = ToProto(*std::exchange(behind_gap_, std::nullopt));
     return Got::kMessage;
   }
-  for (;;) {
-    jobs::EventWatch::Delivery delivery = watch_->Next();
-    switch (delivery.got) {
-      case jobs::EventWatch::Got::kEvent:
-        if (!IsWanted(delivery.event)) continue;
-        if (delivery.gap && request_.view() != v1::WATCH_VIEW_PROGRESS) {
-          behind_gap_ = std::move(delivery.event);
-          event = ToProto(*delivery.gap, environment_.clock.Now());
-        } else {
-          event = ToProto(delivery.event);
-        }
-        return Got::kMessage;
-      case jobs::EventWatch::Got::kHeartbeat:
-        event = HeartbeatAfter(watch_->position(), environment_.clock.Now());
-        return Got::kMessage;
-      case jobs::EventWatch::Got::kNothing:
-        return Got::kNothing;
-      case jobs::EventWatch::Got::kArchived:
-        return Got::kBlocks;
-      case jobs::EventWatch::Got::kEnd:
-        return Got::kEnd;
-    }
+  jobs::EventWatch::Delivery delivery = watch_->Next();
+  switch (delivery.got) {
+    case jobs::EventWatch::Got::kEvent:
+      if (delivery.gap) {
+        behind_gap_ = std::move(delivery.event);
+        event = ToProto(*delivery.gap, environment_.clock.Now());
+      } else {
+        event = ToProto(delivery.event);
+      }
+      return Got::kMessage;
+    case jobs::EventWatch::Got::kHeartbeat:
+      event = HeartbeatAfter(watch_->position(), environment_.clock.Now());
+      return Got::kMessage;
+    case jobs::EventWatch::Got::kNothing:
+      return Got::kNothing;
+    case jobs::EventWatch::Got::kArchived:
+      return Got::kBlocks;
+    case jobs::EventWatch::Got::kEnd:
+      break;
   }
+  return Got::kEnd;
 }
 
 // The trajectory.

@@ -117,7 +117,6 @@ class JobWatchCall final : public JobStream<v1::JobEvent> {
  private:
   Got Next(v1::JobEvent& event) override;
   absl::Status Prepare() override;
-  bool IsWanted(const jobs::Event& event) const;
 
   const v1::WatchSolveJobRequest request_;
   std::unique_ptr<jobs::JobWatch> watch_;

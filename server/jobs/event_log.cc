@@ -39,7 +39,7 @@ Event EventLog::Append(EventKind kind, std::string payload) {
     bytes_ += SizeOf(event);
     (IsKept(kind) ? kept_ : passing_).push_back(event);
     if (OverLimits()) Evict();
-    wake = VisibleThrough() >= event.sequence && NeedsWake();
+    wake = VisibleThrough() >= event.sequence && (IsKept(kind) ? NeedsWake() : NeedsWakeForPassing());
   }
   WakeIf(wake);
   return event;
@@ -161,7 +161,7 @@ EventLog::Choice EventLog::ChooseFromMemory(const EventWatch& watch, Duration no
   // The run of passing events before the next kept one.
   const auto first = After(passing_, watch.position_);
   const auto last = After(passing_, has_kept ? kept->sequence : visible);
-  if (first < last) {
+  if (first < last && !watch.options_.kept_only) {
     const bool throttled = watch.options_.min_interval > Duration::zero();
     if (!throttled || now >= watch.next_passing_) {
       const bool newest_only = throttled || static_cast<std::size_t>(last - first) > watch.options_.max_backlog;
@@ -207,6 +207,16 @@ void EventLog::Evict() {
 bool EventLog::NeedsWake() {
   if (waker_ == nullptr || woken_) return false;
   woken_ = std::any_of(watches_.begin(), watches_.end(), [](const EventWatch* watch) { return watch->waiting_; });
+  return woken_;
+}
+
+// A thousand iterates a second must not wake somebody a thousand times who wants twenty of them.
+bool EventLog::NeedsWakeForPassing() {
+  if (waker_ == nullptr || woken_) return false;
+  woken_ = std::any_of(watches_.begin(), watches_.end(), [](const EventWatch* watch) {
+    const bool will_be_woken_in_time = watch->due_ <= watch->next_passing_;
+    return watch->waiting_ && !watch->options_.kept_only && !will_be_woken_in_time;
+  });
   return woken_;
 }
 
@@ -280,7 +290,7 @@ EventWatch::Delivery EventWatch::Next() {
 
 EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
   Delivery delivery{.got = Got::kEvent, .gap = std::nullopt, .event = {}, .archived_through = 0};
-  if (event.sequence > position_ + 1) {
+  if (event.sequence > position_ + 1 && !options_.kept_only) {
     EventGap gap{.first = position_ + 1, .last = event.sequence - 1, .why = EventGap::Why::kSlow};
     if (gap.first <= std::max(log_->first_, log_->forgotten_)) {
       gap.why = EventGap::Why::kNotRetained;

@@ -97,7 +97,10 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   bool OverLimits() const;
   void Evict();
   void RestartAfter(std::int64_t sequence);
+  // Whether the waker is to be called, since a watcher waits; for a passing event, since one waits that could have it or
+  // does not know yet when.
   bool NeedsWake();
+  bool NeedsWakeForPassing();
   void WakeIf(bool needed);
 
   const EventLogLimits limits_;
@@ -134,6 +137,8 @@ struct EventGap {
 
 struct EventWatchOptions {
   std::int64_t after = 0;  // begins above this number
+  // Passing events are of no interest, and no gap stands for them.
+  bool kept_only = false;
   // Passing events closer together than this are conflated: of each run the newest is delivered.
   Duration min_interval{0};
   // Quiet for so long, a heartbeat is delivered. Proxies cut streams that are silent for a minute.

@@ -280,6 +280,46 @@ TEST_F(EventLogTest, HeartbeatsFillSilenceAtMostFifteenSecondsLong) {
 
 // Any mixture of appending, committing, reading and resuming: every number is delivered or announced once, kept ones
 // are delivered, and the summary is last.
+TEST_F(EventLogTest, IteratesDoNotSilenceOneWhoWantsOnlyWhatIsKept) {
+  const auto log = MakeLog();
+  const auto watch = Watch(log, {.kept_only = true});
+  for (int second = 1; second <= 12; ++second) {
+    clock_.Advance(1s);
+    log->Append(EventKind::kIterate, "i");
+    EXPECT_EQ(Read(*watch), std::vector<std::string>(second == 10 ? 1 : 0, "heartbeat")) << second;
+  }
+  Keep(*log, EventKind::kWindowAccepted, "w");
+  log->Append(EventKind::kIterate, "i");
+  Keep(*log, EventKind::kSummary, "s");
+  EXPECT_THAT(Read(*watch), ElementsAre("13:w", "15:s", "end"));
+}
+
+TEST_F(EventLogTest, WakesNobodyForIteratesThatNobodyMayHaveYet) {
+  class Counter final : public EventWaker {
+   public:
+    void Wake(std::shared_ptr<EventLog>) override { ++wakes; }
+    int wakes = 0;
+  } waker;
+  const auto log = std::make_shared<EventLog>(EventLogLimits(), clock_, &waker, 0);
+  log->Reserve(1'000'000);
+  const auto watch = Watch(log, {.min_interval = 50ms});
+  EXPECT_EQ(Read(*watch).size(), 0u);
+  // The part of the dispatcher: it comes when it is woken, and when it said that it would.
+  int delivered = 0, seen = 0;
+  Duration due = Duration::max();
+  for (int k = 0; k < 1000; ++k) {
+    clock_.Advance(1ms);
+    log->Append(EventKind::kIterate, "i");
+    if (waker.wakes == seen && clock_.Elapsed() < due) continue;
+    seen = waker.wakes;
+    std::vector<std::shared_ptr<const std::function<void()>>> ready;
+    due = log->TakeReady(ready);
+    if (!ready.empty()) delivered += static_cast<int>(Read(*watch).size());
+  }
+  EXPECT_GE(delivered, 20);  // with the gaps before them nearly twice as many
+  EXPECT_LE(waker.wakes, 41);
+}
+
 TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     SCOPED_TRACE(seed);
