@@ -14,6 +14,7 @@
 #include "server/convert.h"
 #include "server/job_trajectory.h"
 #include "server/solve_session.h"
+#include "spdlog/spdlog.h"
 
 namespace dlcs {
 namespace {
@@ -32,7 +33,7 @@ std::optional<std::string> ContentOf(const std::optional<std::string>& state, ch
   return state->substr(1);
 }
 
-// Brings what the engine tells into the run.
+// Brings what the engine tells into the run, and counts what that takes of its time.
 class RunObserver final : public Observer {
  public:
   // Columns below `stored` of the trajectory are in the store; `resumed` where this attempt goes on.
@@ -40,22 +41,26 @@ class RunObserver final : public Observer {
       : run_(run), horizon_(horizon), stored_(stored), resumed_(resumed), checkpoint_every_(checkpoint_every) {}
 
   void OnAnalysis(const AnalysisReport& report) override {
+    const Telling telling(*this);
     if (resumed_) return;  // it was told
     v1::JobEvent event;
     *event.mutable_analysis() = ToProto(report);
     Emit(EventKind::kAnalysis, event);
   }
   void OnWindowStarted(const WindowReport& report) override {
+    const Telling telling(*this);
     v1::JobEvent event;
     *event.mutable_window_started() = ToProto(report);
     Emit(EventKind::kWindowStarted, event);
   }
   void OnIterate(const IterateReport& report) override {
+    const Telling telling(*this);
     v1::JobEvent event;
     *event.mutable_iterate() = ToProto(report);
     Emit(EventKind::kIterate, event);
   }
   void OnWindowFinished(const WindowOutcome& outcome) override {
+    const Telling telling(*this);
     v1::JobEvent event;
     *event.mutable_window_finished() = ToProto(outcome);
     Emit(outcome.accepted ? EventKind::kWindowFinished : EventKind::kWindowRejected, event);
@@ -63,6 +68,7 @@ class RunObserver final : public Observer {
 
   bool WantsCheckpoint() override { return steady_clock::now() - last_checkpoint_ >= checkpoint_every_; }
   void OnCheckpoint(const Checkpoint& checkpoint) override {
+    const Telling telling(*this);
     last_checkpoint_ = steady_clock::now();
     Store(checkpoint.solution, checkpoint.first + checkpoint.count, checkpoint.time,
           Tagged(kEngineState, checkpoint.state));
@@ -94,7 +100,26 @@ class RunObserver final : public Observer {
     } while (stored_ < end);
   }
 
+  std::int64_t num_told() const { return num_told_; }
+  double seconds_telling() const { return seconds_telling_; }
+
  private:
+  // One call from the engine.
+  class Telling {
+   public:
+    explicit Telling(RunObserver& observer) : observer_(observer) {}
+    ~Telling() {
+      ++observer_.num_told_;
+      observer_.seconds_telling_ += std::chrono::duration<double>(steady_clock::now() - begin_).count();
+    }
+    Telling(const Telling&) = delete;
+    Telling& operator=(const Telling&) = delete;
+
+   private:
+    RunObserver& observer_;
+    const steady_clock::time_point begin_ = steady_clock::now();
+  };
+
   void Emit(EventKind kind, const v1::JobEvent& event) { run_.Emit(kind, event.SerializeAsString()); }
 
   jobs::JobRun& run_;
@@ -103,6 +128,8 @@ class RunObserver final : public Observer {
   const bool resumed_;
   const std::chrono::milliseconds checkpoint_every_;
   steady_clock::time_point last_checkpoint_ = steady_clock::now();
+  std::int64_t num_told_ = 0;
+  double seconds_telling_ = 0;
 };
 
 v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
@@ -181,6 +208,8 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
     solution = SolveNonlinear(std::get<NonlinearProblem>(prepared->system), prepared->options, observer, run.stop());
   }
   if (!solution.ok()) return {FromEngine(solution.status()), ""};
+  spdlog::debug("job {}: {} events told in {:.1f} ms of {:.1f} ms", run.id(), observer.num_told(),
+                1e3 * observer.seconds_telling(), 1e3 * solution->cost.seconds_total);
 
   const auto columns = static_cast<Index>(solution->times.size());
   const bool stopped = solution->termination == Termination::kCancelled;
