@@ -37,7 +37,7 @@ BasisFactor::BasisFactor(const BasisFactor& other)
 
 bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   if (factored_ && std::memcmp(basis.data(), basis_.data(), basis.size()) == 0) return usable_;
-  factored_ = true;
+  factored_ = false;  // also where what follows is stopped
   basis_ = basis;
   indices_.clear();
   for (std::size_t i = 0; i < basis.size(); ++i) {
@@ -46,12 +46,13 @@ bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   const Index size = static_cast<Index>(indices_.size());
   if (elimination_ == Elimination::kMMatrix) {
     usable_ = m_matrix_.Factor(M, indices_) == size;
-    return usable_;
+  } else {
+    for (Index j = 0; j < size; ++j) {
+      for (Index i = 0; i < size; ++i) lu_(i, j) = M(indices_[i], indices_[j]);
+    }
+    usable_ = Eliminate(size);
   }
-  for (Index j = 0; j < size; ++j) {
-    for (Index i = 0; i < size; ++i) lu_(i, j) = M(indices_[i], indices_[j]);
-  }
-  usable_ = Eliminate(size);
+  factored_ = true;
   return usable_;
 }
 

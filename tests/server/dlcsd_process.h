@@ -34,6 +34,7 @@ class DlcsdProcess {
   // All of its standard error; call it after Wait().
   std::string ReadErrors();
 
+  pid_t pid() const { return pid_; }
   // Memory in use now (resident set).
   std::int64_t ResidentBytes() const;
 

@@ -13,6 +13,7 @@
 
 #include "client/job_client.h"
 #include "tests/server/dlcsd_process.h"
+#include "tests/server/job_events.h"
 #include "tests/server/job_runs.h"
 #include "tests/server/jobs/random_kills.h"
 #include "tests/server/test_requests.h"

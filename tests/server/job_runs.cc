@@ -5,7 +5,6 @@
 
 #include <cstring>
 
-#include "fmt/format.h"
 #include "server/solve_session.h"
 
 namespace dlcs::testing {
@@ -64,25 +63,6 @@ void ExpectSameTrajectory(const Trajectory& found, const Trajectory& expected) {
   EXPECT_TRUE(SameBits(found.times, expected.times));
   EXPECT_TRUE(SameBits(found.x, expected.x));
   EXPECT_TRUE(SameBits(found.y, expected.y));
-}
-
-std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events) {
-  if (events.empty()) return "no events";
-  std::int64_t last = 0, stored = 0;
-  for (const v1::JobEvent& event : events) {
-    if (event.has_heartbeat()) continue;
-    const bool gap = event.has_gap();
-    const std::int64_t first = gap ? event.gap().first_sequence() : event.sequence();
-    if (first != last + 1) return fmt::format("number {} behind {}", first, last);
-    if (gap && event.gap().last_sequence() != event.sequence()) return "a gap that ends elsewhere";
-    last = event.sequence();
-    if (event.has_checkpointed()) {
-      if (event.checkpointed().times() < stored) return "fewer stored times than before";
-      stored = event.checkpointed().times();
-    }
-    if (event.has_finished() && &event != &events.back()) return "an event behind the end";
-  }
-  return events.back().has_finished() ? "" : "the end is missing";
 }
 
 }  // namespace dlcs::testing

@@ -27,10 +27,6 @@ Trajectory SolveHere(const v1::SolveRequest& request);
 // The same bits.
 void ExpectSameTrajectory(const Trajectory& found, const Trajectory& expected);
 
-// Checks that numbers rise, that what is missing between them is in a gap, that stored times rise, and that the end
-// comes last. What is wrong, or an empty text.
-std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events);
-
 }  // namespace dlcs::testing
 
 #endif  // DLCS_TESTS_SERVER_JOB_RUNS_H_

@@ -12,6 +12,7 @@
 
 #include "client/job_client.h"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "tests/server/job_events.h"
 #include "tests/server/job_runs.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/test_requests.h"

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/load/process_meter.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+
+namespace dlcs::load {
+namespace {
+
+int CountEntries(const std::string& folder) {
+  return static_cast<int>(std::distance(std::filesystem::directory_iterator(folder), {}));
+}
+
+}  // namespace
+
+ProcessUse UseOf(pid_t process) {
+  const std::string folder = "/proc/" + std::to_string(process);
+  ProcessUse use;
+  double pages = 0;
+  std::ifstream(folder + "/statm") >> pages >> pages;
+  use.resident_mb = pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+  use.descriptors = CountEntries(folder + "/fd");
+  use.threads = CountEntries(folder + "/task");
+  // Behind the name, which may hold blanks, fields 14 and 15 of proc(5) are the 12th and the 13th.
+  std::ifstream file(folder + "/stat");
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream fields(text.substr(text.rfind(')') + 1));
+  std::string skipped;
+  for (int k = 3; k < 14; ++k) fields >> skipped;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  use.cpu_s = (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  return use;
+}
+
+}  // namespace dlcs::load

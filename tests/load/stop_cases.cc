@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/load/stop_cases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tests/support/random_matrix.h"
+
+namespace dlcs::load {
+namespace {
+
+using testing::RandomMatrix;
+
+// Of spectral norm about 2.
+Matrix Scattered(Index size, unsigned seed) {
+  return RandomMatrix(size, size, seed) / std::sqrt(static_cast<double>(size));
+}
+
+// Stable, not normal, with complex eigenvalues.
+Matrix Damped(Index size) { return Scattered(size, 1) - 2.5 * Matrix::Identity(size, size); }
+
+// Positive definite, which no row tells by itself.
+Matrix Definite(Index size) { return Scattered(size, 2) + 2.5 * Matrix::Identity(size, size); }
+
+// Positive semidefinite and nothing more: for Lemke's method.
+Matrix Skew(Index size) {
+  const Matrix scattered = Scattered(size, 3);
+  return scattered - scattered.transpose();
+}
+
+// Every component another mixture of a few waves, so that y switches on and off all the time.
+TimeFunction Waves(Index size, unsigned seed) {
+  TimeFunction waves = TimeFunction::Formulas({"sin(3*t)", "cos(5*t)", "sin(7*t)", "cos(11*t)"});
+  waves.lift = RandomMatrix(size, 4, seed);
+  return waves;
+}
+
+Problem System(Matrix A, Matrix M, double horizon) {
+  const Index m = A.rows(), n = M.rows();
+  const double scale = 0.3 / std::sqrt(static_cast<double>(std::max(m, n)));
+  Problem problem;
+  problem.B = scale * RandomMatrix(m, n, 4);
+  problem.N = scale * RandomMatrix(n, m, 5);
+  problem.A = std::move(A);
+  problem.M = std::move(M);
+  problem.f = Waves(m, 6);
+  problem.g = Waves(n, 7);
+  problem.x0 = RandomMatrix(m, 1, 8);
+  problem.horizon = horizon;
+  return problem;
+}
+
+Options With(Method method, Index steps) {
+  Options options;
+  options.method = method;
+  options.num_steps = steps;
+  options.num_threads = 1;
+  options.output_times_only = true;
+  return options;
+}
+
+constexpr double kHorizon = 1000;
+constexpr Index kFew = 4;
+
+}  // namespace
+
+Problem LongProblemOfPairs(Index pairs) { return System(Damped(kFew), Definite(pairs), kHorizon); }
+
+std::vector<StopCase> StopCases(Index size) {
+  constexpr Index kSteps = 1'000'000;
+  const Index few = std::min(size, kFew);
+  const Problem states = System(Damped(size), Definite(few), kHorizon);
+  const Problem pairs = LongProblemOfPairs(size);
+
+  std::vector<StopCase> cases;
+  const auto add = [&](const char* name, const Problem& problem, Options options) {
+    if (options.output_times.empty() && options.output_times_only) options.output_times = {problem.horizon};
+    cases.push_back({name, problem, std::move(options)});
+  };
+  add("march, states", states, With(Method::kExponentialMarch, kSteps));
+  add("march, pairs", pairs, With(Method::kExponentialMarch, kSteps));
+  add("march, pairs by Lemke", System(Damped(few), Skew(size), kHorizon), With(Method::kExponentialMarch, kSteps));
+  add("iteration, states", states, With(Method::kLaplaceIteration, kSteps));
+  add("iteration, pairs", pairs, With(Method::kLaplaceIteration, kSteps));
+  Options by_contour = With(Method::kLaplaceIteration, kSteps);
+  by_contour.kernel = KernelSource::kContour;
+  add("iteration, kernel by contours", states, by_contour);
+  Problem short_states = states;
+  short_states.horizon = 1;
+  add("paper, states", short_states, With(Method::kPaperIteration, 2000));
+  add("time stepping, states", states, With(Method::kTimeStepping, kSteps));
+  add("time stepping, pairs", pairs, With(Method::kTimeStepping, kSteps));
+  Options newton = With(Method::kTimeStepping, kSteps);
+  newton.step_solver = StepSolver::kNewton;
+  add("time stepping, Newton, states", states, newton);
+  add("time stepping, Newton, pairs", pairs, newton);
+  Options located = With(Method::kEventLocated, 0);
+  located.error_tolerance = 1e-6;
+  add("events, states", states, located);
+  add("events, pairs", pairs, located);
+  Options by_itself = With(Method::kAuto, 0);
+  by_itself.error_tolerance = 1e-6;
+  add("tolerance, states", states, by_itself);
+  return cases;
+}
+
+}  // namespace dlcs::load
