@@ -41,4 +41,9 @@ int Admission::solves() const {
   return solves_;
 }
 
+std::int64_t Admission::held_result_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
 }  // namespace dlcs

@@ -29,6 +29,8 @@ class Admission {
   absl::StatusOr<Ticket> HoldResult(std::int64_t bytes);
 
   int solves() const;
+  int max_solves() const { return max_solves_; }
+  std::int64_t held_result_bytes() const;
 
  private:
   const int max_solves_;

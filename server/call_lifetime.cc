@@ -8,7 +8,7 @@
 
 #include "fmt/format.h"
 #include "server/errors.h"
-#include "spdlog/spdlog.h"
+#include "server/telemetry/log.h"
 
 namespace dlcs {
 namespace {
@@ -35,7 +35,7 @@ absl::Status CallLifetime::Admit() {
   if (control_ == nullptr) return ShuttingDown();
   absl::StatusOr<Admission::Ticket> solver = environment_.admission.TakeSolver();
   if (!solver.ok()) {
-    spdlog::warn("{}: refused: {}", id_, std::string(solver.status().message()));
+    Log(spdlog::level::warn, "solve refused", {{"solve", id_}, {"error", std::string(solver.status().message())}});
     return solver.status();
   }
   solver_ = *std::move(solver);

@@ -15,6 +15,7 @@
 #include "server/admission.h"
 #include "server/call_registry.h"
 #include "server/solve_session.h"
+#include "server/telemetry/metrics.h"
 #include "server/worker_pool.h"
 
 namespace dlcs {
@@ -27,6 +28,7 @@ struct CallEnvironment {
   CallRegistry& calls;
   SetupCache* setups;  // null where nothing is kept
   FindProblem find_problem;
+  Metrics& metrics;
 };
 
 class CallLifetime {

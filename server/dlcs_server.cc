@@ -3,13 +3,18 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "fmt/format.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/health_check_service_interface.h"
+#include "grpcpp/impl/server_builder_option.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server_builder.h"
 #include "server/listen_address.h"
+#include "server/telemetry/rpc_telemetry.h"
 
 namespace dlcs {
 namespace {
@@ -26,6 +31,16 @@ void InitializePlugins() {
   }();
   static_cast<void>(once);
 }
+
+// Takes reflection out of one server.
+class WithoutReflection final : public grpc::ServerBuilderOption {
+  void UpdateArguments(grpc::ChannelArguments* /*arguments*/) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins, [](const std::unique_ptr<grpc::ServerBuilderPlugin>& plugin) {
+      return dynamic_cast<const grpc::reflection::ProtoServerReflectionPlugin*>(plugin.get()) != nullptr;
+    });
+  }
+};
 
 void SetChannelArguments(grpc::ServerBuilder& builder) {
   // With port reuse a second server on the same port would silently take half of the calls.
@@ -53,6 +68,10 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   builder.SetMaxReceiveMessageSize(static_cast<int>(config.max_message_bytes));
   result->RegisterServices(builder);
   builder.AddListeningPort(ToString(*address), grpc::InsecureServerCredentials(), &address->port);
+  if (!config.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(NewRpcTelemetry(result->metrics_));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
   result->server_ = builder.BuildAndStart();
   if (result->server_ == nullptr || address->port == 0) {
     return absl::UnavailableError(fmt::format("cannot listen on {}", config.listen));
@@ -64,14 +83,21 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   if (result->jobs_) {
     result->health_ = std::jthread([server = result.get()](const std::stop_token& stop) { server->TellHealth(stop); });
   }
+  if (!config.metrics_listen.empty()) {
+    absl::StatusOr<std::unique_ptr<HttpEndpoint>> http = HttpEndpoint::Start(config.metrics_listen, result->Pages());
+    if (!http.ok())
+      return absl::Status(http.status().code(),
+                          fmt::format("--metrics-listen: {}", std::string(http.status().message())));
+    result->http_ = *std::move(http);
+  }
   return result;
 }
 
 DlcsServer::DlcsServer(const ServerConfig& config)
     : takes_calls_(config.role != "worker"),
-      jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config)),
+      jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config, metrics_)),
       problems_(jobs_ ? std::make_unique<ProblemService>(jobs_->environment(), jobs_->library()) : nullptr),
-      service_(config, jobs_.get()) {}
+      service_(config, metrics_, jobs_.get()) {}
 
 void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
   if (!takes_calls_) {
@@ -82,6 +108,28 @@ void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
   if (!jobs_) return;
   builder.RegisterService(jobs_.get());
   builder.RegisterService(problems_.get());
+}
+
+ServerState DlcsServer::State() const {
+  ServerState state;
+  state.solves = service_.admission().solves();
+  state.max_solves = service_.admission().max_solves();
+  state.held_result_bytes = service_.admission().held_result_bytes();
+  state.setups = service_.setups().statistics();
+  if (jobs_) state.jobs = jobs_->State();
+  return state;
+}
+
+HttpPages DlcsServer::Pages() const {
+  HttpPages pages;
+  pages.metrics = [this] { return metrics_.Text(State()); };
+  pages.why_not_ready = [this]() -> std::string { return draining_ ? "shutting down" : ""; };
+  pages.why_no_jobs = [this]() -> std::string {
+    if (!jobs_) return "this server takes no jobs: it has no --store";
+    if (draining_) return "shutting down";
+    return jobs_->Healthy() ? "" : "the store of jobs does not answer";
+  };
+  return pages;
 }
 
 DlcsServer::~DlcsServer() { Stop(milliseconds(0)); }
@@ -99,6 +147,7 @@ void DlcsServer::TellHealth(const std::stop_token& stop) {
 }
 
 void DlcsServer::Drain() {
+  draining_ = true;
   service_.Drain();
   health_ = {};  // ends it
   if (jobs_) jobs_->Drain();

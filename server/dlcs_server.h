@@ -4,6 +4,7 @@
 #ifndef DLCS_SERVER_DLCS_SERVER_H_
 #define DLCS_SERVER_DLCS_SERVER_H_
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <stop_token>
@@ -16,11 +17,14 @@
 #include "server/problem_service.h"
 #include "server/server_config.h"
 #include "server/solver_service.h"
+#include "server/telemetry/http_endpoint.h"
+#include "server/telemetry/metrics.h"
 #include "server/worker_refusal.h"
 
 namespace dlcs {
 
-// SolverService, with a store JobService and ProblemService too, the standard health service and reflection behind one listening socket.
+// SolverService, with a store JobService and ProblemService too, the standard health service and, where it is asked for, reflection
+// behind one listening socket; metrics and probes behind another.
 class DlcsServer {
  public:
   // Listens when it returns. Errors: InvalidArgument for a setting, AlreadyExists for a taken port, and as
@@ -32,6 +36,8 @@ class DlcsServer {
 
   // "127.0.0.1:50051", with the port that was picked.
   const std::string& address() const { return address_; }
+  // The same of /metrics; empty where nothing listens.
+  std::string metrics_address() const { return http_ ? http_->address() : ""; }
 
   // Health turns to NOT_SERVING and new calls get UNAVAILABLE; those under way go on.
   void Drain();
@@ -47,10 +53,14 @@ class DlcsServer {
   explicit DlcsServer(const ServerConfig& config);
   // Health follows the store.
   void TellHealth(const std::stop_token& stop);
+  ServerState State() const;
+  HttpPages Pages() const;
 
   void RegisterServices(grpc::ServerBuilder& builder);
 
   const bool takes_calls_;
+  Metrics metrics_;
+  std::atomic<bool> draining_ = false;
   // Null without a store.
   std::unique_ptr<JobService> jobs_;
   std::unique_ptr<ProblemService> problems_;
@@ -59,6 +69,7 @@ class DlcsServer {
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
   std::jthread health_;
+  std::unique_ptr<HttpEndpoint> http_;  // null where nothing listens; reads the others
 };
 
 }  // namespace dlcs

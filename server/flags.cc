@@ -65,6 +65,10 @@ void AddJobFlags(CLI::App& app, ServerConfig& config) {
 void AddFlags(CLI::App& app, Flags& flags) {
   ServerConfig& config = flags.config;
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one");
+  app.add_option(
+      "--metrics-listen", config.metrics_listen,
+      "HOST:PORT of /metrics for Prometheus, /livez and /readyz, over plain HTTP; without it nothing listens");
+  app.add_flag("--reflection", config.reflection, "Describe the services to callers that have no .proto files");
   app.add_option("--max-concurrent-solves", config.max_concurrent_solves,
                  "Solves at once, more are refused; 0: one per processor, at least 2");
   app.add_option("--threads", config.threads, "Threads of one solve; 0: all processors");
@@ -94,6 +98,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(0.0, 86400.0));
   app.add_option("--log-level", flags.log_level, "Of the lines on standard error")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
+  app.add_option("--log-format", flags.log_format, "text, or json: one object a line")
+      ->check(CLI::IsMember({"text", "json"}));
 }
 
 std::string VariableOf(const std::string& key) {

@@ -15,6 +15,7 @@ struct Flags {
   ServerConfig config;
   double grace_s = 10;
   std::string log_level = "info";
+  std::string log_format = "text";
 };
 
 // Reads all settings and checks them. A flag --max-steps is also the variable DLCSD_MAX_STEPS and the key max-steps of

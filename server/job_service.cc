@@ -15,6 +15,9 @@
 #include "server/job_limits.h"
 #include "server/job_refusal.h"
 #include "server/job_solve_call.h"
+#include "server/telemetry/call_trace.h"
+#include "server/telemetry/job_telemetry.h"
+#include "server/telemetry/job_trace.h"
 #include "spdlog/spdlog.h"
 
 namespace dlcs {
@@ -53,23 +56,23 @@ std::optional<jobs::Time> EndOfSolve(std::chrono::system_clock::time_point deadl
 
 }  // namespace
 
-JobService::JobService(const ServerConfig& config)
+JobService::JobService(const ServerConfig& config, Metrics& metrics)
     : setups_(static_cast<double>(config.setup_cache_bytes)),
-      store_(jobs::OpenStore(config.store)),
+      store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
       library_(*store_, UploadLimitsOf(config), LimitsOf(config)),
       solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
               std::chrono::milliseconds(config.checkpoint_ms)),
       manager_(
           ManagerOptionsOf(config), *store_,
           [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
-          [this](jobs::JobRun& run) { return solver_.Solve(run); }, jobs::SystemClock()),
+          WithTelemetry(metrics, [this](jobs::JobRun& run) { return solver_.Solve(run); }), jobs::SystemClock()),
       workers_(kWorkers),
       environment_{calls_, workers_, manager_, jobs::SystemClock()} {
   spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
                ManagerOptionsOf(config).worker);
 }
 
-absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest& request) {
+absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest& request, const std::string& trace_id) {
   if (absl::Status status = Check(request); !status.ok()) return status;
   jobs::Submission submission;
   submission.owner = kSharedOwner;
@@ -94,6 +97,7 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest&
   }
   // The deadline and the priority are those of the first request: a client that repeats it may count from now.
   submission.body_hash = ContentHash(submission.body);
+  submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
   const absl::StatusOr<jobs::JobStore::Created> created = manager_.Submit(submission);
   if (!created.ok()) return WithDetails(created.status());
   return ToProto(created->job);
@@ -130,9 +134,10 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const v1::ListSolveJo
   return response;
 }
 
-grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext*,
+grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(environment_, "create job", *response, [=, this] { return Create(*request); });
+  return Answer(environment_, "create job", *response,
+                [=, this, trace_id = TraceIdOf(*context)] { return Create(*request, trace_id); });
 }
 
 grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext*, const v1::GetSolveJobRequest* request,
@@ -178,12 +183,13 @@ grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::C
 }
 
 absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const v1::SolveRequest& request,
-                                                        std::chrono::system_clock::time_point deadline) {
+                                                        std::chrono::system_clock::time_point deadline,
+                                                        const std::string& trace_id) {
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = request;
   create.set_request_id(request.request_id());
   if (const auto end = EndOfSolve(deadline)) *create.mutable_deadline() = ToProto(*end);
-  const absl::StatusOr<v1::SolveJob> job = Create(create);
+  const absl::StatusOr<v1::SolveJob> job = Create(create, trace_id);
   if (!job.ok()) return job.status();
   v1::Accepted accepted;
   accepted.set_solve_id(job->name());
@@ -207,9 +213,10 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const v1::SolveRequest& 
 
 grpc::ServerWriteReactor<v1::SolveEvent>* JobService::Solve(grpc::CallbackServerContext& context,
                                                             const v1::SolveRequest& request) {
-  return JobSolveCall::Start(environment_, [this, &request, deadline = context.deadline()] {
-    return CreateForSolve(request, deadline);
-  });
+  return JobSolveCall::Start(environment_,
+                             [this, &request, deadline = context.deadline(), trace_id = TraceIdOf(context)] {
+                               return CreateForSolve(request, deadline, trace_id);
+                             });
 }
 
 void JobService::Drain() {

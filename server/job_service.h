@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <memory>
+#include <string>
 
 #include "core/setup_cache.h"
 #include "dlcs/v1/jobs.grpc.pb.h"
@@ -16,6 +17,7 @@
 #include "server/jobs/open_store.h"
 #include "server/problem_library.h"
 #include "server/server_config.h"
+#include "server/telemetry/metrics.h"
 #include "server/worker_pool.h"
 
 namespace dlcs {
@@ -23,8 +25,8 @@ namespace dlcs {
 // The store, the manager and what calls about jobs share. Destroy after the gRPC server that uses it.
 class JobService final : public v1::JobService::CallbackService {
  public:
-  // `config` is valid, resolved, and names a store. Takes up at once the jobs that are there.
-  explicit JobService(const ServerConfig& config);
+  // `config` is valid, resolved, and names a store; `metrics` outlives it. Takes up at once the jobs that are there.
+  JobService(const ServerConfig& config, Metrics& metrics);
 
   grpc::ServerUnaryReactor* CreateSolveJob(grpc::CallbackServerContext* context,
                                            const v1::CreateSolveJobRequest* request, v1::SolveJob* response) override;
@@ -52,6 +54,7 @@ class JobService final : public v1::JobService::CallbackService {
 
   // The store answers, and nobody drains.
   bool Healthy() const { return manager_.Healthy(); }
+  ServerState::Jobs State() const { return {manager_.load(), setups_.statistics(), store_->Healthy()}; }
 
   // From now on new calls get UNAVAILABLE, and so do watchers and readers: they go on at the next server.
   void Drain();
@@ -60,9 +63,10 @@ class JobService final : public v1::JobService::CallbackService {
   void Stop(std::chrono::milliseconds grace);
 
  private:
-  absl::StatusOr<v1::SolveJob> Create(const v1::CreateSolveJobRequest& request);
+  absl::StatusOr<v1::SolveJob> Create(const v1::CreateSolveJobRequest& request, const std::string& trace_id);
   absl::StatusOr<v1::Accepted> CreateForSolve(const v1::SolveRequest& request,
-                                              std::chrono::system_clock::time_point deadline);
+                                              std::chrono::system_clock::time_point deadline,
+                                              const std::string& trace_id);
   absl::StatusOr<v1::SolveJob> Get(const v1::GetSolveJobRequest& request);
   absl::StatusOr<v1::ListSolveJobsResponse> List(const v1::ListSolveJobsRequest& request);
 

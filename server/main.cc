@@ -11,11 +11,9 @@
 #include <string>
 
 #include "core/heap.h"
-#include "google/protobuf/stubs/logging.h"
-#include "grpc/support/log.h"
 #include "server/dlcs_server.h"
 #include "server/flags.h"
-#include "spdlog/sinks/stdout_color_sinks.h"
+#include "server/telemetry/log.h"
 #include "spdlog/spdlog.h"
 
 namespace {
@@ -24,29 +22,6 @@ using std::chrono::milliseconds;
 
 // A solve that was stopped has its summary ready within a fraction of a second; the rest is for slow readers.
 constexpr milliseconds kDelivery{5000};
-
-void LogFromGrpc(gpr_log_func_args* args) {
-  switch (args->severity) {
-    case GPR_LOG_SEVERITY_ERROR:
-      return spdlog::error("gRPC: {}", args->message);
-    case GPR_LOG_SEVERITY_INFO:
-      return spdlog::info("gRPC: {}", args->message);
-    case GPR_LOG_SEVERITY_DEBUG:
-      return spdlog::debug("gRPC: {}", args->message);
-  }
-}
-
-void LogFromProtobuf(google::protobuf::LogLevel level, const char*, int, const std::string& message) {
-  spdlog::log(level >= google::protobuf::LOGLEVEL_ERROR ? spdlog::level::err : spdlog::level::info,
-              "protobuf: {}", message);
-}
-
-void SetUpLogging(const std::string& level) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("dlcsd"));
-  spdlog::set_level(spdlog::level::from_str(level));
-  gpr_set_log_function(LogFromGrpc);
-  google::protobuf::SetLogHandler(LogFromProtobuf);
-}
 
 // Runs the shutdown of which --help tells.
 void ShutDown(dlcs::DlcsServer& server, const sigset_t& signals, double grace_s) {
@@ -65,7 +40,7 @@ int main(int argc, char** argv) {
   int exit_status = 0;
   const std::optional<dlcs::Flags> flags = dlcs::ReadFlags(argc, argv, exit_status);
   if (!flags) return exit_status;
-  SetUpLogging(flags->log_level);
+  dlcs::SetUpLog(flags->log_level, flags->log_format == "json" ? dlcs::LogFormat::kJson : dlcs::LogFormat::kText);
   dlcs::KeepFreedMemory();
 
   // Blocked before any thread exists, so that all inherit it and only this one takes the signals.
@@ -80,6 +55,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "dlcsd: %s\n", std::string(server.status().message()).c_str());
     return absl::IsInvalidArgument(server.status()) ? 2 : 3;
   }
+  if (!(*server)->metrics_address().empty()) spdlog::info("metrics on http://{}/metrics", (*server)->metrics_address());
   std::printf("dlcsd listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
 

@@ -87,6 +87,9 @@ absl::Status ValidateJobs(const ServerConfig& config) {
 
 absl::Status Validate(const ServerConfig& config) {
   if (absl::Status address = CheckAddress("--listen", config.listen); !address.ok()) return address;
+  if (!config.metrics_listen.empty()) {
+    if (absl::Status address = CheckAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
+  }
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
     return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves, "between 0 (automatic) and 1024");
   }

@@ -16,6 +16,10 @@ struct ServerConfig {
   // HOST:PORT; port 0 picks a free one. There is no encryption and no authentication yet, hence this machine
   // only.
   std::string listen = "127.0.0.1:50051";
+  // HOST:PORT of /metrics, /livez and /readyz over plain HTTP (telemetry/http_endpoint.h); empty: nothing listens.
+  std::string metrics_listen;
+  // Describes the services to callers that have no .proto files.
+  bool reflection = false;
 
   // Solves (and single LCPs) under way at once; more are refused with RESOURCE_EXHAUSTED. At least 1.
   // 0 takes one per processor, but at least 2, so that one long solve does not shut everybody else out.

@@ -9,34 +9,55 @@
 
 #include "core/solution.h"
 #include "server/guarded.h"
-#include "spdlog/spdlog.h"
+#include "server/telemetry/call_trace.h"
+#include "server/telemetry/log.h"
 
 namespace dlcs {
 namespace {
 
 constexpr std::int64_t kLargeResultBytes = 16 << 20;
 
-void LogSolve(const std::string& id, const PreparedSolve& prepared, const FinishedSolve& finished) {
+void TellSolve(const CallLifetime& call, const std::string& trace_id, const PreparedSolve& prepared,
+               const FinishedSolve& finished, Metrics& metrics) {
   const Solution& solution = finished.solution();
-  spdlog::info("{}: {} states, {} constraints, {} steps, {}, {}, {:.3f} s", id, prepared.num_states(),
-               prepared.num_constraints(), solution.cost.steps, MethodName(solution.method),
-               v1::Termination_Name(finished.termination()), solution.cost.seconds_total);
+  const std::string termination = v1::Termination_Name(finished.termination());
+  metrics.Solved("call", MethodName(solution.method), termination, solution.cost);
+  Log(spdlog::level::info, "solve finished",
+      {{"solve", call.id()},
+       {"states", std::int64_t{prepared.num_states()}},
+       {"constraints", std::int64_t{prepared.num_constraints()}},
+       {"steps", std::int64_t{solution.cost.steps}},
+       {"method", MethodName(solution.method)},
+       {"termination", termination},
+       {"seconds", solution.cost.seconds_total},
+       {"trace_id", trace_id}});
 }
 
-void LogEnsemble(const std::string& id, const PreparedEnsemble& prepared, const v1::EnsembleSummary& summary) {
+void TellEnsemble(const CallLifetime& call, const std::string& trace_id, const PreparedEnsemble& prepared,
+                  const v1::EnsembleSummary& summary) {
   const Problem& base = prepared.ensemble.base;
-  spdlog::info("{}: ensemble of {} states, {} constraints: {} solved, {} failed, {} stopped, {} not begun, {:.3f} s",
-               id, base.num_states(), base.num_constraints(), summary.solved(), summary.failed(), summary.stopped(),
-               summary.not_begun(), summary.seconds());
+  Log(spdlog::level::info, "ensemble finished",
+      {{"solve", call.id()},
+       {"states", std::int64_t{base.num_states()}},
+       {"constraints", std::int64_t{base.num_constraints()}},
+       {"solved", summary.solved()},
+       {"failed", summary.failed()},
+       {"stopped", summary.stopped()},
+       {"not_begun", summary.not_begun()},
+       {"seconds", summary.seconds()},
+       {"trace_id", trace_id}});
 }
 
 // The result of `solve`; one that is an error, or an exception, goes to the log.
 template <typename Solve>
-auto Logged(const std::string& id, const Solve& solve) {
+auto Logged(const std::string& id, const std::string& trace_id, const Solve& solve) {
   auto result = Guarded(id, solve);
   if (!result.ok()) {
-    spdlog::info("{}: {}: {}", id, absl::StatusCodeToString(result.status().code()),
-                 std::string(result.status().message()));
+    Log(spdlog::level::info, "solve refused or failed",
+        {{"solve", id},
+         {"code", absl::StatusCodeToString(result.status().code())},
+         {"error", std::string(result.status().message())},
+         {"trace_id", trace_id}});
   }
   return result;
 }
@@ -49,7 +70,7 @@ void TrimAfter(std::int64_t result_bytes) {
 }  // namespace
 
 void SolveCall::Run() {
-  mailbox_.Close(Logged(lifetime_.id(), [this] { return Solve(); }));
+  mailbox_.Close(Logged(lifetime_.id(), TraceIdOf(context_), [this] { return Solve(); }));
 }
 
 absl::StatusOr<FinishedSolve> SolveCall::Solve() {
@@ -59,7 +80,7 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
   lifetime_.StopBeforeDeadline(context_.deadline(), prepared->result_bytes);
   absl::StatusOr<FinishedSolve> finished =
       RunSolve(*prepared, lifetime_.id(), lifetime_.control(), *this, environment_.setups);
-  if (finished.ok()) LogSolve(lifetime_.id(), *prepared, *finished);
+  if (finished.ok()) TellSolve(lifetime_, TraceIdOf(context_), *prepared, *finished, environment_.metrics);
   TrimAfter(prepared->result_bytes);
   return finished;
 }
@@ -70,7 +91,7 @@ void SolveCall::Accept(v1::SolveEvent event) {
 }
 
 void EnsembleCall::Run() {
-  mailbox_.Close(Logged(lifetime_.id(), [this] { return Solve(); }));
+  mailbox_.Close(Logged(lifetime_.id(), TraceIdOf(context_), [this] { return Solve(); }));
 }
 
 absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
@@ -81,12 +102,14 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
   mailbox_.Open(lifetime_.id(), *prepared);
   Pump();
   absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, lifetime_.control(), *this, environment_.setups);
-  if (summary.ok()) LogEnsemble(lifetime_.id(), *prepared, *summary);
+  if (summary.ok()) TellEnsemble(lifetime_, TraceIdOf(context_), *prepared, *summary);
   TrimAfter(prepared->held_bytes);
   return summary;
 }
 
 void EnsembleCall::Finished(Index member, FinishedSolve solve) {
+  environment_.metrics.Solved("member", MethodName(solve.solution().method), v1::Termination_Name(solve.termination()),
+                              solve.solution().cost);
   mailbox_.Finished(member, std::move(solve));
   PumpSoon();
 }

@@ -15,7 +15,7 @@
 
 namespace dlcs {
 
-SolverService::SolverService(const ServerConfig& config, JobService* jobs)
+SolverService::SolverService(const ServerConfig& config, Metrics& metrics, JobService* jobs)
     : config_(config),
       jobs_(jobs),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
@@ -25,7 +25,8 @@ SolverService::SolverService(const ServerConfig& config, JobService* jobs)
                    workers_,
                    calls_,
                    config.setup_cache_bytes > 0 ? &setups_ : nullptr,
-                   jobs == nullptr ? FindProblem() : jobs->library().Of(kSharedOwner)},
+                   jobs == nullptr ? FindProblem() : jobs->library().Of(kSharedOwner),
+                   metrics},
       workers_(config.max_concurrent_solves) {}
 
 template <typename Response, typename Run>

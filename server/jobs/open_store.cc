@@ -3,6 +3,8 @@
 
 #include <libpq-fe.h>
 
+#include <utility>
+
 #include "fmt/format.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/postgres_job_store.h"
@@ -62,9 +64,12 @@ std::string DescribeStore(const std::string& address) {
                      part("/", "dbname"));
 }
 
-std::unique_ptr<Store> OpenStore(const std::string& address) {
-  if (IsShared(address)) return std::make_unique<PostgresJobStore>(PostgresDatabaseOptions{.address = address});
-  return std::make_unique<SqliteJobStore>(SqliteDatabaseOptions{.path = address}, SystemClock());
+std::unique_ptr<Store> OpenStore(const std::string& address, StoreTimer timer) {
+  if (IsShared(address)) {
+    return std::make_unique<PostgresJobStore>(PostgresDatabaseOptions{.address = address, .timer = std::move(timer)});
+  }
+  return std::make_unique<SqliteJobStore>(SqliteDatabaseOptions{.path = address, .timer = std::move(timer)},
+                                          SystemClock());
 }
 
 }  // namespace dlcs::jobs

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "server/jobs/store.h"
+#include "server/jobs/store_timer.h"
 
 namespace dlcs::jobs {
 
@@ -24,8 +25,8 @@ absl::Status CheckStoreAddress(const std::string& address);
 // For logs and people: without password and parameters.
 std::string DescribeStore(const std::string& address);
 
-// `address` has passed the check. Never fails: see the stores.
-std::unique_ptr<Store> OpenStore(const std::string& address);
+// `address` has passed the check. `timer`, which may be empty, is told of every operation. Never fails: see the stores.
+std::unique_ptr<Store> OpenStore(const std::string& address, StoreTimer timer);
 
 }  // namespace dlcs::jobs
 

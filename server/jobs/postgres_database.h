@@ -18,6 +18,7 @@
 #include "absl/status/statusor.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/postgres.h"
+#include "server/jobs/store_timer.h"
 
 namespace dlcs::jobs {
 
@@ -30,6 +31,8 @@ struct PostgresDatabaseOptions {
   Duration statement_timeout = std::chrono::seconds(10);
   // What a call waits for: a connection, a free one among those that are open, a sign of life.
   Duration patience = std::chrono::seconds(15);
+  // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
+  StoreTimer timer;
 };
 
 // A pool of connections, made when they are needed. One that fails is closed; when no connection can be made, calls
@@ -46,8 +49,9 @@ class PostgresDatabase {
   // durably, when it is OK, and rolled back otherwise. Errors of its own: UNAVAILABLE, DATA_LOSS, FAILED_PRECONDITION
   // (Migrate()), INTERNAL for broken SQL. After UNAVAILABLE it may have been done all the same.
   template <typename Body>
-  auto Write(Body&& body) -> std::invoke_result_t<Body, PostgresConnection&> {
-    return With([&](PostgresConnection& connection) {
+  auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, PostgresConnection&> {
+    const auto in_transaction = [&](PostgresConnection& connection) {
       PostgresTransaction transaction(connection);
       auto result = body(connection);
       if (result.ok()) {
@@ -55,13 +59,15 @@ class PostgresDatabase {
         if (!healthy_.exchange(true)) Recovered();
       }
       return result;
-    });
+    };
+    return Timed(options_.timer, operation, [&] { return With(in_transaction); });
   }
 
   // The same without a transaction; `body` only reads.
   template <typename Body>
-  auto Read(Body&& body) -> std::invoke_result_t<Body, PostgresConnection&> {
-    return With(std::forward<Body>(body));
+  auto Read(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, PostgresConnection&> {
+    return Timed(options_.timer, operation, [&] { return With(body); });
   }
 
   // A connection of the caller's own, set up as those of the pool are. Throws PostgresError.

@@ -53,20 +53,20 @@ class PostgresJobStore final : public Store {
   absl::Status Probe() override;
 
  private:
-  // The result of `rule(PostgresJobTable&)` in a transaction of the database.
+  // Under the name of the function that asks. The result of `rule(PostgresJobTable&)` in a transaction of the database.
   template <typename Rule>
-  auto Write(Rule rule) {
+  auto Write(Rule rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Write([&](PostgresConnection& connection) {
       PostgresJobTable table(connection);
       return rule(table);
-    });
+    }, operation);
   }
   template <typename Rule>
-  auto Read(Rule rule) {
+  auto Read(Rule rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Read([&](PostgresConnection& connection) {
       PostgresJobTable table(connection);
       return rule(table);
-    });
+    }, operation);
   }
 
   // Finished jobs, and problems that nobody has used for long. Each returns how many.

@@ -17,6 +17,7 @@
 #include "absl/status/statusor.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/sqlite.h"
+#include "server/jobs/store_timer.h"
 
 namespace dlcs::jobs {
 
@@ -28,6 +29,8 @@ struct SqliteDatabaseOptions {
   std::int64_t max_bytes = 0;
   // A file up to this size is checked page by page when it is opened, at about 1 GB/s.
   std::int64_t check_up_to_bytes = std::int64_t{256} << 20;
+  // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
+  StoreTimer timer;
 };
 
 // Two connections: one writes, in short transactions, and one reads beside it (write-ahead log). A connection is opened
@@ -46,7 +49,24 @@ class SqliteDatabase {
   // durably, when it is OK, and rolled back otherwise. Errors of its own: UNAVAILABLE, DATA_LOSS, FAILED_PRECONDITION
   // (Migrate()), INTERNAL for broken SQL.
   template <typename Body>
-  auto Write(Body&& body) -> std::invoke_result_t<Body, SqliteConnection&> {
+  auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, SqliteConnection&> {
+    return Timed(options_.timer, operation, [&] { return WriteUntimed(body); });
+  }
+
+  // The same without a transaction; `body` only reads.
+  template <typename Body>
+  auto Read(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, SqliteConnection&> {
+    return Timed(options_.timer, operation, [&] { return ReadUntimed(body); });
+  }
+
+  // False after an error that is not the caller's, until something was written.
+  bool healthy() const { return healthy_; }
+
+ private:
+  template <typename Body>
+  auto WriteUntimed(Body& body) -> std::invoke_result_t<Body&, SqliteConnection&> {
     const std::lock_guard lock(writer_mutex_);
     try {
       if (absl::Status status = OpenWriter(); !status.ok()) return status;
@@ -64,9 +84,8 @@ class SqliteDatabase {
     }
   }
 
-  // The same without a transaction; `body` only reads.
   template <typename Body>
-  auto Read(Body&& body) -> std::invoke_result_t<Body, SqliteConnection&> {
+  auto ReadUntimed(Body& body) -> std::invoke_result_t<Body&, SqliteConnection&> {
     const std::lock_guard lock(reader_mutex_);
     try {
       if (absl::Status status = OpenReader(); !status.ok()) return status;
@@ -76,10 +95,6 @@ class SqliteDatabase {
     }
   }
 
-  // False after an error that is not the caller's, until something was written.
-  bool healthy() const { return healthy_; }
-
- private:
   absl::Status OpenWriter();
   absl::Status OpenReader();
   static void CheckInPlace(const SqliteConnection& connection);

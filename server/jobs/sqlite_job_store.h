@@ -51,20 +51,20 @@ class SqliteJobStore final : public Store {
   absl::Status Probe() override;
 
  private:
-  // The result of `rule(JobTable&)` in a transaction of the database.
+  // Under the name of the function that asks. The result of `rule(JobTable&)` in a transaction of the database.
   template <typename Rule>
-  auto Write(Rule rule) {
+  auto Write(Rule rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Write([&](SqliteConnection& connection) {
       SqliteJobTable table(connection, clock_);
       return rule(table);
-    });
+    }, operation);
   }
   template <typename Rule>
-  auto Read(Rule rule) {
+  auto Read(Rule rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Read([&](SqliteConnection& connection) {
       SqliteJobTable table(connection, clock_);
       return rule(table);
-    });
+    }, operation);
   }
 
   const Clock& clock_;

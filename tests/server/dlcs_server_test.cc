@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
@@ -13,7 +14,9 @@
 #include "google/protobuf/message.h"
 #include "google/protobuf/text_format.h"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "grpcpp/impl/codegen/client_unary_call.h"
 #include "grpcpp/support/sync_stream.h"
+#include "tests/server/jobs/temporary_folder.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/test_requests.h"
 
@@ -100,8 +103,11 @@ std::unique_ptr<google::protobuf::Message> ReflectionMessage(const std::string& 
       google::protobuf::MessageFactory::generated_factory()->GetPrototype(descriptor)->New());
 }
 
-TEST_F(DlcsServerTest, ReflectionDescribesEveryService) {
+TEST_F(DlcsServerTest, ReflectionDescribesEveryServiceWhereItIsAskedFor) {
   using google::protobuf::Message;
+  ServerConfig config;
+  config.reflection = true;
+  StartServer(config);
   const auto channel = testing::Connect(server_->address());
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(10));
@@ -125,6 +131,62 @@ TEST_F(DlcsServerTest, ReflectionDescribesEveryService) {
               HasSubstr("grpc/health/v1/health.proto"));
   stream->WritesDone();
   EXPECT_TRUE(stream->Finish().ok());
+}
+
+// Asks for an empty message of any method, and tells with what it is answered.
+grpc::StatusCode CodeOf(const std::string& address, const char* name) {
+  const auto channel = testing::Connect(address);
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(10));
+  const grpc::internal::RpcMethod method(name, grpc::internal::RpcMethod::NORMAL_RPC);
+  HealthCheckRequest request;
+  HealthCheckResponse response;
+  return grpc::internal::BlockingUnaryCall<HealthCheckRequest, HealthCheckResponse>(channel.get(), method, &context,
+                                                                                    request, &response)
+      .error_code();
+}
+
+TEST_F(DlcsServerTest, ThereIsNoReflectionUnlessItIsAskedFor) {
+  EXPECT_EQ(CodeOf(server_->address(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"),
+            grpc::StatusCode::UNIMPLEMENTED);
+}
+
+TEST_F(DlcsServerTest, HealthOfAnUnknownServiceIsNotFound) {
+  const auto stub = grpc::health::v1::Health::NewStub(testing::Connect(server_->address()));
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(10));
+  HealthCheckRequest request;
+  request.set_service("dlcs.v1.NoSuchService");
+  HealthCheckResponse response;
+  EXPECT_EQ(stub->Check(&context, request, &response).error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+// Reads what a watcher of a service's health is told until that is `status`; false when the call ends first.
+bool ReadUntil(HealthCheckResponse::ServingStatus status, grpc::ClientReader<HealthCheckResponse>& watch) {
+  for (HealthCheckResponse response; watch.Read(&response);) {
+    if (response.status() == status) return true;
+  }
+  return false;
+}
+
+TEST_F(DlcsServerTest, HealthOfJobsFollowsTheStoreForThoseWhoWatch) {
+  const jobs::testing::TemporaryFolder folder;
+  ServerConfig config;
+  config.store = folder.File("jobs.db");
+  StartServer(config);
+  const auto stub = grpc::health::v1::Health::NewStub(testing::Connect(server_->address()));
+  grpc::ClientContext context;
+  testing::SetDeadline(context, seconds(60));
+  HealthCheckRequest request;
+  request.set_service("dlcs.v1.JobService");
+  const auto watch = stub->Watch(&context, request);
+  EXPECT_TRUE(ReadUntil(HealthCheckResponse::SERVING, *watch));
+  std::filesystem::rename(config.store, folder.File("elsewhere.db"));
+  EXPECT_TRUE(ReadUntil(HealthCheckResponse::NOT_SERVING, *watch));
+  EXPECT_EQ(Health(testing::Connect(server_->address()), "dlcs.v1.SolverService"), HealthCheckResponse::SERVING);
+  std::filesystem::rename(folder.File("elsewhere.db"), config.store);
+  EXPECT_TRUE(ReadUntil(HealthCheckResponse::SERVING, *watch));
+  context.TryCancel();
 }
 
 TEST_F(DlcsServerTest, TakenPortIsAClearError) {

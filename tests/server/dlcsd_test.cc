@@ -43,9 +43,9 @@ TEST(DlcsdTest, PrintsOneLineWhenReadyAndEndsOnSigterm) {
   EXPECT_EQ(dlcsd.ReadLine(), "");
   EXPECT_EQ(dlcsd.Wait(), 0);
   const std::string log = dlcsd.ReadErrors();
-  EXPECT_THAT(log,
-              HasSubstr(outcome.events[0].accepted().solve_id() + ": 1 states, 1 constraints, 100 steps, "));
-  EXPECT_THAT(log, HasSubstr("CONVERGED"));
+  EXPECT_THAT(log, HasSubstr("info solve finished solve=" + outcome.events[0].accepted().solve_id() +
+                             " states=1 constraints=1 steps=100 method="));
+  EXPECT_THAT(log, HasSubstr(" termination=CONVERGED seconds="));
 }
 
 // A solve of a server that is to be told to stop; constructed, the engine runs.

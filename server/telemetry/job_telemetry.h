@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// What comes of jobs, for the log and for metrics.
+
+#ifndef DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_
+#define DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_
+
+#include "server/jobs/job_manager.h"
+#include "server/telemetry/metrics.h"
+
+namespace dlcs {
+
+// `solve`, whose attempts are counted, with one line of the log at the end of each: its job, user, outcome and seconds.
+// `metrics` must outlive it.
+jobs::SolveFunction WithTelemetry(Metrics& metrics, jobs::SolveFunction solve);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every call of every service, counted, timed and told to the log, from outside: services know nothing of it.
+
+#ifndef DLCS_SERVER_TELEMETRY_RPC_TELEMETRY_H_
+#define DLCS_SERVER_TELEMETRY_RPC_TELEMETRY_H_
+
+#include <memory>
+
+#include "grpcpp/support/server_interceptor.h"
+#include "server/telemetry/metrics.h"
+
+namespace dlcs {
+
+// For ServerBuilder: counts calls, and the events, gaps and lag of streams of events, as they pass. When a call has
+// ended, the log has a line of level debug with its method, code, seconds, trace id, and the solve or job that it was
+// about. `metrics` must outlive the server. Costs some microseconds a call.
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NewRpcTelemetry(Metrics& metrics);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_TELEMETRY_RPC_TELEMETRY_H_
