@@ -9,6 +9,9 @@
 #include <cctype>
 #include <chrono>
 
+#include "client/trace.h"
+#include "proto/trace_context.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -54,6 +57,7 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& ad
 }
 
 Call::Call(const CallLimits& limits) : cancel_(limits.stop, [this] { context_.TryCancel(); }) {
+  context_.AddMetadata(kTraceparent, TraceparentOf(ThisTraceId()));
   const auto now = std::chrono::system_clock::now();
   // Decades are as good as for ever, and do not overflow the clock.
   constexpr std::chrono::duration<double> kLongest = std::chrono::hours(24 * 365 * 20);

@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "client/trace.h"
 #include "google/rpc/status.pb.h"
 
 namespace dlcs::client {
@@ -69,7 +70,8 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
           address, said);
     case grpc::StatusCode::INTERNAL:
     case grpc::StatusCode::UNKNOWN:
-      return fmt::format("the server at {} failed: {}. Its log has the details", address, said);
+      return fmt::format("the server at {} failed: {}. Its log has the details, with trace_id {}", address, said,
+                         ThisTraceId());
     default:
       break;
   }
