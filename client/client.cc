@@ -6,10 +6,8 @@
 #include <chrono>
 #include <utility>
 
-#include "client/connection.h"
 #include "client/ensemble_result.h"
 #include "client/followed_solve.h"
-#include "client/rpc_error.h"
 
 namespace dlcs::client {
 namespace {
@@ -19,17 +17,17 @@ CallLimits Briefly() { return {.deadline = std::chrono::seconds(5), .stop = {}};
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const std::string& address, Notice notice) {
-  const absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = OpenChannel(address);
-  if (!channel.ok()) return channel.status();
-  return std::unique_ptr<Client>(new Client(address, *channel, std::move(notice)));
+absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ConnectionOptions& options, Notice notice) {
+  absl::StatusOr<Connection> connection = Connection::Open(options);
+  if (!connection.ok()) return connection.status();
+  return std::unique_ptr<Client>(new Client(*std::move(connection), std::move(notice)));
 }
 
-Client::Client(std::string address, const std::shared_ptr<grpc::Channel>& channel, Notice notice)
-    : address_(std::move(address)),
-      stub_(v1::SolverService::NewStub(channel)),
+Client::Client(Connection connection, Notice notice)
+    : connection_(std::move(connection)),
+      stub_(v1::SolverService::NewStub(connection_.channel())),
       notice_(std::move(notice)),
-      jobs_(channel, address_, notice_) {}
+      jobs_(connection_, notice_) {}
 
 absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                           const CallLimits& limits) {
@@ -39,11 +37,11 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   FollowedSolve solve(collector, on_event);
   absl::Status status;
   {
-    Call call(limits);
+    Call call(connection_, limits);
     const auto reader = stub_->Solve(call.context(), request);
     for (v1::SolveEvent event; reader->Read(&event);) solve.Take(event);
     const grpc::Status ended = reader->Finish();
-    status = ended.ok() ? absl::OkStatus() : DescribeRpcError(ended, address_);
+    status = ended.ok() ? absl::OkStatus() : connection_.Describe(ended);
     const bool goes_on = !solve.job().empty() && !collector.has_summary() && MayPass(ended) && !limits.stop.stop_requested();
     if (goes_on) {
       if (notice_) notice_(fmt::format("{}; going on with {}", ended.error_message(), solve.job()));
@@ -72,7 +70,7 @@ absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembl
                                                           const MemberCallback& on_member, const CallLimits& limits) {
   const auto start = std::chrono::steady_clock::now();
   EnsembleCollector collector(request, on_member, limits.keep_trajectory);
-  Call call(limits);
+  Call call(connection_, limits);
   const auto reader = stub_->SolveEnsemble(call.context(), request);
   for (v1::EnsembleEvent event; reader->Read(&event);) collector.Add(std::move(event));
   const grpc::Status status = reader->Finish();
@@ -86,17 +84,17 @@ absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembl
     return std::move(collector).Abandon("The deadline passed. Allow more time or ask for fewer members.",
                                         seconds.count());
   }
-  return DescribeRpcError(status, address_);
+  return connection_.Describe(status);
 }
 
 // A call with one answer, a method of the stub.
 template <typename Request, typename Response>
 absl::StatusOr<Response> Client::Ask(UnaryMethod<Request, Response> method, const Request& request,
                                      const CallLimits& limits) {
-  Call call(limits);
+  Call call(connection_, limits);
   Response response;
   const grpc::Status status = ((*stub_).*method)(call.context(), request, &response);
-  if (!status.ok()) return DescribeRpcError(status, address_);
+  if (!status.ok()) return connection_.Describe(status);
   return response;
 }
 

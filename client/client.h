@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The service's client.
 //
-//     auto client = dlcs::client::Client::Connect("localhost:50051");
+//     auto client = dlcs::client::Client::Connect("localhost:50051");     // or with ConnectionOptions
 //     auto result = (*client)->Solve(request, [](const dlcs::v1::SolveEvent& event) { ... }, {});
 
 #ifndef DLCS_CLIENT_CLIENT_H_
@@ -12,6 +12,7 @@
 
 #include "absl/status/statusor.h"
 #include "client/backend.h"
+#include "client/connection.h"
 #include "client/job_client.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 
@@ -19,10 +20,9 @@ namespace dlcs::client {
 
 class Client final : public Backend {
  public:
-  // A client of the server at `address`, HOST:PORT ([::1]:PORT for IPv6). The connection is made by the first
-  // call, which says so if nobody answers. `notice`, which may be empty, is told of cuts that a solve goes on behind. Errors:
-  // InvalidArgument when `address` is not HOST:PORT.
-  static absl::StatusOr<std::unique_ptr<Client>> Connect(const std::string& address, Notice notice = {});
+  // The connection is made by the first call, which says so if nobody answers. `notice`, which may be empty, is told of cuts that a
+  // solve goes on behind. Errors: as Connection::Open().
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const ConnectionOptions& options, Notice notice = {});
 
   // A solve with a request_id is a job on a server that takes jobs, and outlasts cuts and restarts: it is followed to its end
   // through new connections, and the job is deleted when the result is here. `limits.stop` cancels the job.
@@ -38,16 +38,16 @@ class Client final : public Backend {
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
 
  private:
-  Client(std::string address, const std::shared_ptr<grpc::Channel>& channel, Notice notice);
+  Client(Connection connection, Notice notice);
 
   template <typename Request, typename Response>
   using UnaryMethod = grpc::Status (v1::SolverService::Stub::*)(grpc::ClientContext*, const Request&, Response*);
   template <typename Request, typename Response>
   absl::StatusOr<Response> Ask(UnaryMethod<Request, Response> method, const Request& request, const CallLimits& limits);
 
-  std::string address_;
-  std::unique_ptr<v1::SolverService::Stub> stub_;
-  Notice notice_;
+  const Connection connection_;
+  const std::unique_ptr<v1::SolverService::Stub> stub_;
+  const Notice notice_;
   JobClient jobs_;
 };
 

@@ -9,21 +9,42 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "absl/status/statusor.h"
 #include "client/backend.h"
+#include "client/connection_options.h"
 
 namespace dlcs::client {
 
-// The connection is made by the first call. Errors: InvalidArgument when `address` is not HOST:PORT.
-absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& address);
+// May be used from several threads at once.
+class Connection {
+ public:
+  // The connection is made by the first call. Errors: InvalidArgument with the field of `options` and the rule, where
+  // the address is not HOST:PORT, a file cannot be used, or the token would travel without encryption.
+  static absl::StatusOr<Connection> Open(const ConnectionOptions& options);
 
-// A deadline, and a way to be cancelled while the call runs.
+  const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
+  const ConnectionOptions& options() const { return options_; }
+
+  // A call that failed, in words. Where no server answers it may connect once more to find out why.
+  absl::Status Describe(const grpc::Status& status) const;
+  // What stands between both ends and will not pass by itself; nothing where another attempt may succeed.
+  std::optional<absl::Status> WhyNever(const grpc::Status& status) const;
+
+ private:
+  Connection(ConnectionOptions options, std::shared_ptr<grpc::Channel> channel);
+
+  ConnectionOptions options_;
+  std::shared_ptr<grpc::Channel> channel_;
+};
+
+// The trace, a token where there is one, a deadline, and a way to be cancelled while the call runs.
 class Call {
  public:
-  explicit Call(const CallLimits& limits);
+  Call(const Connection& connection, const CallLimits& limits);
 
   grpc::ClientContext* context() { return &context_; }
 

@@ -10,7 +10,6 @@
 #include <optional>
 #include <random>
 
-#include "client/rpc_error.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 
@@ -85,7 +84,8 @@ absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt)
     if (got_on) pause = kFirstPause;
     const Seconds wait = std::max(Jittered(pause), RetryDelay(status).value_or(Seconds(0)));
     const bool in_time = steady_clock::now() + wait < end;
-    if (!MayPass(status) || !in_time || limits.stop.stop_requested()) return DescribeRpcError(status, address_);
+    if (!MayPass(status) || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
+    if (const auto never = connection_.WhyNever(status)) return *never;
     if (notice_) notice_(fmt::format("{}; again in {:.1f} s", status.error_message(), wait.count()));
     Pause(wait, limits.stop);
     pause = std::min(2 * pause, kLongestPause);

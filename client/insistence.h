@@ -21,15 +21,17 @@ namespace dlcs::client {
 using Notice = std::function<void(const std::string& text)>;
 
 // Where no answer comes (UNAVAILABLE, a cut stream), a call is repeated after 0.1 s, 0.2 s, ... at most 5 s, until its deadline;
-// what RetryInfo asks for is kept to. For calls of which a repetition does nothing twice. May be used from several threads at once.
+// what RetryInfo asks for is kept to, and what will not pass by itself (a wrong certificate) ends it. For calls of which a repetition does nothing twice. May be used from several threads at once.
 class Insistence {
  public:
-  // `address` is the server's, for messages. `notice` may be empty.
-  Insistence(std::string address, Notice notice) : address_(std::move(address)), notice_(std::move(notice)) {}
+  // `notice` may be empty.
+  Insistence(Connection connection, Notice notice) : connection_(std::move(connection)), notice_(std::move(notice)) {}
+
+  const Connection& connection() const { return connection_; }
 
   // One attempt, within the time that is left. Sets `got_on` where it brought something: then pauses begin small again.
   using Attempt = std::function<grpc::Status(const CallLimits& left, bool& got_on)>;
-  // `attempt` until it succeeds, fails for good, or the time is over. Errors: as DescribeRpcError().
+  // `attempt` until it succeeds, fails for good, or the time is over. Errors: as Connection::Describe().
   absl::Status Until(const CallLimits& limits, const Attempt& attempt) const;
 
   // The same for a call with one answer, a method of `stub`.
@@ -38,7 +40,7 @@ class Insistence {
                                const Request& request, const CallLimits& limits) const {
     Response response;
     const absl::Status status = Until(limits, [&](const CallLimits& left, bool&) {
-      Call call(left);
+      Call call(connection_, left);
       return (stub.*method)(call.context(), request, &response);
     });
     if (!status.ok()) return status;
@@ -46,7 +48,7 @@ class Insistence {
   }
 
  private:
-  std::string address_;
+  Connection connection_;
   Notice notice_;
 };
 

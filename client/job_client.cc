@@ -9,10 +9,10 @@
 
 namespace dlcs::client {
 
-absl::StatusOr<std::unique_ptr<JobClient>> JobClient::Connect(const std::string& address, Notice notice) {
-  const absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = OpenChannel(address);
-  if (!channel.ok()) return channel.status();
-  return std::make_unique<JobClient>(*channel, address, std::move(notice));
+absl::StatusOr<std::unique_ptr<JobClient>> JobClient::Connect(const ConnectionOptions& options, Notice notice) {
+  absl::StatusOr<Connection> connection = Connection::Open(options);
+  if (!connection.ok()) return connection.status();
+  return std::make_unique<JobClient>(*std::move(connection), std::move(notice));
 }
 
 absl::StatusOr<v1::SolveJob> JobClient::Submit(v1::CreateSolveJobRequest request, const CallLimits& limits) {
@@ -57,7 +57,7 @@ absl::Status JobClient::Watch(const v1::WatchSolveJobRequest& request,
                               const std::function<void(const v1::JobEvent&)>& on_event, const CallLimits& limits) {
   v1::WatchSolveJobRequest rest = request;
   return insistence_.Until(limits, [&](const CallLimits& left, bool& got_on) {
-    Call call(left);
+    Call call(insistence_.connection(), left);
     const auto reader = stub_->WatchSolveJob(call.context(), rest);
     bool finished = false;
     for (v1::JobEvent event; reader->Read(&event);) {
@@ -80,7 +80,7 @@ absl::Status JobClient::ReadTrajectory(const v1::ReadTrajectoryRequest& request,
                                        const CallLimits& limits) {
   v1::ReadTrajectoryRequest rest = request;
   return insistence_.Until(limits, [&](const CallLimits& left, bool& got_on) {
-    Call call(left);
+    Call call(insistence_.connection(), left);
     const auto reader = stub_->ReadTrajectory(call.context(), rest);
     for (v1::TrajectoryPage page; reader->Read(&page);) {
       if (page.crc32() != TrajectoryCrc(page.chunk())) {

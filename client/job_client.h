@@ -27,11 +27,10 @@ namespace dlcs::client {
 class JobClient {
  public:
   // As Client::Connect(). `notice` may be empty.
-  static absl::StatusOr<std::unique_ptr<JobClient>> Connect(const std::string& address, Notice notice = {});
+  static absl::StatusOr<std::unique_ptr<JobClient>> Connect(const ConnectionOptions& options, Notice notice = {});
 
-  // Calls go through `channel`; `address` is for messages.
-  JobClient(const std::shared_ptr<grpc::Channel>& channel, const std::string& address, Notice notice)
-      : stub_(v1::JobService::NewStub(channel)), insistence_(address, std::move(notice)) {}
+  JobClient(Connection connection, Notice notice)
+      : stub_(v1::JobService::NewStub(connection.channel())), insistence_(std::move(connection), std::move(notice)) {}
 
   // Where `request` has no request_id a random one is given to it, so that repeating is safe.
   absl::StatusOr<v1::SolveJob> Submit(v1::CreateSolveJobRequest request, const CallLimits& limits);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // dlcs: solves differential linear complementarity systems, here or on a server.
 
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <type_traits>
@@ -12,6 +13,7 @@
 
 int main(int argc, char** argv) {
   using namespace dlcs::client;
+  setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // what matters of it is said in words of our own
   try {
     return std::visit(
         [](const auto& command) -> ExitCode {

@@ -26,11 +26,10 @@ void Send(const std::string& bytes, const std::string& sha256, grpc::ClientWrite
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<ProblemClient>> ProblemClient::Connect(const std::string& address, Notice notice) {
-  const absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = OpenChannel(address);
-  if (!channel.ok()) return channel.status();
-  return std::unique_ptr<ProblemClient>(
-      new ProblemClient(v1::ProblemService::NewStub(*channel), Insistence(address, std::move(notice))));
+absl::StatusOr<std::unique_ptr<ProblemClient>> ProblemClient::Connect(const ConnectionOptions& options, Notice notice) {
+  absl::StatusOr<Connection> connection = Connection::Open(options);
+  if (!connection.ok()) return connection.status();
+  return std::unique_ptr<ProblemClient>(new ProblemClient(*std::move(connection), std::move(notice)));
 }
 
 absl::StatusOr<v1::UploadProblemResponse> ProblemClient::Upload(const v1::ProblemBody& body, const CallLimits& limits) {
@@ -38,7 +37,7 @@ absl::StatusOr<v1::UploadProblemResponse> ProblemClient::Upload(const v1::Proble
   const std::string sha256 = ContentHash(bytes);
   v1::UploadProblemResponse response;
   const absl::Status status = insistence_.Until(limits, [&](const CallLimits& left, bool&) {
-    Call call(left);
+    Call call(insistence_.connection(), left);
     const auto writer = stub_->UploadProblem(call.context(), &response);
     Send(bytes, sha256, *writer);
     return writer->Finish();

@@ -25,7 +25,7 @@ namespace dlcs::client {
 class ProblemClient {
  public:
   // As Client::Connect(). `notice` may be empty.
-  static absl::StatusOr<std::unique_ptr<ProblemClient>> Connect(const std::string& address, Notice notice = {});
+  static absl::StatusOr<std::unique_ptr<ProblemClient>> Connect(const ConnectionOptions& options, Notice notice = {});
 
   // In pieces below 1 MB, which a server that has the problem does not wait for.
   absl::StatusOr<v1::UploadProblemResponse> Upload(const v1::ProblemBody& body, const CallLimits& limits);
@@ -35,8 +35,8 @@ class ProblemClient {
   absl::Status Delete(const std::string& name, const CallLimits& limits);
 
  private:
-  ProblemClient(std::unique_ptr<v1::ProblemService::Stub> stub, Insistence insistence)
-      : stub_(std::move(stub)), insistence_(std::move(insistence)) {}
+  ProblemClient(Connection connection, Notice notice)
+      : stub_(v1::ProblemService::NewStub(connection.channel())), insistence_(std::move(connection), std::move(notice)) {}
 
   std::unique_ptr<v1::ProblemService::Stub> stub_;
   Insistence insistence_;

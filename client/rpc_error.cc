@@ -68,6 +68,11 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
           "the program at {} does not offer this call ({}). Is it a dlcsd of this version? Jobs and uploads need one "
           "with --store",
           address, said);
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return fmt::format("the server at {} does not know who calls: {} Name the file of yours with --token-file",
+                         address, said);
+    case grpc::StatusCode::PERMISSION_DENIED:
+      return fmt::format("the server at {} does not allow it: {} Ask who runs the server", address, said);
     case grpc::StatusCode::INTERNAL:
     case grpc::StatusCode::UNKNOWN:
       return fmt::format("the server at {} failed: {}. Its log has the details, with trace_id {}", address, said,

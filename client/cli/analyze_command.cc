@@ -23,7 +23,7 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
     PrintAnalysisJson(name, analysis, out);
   } else {
     const bool there = IsProblemName(command.problem_path);
-    const Asked asked = {.source = command.problem_path, .server = there ? command.server : "", .rule = command.rule, .grid = command.grid};
+    const Asked asked = {.source = command.problem_path, .server = there ? command.server.address : "", .rule = command.rule, .grid = command.grid};
     PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out),
                        out);
   }

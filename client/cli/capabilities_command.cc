@@ -143,7 +143,7 @@ ExitCode Run(const CapabilitiesCommand& command) {
       {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   if (!response.ok()) return Complain(response.status(), kServiceFailed);
   command.format == OutputFormat::kJson ? PrintJson(*response, stdout)
-                                        : PrintTable(*response, command.server, stdout);
+                                        : PrintTable(*response, command.server.address, stdout);
   const absl::Status printed = FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
 }

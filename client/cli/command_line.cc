@@ -14,6 +14,7 @@
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"
 #include "client/cli/option_kinds.h"
+#include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"
 #include "client/names.h"
 #include "client/nearest_name.h"
@@ -21,10 +22,7 @@
 namespace dlcs::client {
 namespace {
 
-void AddServer(CLI::App& app, std::string& server) {
-  app.add_option("--server", server, "Run on the dlcsd at this address instead of in this process")
-      ->type_name("HOST:PORT");
-}
+constexpr const char* kServerHelp = "Run on the dlcsd at this address instead of in this process";
 
 void AddDeadline(CLI::App& app, double& deadline_s) {
   AddNumber(
@@ -36,7 +34,7 @@ void AddDeadline(CLI::App& app, double& deadline_s) {
 void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   v1::SolveOptions& options = command.options;
   AddProblem(app, command.problem_path);
-  AddServer(app, command.server);
+  AddServer(app, command.server, kServerHelp);
   AddHowToSolve(app, options, command.grid, command.rule);
   AddNumber(
       app, "--threads", "N", WholeAtLeast("a whole number of at least 0", 0),
@@ -70,7 +68,7 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
 void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   CLI::App& app = *main.add_subcommand("analyze", "Say what is known about a system, and how to solve it");
   AddProblem(app, command.problem_path);
-  AddServer(app, command.server);
+  AddServer(app, command.server, kServerHelp);
   AddMethod(app, command.options);
   AddGrid(app, command.options, command.grid);
   AddJumps(app, command.options);
@@ -86,7 +84,7 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
 void AddLcp(CLI::App& main, LcpCommand& command) {
   CLI::App& app = *main.add_subcommand("lcp", "Solve one linear complementarity problem");
   app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")->required()->type_name("FILE");
-  AddServer(app, command.server);
+  AddServer(app, command.server, kServerHelp);
   AddRule(app, command.rule);
   app.add_flag("--all", command.all, "All basic solutions too, for at most 16 pairs");
   AddDeadline(app, command.deadline_s);
@@ -97,7 +95,7 @@ void AddLcp(CLI::App& main, LcpCommand& command) {
 void AddDcp(CLI::App& main, DcpCommand& command) {
   CLI::App& app = *main.add_subcommand("dcp", "Solve a dynamic complementarity problem, or measure a path");
   app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")->required()->type_name("FILE");
-  AddServer(app, command.server);
+  AddServer(app, command.server, kServerHelp);
   CLI::Option* step = AddNumber(
       app, "--step", "H", Positive(), [&](double v) { command.step = v; },
       "Length of a step between the nodes of q, at most (a thousandth of its time)");
@@ -143,7 +141,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
 
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
   CLI::App& app = *main.add_subcommand("capabilities", "What this program or a server can do, and its limits");
-  AddServer(app, command.server);
+  AddServer(app, command.server, kServerHelp);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.footer(kCapabilitiesExamples);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "client/cli/exit_code.h"
+#include "client/cli/server_target.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -17,7 +18,7 @@ enum class OutputFormat { kTable, kJson, kCsv };
 
 struct SolveCommand {
   std::string problem_path;              // "-" is standard input
-  std::string server;                    // HOST:PORT; empty solves in this process
+  ServerTarget server;                   // its address is empty: solve in this process
   v1::SolveOptions options;              // as given; what was not given is unset
   std::string grid;                      // --grid as it was typed
   std::optional<v1::SolutionRule> rule;  // overrides the file's
@@ -34,7 +35,7 @@ struct EnsembleCommand {
 
 struct AnalyzeCommand {
   std::string problem_path;  // "-" is standard input
-  std::string server;
+  ServerTarget server;
   v1::SolveOptions options;  // what is settled already
   std::string grid;          // --grid as it was typed
   std::optional<v1::SolutionRule> rule;
@@ -46,7 +47,7 @@ struct AnalyzeCommand {
 
 struct LcpCommand {
   std::string path;
-  std::string server;
+  ServerTarget server;
   std::optional<v1::SolutionRule> rule;
   bool all = false;                            // all basic solutions too
   OutputFormat format = OutputFormat::kTable;  // table or JSON
@@ -57,7 +58,7 @@ struct DcpCommand {
   std::string path;
   std::string check;  // file of a path to measure; empty solves
   double step = 0;    // 0 takes the default of the service
-  std::string server;
+  ServerTarget server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
   double deadline_s = 60;
 };
@@ -72,7 +73,7 @@ struct ModelCommand {
 };
 
 struct CapabilitiesCommand {
-  std::string server;
+  ServerTarget server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
   double deadline_s = 10;
 };

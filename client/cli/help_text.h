@@ -44,6 +44,7 @@ inline constexpr const char* kSolveExamples =
     "  dlcs solve circuit.json --at 0.5,1,2 --format json --quiet\n"
     "  dlcs solve circuit.json --grid nodes.txt\n"
     "  dlcs solve circuit.json --format csv --output circuit.csv --server localhost:50051\n"
+    "  dlcs solve circuit.json --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
     "Ctrl-C cancels the solve and prints what is known; a second one ends at once.";

@@ -9,6 +9,7 @@
 #include "client/cli/help_text.h"
 #include "client/cli/job_support.h"
 #include "client/cli/option_kinds.h"
+#include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"
 #include "client/names.h"
 
@@ -27,8 +28,7 @@ constexpr const char* kJobExamples =
     "  problem=$(dlcs upload membrane.json)          once; then submit, solve, analyze and ensemble take $problem";
 
 void AddTarget(CLI::App& app, JobTarget& target) {
-  app.add_option("--server", target.server, fmt::format("The dlcsd at this address ({})", target.server))
-      ->type_name("HOST:PORT");
+  AddServer(app, target.server, fmt::format("The dlcsd at this address ({})", target.server.address));
   AddNumber(
       app, "--patience", "SECONDS", Positive(), [&target](double v) { target.patience_s = v; },
       fmt::format("Go on for so long through cuts and restarts ({})", target.patience_s));

@@ -18,7 +18,7 @@ inline constexpr const char* kDefaultServer = "localhost:50051";
 
 // What all of them are told.
 struct JobTarget {
-  std::string server = kDefaultServer;
+  ServerTarget server = ServerAt(kDefaultServer);
   // For the whole command, cuts and restarts included.
   double patience_s = 60;
 };
@@ -35,7 +35,7 @@ struct SubmitCommand {
 
 // Prints the problem's name and nothing else.
 struct UploadCommand {
-  JobTarget target{.server = kDefaultServer, .patience_s = 600};
+  JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 600};
   std::string problem_path;
   std::optional<v1::SolutionRule> rule;  // overrides the file's
 };
@@ -48,7 +48,7 @@ struct ListProblemsCommand {
 
 // Shows what happens until the job has ended, and exits as solve would.
 struct WatchCommand {
-  JobTarget target{.server = kDefaultServer, .patience_s = 24 * 3600};
+  JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 24 * 3600};
   std::string name;
   std::int64_t after = 0;
   double interval_s = 0;
@@ -74,7 +74,7 @@ struct EndJobCommand {
 
 // The trajectory, printed as solve prints it.
 struct ResultCommand {
-  JobTarget target{.server = kDefaultServer, .patience_s = 600};
+  JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 600};
   std::string name;
   std::int64_t stride = 1;
   double from = 0;

@@ -26,11 +26,19 @@ constexpr std::array<std::pair<v1::JobState, const char*>, 6> kStates = {{{v1::J
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target) {
-  return JobClient::Connect(target.server, SayNotice);
+  const auto options = ConnectionTo(target.server);
+  if (!options.ok()) return options.status();
+  auto client = JobClient::Connect(*options, SayNotice);
+  if (!client.ok()) return InOptions(client.status(), target.server);
+  return client;
 }
 
 absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target) {
-  return ProblemClient::Connect(target.server, SayNotice);
+  const auto options = ConnectionTo(target.server);
+  if (!options.ok()) return options.status();
+  auto client = ProblemClient::Connect(*options, SayNotice);
+  if (!client.ok()) return InOptions(client.status(), target.server);
+  return client;
 }
 
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt) {

@@ -17,7 +17,7 @@
 
 namespace dlcs::client {
 
-// Clients that tell every repetition on standard error. Errors: InvalidArgument (not HOST:PORT).
+// Clients that tell every repetition on standard error. Errors: InvalidArgument with the option.
 absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target);
 absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target);
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);

@@ -34,11 +34,11 @@ bool IsProblemName(const std::string& text) {
          text.find_first_not_of("0123456789abcdef", kPrefix.size()) == std::string::npos;
 }
 
-absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const std::string& server,
+absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const ServerTarget& server,
                                                 const std::optional<v1::SolutionRule>& rule) {
   ProblemInput input;
   if (IsProblemName(path)) {
-    if (server.empty()) {
+    if (server.address.empty()) {
       return absl::InvalidArgumentError(
           fmt::format("{} is an uploaded problem: say where with --server HOST:PORT", path));
     }
@@ -62,10 +62,10 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const s
 
 absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
   if (!is_uploaded()) return absl::OkStatus();
-  const auto client = ProblemClient::Connect(server_);
-  if (!client.ok()) {
-    return absl::InvalidArgumentError(fmt::format("--server: {}", std::string(client.status().message())));
-  }
+  const auto options = ConnectionTo(server_);
+  if (!options.ok()) return options.status();
+  const auto client = ProblemClient::Connect(*options);
+  if (!client.ok()) return InOptions(client.status(), server_);
   absl::StatusOr<v1::StoredProblem> about = (*client)->Get(name_, limits);
   if (!about.ok()) return about.status();
   about_ = *std::move(about);

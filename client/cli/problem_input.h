@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "client/backend.h"
 #include "client/cli/commands.h"
+#include "client/cli/server_target.h"
 #include "client/problem_file.h"
 #include "dlcs/v1/problems.pb.h"
 #include "dlcs/v1/solver.pb.h"
@@ -21,7 +22,7 @@ class ProblemInput {
   // Reads the file at `path`, `-` for standard input. A `path` that is problems/ and 64 characters of 0-9a-f is the name of an
   // uploaded problem, of which FetchUploaded() is to ask the server. `rule`, where given, overrides the file's. Errors:
   // InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be overridden.
-  static absl::StatusOr<ProblemInput> Read(const std::string& path, const std::string& server,
+  static absl::StatusOr<ProblemInput> Read(const std::string& path, const ServerTarget& server,
                                            const std::optional<v1::SolutionRule>& rule);
 
   // Asks the server what is to be known of an uploaded problem; nothing else needs that. Errors: as ProblemClient::Get().
@@ -48,7 +49,7 @@ class ProblemInput {
   std::string source_;
   ProblemFile file_;
   std::string name_;  // empty where it is a file
-  std::string server_;
+  ServerTarget server_;
   v1::StoredProblem about_;  // of an uploaded one, once it was fetched
 };
 

@@ -61,11 +61,12 @@ std::string WithPlace(const std::string& line, const std::string& source) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server) {
-  if (server.empty()) return std::make_unique<LocalBackend>();
-  auto client = Client::Connect(server, SayNotice);
-  if (!client.ok())
-    return absl::InvalidArgumentError(fmt::format("--server: {}", std::string(client.status().message())));
+absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server) {
+  if (server.address.empty()) return std::make_unique<LocalBackend>();
+  const auto options = ConnectionTo(server);
+  if (!options.ok()) return options.status();
+  auto client = Client::Connect(*options, SayNotice);
+  if (!client.ok()) return InOptions(client.status(), server);
   return *std::move(client);
 }
 

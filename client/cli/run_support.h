@@ -11,11 +11,12 @@
 #include "absl/status/statusor.h"
 #include "client/backend.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/server_target.h"
 
 namespace dlcs::client {
 
-// The server at `server`, or this process when that is empty. Errors: InvalidArgument (not HOST:PORT).
-absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const std::string& server);
+// The server at `server`, or this process where that has no address. Errors: InvalidArgument with the option.
+absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server);
 
 // Prints a notice on standard error: a cut that is gone on behind, a repetition.
 void SayNotice(const std::string& text);

@@ -153,7 +153,7 @@ ExitCode Run(const SolveCommand& command) {
   v1::SolveRequest request = input->SolveRequest(command.options);
   AskForTableTimes(command, input->horizon(), request);
   // So that a cut does not end it, where the server takes jobs.
-  if (!command.server.empty()) request.set_request_id(NewRequestId());
+  if (!command.server.address.empty()) request.set_request_id(NewRequestId());
 
   const auto result = Watch(command, *input, request, **backend, output ? output->stream() : stdout, limits);
   if (!result.ok()) return ComplainAboutCall(result.status(), input->source());

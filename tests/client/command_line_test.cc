@@ -131,7 +131,7 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
                                       "--contour-initial-state",
                                       "--deadline",
                                       "2.5"});
-  EXPECT_EQ(command.server, "h:1");
+  EXPECT_EQ(command.server.address, "h:1");
   const v1::SolveOptions& options = command.options;
   EXPECT_EQ(options.method(), v1::METHOD_PAPER_ITERATION);
   EXPECT_EQ(options.grid_case(), v1::SolveOptions::kStep);

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options that say which server to call, and how. Includes CLI11: for the command line alone.
+
+#ifndef DLCS_CLIENT_CLI_SERVER_OPTIONS_H_
+#define DLCS_CLIENT_CLI_SERVER_OPTIONS_H_
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "client/cli/server_target.h"
+
+namespace dlcs::client {
+
+// --server, described by `help`, and what goes with it.
+void AddServer(CLI::App& app, ServerTarget& target, const std::string& help);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_SERVER_OPTIONS_H_

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/server_target.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <utility>
+
+namespace dlcs::client {
+
+absl::StatusOr<ConnectionOptions> ConnectionTo(const ServerTarget& target) {
+  ConnectionOptions options(target.address);
+  options.tls = target.tls;
+  options.tls_ca = target.tls_ca;
+  options.tls_cert = target.tls_cert;
+  options.tls_key = target.tls_key;
+  if (target.token_file.empty()) {
+    if (const char* token = std::getenv("DLCS_TOKEN")) options.token = token;
+    return options;
+  }
+  std::ifstream file(target.token_file);
+  options.token.assign(std::istreambuf_iterator<char>(file), {});
+  if (!file.is_open() || file.bad()) {
+    return absl::InvalidArgumentError(
+        fmt::format("--token-file: {}: cannot be read: {}", target.token_file, std::strerror(errno)));
+  }
+  const std::size_t end = options.token.find_last_not_of(" \t\r\n");
+  options.token.resize(end == std::string::npos ? 0 : end + 1);
+  if (options.token.empty()) {
+    return absl::InvalidArgumentError(fmt::format("--token-file: {}: is empty; must hold a token", target.token_file));
+  }
+  return options;
+}
+
+absl::Status InOptions(const absl::Status& status, const ServerTarget& target) {
+  const std::array<std::pair<std::string_view, std::string_view>, 5> names = {
+      {{"address", "--server"},
+       {"tls_ca", "--tls-ca"},
+       {"tls_cert", "--tls-cert"},
+       {"tls_key", "--tls-key"},
+       {"token", target.token_file.empty() ? "DLCS_TOKEN" : "--token-file"}}};
+  const std::string message(status.message());
+  for (const auto& [field, option] : names) {
+    if (!message.starts_with(fmt::format("{}: ", field))) continue;
+    return absl::Status(status.code(), fmt::format("{}{}", option, message.substr(field.size())));
+  }
+  return status;
+}
+
+}  // namespace dlcs::client
