@@ -27,7 +27,8 @@ struct CallEnvironment {
   WorkerPool& workers;
   CallRegistry& calls;
   SetupCache* setups;  // null where nothing is kept
-  FindProblem find_problem;
+  // The uploaded problems of who made a call; an empty function on a server without a store.
+  std::function<FindProblem(const grpc::CallbackServerContext&)> problems_of;
   Metrics& metrics;
 };
 

@@ -13,8 +13,10 @@
 #include "grpcpp/impl/server_builder_option.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server_builder.h"
+#include "server/access/credentials.h"
 #include "server/listen_address.h"
 #include "server/telemetry/rpc_telemetry.h"
+#include "spdlog/spdlog.h"
 
 namespace dlcs {
 namespace {
@@ -42,7 +44,10 @@ class WithoutReflection final : public grpc::ServerBuilderOption {
   }
 };
 
-void SetChannelArguments(grpc::ServerBuilder& builder) {
+void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& builder) {
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, access.max_streams_per_connection);
+  // Who connects and then says nothing keeps a connection for two minutes by default.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 20'000);
   // With port reuse a second server on the same port would silently take half of the calls.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   // Notice a cut link within 15 s instead of minutes, and let clients ping as often; gRPC's default cuts an
@@ -53,6 +58,20 @@ void SetChannelArguments(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
 }
 
+// Errors: InvalidArgument for a network that could listen.
+absl::Status CheckEncryption(const ListenAddress& address, const AccessSettings& access) {
+  if (!access.tls_cert.empty() || IsLoopback(address)) return absl::OkStatus();
+  if (!access.insecure_listen) {
+    return absl::InvalidArgumentError(fmt::format(
+        "--listen {}: other machines can reach this address, so that --tls-cert and --tls-key must be given; or "
+        "--insecure-listen, where the network is trusted or a proxy encrypts; or listen on 127.0.0.1",
+        ToString(address)));
+  }
+  spdlog::warn("--insecure-listen: requests and results{} travel on {} without encryption",
+               access.tokens.empty() ? "" : ", and the tokens of users,", ToString(address));
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig& config) {
@@ -60,14 +79,18 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   absl::StatusOr<ListenAddress> address = ParseListenAddress(config.listen);
   if (!address.ok()) return address.status();
   if (absl::Status can_listen = CheckCanListen(*address); !can_listen.ok()) return can_listen;
+  if (absl::Status encrypted = CheckEncryption(*address, config.access); !encrypted.ok()) return encrypted;
+  absl::StatusOr<std::unique_ptr<Access>> access = Access::Open(config.access);
+  if (!access.ok()) return access.status();
 
   InitializePlugins();
-  std::unique_ptr<DlcsServer> result(new DlcsServer(Resolved(config)));
+  std::unique_ptr<DlcsServer> result(new DlcsServer(Resolved(config), *std::move(access)));
   grpc::ServerBuilder builder;
-  SetChannelArguments(builder);
+  SetChannelArguments(config.access, builder);
   builder.SetMaxReceiveMessageSize(static_cast<int>(config.max_message_bytes));
   result->RegisterServices(builder);
-  builder.AddListeningPort(ToString(*address), grpc::InsecureServerCredentials(), &address->port);
+  result->credentials_ = CredentialsFor(*result->access_);
+  builder.AddListeningPort(ToString(*address), result->credentials_, &address->port);
   if (!config.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(NewRpcTelemetry(result->metrics_));
@@ -93,11 +116,12 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   return result;
 }
 
-DlcsServer::DlcsServer(const ServerConfig& config)
-    : takes_calls_(config.role != "worker"),
-      jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config, metrics_)),
+DlcsServer::DlcsServer(const ServerConfig& config, std::unique_ptr<Access> access)
+    : access_(std::move(access)),
+      takes_calls_(config.role != "worker"),
+      jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config, *access_, metrics_)),
       problems_(jobs_ ? std::make_unique<ProblemService>(jobs_->environment(), jobs_->library()) : nullptr),
-      service_(config, metrics_, jobs_.get()) {}
+      service_(config, *access_, metrics_, jobs_.get()) {}
 
 void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
   if (!takes_calls_) {

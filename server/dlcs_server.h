@@ -12,7 +12,9 @@
 #include <thread>
 
 #include "absl/status/statusor.h"
+#include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
+#include "server/access/access.h"
 #include "server/job_service.h"
 #include "server/problem_service.h"
 #include "server/server_config.h"
@@ -27,8 +29,8 @@ namespace dlcs {
 // behind one listening socket; metrics and probes behind another.
 class DlcsServer {
  public:
-  // Listens when it returns. Errors: InvalidArgument for a setting, AlreadyExists for a taken port, and as
-  // CheckCanListen().
+  // Listens when it returns. Errors: InvalidArgument for a setting or a file that it names, AlreadyExists for a taken
+  // port, and as CheckCanListen().
   static absl::StatusOr<std::unique_ptr<DlcsServer>> Start(const ServerConfig& config);
 
   // Stops at once unless Stop() was called before.
@@ -47,10 +49,13 @@ class DlcsServer {
   // closes all connections. Call it once or more.
   void Stop(std::chrono::milliseconds delivery);
 
+  // Reads certificates and tokens again where their files have changed, which otherwise takes up to a second.
+  void Reload() { access_->Refresh(); }
+
   const SolverService& service() const { return service_; }
 
  private:
-  explicit DlcsServer(const ServerConfig& config);
+  DlcsServer(const ServerConfig& config, std::unique_ptr<Access> access);
   // Health follows the store.
   void TellHealth(const std::stop_token& stop);
   ServerState State() const;
@@ -58,6 +63,7 @@ class DlcsServer {
 
   void RegisterServices(grpc::ServerBuilder& builder);
 
+  const std::unique_ptr<Access> access_;
   const bool takes_calls_;
   Metrics metrics_;
   std::atomic<bool> draining_ = false;
@@ -67,6 +73,7 @@ class DlcsServer {
   SolverService service_;
   WorkerRefusal refusal_;  // in the place of all, where no calls are taken
   std::string address_;
+  std::shared_ptr<grpc::ServerCredentials> credentials_;
   std::unique_ptr<grpc::Server> server_;
   std::jthread health_;
   std::unique_ptr<HttpEndpoint> http_;  // null where nothing listens; reads the others

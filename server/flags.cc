@@ -25,15 +25,18 @@ constexpr const char* kFooter =
     "max-steps = 1000. The flag counts before the variable, the variable before the file.\n\n"
     "Prints one line on standard output when it is ready: dlcsd listening on HOST:PORT.\n"
     "SIGTERM and SIGINT end it: no new solves, running ones get the grace period, then they are stopped and deliver\n"
-    "their summary. A second signal skips the rest of the grace period.\n"
+    "their summary. A second signal skips the rest of the grace period. SIGHUP looks for changed certificates and tokens\n"
+    "at once.\n"
     "Exit status: 0 after a signal, 2 for a bad setting, 3 when it cannot listen.\n\n"
     "Examples:\n"
     "  dlcsd                                     serve this machine on port 50051\n"
     "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
-    "  dlcsd --listen 0.0.0.0:50051 --threads 4  serve the network, four threads per solve\n"
+    "  dlcsd --threads 4                         four threads per solve\n"
     "  dlcsd --store jobs.db                     take jobs as well, which outlive this server\n"
     "  dlcsd --store postgresql://dlcs@db/dlcs --role worker --listen 127.0.0.1:0\n"
     "                                            run the jobs that others take\n"
+    "  dlcsd --listen 0.0.0.0:50051 --tls-cert server.pem --tls-key server.key --tokens tokens.txt\n"
+    "                                            serve the network, to users with tokens\n"
     "  dlcsd --config dlcsd.conf --check-config  say what these settings come to, and whether they are sound";
 
 // "90", "90s", "30m", "12h", "7d".
@@ -62,9 +65,39 @@ void AddJobFlags(CLI::App& app, ServerConfig& config) {
          "How long an uploaded problem is kept since its last use; one that a job needs stays");
 }
 
+void AddAccessFlags(CLI::App& app, AccessSettings& access) {
+  app.add_option("--tls-cert", access.tls_cert, "Certificate of this server, PEM; read again when it changes")
+      ->type_name("FILE");
+  app.add_option("--tls-key", access.tls_key, "Its private key, PEM")->type_name("FILE");
+  app.add_option("--tls-client-ca", access.tls_client_ca,
+                 "Authorities of clients, PEM: only clients with a certificate of theirs may connect")
+      ->type_name("FILE");
+  app.add_option("--tokens", access.tokens,
+                 "Users, a line each; read again when it changes. Without it everybody may do everything")
+      ->type_name("FILE");
+  app.add_flag("--insecure-listen", access.insecure_listen,
+               "Serve other machines without encryption: on a trusted network, or behind a proxy that encrypts");
+  app.add_option("--max-streams-per-connection", access.max_streams_per_connection,
+                 "Calls at the same time on one connection; more wait at the client");
+  app.add_option("--max-watches-per-user", access.max_watches_per_user, "Jobs that one user watches at the same time");
+}
+
+void AddTokenCommand(CLI::App& app, NewToken& wanted) {
+  CLI::App& token = *app.add_subcommand("token", "Make a token for a user, and print the line for --tokens");
+  token.add_option("NAME", wanted.user, "The user, in letters, digits or . _ @ : / + -")->required()->type_name("");
+  token.add_option("--right", wanted.right, "What the user may do: reader, submitter or admin")->type_name("RIGHT");
+  token.add_option("--save", wanted.save, "Write the token there, for its owner alone, and not on standard error")
+      ->type_name("FILE");
+  token.footer(
+      "A reader looks at its own jobs; a submitter solves and has jobs as well; an admin sees everybody's.\n\n"
+      "Example:\n"
+      "  dlcsd token alice --save alice.token >> tokens.txt");
+}
+
 void AddFlags(CLI::App& app, Flags& flags) {
   ServerConfig& config = flags.config;
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one");
+  AddAccessFlags(app, config.access);
   app.add_option(
       "--metrics-listen", config.metrics_listen,
       "HOST:PORT of /metrics for Prometheus, /livez and /readyz, over plain HTTP; without it nothing listens");
@@ -185,6 +218,7 @@ class CommandLine {
     app_.add_flag("--check-config", check_only_, "Check all settings, print them and where they come from, and end")
         ->configurable(false);
     AddFlags(app_, flags);
+    AddTokenCommand(app_, new_token_);
     for (CLI::Option* const option : app_.get_options(&IsSetting)) {
       option->envname(VariableOf(option->get_single_name()));
       if (IsWhole(*option)) option->check(WhatIsWrongWithWholeNumber);
@@ -204,6 +238,10 @@ class CommandLine {
     } catch (const CLI::ParseError& error) {
       exit_status = Refuse(Explain(error));
       return false;
+    }
+    if (app_.got_subcommand("token")) {
+      flags_.new_token = new_token_;
+      return true;
     }
     absl::Status valid = Validate(flags_.config);
     if (check_only_ && valid.ok()) valid = CheckStoreLocation(flags_.config.store);
@@ -290,6 +328,7 @@ class CommandLine {
 
   const std::vector<std::string> words_;
   Flags& flags_;
+  NewToken new_token_;
   CLI::App app_;
   std::map<std::string, std::string> origins_;
   bool check_only_ = false;

@@ -7,12 +7,14 @@
 #include <optional>
 #include <string>
 
+#include "server/access/new_token.h"
 #include "server/server_config.h"
 
 namespace dlcs {
 
 struct Flags {
   ServerConfig config;
+  std::optional<NewToken> new_token;  // make one, and end
   double grace_s = 10;
   std::string log_level = "info";
   std::string log_format = "text";

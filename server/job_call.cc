@@ -147,12 +147,17 @@ template class JobStream<v1::TrajectoryPage>;
 // Events.
 
 grpc::ServerWriteReactor<v1::JobEvent>* JobWatchCall::Start(const JobCallEnvironment& environment,
+                                                            const absl::StatusOr<Caller>& caller,
                                                             const v1::WatchSolveJobRequest& request) {
-  return Begin(std::make_shared<JobWatchCall>(environment, request));
+  return Begin(std::make_shared<JobWatchCall>(environment, caller, request));
 }
 
 absl::Status JobWatchCall::Prepare() {
   if (watch_) return watch_->Fetch();
+  if (!caller_.ok()) return caller_.status();
+  absl::StatusOr<UserQuota::Ticket> place = environment_.watches.Take(caller_->user);
+  if (!place.ok()) return place.status();
+  place_ = *std::move(place);
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
   if (!id.ok()) return id.status();
   jobs::EventWatchOptions options;
@@ -160,7 +165,7 @@ absl::Status JobWatchCall::Prepare() {
   options.kept_only = request_.view() == v1::WATCH_VIEW_PROGRESS;
   options.min_interval = IntervalOf(request_.min_interval());
   const std::weak_ptr<JobStream> weak = weak_from_this();
-  auto watch = environment_.manager.Watch(std::nullopt, *id, options, [weak] {
+  auto watch = environment_.manager.Watch(caller_->SeesJobsOf(), *id, options, [weak] {
     if (const auto call = weak.lock()) static_cast<JobWatchCall&>(*call).Pump();
   });
   if (!watch.ok()) return watch.status();
@@ -199,14 +204,18 @@ JobWatchCall::Got JobWatchCall::Next(v1::JobEvent& event) {
 // The trajectory.
 
 grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectoryCall::Start(const JobCallEnvironment& environment,
+                                                                        const absl::StatusOr<Caller>& caller,
                                                                         const v1::ReadTrajectoryRequest& request) {
-  return Begin(std::make_shared<ReadTrajectoryCall>(environment, request));
+  return Begin(std::make_shared<ReadTrajectoryCall>(environment, caller, request));
 }
 
 absl::Status ReadTrajectoryCall::Prepare() {
   if (!reader_) {
     const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
     if (!id.ok()) return id.status();
+    if (!caller_.ok()) return caller_.status();
+    const absl::StatusOr<jobs::Job> job = environment_.manager.store().Get(caller_->SeesJobsOf(), *id);
+    if (!job.ok()) return job.status();
     absl::StatusOr<TrajectoryReader> reader = TrajectoryReader::Create(environment_.manager.store(), *id, request_);
     if (!reader.ok()) return reader.status();
     reader_ = *std::move(reader);

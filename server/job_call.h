@@ -14,6 +14,10 @@
 #include "absl/status/statusor.h"
 #include "dlcs/v1/jobs.grpc.pb.h"
 #include "grpcpp/support/server_callback.h"
+#include "server/access/access.h"
+#include "server/access/audit.h"
+#include "server/access/credentials.h"
+#include "server/access/user_quota.h"
 #include "server/call_registry.h"
 #include "server/job_trajectory.h"
 #include "server/jobs/job_manager.h"
@@ -21,15 +25,14 @@
 
 namespace dlcs {
 
-// Until callers have names, all share jobs and problems.
-inline constexpr const char* kSharedOwner = "";
-
 // What calls share. Outlives them.
 struct JobCallEnvironment {
   CallRegistry& calls;
   WorkerPool& workers;
   jobs::JobManager& manager;
   const jobs::Clock& clock;
+  UserQuota& watches;
+  const Access& access;
 };
 
 // A call with one answer. Lives until both gRPC (OnDone) and the worker have let go.
@@ -50,15 +53,39 @@ class JobCall final : public grpc::ServerUnaryReactor, public std::enable_shared
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
 };
 
-// A call whose `run()` gives a StatusOr of the response.
+// A call whose `run(caller)` gives a StatusOr of the response.
 template <typename Response, typename Run>
-grpc::ServerUnaryReactor* Answer(const JobCallEnvironment& environment, const char* name, Response& response, Run run) {
-  return JobCall::Start(environment, name, [&response, run = std::move(run)]() -> absl::Status {
-    absl::StatusOr<Response> result = run();
-    if (!result.ok()) return result.status();
-    response = *std::move(result);
-    return absl::OkStatus();
-  });
+grpc::ServerUnaryReactor* Answer(const JobCallEnvironment& environment, const grpc::CallbackServerContext& context,
+                                 const char* name, Response& response, Run run) {
+  return JobCall::Start(
+      environment, name,
+      [&response, run = std::move(run), caller = CallerOf(environment.access, context)]() -> absl::Status {
+        if (!caller.ok()) return caller.status();
+        absl::StatusOr<Response> result = run(*caller);
+        if (!result.ok()) return result.status();
+        response = *std::move(result);
+        return absl::OkStatus();
+      });
+}
+
+// `run(caller)`, with what came of it in the log: of calls that change something. `request` outlives the call.
+template <typename Request, typename Run>
+auto Audited(const char* method, const Request& request, Run run) {
+  return [method, &request, run = std::move(run)](const Caller& caller) {
+    auto result = run(caller);
+    std::string object;
+    if constexpr (requires { request.name(); }) {
+      object = request.name();
+    } else if (result.ok()) {
+      if constexpr (requires { result->name(); }) {
+        object = result->name();
+      } else {
+        object = result->job();
+      }
+    }
+    Audit({.user = caller.user, .method = method, .object = object, .outcome = result.status().code()});
+    return result;
+  };
 }
 
 // A call with many answers, of which one is in flight. Ends with UNAVAILABLE when the server drains, so that the client
@@ -110,15 +137,19 @@ class JobStream : public grpc::ServerWriteReactor<Message>, public std::enable_s
 class JobWatchCall final : public JobStream<v1::JobEvent> {
  public:
   static grpc::ServerWriteReactor<v1::JobEvent>* Start(const JobCallEnvironment& environment,
+                                                       const absl::StatusOr<Caller>& caller,
                                                        const v1::WatchSolveJobRequest& request);
-  JobWatchCall(const JobCallEnvironment& environment, const v1::WatchSolveJobRequest& request)
-      : JobStream(environment), request_(request) {}
+  JobWatchCall(const JobCallEnvironment& environment, const absl::StatusOr<Caller>& caller,
+               const v1::WatchSolveJobRequest& request)
+      : JobStream(environment), caller_(caller), request_(request) {}
 
  private:
   Got Next(v1::JobEvent& event) override;
   absl::Status Prepare() override;
 
+  const absl::StatusOr<Caller> caller_;
   const v1::WatchSolveJobRequest request_;
+  UserQuota::Ticket place_;
   std::unique_ptr<jobs::JobWatch> watch_;
   std::optional<jobs::Event> behind_gap_;
 };
@@ -127,14 +158,17 @@ class JobWatchCall final : public JobStream<v1::JobEvent> {
 class ReadTrajectoryCall final : public JobStream<v1::TrajectoryPage> {
  public:
   static grpc::ServerWriteReactor<v1::TrajectoryPage>* Start(const JobCallEnvironment& environment,
+                                                             const absl::StatusOr<Caller>& caller,
                                                              const v1::ReadTrajectoryRequest& request);
-  ReadTrajectoryCall(const JobCallEnvironment& environment, const v1::ReadTrajectoryRequest& request)
-      : JobStream(environment), request_(request) {}
+  ReadTrajectoryCall(const JobCallEnvironment& environment, const absl::StatusOr<Caller>& caller,
+                     const v1::ReadTrajectoryRequest& request)
+      : JobStream(environment), caller_(caller), request_(request) {}
 
  private:
   Got Next(v1::TrajectoryPage& page) override;
   absl::Status Prepare() override;
 
+  const absl::StatusOr<Caller> caller_;
   const v1::ReadTrajectoryRequest request_;
   std::optional<TrajectoryReader> reader_;
   std::optional<v1::TrajectoryPage> page_;

@@ -28,7 +28,6 @@ constexpr int kWorkers = 4;
 constexpr std::size_t kMaxRequestIdBytes = 128;
 constexpr int kDefaultPageSize = 100;
 constexpr int kMaxPageSize = 1000;
-constexpr std::nullopt_t kEverybody = std::nullopt;
 
 absl::Status Check(const v1::CreateSolveJobRequest& request) {
   std::vector<Violation> violations;
@@ -56,8 +55,9 @@ std::optional<jobs::Time> EndOfSolve(std::chrono::system_clock::time_point deadl
 
 }  // namespace
 
-JobService::JobService(const ServerConfig& config, Metrics& metrics)
-    : setups_(static_cast<double>(config.setup_cache_bytes)),
+JobService::JobService(const ServerConfig& config, const Access& access, Metrics& metrics)
+    : watches_("max_watches_per_user", config.access.max_watches_per_user),
+      setups_(static_cast<double>(config.setup_cache_bytes)),
       store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
       library_(*store_, UploadLimitsOf(config), LimitsOf(config)),
       solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
@@ -67,15 +67,16 @@ JobService::JobService(const ServerConfig& config, Metrics& metrics)
           [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
           WithTelemetry(metrics, [this](jobs::JobRun& run) { return solver_.Solve(run); }), jobs::SystemClock()),
       workers_(kWorkers),
-      environment_{calls_, workers_, manager_, jobs::SystemClock()} {
+      environment_{calls_, workers_, manager_, jobs::SystemClock(), watches_, access} {
   spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
                ManagerOptionsOf(config).worker);
 }
 
-absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest& request, const std::string& trace_id) {
+absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, const v1::CreateSolveJobRequest& request,
+                                                const std::string& trace_id) {
   if (absl::Status status = Check(request); !status.ok()) return status;
   jobs::Submission submission;
-  submission.owner = kSharedOwner;
+  submission.owner = caller.user;
   submission.request_id = request.request_id();
   submission.priority = request.priority();
   v1::SolveRequest solve = request.solve();
@@ -103,10 +104,10 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const v1::CreateSolveJobRequest&
   return ToProto(created->job);
 }
 
-absl::StatusOr<v1::SolveJob> JobService::Get(const v1::GetSolveJobRequest& request) {
+absl::StatusOr<v1::SolveJob> JobService::Get(const Caller& caller, const v1::GetSolveJobRequest& request) {
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
   if (!id.ok()) return id.status();
-  const absl::StatusOr<jobs::Job> job = store_->Get(kEverybody, *id);
+  const absl::StatusOr<jobs::Job> job = store_->Get(caller.SeesJobsOf(), *id);
   if (!job.ok()) return job.status();
   v1::SolveJob result = ToProto(*job);
   if (!jobs::IsFinal(job->state)) return result;
@@ -117,8 +118,9 @@ absl::StatusOr<v1::SolveJob> JobService::Get(const v1::GetSolveJobRequest& reque
   return result;
 }
 
-absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const v1::ListSolveJobsRequest& request) {
-  jobs::JobFilter filter{.owner = kEverybody, .states = {}};
+absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
+                                                           const v1::ListSolveJobsRequest& request) {
+  jobs::JobFilter filter{.owner = caller.SeesJobsOf(), .states = {}};
   for (const int state : request.states()) {
     const auto known = FromProto(static_cast<v1::JobState>(state));
     if (!known) return InvalidRequest({{"states", fmt::format("{} is no state", state)}});
@@ -134,62 +136,75 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const v1::ListSolveJo
   return response;
 }
 
+absl::StatusOr<v1::SolveJob> JobService::Cancel(const Caller& caller, const v1::CancelSolveJobRequest& request) {
+  const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
+  if (!id.ok()) return id.status();
+  const absl::StatusOr<jobs::Job> job = manager_.Cancel(caller.SeesJobsOf(), *id);
+  if (!job.ok()) return job.status();
+  return ToProto(*job);
+}
+
+absl::StatusOr<v1::DeleteSolveJobResponse> JobService::Delete(const Caller& caller,
+                                                              const v1::DeleteSolveJobRequest& request) {
+  const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
+  if (!id.ok()) return id.status();
+  const absl::Status deleted = manager_.Delete(caller.SeesJobsOf(), *id);
+  if (!deleted.ok()) return deleted;
+  return v1::DeleteSolveJobResponse();
+}
+
 grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(environment_, "create job", *response,
-                [=, this, trace_id = TraceIdOf(*context)] { return Create(*request, trace_id); });
+  return Answer(environment_, *context, "create job", *response,
+                Audited("CreateSolveJob", *request, [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) {
+                  return Create(caller, *request, trace_id);
+                }));
 }
 
-grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext*, const v1::GetSolveJobRequest* request,
-                                                  v1::SolveJob* response) {
-  return Answer(environment_, "get job", *response, [=, this] { return Get(*request); });
+grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext* context,
+                                                  const v1::GetSolveJobRequest* request, v1::SolveJob* response) {
+  return Answer(environment_, *context, "get job", *response,
+                [=, this](const Caller& caller) { return Get(caller, *request); });
 }
 
-grpc::ServerUnaryReactor* JobService::ListSolveJobs(grpc::CallbackServerContext*,
+grpc::ServerUnaryReactor* JobService::ListSolveJobs(grpc::CallbackServerContext* context,
                                                     const v1::ListSolveJobsRequest* request,
                                                     v1::ListSolveJobsResponse* response) {
-  return Answer(environment_, "list jobs", *response, [=, this] { return List(*request); });
+  return Answer(environment_, *context, "list jobs", *response,
+                [=, this](const Caller& caller) { return List(caller, *request); });
 }
 
-grpc::ServerUnaryReactor* JobService::CancelSolveJob(grpc::CallbackServerContext*,
+grpc::ServerUnaryReactor* JobService::CancelSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CancelSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(environment_, "cancel job", *response, [=, this]() -> absl::StatusOr<v1::SolveJob> {
-    const absl::StatusOr<jobs::JobId> id = JobIdOf(request->name());
-    if (!id.ok()) return id.status();
-    const absl::StatusOr<jobs::Job> job = manager_.Cancel(kEverybody, *id);
-    if (!job.ok()) return job.status();
-    return ToProto(*job);
-  });
+  return Answer(environment_, *context, "cancel job", *response,
+                Audited("CancelSolveJob", *request, [=, this](const Caller& caller) { return Cancel(caller, *request); }));
 }
 
-grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext*,
+grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::DeleteSolveJobRequest* request,
-                                                     v1::DeleteSolveJobResponse*) {
-  return JobCall::Start(environment_, "delete job", [=, this]() -> absl::Status {
-    const absl::StatusOr<jobs::JobId> id = JobIdOf(request->name());
-    if (!id.ok()) return id.status();
-    return manager_.Delete(kEverybody, *id);
-  });
+                                                     v1::DeleteSolveJobResponse* response) {
+  return Answer(environment_, *context, "delete job", *response,
+                Audited("DeleteSolveJob", *request, [=, this](const Caller& caller) { return Delete(caller, *request); }));
 }
 
-grpc::ServerWriteReactor<v1::JobEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext*,
+grpc::ServerWriteReactor<v1::JobEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
                                                                   const v1::WatchSolveJobRequest* request) {
-  return JobWatchCall::Start(environment_, *request);
+  return JobWatchCall::Start(environment_, CallerOf(environment_.access, *context), *request);
 }
 
-grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::CallbackServerContext*,
+grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::CallbackServerContext* context,
                                                                          const v1::ReadTrajectoryRequest* request) {
-  return ReadTrajectoryCall::Start(environment_, *request);
+  return ReadTrajectoryCall::Start(environment_, CallerOf(environment_.access, *context), *request);
 }
 
-absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const v1::SolveRequest& request,
+absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
                                                         std::chrono::system_clock::time_point deadline,
                                                         const std::string& trace_id) {
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = request;
   create.set_request_id(request.request_id());
   if (const auto end = EndOfSolve(deadline)) *create.mutable_deadline() = ToProto(*end);
-  const absl::StatusOr<v1::SolveJob> job = Create(create, trace_id);
+  const absl::StatusOr<v1::SolveJob> job = Create(caller, create, trace_id);
   if (!job.ok()) return job.status();
   v1::Accepted accepted;
   accepted.set_solve_id(job->name());
@@ -197,7 +212,7 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const v1::SolveRequest& 
   if (request.has_problem_name()) {
     v1::GetProblemRequest named;
     named.set_name(request.problem_name());
-    const absl::StatusOr<v1::StoredProblem> problem = library_.Get(kSharedOwner, named);
+    const absl::StatusOr<v1::StoredProblem> problem = library_.Get(caller.user, named);
     if (!problem.ok()) return problem.status();
     accepted.set_states(problem->states());
     accepted.set_constraints(problem->constraints());
@@ -213,9 +228,14 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const v1::SolveRequest& 
 
 grpc::ServerWriteReactor<v1::SolveEvent>* JobService::Solve(grpc::CallbackServerContext& context,
                                                             const v1::SolveRequest& request) {
+  const auto create = Audited("Solve", request, [=, this, &request, deadline = context.deadline(),
+                                                 trace_id = TraceIdOf(context)](const Caller& caller) {
+    return CreateForSolve(caller, request, deadline, trace_id);
+  });
   return JobSolveCall::Start(environment_,
-                             [this, &request, deadline = context.deadline(), trace_id = TraceIdOf(context)] {
-                               return CreateForSolve(request, deadline, trace_id);
+                             [create, caller = CallerOf(environment_.access, context)]() -> absl::StatusOr<v1::Accepted> {
+                               if (!caller.ok()) return caller.status();
+                               return create(*caller);
                              });
 }
 

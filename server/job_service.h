@@ -10,6 +10,8 @@
 
 #include "core/setup_cache.h"
 #include "dlcs/v1/jobs.grpc.pb.h"
+#include "server/access/access.h"
+#include "server/access/user_quota.h"
 #include "server/call_registry.h"
 #include "server/job_call.h"
 #include "server/job_solver.h"
@@ -25,8 +27,9 @@ namespace dlcs {
 // The store, the manager and what calls about jobs share. Destroy after the gRPC server that uses it.
 class JobService final : public v1::JobService::CallbackService {
  public:
-  // `config` is valid, resolved, and names a store; `metrics` outlives it. Takes up at once the jobs that are there.
-  JobService(const ServerConfig& config, Metrics& metrics);
+  // `config` is valid, resolved, and names a store. Takes up at once the jobs that are there.
+  // `access` says whose jobs a caller sees; it and `metrics` outlive the service.
+  JobService(const ServerConfig& config, const Access& access, Metrics& metrics);
 
   grpc::ServerUnaryReactor* CreateSolveJob(grpc::CallbackServerContext* context,
                                            const v1::CreateSolveJobRequest* request, v1::SolveJob* response) override;
@@ -63,13 +66,17 @@ class JobService final : public v1::JobService::CallbackService {
   void Stop(std::chrono::milliseconds grace);
 
  private:
-  absl::StatusOr<v1::SolveJob> Create(const v1::CreateSolveJobRequest& request, const std::string& trace_id);
-  absl::StatusOr<v1::Accepted> CreateForSolve(const v1::SolveRequest& request,
+  absl::StatusOr<v1::SolveJob> Create(const Caller& caller, const v1::CreateSolveJobRequest& request,
+                                      const std::string& trace_id);
+  absl::StatusOr<v1::Accepted> CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
                                               std::chrono::system_clock::time_point deadline,
                                               const std::string& trace_id);
-  absl::StatusOr<v1::SolveJob> Get(const v1::GetSolveJobRequest& request);
-  absl::StatusOr<v1::ListSolveJobsResponse> List(const v1::ListSolveJobsRequest& request);
+  absl::StatusOr<v1::SolveJob> Get(const Caller& caller, const v1::GetSolveJobRequest& request);
+  absl::StatusOr<v1::ListSolveJobsResponse> List(const Caller& caller, const v1::ListSolveJobsRequest& request);
+  absl::StatusOr<v1::SolveJob> Cancel(const Caller& caller, const v1::CancelSolveJobRequest& request);
+  absl::StatusOr<v1::DeleteSolveJobResponse> Delete(const Caller& caller, const v1::DeleteSolveJobRequest& request);
 
+  UserQuota watches_;
   CallRegistry calls_;
   SetupCache setups_;
   const std::unique_ptr<jobs::Store> store_;

@@ -2,6 +2,7 @@
 #include "server/listen_address.h"
 
 #include <netdb.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -27,6 +28,29 @@ int TryBind(const addrinfo& candidate) {
   const int error = bind(socket_fd, candidate.ai_addr, candidate.ai_addrlen) == 0 ? 0 : errno;
   close(socket_fd);
   return error;
+}
+
+using AddressList = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
+
+// What `address` stands for; null, and then `error` says why, where that is nothing.
+AddressList LookUp(const ListenAddress& address, int& error) {
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  error = getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
+  return AddressList(error == 0 ? found : nullptr, &freeaddrinfo);
+}
+
+bool IsLoopback(const addrinfo& address) {
+  if (address.ai_family == AF_INET) {
+    const auto* const ipv4 = reinterpret_cast<const sockaddr_in*>(address.ai_addr);
+    return ntohl(ipv4->sin_addr.s_addr) >> 24 == 127;
+  }
+  if (address.ai_family != AF_INET6) return false;
+  const in6_addr& ipv6 = reinterpret_cast<const sockaddr_in6*>(address.ai_addr)->sin6_addr;
+  return IN6_IS_ADDR_LOOPBACK(&ipv6) || (IN6_IS_ADDR_V4MAPPED(&ipv6) && ipv6.s6_addr[12] == 127);
 }
 
 }  // namespace
@@ -58,17 +82,12 @@ std::string ToString(const ListenAddress& address) {
 }
 
 absl::Status CheckCanListen(const ListenAddress& address) {
-  addrinfo hints{};
-  hints.ai_family = AF_UNSPEC;
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE;
-  addrinfo* found = nullptr;
-  const int lookup = getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
-  if (lookup != 0) {
+  int lookup = 0;
+  const AddressList addresses = LookUp(address, lookup);
+  if (addresses == nullptr) {
     return absl::InvalidArgumentError(fmt::format("cannot listen on {}: unknown host {} ({})",
                                                   ToString(address), address.host, gai_strerror(lookup)));
   }
-  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, &freeaddrinfo);
 
   int free = 0;
   int error = 0;
@@ -92,6 +111,15 @@ absl::Status CheckCanListen(const ListenAddress& address) {
   const std::string message = fmt::format("cannot listen on {}: {}", ToString(address), std::strerror(error));
   if (error == EACCES) return absl::PermissionDeniedError(message);
   return absl::InvalidArgumentError(message);
+}
+
+bool IsLoopback(const ListenAddress& address) {
+  int error = 0;
+  const AddressList addresses = LookUp(address, error);
+  for (const addrinfo* found = addresses.get(); found != nullptr; found = found->ai_next) {
+    if (!IsLoopback(*found)) return false;
+  }
+  return addresses != nullptr;
 }
 
 }  // namespace dlcs

@@ -27,6 +27,9 @@ std::string ToString(const ListenAddress& address);
 // taken (on any of the addresses, or half of the clients would reach the other server); PermissionDenied.
 absl::Status CheckCanListen(const ListenAddress& address);
 
+// Whether all addresses that the host stands for can be reached from this machine only. Blocks on a look-up.
+bool IsLoopback(const ListenAddress& address);
+
 }  // namespace dlcs
 
 #endif  // DLCS_SERVER_LISTEN_ADDRESS_H_

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/heap.h"
+#include "server/access/new_token.h"
 #include "server/dlcs_server.h"
 #include "server/flags.h"
 #include "server/telemetry/log.h"
@@ -40,6 +41,11 @@ int main(int argc, char** argv) {
   int exit_status = 0;
   const std::optional<dlcs::Flags> flags = dlcs::ReadFlags(argc, argv, exit_status);
   if (!flags) return exit_status;
+  if (flags->new_token) {
+    const absl::Status made = dlcs::MakeToken(*flags->new_token);
+    if (!made.ok()) std::fprintf(stderr, "dlcsd: %s\n", std::string(made.message()).c_str());
+    return made.ok() ? 0 : 2;
+  }
   dlcs::SetUpLog(flags->log_level, flags->log_format == "json" ? dlcs::LogFormat::kJson : dlcs::LogFormat::kText);
   dlcs::KeepFreedMemory();
 
@@ -48,7 +54,9 @@ int main(int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  sigset_t blocked = signals;
+  sigaddset(&blocked, SIGHUP);
+  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
 
   const absl::StatusOr<std::unique_ptr<dlcs::DlcsServer>> server = dlcs::DlcsServer::Start(flags->config);
   if (!server.ok()) {
@@ -60,7 +68,7 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
 
   int signal = 0;
-  sigwait(&signals, &signal);
+  while (sigwait(&blocked, &signal) == 0 && signal == SIGHUP) (*server)->Reload();
   spdlog::info("signal {}: shutting down, running solves have {} s", signal, flags->grace_s);
   ShutDown(**server, signals, flags->grace_s);
   spdlog::info("shut down");

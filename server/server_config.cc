@@ -122,7 +122,7 @@ absl::Status Validate(const ServerConfig& config) {
   if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
     return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");
   }
-  return absl::OkStatus();
+  return Validate(config.access);
 }
 
 ServerConfig Resolved(ServerConfig config) {

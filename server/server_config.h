@@ -8,18 +8,19 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "server/access/access_settings.h"
 #include "server/solve_session.h"
 
 namespace dlcs {
 
 struct ServerConfig {
-  // HOST:PORT; port 0 picks a free one. There is no encryption and no authentication yet, hence this machine
-  // only.
+  // HOST:PORT; port 0 picks a free one. For other machines than this one, `access` has to say how.
   std::string listen = "127.0.0.1:50051";
   // HOST:PORT of /metrics, /livez and /readyz over plain HTTP (telemetry/http_endpoint.h); empty: nothing listens.
   std::string metrics_listen;
   // Describes the services to callers that have no .proto files.
   bool reflection = false;
+  AccessSettings access;
 
   // Solves (and single LCPs) under way at once; more are refused with RESOURCE_EXHAUSTED. At least 1.
   // 0 takes one per processor, but at least 2, so that one long solve does not shut everybody else out.

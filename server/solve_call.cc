@@ -74,7 +74,7 @@ void SolveCall::Run() {
 }
 
 absl::StatusOr<FinishedSolve> SolveCall::Solve() {
-  const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request_, environment_.limits, environment_.find_problem);
+  const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request_, environment_.limits, Problems());
   if (!prepared.ok()) return prepared.status();
   if (absl::Status held = lifetime_.HoldResult(prepared->result_bytes); !held.ok()) return held;
   lifetime_.StopBeforeDeadline(context_.deadline(), prepared->result_bytes);
@@ -95,7 +95,7 @@ void EnsembleCall::Run() {
 }
 
 absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
-  const absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request_, environment_.limits, environment_.find_problem);
+  const absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request_, environment_.limits, Problems());
   if (!prepared.ok()) return prepared.status();
   if (absl::Status held = lifetime_.HoldResult(prepared->held_bytes); !held.ok()) return held;
   lifetime_.StopBeforeDeadline(context_.deadline(), prepared->held_bytes);

@@ -15,7 +15,20 @@
 
 namespace dlcs {
 
-SolverService::SolverService(const ServerConfig& config, Metrics& metrics, JobService* jobs)
+namespace {
+
+std::function<FindProblem(const grpc::CallbackServerContext&)> ProblemsOf(const Access& access, const JobService* jobs) {
+  if (jobs == nullptr) return [](const grpc::CallbackServerContext&) { return FindProblem(); };
+  return [&access, jobs](const grpc::CallbackServerContext& context) -> FindProblem {
+    const absl::StatusOr<Caller> caller = CallerOf(access, context);
+    if (caller.ok()) return jobs->library().Of(caller->user);
+    return [status = caller.status()](const std::string&) { return status; };
+  };
+}
+
+}  // namespace
+
+SolverService::SolverService(const ServerConfig& config, const Access& access, Metrics& metrics, JobService* jobs)
     : config_(config),
       jobs_(jobs),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
@@ -25,7 +38,7 @@ SolverService::SolverService(const ServerConfig& config, Metrics& metrics, JobSe
                    workers_,
                    calls_,
                    config.setup_cache_bytes > 0 ? &setups_ : nullptr,
-                   jobs == nullptr ? FindProblem() : jobs->library().Of(kSharedOwner),
+                   ProblemsOf(access, jobs),
                    metrics},
       workers_(config.max_concurrent_solves) {}
 
@@ -61,11 +74,13 @@ grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*, 
                 [=, this](std::stop_token stop) { return RunDcp(*request, environment_.limits, stop); });
 }
 
-grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext*,
+grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext* context,
                                                         const v1::AnalyzeProblemRequest* request,
                                                         v1::AnalyzeProblemResponse* response) {
   return Answer("analysis", *response,
-                [=, this](std::stop_token stop) { return RunAnalysis(*request, environment_.limits, stop, environment_.find_problem); });
+                [=, this, problems = environment_.problems_of(*context)](std::stop_token stop) {
+                  return RunAnalysis(*request, environment_.limits, stop, problems);
+                });
 }
 
 grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerContext* context,

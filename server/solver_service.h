@@ -20,10 +20,10 @@ namespace dlcs {
 // Holds what the calls share, and nothing of any one of them. Destroy after the gRPC server that uses it.
 class SolverService final : public v1::SolverService::CallbackService {
  public:
-  // `config` is valid and resolved; `metrics` outlives this object.
+  // `config` is valid and resolved; `access` and `metrics` outlive this object.
   // `jobs` takes the solves that are to be jobs, and knows the uploaded problems; null on a server without a store. It outlives
   // this object.
-  SolverService(const ServerConfig& config, Metrics& metrics, JobService* jobs);
+  SolverService(const ServerConfig& config, const Access& access, Metrics& metrics, JobService* jobs);
 
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext* context,
                                                   const v1::SolveRequest* request) override;

@@ -16,9 +16,11 @@ constexpr std::chrono::milliseconds kRetryAfter{1000};
 }  // namespace
 
 grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(const JobCallEnvironment& environment,
-                                                                     UploadPlaces& places, Upload upload,
+                                                                     UploadPlaces& places,
+                                                                     const absl::StatusOr<Caller>& caller,
+                                                                     const ProblemLibrary& library,
                                                                      v1::UploadProblemResponse& response) {
-  const auto call = std::make_shared<UploadCall>(environment, places, std::move(upload), response);
+  const auto call = std::make_shared<UploadCall>(environment, places, caller, library, response);
   call->self_ = call;
   call->Admit();
   return call.get();
@@ -27,6 +29,7 @@ grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(const JobCa
 void UploadCall::Admit() {
   control_ = environment_.calls.Register();
   if (control_ == nullptr) return End(ShuttingDown());
+  if (!caller_.ok()) return End(caller_.status());
   has_place_ = true;
   if (++places_.taken > UploadPlaces::kMost) {
     return End(ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryAfter));
@@ -77,6 +80,12 @@ void UploadCall::End(const absl::StatusOr<v1::UploadProblemResponse>& end) {
   const std::lock_guard lock(mutex_);
   if (std::exchange(ended_, true)) return;
   if (end.ok()) response_ = *end;
+  if (caller_.ok()) {
+    Audit({.user = caller_->user,
+           .method = "UploadProblem",
+           .object = end.ok() ? end->problem().name() : std::string(),
+           .outcome = end.status().code()});
+  }
   Finish(ToGrpc(end.status()));
 }
 

@@ -30,12 +30,18 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
  public:
   // `environment` and `places` outlive the call, `response` is gRPC's until OnDone().
   static grpc::ServerReadReactor<v1::UploadProblemRequest>* Start(const JobCallEnvironment& environment,
-                                                                  UploadPlaces& places, Upload upload,
+                                                                  UploadPlaces& places,
+                                                                  const absl::StatusOr<Caller>& caller,
+                                                                  const ProblemLibrary& library,
                                                                   v1::UploadProblemResponse& response);
 
-  UploadCall(const JobCallEnvironment& environment, UploadPlaces& places, Upload upload,
-             v1::UploadProblemResponse& response)
-      : environment_(environment), places_(places), upload_(std::move(upload)), response_(response) {}
+  UploadCall(const JobCallEnvironment& environment, UploadPlaces& places, const absl::StatusOr<Caller>& caller,
+             const ProblemLibrary& library, v1::UploadProblemResponse& response)
+      : environment_(environment),
+        places_(places),
+        caller_(caller),
+        upload_(library, caller.ok() ? caller->user : ""),
+        response_(response) {}
   void OnReadDone(bool ok) override;
   void OnCancel() override { cancelled_ = true; }
   void OnDone() override;
@@ -50,6 +56,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
 
   const JobCallEnvironment& environment_;
   UploadPlaces& places_;
+  const absl::StatusOr<Caller> caller_;
   Upload upload_;
   v1::UploadProblemResponse& response_;
   std::shared_ptr<UploadCall> self_;       // gRPC's share

@@ -18,7 +18,7 @@ ExitCode Run(const UploadCommand& command) {
     return Complain(absl::InvalidArgumentError(command.problem_path + " is uploaded already; upload takes a file"),
                     kBadInput);
   }
-  const auto input = ProblemInput::Read(command.problem_path, "", command.rule);
+  const auto input = ProblemInput::Read(command.problem_path, {}, command.rule);
   if (!input.ok()) return Complain(input.status(), kBadInput);
   const Interrupt interrupt;
   const auto client = ConnectToProblems(command.target);

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may call, and what: users with their rights, known by a token or by a certificate.
+
+#ifndef DLCS_SERVER_ACCESS_ACCESS_H_
+#define DLCS_SERVER_ACCESS_ACCESS_H_
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/access/access_settings.h"
+#include "server/access/reloaded.h"
+#include "server/access/rights.h"
+#include "server/access/tls_files.h"
+#include "server/access/users.h"
+
+namespace dlcs {
+
+// Who calls.
+struct Caller {
+  std::string user;  // empty where the server knows no users
+  Right right = Right::kAdmin;
+
+  // Whose jobs the caller sees; absent: everybody's.
+  std::optional<std::string> SeesJobsOf() const { return right == Right::kAdmin ? std::nullopt : std::optional(user); }
+};
+
+// Safe from any thread.
+class Access {
+ public:
+  // Reads what `settings`, which are valid, name. A thread looks every second whether a file has changed.
+  // Errors: InvalidArgument with flag, file and rule.
+  static absl::StatusOr<std::unique_ptr<Access>> Open(const AccessSettings& settings);
+
+  // Whether callers have to say who they are. Otherwise everybody is an admin without a name.
+  bool HasUsers() const { return users_ != nullptr; }
+  // What connections are encrypted with; null where they are not.
+  std::shared_ptr<const TlsFiles> Tls() const { return tls_ ? tls_->get() : nullptr; }
+
+  // Who sent `authorization`, the value of that header where there was one, or else holds a certificate for one of
+  // `certificate_names`. Errors: Unauthenticated, with what is expected.
+  absl::StatusOr<Caller> Identify(std::optional<std::string_view> authorization,
+                                  std::span<const std::string> certificate_names) const;
+
+  // Whether a call of the method at `path` may go on; one that may not is written down (audit.h). Arguments as above.
+  // Errors: Unauthenticated; PermissionDenied, with the right that is missing; Unimplemented for a method that has no
+  // rule.
+  absl::Status MayCall(std::string_view path, std::optional<std::string_view> authorization,
+                       std::span<const std::string> certificate_names) const;
+
+  // Looks for changed files now.
+  void Refresh();
+
+ private:
+  Access() = default;
+
+  std::unique_ptr<Reloaded<Users>> users_;   // null: everybody may do everything
+  std::unique_ptr<Reloaded<TlsFiles>> tls_;  // null: no encryption
+  std::mutex refreshing_;
+  std::jthread refresher_;  // last: it uses the others
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_ACCESS_ACCESS_H_

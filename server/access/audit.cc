@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/access/audit.h"
+
+#include "server/telemetry/log.h"
+
+namespace dlcs {
+namespace {
+
+// What a caller sent may be anything: a line break in it must not look like a line of ours.
+std::string Printable(std::string_view text) {
+  constexpr std::size_t kMaxBytes = 128;
+  std::string result;
+  for (const char c : text.substr(0, kMaxBytes)) result += c > ' ' && c < 0x7f ? c : '?';
+  return result.empty() ? "-" : result;
+}
+
+}  // namespace
+
+void Audit(const AuditRecord& record) {
+  Log(spdlog::level::info, "audit",
+      {{"user", Printable(record.user)},
+       {"method", Printable(record.method)},
+       {"object", Printable(record.object)},
+       {"outcome", absl::StatusCodeToString(record.outcome)}});
+}
+
+}  // namespace dlcs

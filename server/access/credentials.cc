@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/access/credentials.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grpc/grpc.h"
+#include "grpc/grpc_security.h"
+#include "server/status.h"
+
+namespace dlcs {
+namespace {
+
+constexpr const char* kAuthorization = "authorization";
+// By which a certificate may name a user.
+constexpr const char* kNames[] = {GRPC_X509_CN_PROPERTY_NAME, GRPC_X509_SAN_PROPERTY_NAME};
+
+std::string_view View(const grpc_slice& slice) {
+  return {reinterpret_cast<const char*>(GRPC_SLICE_START_PTR(slice)), GRPC_SLICE_LENGTH(slice)};
+}
+
+// The names in the certificate that the client has shown, and that was checked.
+std::vector<std::string> CertificateNames(const grpc_auth_context* context) {
+  std::vector<std::string> names;
+  if (context == nullptr || grpc_auth_context_peer_is_authenticated(context) == 0) return names;
+  for (const char* kind : kNames) {
+    grpc_auth_property_iterator found = grpc_auth_context_find_properties_by_name(context, kind);
+    while (const grpc_auth_property* property = grpc_auth_property_iterator_next(&found)) {
+      names.emplace_back(property->value, property->value_length);
+    }
+  }
+  return names;
+}
+
+// gRPC calls this with the headers of every call, before it reads a message or looks for the method.
+void AskAccess(void* state, grpc_auth_context* context, const grpc_metadata* headers, std::size_t count,
+               grpc_process_auth_metadata_done_cb done, void* call) {
+  std::string_view path;
+  std::optional<std::string_view> authorization;
+  for (const grpc_metadata* header = headers; header != headers + count; ++header) {
+    if (View(header->key) == ":path") path = View(header->value);
+    // The first, as CallerOf() takes it.
+    if (View(header->key) == kAuthorization && !authorization) authorization = View(header->value);
+  }
+  const std::vector<std::string> names = CertificateNames(context);
+  const grpc::Status verdict = ToGrpc(static_cast<const Access*>(state)->MayCall(path, authorization, names));
+  done(call, nullptr, 0, nullptr, 0, static_cast<grpc_status_code>(verdict.error_code()),
+       verdict.ok() ? nullptr : verdict.error_message().c_str());
+}
+
+// The C++ face of gRPC 1.51 has no certificates that change in memory (its FileWatcherCertificateProvider takes what it
+// finds in the files, broken or not, and then refuses everybody), and no question who calls on sockets without TLS. Its
+// C face has both.
+class Credentials final : public grpc::ServerCredentials {
+ public:
+  explicit Credentials(const Access& access) : access_(access) {}
+
+  void SetAuthMetadataProcessor(const std::shared_ptr<grpc::AuthMetadataProcessor>&) override {}
+
+ private:
+  int AddPortToServer(const std::string& address, grpc_server* server) override {
+    grpc_server_credentials* const credentials = access_.Tls() ? MakeTls() : grpc_insecure_server_credentials_create();
+    if (credentials == nullptr) return 0;
+    if (access_.HasUsers()) {
+      grpc_server_credentials_set_auth_metadata_processor(credentials,
+                                                          {AskAccess, nullptr, const_cast<Access*>(&access_)});
+    }
+    const int port = grpc_server_add_http2_port(server, address.c_str(), credentials);
+    grpc_server_credentials_release(credentials);
+    return port;
+  }
+
+  grpc_server_credentials* MakeTls() {
+    const auto request = access_.Tls()->client_ca.empty() ? GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE
+                                                          : GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
+    return grpc_ssl_server_credentials_create_with_options(
+        grpc_ssl_server_credentials_create_options_using_config_fetcher(request, FetchCertificate, this));
+  }
+
+  // gRPC calls this before every handshake, one at a time.
+  static grpc_ssl_certificate_config_reload_status FetchCertificate(void* self,
+                                                                    grpc_ssl_server_certificate_config** config) {
+    Credentials& credentials = *static_cast<Credentials*>(self);
+    const std::shared_ptr<const TlsFiles> files = credentials.access_.Tls();
+    if (files == credentials.served_) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
+    const grpc_ssl_pem_key_cert_pair pair{files->key.c_str(), files->certificate.c_str()};
+    // gRPC insists on authorities even where clients are asked for no certificate, and does not use them then.
+    const std::string& authorities = files->client_ca.empty() ? files->certificate : files->client_ca;
+    *config = grpc_ssl_server_certificate_config_create(authorities.c_str(), &pair, 1);
+    credentials.served_ = files;
+    return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_NEW;
+  }
+
+  const Access& access_;
+  std::shared_ptr<const TlsFiles> served_;
+};
+
+}  // namespace
+
+std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access) {
+  return std::make_shared<Credentials>(access);
+}
+
+absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::CallbackServerContext& context) {
+  if (!access.HasUsers()) return Caller{};
+  std::optional<std::string_view> authorization;
+  const auto header = context.client_metadata().find(kAuthorization);
+  if (header != context.client_metadata().end()) authorization.emplace(header->second.data(), header->second.size());
+  std::vector<std::string> names;
+  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
+  for (const char* kind : kNames) {
+    if (peer == nullptr || !peer->IsPeerAuthenticated()) break;
+    for (const grpc::string_ref& name : peer->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
+  }
+  return access.Identify(authorization, names);
+}
+
+}  // namespace dlcs
