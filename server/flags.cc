@@ -41,9 +41,9 @@ constexpr const char* kFooter =
 
 // "90", "90s", "30m", "12h", "7d".
 void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) {
-  app.add_option(name, seconds, help)
-      ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}},
-                                        CLI::AsNumberWithUnit::DEFAULT, "AGE"));
+  CLI::AsNumberWithUnit in_seconds(std::map<std::string, double>{{"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}});
+  in_seconds.description("");  // it says FLOAT and the units in a notation of its own
+  app.add_option(name, seconds, help)->transform(in_seconds)->type_name("AGE");
 }
 
 // Of jobs and uploaded problems: without --store they change nothing.
