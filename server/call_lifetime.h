@@ -6,12 +6,14 @@
 #define DLCS_SERVER_CALL_LIFETIME_H_
 
 #include <chrono>
+#include <functional>
 #include <cstdint>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "grpcpp/alarm.h"
+#include "grpcpp/server_context.h"
 #include "server/admission.h"
 #include "server/call_registry.h"
 #include "server/solve_session.h"

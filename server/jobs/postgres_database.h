@@ -32,7 +32,7 @@ struct PostgresDatabaseOptions {
   // What a call waits for: a connection, a free one among those that are open, a sign of life.
   Duration patience = std::chrono::seconds(15);
   // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
-  StoreTimer timer;
+  StoreTimer timer = {};
 };
 
 // A pool of connections, made when they are needed. One that fails is closed; when no connection can be made, calls

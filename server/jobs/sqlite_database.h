@@ -30,7 +30,7 @@ struct SqliteDatabaseOptions {
   // A file up to this size is checked page by page when it is opened, at about 1 GB/s.
   std::int64_t check_up_to_bytes = std::int64_t{256} << 20;
   // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
-  StoreTimer timer;
+  StoreTimer timer = {};
 };
 
 // Two connections: one writes, in short transactions, and one reads beside it (write-ahead log). A connection is opened
