@@ -17,6 +17,7 @@
 #include "client/job_client.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "tests/server/dlcsd_process.h"
+#include "tests/server/job_events.h"
 #include "tests/server/job_runs.h"
 #include "tests/server/jobs/postgres_server.h"
 #include "tests/server/jobs/random_kills.h"

@@ -14,6 +14,7 @@
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "proto/content_hash.h"
+#include "tests/server/job_events.h"
 #include "tests/server/job_runs.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/test_requests.h"
