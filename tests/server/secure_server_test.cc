@@ -421,11 +421,11 @@ TEST_F(SecureDlcsdTest, WritesDownWhoChangedWhatAndNoToken) {
   EXPECT_EQ(dlcsd.Wait(), 0);
   const std::string log = dlcsd.ReadErrors();
   for (const std::string& line :
-       {"user=alice method=CreateSolveJob job=" + job + " outcome=OK",
-        "user=bob method=DeleteSolveJob job=" + job + " outcome=NOT_FOUND",
-        std::string("user=rita method=DeleteSolveJob job=- outcome=PERMISSION_DENIED"),
-        std::string("user=- method=DeleteSolveJob job=- outcome=UNAUTHENTICATED"),
-        "user=alice method=DeleteSolveJob job=" + job + " outcome=OK", file + ": read again"}) {
+       {"user=alice method=CreateSolveJob object=" + job + " outcome=OK",
+        "user=bob method=DeleteSolveJob object=" + job + " outcome=NOT_FOUND",
+        std::string("user=rita method=DeleteSolveJob object=- outcome=PERMISSION_DENIED"),
+        std::string("user=- method=DeleteSolveJob object=- outcome=UNAUTHENTICATED"),
+        "user=alice method=DeleteSolveJob object=" + job + " outcome=OK", file + ": read again"}) {
     EXPECT_THAT(log, HasSubstr(line));
   }
   for (const std::string& token : {kAlice, kBob, kReader, std::string("dlcs_guessed"), std::string("dlcs_new")}) {
