@@ -152,8 +152,14 @@ std::shared_ptr<EventLog> JobManager::LogOf(const Job& job) {
   const std::lock_guard lock(mutex_);
   if (auto log = logs_[job.id].lock()) return log;
   auto log = std::make_shared<EventLog>(options_.log, clock_, &dispatcher_, job.last_event);
-  if (IsFinal(job.state)) log->AdvanceArchive(job.last_event, true);
   logs_[job.id] = log;
+  if (IsFinal(job.state)) {
+    log->AdvanceArchive(job.last_event, true);
+  } else if (!active_.contains(job.id)) {
+    // What another server has told since `job` was read found no log.
+    heard_of_.insert(job.id);
+    house_.notify_one();
+  }
   return log;
 }
 
