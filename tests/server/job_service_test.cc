@@ -307,7 +307,7 @@ TEST_F(JobServiceTest, HealthFollowsTheStore) {
   std::filesystem::rename(folder_.File("jobs.db"), folder_.File("away.db"));
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = SwitchingRequest(10);
-  EXPECT_EQ(client_->Submit(request, {.deadline = milliseconds(300), .stop = {}}).status().code(),
+  EXPECT_EQ(client_->Submit(request, {.deadline = seconds(3), .stop = {}}).status().code(),
             absl::StatusCode::kUnavailable);
   EXPECT_TRUE(becomes(false));
   std::filesystem::rename(folder_.File("away.db"), folder_.File("jobs.db"));

@@ -173,18 +173,21 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
   for (const v1::SolveRequest& request : {MarchingRequest(600'000), SwitchingRequest(400'000)}) {
     std::atomic<int> notices = 0;
     const auto client = *client::Client::Connect(listen, [&](const std::string&) { ++notices; });
-    std::atomic<bool> ended = false;
+    std::atomic<bool> accepted = false, ended = false;
     absl::StatusOr<client::SolveResult> result = absl::UnknownError("");
     std::atomic<int> summaries = 0, trajectory_events = 0;
     std::thread solving([&] {
       result = client->Solve(AsJob(request, "solve " + std::to_string(request.options().steps())),
                              [&](const v1::SolveEvent& event) {
+                               if (event.has_accepted()) accepted = true;
                                if (event.has_summary()) ++summaries;
                                if (event.has_trajectory()) ++trajectory_events;
                              },
                              {.deadline = seconds(120), .stop = {}});
       ended = true;
     });
+    // Who was told no job cannot go on with it.
+    while (!accepted && !ended) std::this_thread::sleep_for(milliseconds(5));
     for (int kill = 0; kill < 2 && !ended; ++kill) {
       std::this_thread::sleep_for(milliseconds(150));
       server->Signal(kill == 1 ? SIGTERM : SIGKILL);  // a rolling restart among them
