@@ -302,11 +302,14 @@ TEST_F(PostgresFaultsTest, ManyCallsAtOnceShareTheConnections) {
   }
   for (std::thread& caller : callers) caller.join();
   EXPECT_EQ(created, 80);
-  EXPECT_LE(ConnectionIn(schema_)
-                .Run("SELECT count(*) FROM pg_stat_activity WHERE application_name = 'dlcsd'"
-                     " AND pid <> pg_backend_pid()")
-                .Int(0, 0),
-            2);
+  const auto connections = [&] {
+    return ConnectionIn(schema_)
+        .Run("SELECT count(*) FROM pg_stat_activity WHERE application_name = 'dlcsd' AND pid <> pg_backend_pid()")
+        .Int(0, 0);
+  };
+  // Those of stores that were there before take a moment to leave; the pool keeps what it has opened.
+  for (int k = 0; k < 100 && connections() > 2; ++k) std::this_thread::sleep_for(50ms);
+  EXPECT_LE(connections(), 2);
 }
 
 }  // namespace
