@@ -72,14 +72,14 @@ JobService::JobService(const ServerConfig& config, const Access& access, Metrics
                ManagerOptionsOf(config).worker);
 }
 
-absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, const v1::CreateSolveJobRequest& request,
+absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::CreateSolveJobRequest request,
                                                 const std::string& trace_id) {
   if (absl::Status status = Check(request); !status.ok()) return status;
   jobs::Submission submission;
   submission.owner = caller.user;
   submission.request_id = request.request_id();
   submission.priority = request.priority();
-  v1::SolveRequest solve = request.solve();
+  v1::SolveRequest& solve = *request.mutable_solve();
   solve.clear_request_id();
   submission.body = solve.SerializeAsString();
   if (solve.has_problem_name()) {
@@ -204,7 +204,7 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, co
   *create.mutable_solve() = request;
   create.set_request_id(request.request_id());
   if (const auto end = EndOfSolve(deadline)) *create.mutable_deadline() = ToProto(*end);
-  const absl::StatusOr<v1::SolveJob> job = Create(caller, create, trace_id);
+  const absl::StatusOr<v1::SolveJob> job = Create(caller, std::move(create), trace_id);
   if (!job.ok()) return job.status();
   v1::Accepted accepted;
   accepted.set_solve_id(job->name());

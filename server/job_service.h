@@ -66,7 +66,8 @@ class JobService final : public v1::JobService::CallbackService {
   void Stop(std::chrono::milliseconds grace);
 
  private:
-  absl::StatusOr<v1::SolveJob> Create(const Caller& caller, const v1::CreateSolveJobRequest& request,
+  // A copy of the request, which may be large: it is made into the body of the job.
+  absl::StatusOr<v1::SolveJob> Create(const Caller& caller, v1::CreateSolveJobRequest request,
                                       const std::string& trace_id);
   absl::StatusOr<v1::Accepted> CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
                                               std::chrono::system_clock::time_point deadline,
