@@ -7,12 +7,13 @@
 #include <system_error>
 
 #include "fmt/format.h"
+#include "server/jobs/open_store.h"
 
 namespace dlcs {
 
 absl::Status CheckStoreLocation(const std::string& store) {
   namespace fs = std::filesystem;
-  if (store.empty() || store.find("://") != std::string::npos) return absl::OkStatus();
+  if (store.empty() || jobs::IsShared(store)) return absl::OkStatus();
   const auto refuse = [&](const std::string& rule) {
     return absl::InvalidArgumentError(fmt::format("--store {}: {}", store, rule));
   };

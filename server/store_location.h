@@ -11,8 +11,8 @@
 namespace dlcs {
 
 // `store` as in ServerConfig. A file must be one that this user may read and write, or its folder must be there and let
-// one be made; nothing is opened, made or locked. A URL is taken as it is. Errors: InvalidArgument naming --store, the
-// path and the rule.
+// one be made; nothing is opened, made or locked. The address of a database is taken as it is. Errors: InvalidArgument
+// naming --store, the path and the rule.
 absl::Status CheckStoreLocation(const std::string& store);
 
 }  // namespace dlcs

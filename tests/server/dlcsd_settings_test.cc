@@ -90,6 +90,9 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
            {"listen = here", "--listen: \"here\" is not HOST:PORT"},
            {"store = /no/such/folder/jobs.db",
             "--store /no/such/folder/jobs.db: the folder /no/such/folder must be there"},
+           // Not the address of a database: a path, as the store would take it.
+           {"store = file:///no/such/jobs.db",
+            "--store file:///no/such/jobs.db: the folder file:///no/such must be there"},
            {"max-held-result-bytes = 5", "--max-held-result-bytes 5: must be at least --max-result-bytes (" + path_},
        }) {
     const Ended told = RunDlcsd({"--check-config", "--config", Write(wrong.file)});
