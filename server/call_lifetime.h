@@ -6,8 +6,8 @@
 #define DLCS_SERVER_CALL_LIFETIME_H_
 
 #include <chrono>
-#include <functional>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 

@@ -70,8 +70,7 @@ UploadLimits UploadLimitsOf(const ServerConfig& config) {
           .keep_unused = FromSeconds(config.keep_problems_s)};
 }
 
-v1::JobLimits ToldJobLimits(const ServerConfig& config) {
-  const jobs::JobManagerOptions options = ManagerOptionsOf(config);
+v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options) {
   v1::JobLimits told;
   told.set_max_job_memory_bytes(options.limits.max_job_memory_bytes);
   told.set_max_job_core_seconds(options.limits.max_job_core_seconds);

@@ -20,7 +20,7 @@ jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config);
 UploadLimits UploadLimitsOf(const ServerConfig& config);
 
 // What GetCapabilities tells of both.
-v1::JobLimits ToldJobLimits(const ServerConfig& config);
+v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options);
 v1::UploadLimits ToldUploadLimits(const ServerConfig& config);
 
 }  // namespace dlcs

@@ -69,7 +69,7 @@ JobService::JobService(const ServerConfig& config, const Access& access, Metrics
       workers_(kWorkers),
       environment_{calls_, workers_, manager_, jobs::SystemClock(), watches_, access} {
   spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
-               ManagerOptionsOf(config).worker);
+               manager_.options().worker);
 }
 
 absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::CreateSolveJobRequest request,

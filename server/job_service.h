@@ -53,6 +53,7 @@ class JobService final : public v1::JobService::CallbackService {
 
   // Uploaded problems, which jobs name.
   const ProblemLibrary& library() const { return library_; }
+  const jobs::JobManagerOptions& options() const { return manager_.options(); }
   const JobCallEnvironment& environment() const { return environment_; }
 
   // The store answers, and nobody drains.

@@ -99,7 +99,7 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_concurrent_solves(config_.max_concurrent_solves);
   response->set_threads(config_.threads);
   if (jobs_ != nullptr) {
-    *response->mutable_jobs() = ToldJobLimits(config_);
+    *response->mutable_jobs() = ToldJobLimits(jobs_->options());
     *response->mutable_uploads() = ToldUploadLimits(config_);
   }
   const SetupCache::Statistics setups = setups_.statistics();

@@ -108,6 +108,7 @@ class JobManager {
   };
   Load load() const;
   JobStore& store() { return store_; }
+  const JobManagerOptions& options() const { return options_; }
 
  private:
   // A job of which this server has, or is about to get, the lease.
