@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fmt/format.h"
+#include "server/access/credentials.h"
 #include "server/errors.h"
 #include "server/telemetry/log.h"
 
@@ -27,6 +28,16 @@ std::string NewSolveId() {
 }
 
 }  // namespace
+
+FindProblem ProblemsOf(const CallEnvironment& environment, const grpc::CallbackServerContext& call) {
+  if (environment.problems == nullptr) return {};
+  // Who calls is looked up for requests that name a problem, not for all.
+  return [&environment, &call](const std::string& name) -> absl::StatusOr<v1::ProblemBody> {
+    const absl::StatusOr<Caller> caller = CallerOf(environment.access, call);
+    if (!caller.ok()) return caller.status();
+    return environment.problems->Of(caller->user)(name);
+  };
+}
 
 CallLifetime::CallLifetime(const CallEnvironment& environment) : environment_(environment), id_(NewSolveId()) {}
 

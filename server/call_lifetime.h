@@ -7,15 +7,17 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "absl/status/status.h"
 #include "grpcpp/alarm.h"
 #include "grpcpp/server_context.h"
+#include "server/access/access.h"
 #include "server/admission.h"
 #include "server/call_registry.h"
+#include "server/named_problem.h"
+#include "server/problem_library.h"
 #include "server/solve_session.h"
 #include "server/telemetry/metrics.h"
 #include "server/worker_pool.h"
@@ -29,10 +31,14 @@ struct CallEnvironment {
   WorkerPool& workers;
   CallRegistry& calls;
   SetupCache* setups;  // null where nothing is kept
-  // The uploaded problems of who made a call; an empty function on a server without a store.
-  std::function<FindProblem(const grpc::CallbackServerContext&)> problems_of;
+  const Access& access;
+  const ProblemLibrary* problems;  // null on a server without a store
   Metrics& metrics;
 };
+
+// The uploaded problems of who makes `call`, which must still be there when one is looked for. An empty function on a
+// server without a store.
+FindProblem ProblemsOf(const CallEnvironment& environment, const grpc::CallbackServerContext& call);
 
 class CallLifetime {
  public:

@@ -8,25 +8,11 @@
 #include "absl/status/statusor.h"
 #include "server/call_session.h"
 #include "server/capabilities.h"
-#include "server/job_call.h"
 #include "server/job_limits.h"
 #include "server/solve_call.h"
 #include "server/unary_call.h"
 
 namespace dlcs {
-
-namespace {
-
-std::function<FindProblem(const grpc::CallbackServerContext&)> ProblemsOf(const Access& access, const JobService* jobs) {
-  if (jobs == nullptr) return [](const grpc::CallbackServerContext&) { return FindProblem(); };
-  return [&access, jobs](const grpc::CallbackServerContext& context) -> FindProblem {
-    const absl::StatusOr<Caller> caller = CallerOf(access, context);
-    if (caller.ok()) return jobs->library().Of(caller->user);
-    return [status = caller.status()](const std::string&) { return status; };
-  };
-}
-
-}  // namespace
 
 SolverService::SolverService(const ServerConfig& config, const Access& access, Metrics& metrics, JobService* jobs)
     : config_(config),
@@ -38,7 +24,8 @@ SolverService::SolverService(const ServerConfig& config, const Access& access, M
                    workers_,
                    calls_,
                    config.setup_cache_bytes > 0 ? &setups_ : nullptr,
-                   ProblemsOf(access, jobs),
+                   access,
+                   jobs != nullptr ? &jobs->library() : nullptr,
                    metrics},
       workers_(config.max_concurrent_solves) {}
 
@@ -77,10 +64,9 @@ grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*, 
 grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext* context,
                                                         const v1::AnalyzeProblemRequest* request,
                                                         v1::AnalyzeProblemResponse* response) {
-  return Answer("analysis", *response,
-                [=, this, problems = environment_.problems_of(*context)](std::stop_token stop) {
-                  return RunAnalysis(*request, environment_.limits, stop, problems);
-                });
+  return Answer("analysis", *response, [=, this](std::stop_token stop) {
+    return RunAnalysis(*request, environment_.limits, stop, ProblemsOf(environment_, *context));
+  });
 }
 
 grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerContext* context,

@@ -74,7 +74,7 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
   virtual void Run() = 0;
 
   // The caller's uploaded problems.
-  FindProblem Problems() const { return environment_.problems_of(context_); }
+  FindProblem Problems() const { return ProblemsOf(environment_, context_); }
 
   // Pump() after a short while, by a thread of gRPC, unless a write is under way that will see to it. An engine that pumped would
   // spend its own time on serialization and system calls, and events that come within this while travel together.
