@@ -93,7 +93,7 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   builder.AddListeningPort(ToString(*address), result->credentials_, &address->port);
   if (!config.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
-  interceptors.push_back(NewRpcTelemetry(result->metrics_));
+  interceptors.push_back(NewRpcTelemetry(result->metrics_, *result->access_));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   result->server_ = builder.BuildAndStart();
   if (result->server_ == nullptr || address->port == 0) {

@@ -9,7 +9,6 @@
 
 #include "core/solution.h"
 #include "server/guarded.h"
-#include "server/telemetry/call_trace.h"
 #include "server/telemetry/log.h"
 
 namespace dlcs {
@@ -17,49 +16,34 @@ namespace {
 
 constexpr std::int64_t kLargeResultBytes = 16 << 20;
 
-void TellSolve(const CallLifetime& call, const std::string& trace_id, const PreparedSolve& prepared,
-               const FinishedSolve& finished, Metrics& metrics) {
+LogFields FactsOf(const PreparedSolve& prepared, const FinishedSolve& finished) {
   const Solution& solution = finished.solution();
-  const std::string termination = v1::Termination_Name(finished.termination());
-  metrics.Solved("call", MethodName(solution.method), termination, solution.cost);
-  Log(spdlog::level::info, "solve finished",
-      {{"solve", call.id()},
-       {"states", std::int64_t{prepared.num_states()}},
-       {"constraints", std::int64_t{prepared.num_constraints()}},
-       {"steps", std::int64_t{solution.cost.steps}},
-       {"method", MethodName(solution.method)},
-       {"termination", termination},
-       {"seconds", solution.cost.seconds_total},
-       {"trace_id", trace_id}});
+  return {{"states", std::int64_t{prepared.num_states()}},
+          {"constraints", std::int64_t{prepared.num_constraints()}},
+          {"steps", std::int64_t{solution.cost.steps}},
+          {"method", MethodName(solution.method)},
+          {"termination", v1::Termination_Name(finished.termination())},
+          {"seconds", solution.cost.seconds_total}};
 }
 
-void TellEnsemble(const CallLifetime& call, const std::string& trace_id, const PreparedEnsemble& prepared,
-                  const v1::EnsembleSummary& summary) {
+LogFields FactsOf(const PreparedEnsemble& prepared, const v1::EnsembleSummary& summary) {
   const Problem& base = prepared.ensemble.base;
-  Log(spdlog::level::info, "ensemble finished",
-      {{"solve", call.id()},
-       {"states", std::int64_t{base.num_states()}},
-       {"constraints", std::int64_t{base.num_constraints()}},
-       {"solved", summary.solved()},
-       {"failed", summary.failed()},
-       {"stopped", summary.stopped()},
-       {"not_begun", summary.not_begun()},
-       {"seconds", summary.seconds()},
-       {"trace_id", trace_id}});
+  return {{"states", std::int64_t{base.num_states()}},
+          {"constraints", std::int64_t{base.num_constraints()}},
+          {"solved", summary.solved()},
+          {"failed", summary.failed()},
+          {"stopped", summary.stopped()},
+          {"not_begun", summary.not_begun()},
+          {"seconds", summary.seconds()}};
 }
 
-// The result of `solve`; one that is an error, or an exception, goes to the log.
-template <typename Solve>
-auto Logged(const std::string& id, const std::string& trace_id, const Solve& solve) {
-  auto result = Guarded(id, solve);
-  if (!result.ok()) {
-    Log(spdlog::level::info, "solve refused or failed",
-        {{"solve", id},
-         {"code", absl::StatusCodeToString(result.status().code())},
-         {"error", std::string(result.status().message())},
-         {"trace_id", trace_id}});
-  }
-  return result;
+LogFields FactsOf(const absl::Status& error) {
+  return {{"code", absl::StatusCodeToString(error.code())}, {"error", std::string(error.message())}};
+}
+
+void Count(const char* kind, const FinishedSolve& solve, Metrics& metrics) {
+  const Solution& solution = solve.solution();
+  metrics.Solved(kind, MethodName(solution.method), v1::Termination_Name(solve.termination()), solution.cost);
 }
 
 // What the engine took to work with goes back to the system while a large result waits for its reader.
@@ -70,7 +54,9 @@ void TrimAfter(std::int64_t result_bytes) {
 }  // namespace
 
 void SolveCall::Run() {
-  mailbox_.Close(Logged(lifetime_.id(), TraceIdOf(context_), [this] { return Solve(); }));
+  absl::StatusOr<FinishedSolve> finished = Guarded(lifetime_.id(), [this] { return Solve(); });
+  if (!finished.ok()) Tell("solve refused or failed", FactsOf(finished.status()));
+  mailbox_.Close(std::move(finished));
 }
 
 absl::StatusOr<FinishedSolve> SolveCall::Solve() {
@@ -80,7 +66,10 @@ absl::StatusOr<FinishedSolve> SolveCall::Solve() {
   lifetime_.StopBeforeDeadline(context_.deadline(), prepared->result_bytes);
   absl::StatusOr<FinishedSolve> finished =
       RunSolve(*prepared, lifetime_.id(), lifetime_.control(), *this, environment_.setups);
-  if (finished.ok()) TellSolve(lifetime_, TraceIdOf(context_), *prepared, *finished, environment_.metrics);
+  if (finished.ok()) {
+    Count("call", *finished, environment_.metrics);
+    Tell("solve finished", FactsOf(*prepared, *finished));
+  }
   TrimAfter(prepared->result_bytes);
   return finished;
 }
@@ -91,7 +80,9 @@ void SolveCall::Accept(v1::SolveEvent event) {
 }
 
 void EnsembleCall::Run() {
-  mailbox_.Close(Logged(lifetime_.id(), TraceIdOf(context_), [this] { return Solve(); }));
+  absl::StatusOr<v1::EnsembleSummary> summary = Guarded(lifetime_.id(), [this] { return Solve(); });
+  if (!summary.ok()) Tell("solve refused or failed", FactsOf(summary.status()));
+  mailbox_.Close(std::move(summary));
 }
 
 absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
@@ -102,14 +93,13 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
   mailbox_.Open(lifetime_.id(), *prepared);
   Pump();
   absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, lifetime_.control(), *this, environment_.setups);
-  if (summary.ok()) TellEnsemble(lifetime_, TraceIdOf(context_), *prepared, *summary);
+  if (summary.ok()) Tell("ensemble finished", FactsOf(*prepared, *summary));
   TrimAfter(prepared->held_bytes);
   return summary;
 }
 
 void EnsembleCall::Finished(Index member, FinishedSolve solve) {
-  environment_.metrics.Solved("member", MethodName(solve.solution().method), v1::Termination_Name(solve.termination()),
-                              solve.solution().cost);
+  Count("member", solve, environment_.metrics);
   mailbox_.Finished(member, std::move(solve));
   PumpSoon();
 }

@@ -8,13 +8,18 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "dlcs/v1/solver.grpc.pb.h"
 #include "grpcpp/alarm.h"
+#include "server/access/credentials.h"
 #include "server/call_lifetime.h"
 #include "server/event_mailbox.h"
 #include "server/status.h"
+#include "server/telemetry/call_trace.h"
+#include "server/telemetry/log.h"
+#include "spdlog/spdlog.h"
 
 namespace dlcs {
 
@@ -75,6 +80,14 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
 
   // The caller's uploaded problems.
   FindProblem Problems() const { return ProblemsOf(environment_, context_); }
+
+  // A line of the log about this call: what all have, and `facts`.
+  void Tell(const std::string& message, LogFields facts) const {
+    if (!spdlog::should_log(spdlog::level::info)) return;  // who calls is looked up
+    facts.insert(facts.begin(), {{"solve", lifetime_.id()}, {"user", UserOf(environment_.access, context_)}});
+    facts.push_back({"trace_id", TraceIdOf(context_)});
+    Log(spdlog::level::info, message, facts);
+  }
 
   // Pump() after a short while, by a thread of gRPC, unless a write is under way that will see to it. An engine that pumped would
   // spend its own time on serialization and system calls, and events that come within this while travel together.

@@ -102,7 +102,7 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access) {
   return std::make_shared<Credentials>(access);
 }
 
-absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::CallbackServerContext& context) {
+absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextBase& context) {
   if (!access.HasUsers()) return Caller{};
   std::optional<std::string_view> authorization;
   const auto header = context.client_metadata().find(kAuthorization);
@@ -114,6 +114,11 @@ absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::CallbackServer
     for (const grpc::string_ref& name : peer->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
   }
   return access.Identify(authorization, names);
+}
+
+std::string UserOf(const Access& access, const grpc::ServerContextBase& context) {
+  const absl::StatusOr<Caller> caller = CallerOf(access, context);
+  return caller.ok() ? caller->user : "";
 }
 
 }  // namespace dlcs

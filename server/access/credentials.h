@@ -5,6 +5,7 @@
 #define DLCS_SERVER_ACCESS_CREDENTIALS_H_
 
 #include <memory>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "grpcpp/security/server_credentials.h"
@@ -19,7 +20,9 @@ namespace dlcs {
 std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access);
 
 // Who made a call that was let in. Errors: Unauthenticated, where the token was taken away meanwhile.
-absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::CallbackServerContext& context);
+absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextBase& context);
+// The user's name, for the log; empty where the server knows no users, or this one no more.
+std::string UserOf(const Access& access, const grpc::ServerContextBase& context);
 
 }  // namespace dlcs
 

@@ -13,6 +13,7 @@
 #include "google/protobuf/util/time_util.h"
 #include "grpcpp/server_context.h"
 #include "proto/trace_context.h"
+#include "server/access/credentials.h"
 #include "server/status.h"
 #include "server/telemetry/log.h"
 #include "spdlog/spdlog.h"
@@ -61,8 +62,8 @@ const char* ReasonOf(v1::JobGap::Reason reason) {
 // One call, from when its headers were read to when gRPC has done with it.
 class Call final : public Interceptor {
  public:
-  Call(Metrics& metrics, ServerRpcInfo& info)
-      : metrics_(metrics), name_(NameOf(info.method())), method_(LabelOf(name_)), info_(info) {
+  Call(Metrics& metrics, const Access& access, ServerRpcInfo& info)
+      : metrics_(metrics), access_(access), name_(NameOf(info.method())), method_(LabelOf(name_)), info_(info) {
     metrics_.CallBegan(method_);
   }
 
@@ -73,6 +74,7 @@ class Call final : public Interceptor {
         {{"method", name_},
          {"code", code_},
          {"seconds", took.count()},
+         {"user", user_},
          {"solve", solve_},
          {"job", job_},
          {"trace_id", trace_id_},
@@ -94,7 +96,9 @@ class Call final : public Interceptor {
     const auto found = metadata->find(kTraceparent);
     if (found != metadata->end()) trace_id_ = TraceIdOf({found->second.data(), found->second.size()});
     // Asking costs more than the rest.
-    if (spdlog::should_log(spdlog::level::debug)) peer_ = info_.server_context()->peer();
+    if (!spdlog::should_log(spdlog::level::debug)) return;
+    peer_ = info_.server_context()->peer();
+    user_ = UserOf(access_, *info_.server_context());
   }
 
   // `message` is of the type that the method sends.
@@ -127,28 +131,31 @@ class Call final : public Interceptor {
   }
 
   Metrics& metrics_;
+  const Access& access_;
   const std::string name_;
   const std::string method_;  // its label
   ServerRpcInfo& info_;
   const steady_clock::time_point begin_ = steady_clock::now();
   const std::chrono::nanoseconds began_ = std::chrono::system_clock::now().time_since_epoch();
   std::string code_ = "CANCELLED";  // unless a status was sent
-  std::string solve_, job_, trace_id_, peer_;
+  std::string user_, solve_, job_, trace_id_, peer_;
 };
 
 class Factory final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
-  explicit Factory(Metrics& metrics) : metrics_(metrics) {}
-  Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override { return new Call(metrics_, *info); }
+  Factory(Metrics& metrics, const Access& access) : metrics_(metrics), access_(access) {}
+  Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override { return new Call(metrics_, access_, *info); }
 
  private:
   Metrics& metrics_;
+  const Access& access_;
 };
 
 }  // namespace
 
-std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NewRpcTelemetry(Metrics& metrics) {
-  return std::make_unique<Factory>(metrics);
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NewRpcTelemetry(Metrics& metrics,
+                                                                                       const Access& access) {
+  return std::make_unique<Factory>(metrics, access);
 }
 
 }  // namespace dlcs

@@ -7,14 +7,16 @@
 #include <memory>
 
 #include "grpcpp/support/server_interceptor.h"
+#include "server/access/access.h"
 #include "server/telemetry/metrics.h"
 
 namespace dlcs {
 
 // For ServerBuilder: counts calls, and the events, gaps and lag of streams of events, as they pass. When a call has
-// ended, the log has a line of level debug with its method, code, seconds, trace id, and the solve or job that it was
-// about. `metrics` must outlive the server. Costs some microseconds a call.
-std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NewRpcTelemetry(Metrics& metrics);
+// ended, the log has a line of level debug with its method, code, seconds, user, trace id, and the solve or job that it
+// was about. `access` says who the user is; it and `metrics` must outlive the server. Costs some microseconds a call.
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> NewRpcTelemetry(Metrics& metrics,
+                                                                                       const Access& access);
 
 }  // namespace dlcs
 

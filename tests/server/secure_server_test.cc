@@ -32,6 +32,7 @@ using client::JobClient;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using testing::DlcsdProcess;
 using ::testing::HasSubstr;
 using testing::Issued;
@@ -408,6 +409,9 @@ TEST_F(SecureDlcsdTest, WritesDownWhoChangedWhatAndNoToken) {
   };
   const std::string job = Submit(*connect(kAlice), SwitchingRequest(50));
   ASSERT_TRUE(Watch(*connect(kAlice), job).ok());
+  ConnectionOptions bob(address);
+  bob.token = kBob;
+  ASSERT_TRUE((*Client::Connect(bob))->Solve(SwitchingRequest(50), {}, {}).ok());
   EXPECT_EQ(connect(kBob)->Delete(job, {}).code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(connect(kReader)->Delete(job, {}).code(), absl::StatusCode::kPermissionDenied);
   EXPECT_EQ(connect("dlcs_guessed")->Delete(job, {}).code(), absl::StatusCode::kUnauthenticated);
@@ -427,6 +431,11 @@ TEST_F(SecureDlcsdTest, WritesDownWhoChangedWhatAndNoToken) {
         std::string("user=- method=DeleteSolveJob object=- outcome=UNAUTHENTICATED"),
         "user=alice method=DeleteSolveJob object=" + job + " outcome=OK", file + ": read again"}) {
     EXPECT_THAT(log, HasSubstr(line));
+  }
+  for (const char* line : {"call finished method=dlcs.v1.JobService/CreateSolveJob code=OK seconds=[^ ]+ user=alice ",
+                           "call finished method=dlcs.v1.SolverService/Solve code=OK seconds=[^ ]+ user=bob ",
+                           "solve finished solve=[^ ]+ user=bob ", "job finished job=jobs/[^ ]+ user=alice "}) {
+    EXPECT_THAT(log, ContainsRegex(line));
   }
   for (const std::string& token : {kAlice, kBob, kReader, std::string("dlcs_guessed"), std::string("dlcs_new")}) {
     EXPECT_THAT(log, Not(HasSubstr(token)));
