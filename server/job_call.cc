@@ -214,9 +214,8 @@ absl::Status ReadTrajectoryCall::Prepare() {
     const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
     if (!id.ok()) return id.status();
     if (!caller_.ok()) return caller_.status();
-    const absl::StatusOr<jobs::Job> job = environment_.manager.store().Get(caller_->SeesJobsOf(), *id);
-    if (!job.ok()) return job.status();
-    absl::StatusOr<TrajectoryReader> reader = TrajectoryReader::Create(environment_.manager.store(), *id, request_);
+    absl::StatusOr<TrajectoryReader> reader =
+        TrajectoryReader::Create(environment_.manager.store(), caller_->SeesJobsOf(), *id, request_);
     if (!reader.ok()) return reader.status();
     reader_ = *std::move(reader);
   }

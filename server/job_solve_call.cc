@@ -61,7 +61,8 @@ absl::Status JobSolveCall::BeginToRead() {
     if (!summary.ok()) return summary.status();
     summary_ = *std::move(summary);
   }
-  absl::StatusOr<TrajectoryReader> reader = TrajectoryReader::Create(environment_.manager.store(), id_, {});
+  absl::StatusOr<TrajectoryReader> reader =
+      TrajectoryReader::Create(environment_.manager.store(), std::nullopt, id_, {});
   if (!reader.ok()) return reader.status();
   reader_ = *std::move(reader);
   return ReadPage();

@@ -77,9 +77,10 @@ absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, con
                           Eigen::Map<const Matrix>(y.data(), constraints, times)};
 }
 
-absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store, const jobs::JobId& id,
+absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store, std::optional<std::string> owner,
+                                                          const jobs::JobId& id,
                                                           const v1::ReadTrajectoryRequest& request) {
-  TrajectoryReader reader(store, id, request);
+  TrajectoryReader reader(store, std::move(owner), id, request);
   if (request.stride() < 0) return InvalidRequest({{"stride", fmt::format("{}; must not be negative", request.stride())}});
   const std::string& token = request.resume_token();
   if (token.empty()) return reader;
@@ -128,7 +129,7 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
     bool may_grow = false;
     if (read_.empty()) {
       // Before the parts, so that a job that ends in between is not said to be complete too early.
-      const absl::StatusOr<jobs::Job> job = store_->Get(std::nullopt, id_);
+      const absl::StatusOr<jobs::Job> job = store_->Get(owner_, id_);
       if (!job.ok()) return job.status();
       may_grow = !jobs::IsFinal(job->state);
       auto chunks = store_->ReadChunks(id_, next_part_, kReadAheadBytes);

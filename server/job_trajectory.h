@@ -31,22 +31,24 @@ absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, con
 // Answers a ReadTrajectoryRequest page by page; each costs a read of the store and the memory of two pages.
 class TrajectoryReader {
  public:
-  // Errors: InvalidArgument for a component that is not there, a stride below 0, or a token that no page gave;
-  // NotFound.
-  static absl::StatusOr<TrajectoryReader> Create(jobs::JobStore& store, const jobs::JobId& id,
-                                                 const v1::ReadTrajectoryRequest& request);
+  // `owner` as JobStore has it. Errors: InvalidArgument for a stride below 0, or a token that no page gave.
+  static absl::StatusOr<TrajectoryReader> Create(jobs::JobStore& store, std::optional<std::string> owner,
+                                                 const jobs::JobId& id, const v1::ReadTrajectoryRequest& request);
 
-  // Nothing after the last page. Blocks on the store.
+  // Nothing after the last page. Blocks on the store. Errors: NotFound, for a job of somebody else too; InvalidArgument
+  // for a component that is not there; those of the store.
   absl::StatusOr<std::optional<v1::TrajectoryPage>> Next();
 
  private:
-  TrajectoryReader(jobs::JobStore& store, jobs::JobId id, const v1::ReadTrajectoryRequest& request)
-      : store_(&store), id_(std::move(id)), request_(request) {}
+  TrajectoryReader(jobs::JobStore& store, std::optional<std::string> owner, jobs::JobId id,
+                   const v1::ReadTrajectoryRequest& request)
+      : store_(&store), owner_(std::move(owner)), id_(std::move(id)), request_(request) {}
 
   // The part of `chunk` that is asked for. Errors: InvalidArgument for a component that is not there.
   absl::StatusOr<v1::TrajectoryChunk> Select(const v1::TrajectoryChunk& chunk) const;
 
   jobs::JobStore* store_;
+  std::optional<std::string> owner_;
   jobs::JobId id_;
   v1::ReadTrajectoryRequest request_;
   std::int64_t next_part_ = 0;

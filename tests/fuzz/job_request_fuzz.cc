@@ -85,7 +85,7 @@ void TryList(jobs::JobStore& store, const v1::ListSolveJobsRequest& request) {
 // The job that has a trajectory, whatever the request says: names are tried by themselves.
 void TryRead(jobs::JobStore& store, const JobId& id, const v1::ReadTrajectoryRequest& request) {
   RequireRefused(JobIdOf(request.name()).status());
-  auto reader = TrajectoryReader::Create(store, id, request);
+  auto reader = TrajectoryReader::Create(store, std::nullopt, id, request);
   if (!reader.ok()) return RequireRefused(reader.status());
   for (int pages = 0; pages <= kParts + 1; ++pages) {
     const auto page = reader->Next();
@@ -93,7 +93,7 @@ void TryRead(jobs::JobStore& store, const JobId& id, const v1::ReadTrajectoryReq
     if (!page->has_value()) return;
     v1::ReadTrajectoryRequest rest = request;
     rest.set_resume_token((*page)->resume_token());
-    Require(TrajectoryReader::Create(store, id, rest).ok(), "a page's token is taken");
+    Require(TrajectoryReader::Create(store, std::nullopt, id, rest).ok(), "a page's token is taken");
   }
   Require(false, "a trajectory ends");
 }
