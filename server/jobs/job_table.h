@@ -29,9 +29,11 @@ class JobTable {
  public:
   virtual ~JobTable() = default;
 
-  // The row is nobody else's to change until the transaction ends. Nothing when there is no such row.
+  // Nothing when there is no such row.
+  virtual std::optional<JobRow> Find(const JobId& id) = 0;
+  // The same, and the row is nobody else's to change until the transaction ends.
   virtual std::optional<JobRow> Lock(const JobId& id) = 0;
-  // The same for the first of `candidates` that may be claimed, passing over what others have locked.
+  // Locks the first of `candidates` that may be claimed, passing over what others have locked.
   virtual std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) = 0;
   // Not locked.
   virtual std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) = 0;

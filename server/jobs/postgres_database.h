@@ -43,6 +43,9 @@ struct PostgresDatabaseOptions {
 // Safe from any thread.
 class PostgresDatabase {
  public:
+  using Options = PostgresDatabaseOptions;
+  using Connection = PostgresConnection;
+
   explicit PostgresDatabase(PostgresDatabaseOptions options) : options_(std::move(options)) {}
 
   // The result of `body(PostgresConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,

@@ -12,21 +12,7 @@ constexpr std::int64_t kMostDeletedAtOnce = 200;
 
 }  // namespace
 
-PostgresJobStore::PostgresJobStore(PostgresDatabaseOptions options) : database_(std::move(options)) {}
-
-absl::StatusOr<JobStore::Created> PostgresJobStore::Create(const NewJob& job) {
-  return Write([&](PostgresJobTable& table) { return CreateJob(table, job); });
-}
-
-absl::StatusOr<std::optional<Job>> PostgresJobStore::FindRequest(const std::string& owner,
-                                                                 const std::string& request_id,
-                                                                 const std::string& body_hash) {
-  return Read([&](PostgresJobTable& table) { return FindRequestedJob(table, owner, request_id, body_hash); });
-}
-
-absl::StatusOr<Job> PostgresJobStore::Get(const std::optional<std::string>& owner, const JobId& id) {
-  return Read([&](PostgresJobTable& table) { return VisibleJob(table.Find(id), owner, id); });
-}
+PostgresJobStore::PostgresJobStore(PostgresDatabaseOptions options) : RuledStore(std::move(options)) {}
 
 absl::StatusOr<JobPage> PostgresJobStore::List(const JobFilter& filter, int page_size, const std::string& page_token) {
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);
@@ -48,14 +34,6 @@ absl::StatusOr<JobPage> PostgresJobStore::List(const JobFilter& filter, int page
   });
 }
 
-absl::StatusOr<Job> PostgresJobStore::RequestCancel(const std::optional<std::string>& owner, const JobId& id) {
-  return Write([&](PostgresJobTable& table) { return RequestCancelOfJob(table, owner, id); });
-}
-
-absl::Status PostgresJobStore::Delete(const std::optional<std::string>& owner, const JobId& id) {
-  return Write([&](PostgresJobTable& table) { return DeleteJob(table, owner, id); });
-}
-
 absl::StatusOr<std::vector<Job>> PostgresJobStore::ListClaimable(int limit) {
   return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<Job>> {
     std::vector<Job> jobs;
@@ -68,11 +46,6 @@ absl::StatusOr<std::vector<Job>> PostgresJobStore::ListClaimable(int limit) {
   });
 }
 
-absl::StatusOr<std::optional<ClaimedJob>> PostgresJobStore::Claim(const std::string& worker, Duration lease,
-                                                                  std::span<const JobId> candidates) {
-  return Write([&](PostgresJobTable& table) { return ClaimJob(table, worker, lease, candidates); });
-}
-
 absl::StatusOr<int> PostgresJobStore::ReleaseLeases(const std::string& worker) {
   return database_.Write([&](PostgresConnection& connection) -> absl::StatusOr<int> {
     return static_cast<int>(
@@ -80,22 +53,6 @@ absl::StatusOr<int> PostgresJobStore::ReleaseLeases(const std::string& worker) {
             .Run("UPDATE jobs SET lease_until = 0 WHERE worker = $1 AND finished IS NULL AND lease_until > 0", worker)
             .changed());
   });
-}
-
-absl::StatusOr<bool> PostgresJobStore::RenewLease(const Lease& lease, Duration duration) {
-  return Write([&](PostgresJobTable& table) { return RenewLeaseOfJob(table, lease, duration); });
-}
-
-absl::Status PostgresJobStore::Append(const Lease& lease, const Progress& progress) {
-  return Write([&](PostgresJobTable& table) { return AppendToJob(table, lease, progress); });
-}
-
-absl::Status PostgresJobStore::Finish(const Lease& lease, const Outcome& outcome) {
-  return Write([&](PostgresJobTable& table) { return FinishJob(table, lease, outcome); });
-}
-
-absl::Status PostgresJobStore::Release(const Lease& lease, std::int64_t through) {
-  return Write([&](PostgresJobTable& table) { return ReleaseJob(table, lease, through); });
 }
 
 absl::StatusOr<std::vector<Event>> PostgresJobStore::ReadEvents(const JobId& id, std::int64_t after, int limit) {

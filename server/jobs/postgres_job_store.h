@@ -9,34 +9,20 @@
 #include "server/jobs/postgres_database.h"
 #include "server/jobs/postgres_job_table.h"
 #include "server/jobs/postgres_listener.h"
-#include "server/jobs/store.h"
+#include "server/jobs/ruled_store.h"
 
 namespace dlcs::jobs {
 
 // Never fails to be made: a database that cannot be reached is an unhealthy store, which tries again at every call
 // (Probe() says what is wrong). Time is the database server's. A call takes as many round trips as its rule has
 // statements, up to about ten, and a commit.
-class PostgresJobStore final : public Store {
+class PostgresJobStore final : public RuledStore<PostgresDatabase, PostgresJobTable> {
  public:
   explicit PostgresJobStore(PostgresDatabaseOptions options);
 
-  absl::StatusOr<Created> Create(const NewJob& job) override;
-  absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
-                                                 const std::string& body_hash) override;
-  absl::StatusOr<Job> Get(const std::optional<std::string>& owner, const JobId& id) override;
   absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) override;
-  absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) override;
-  absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) override;
-
   absl::StatusOr<std::vector<Job>> ListClaimable(int limit) override;
-  absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
-                                                  std::span<const JobId> candidates) override;
   absl::StatusOr<int> ReleaseLeases(const std::string& worker) override;
-  absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) override;
-  absl::Status Append(const Lease& lease, const Progress& progress) override;
-  absl::Status Finish(const Lease& lease, const Outcome& outcome) override;
-  absl::Status Release(const Lease& lease, std::int64_t through) override;
-
   absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) override;
   absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) override;
   absl::StatusOr<int> Expire(const Expiry& expiry) override;
@@ -49,31 +35,15 @@ class PostgresJobStore final : public Store {
                                            const std::string& page_token) override;
 
   void Listen(std::function<void(const JobChange&)> heard) override;
-  bool Healthy() const override { return database_.healthy(); }
   absl::Status Probe() override;
 
  private:
-  // Under the name of the function that asks. The result of `rule(PostgresJobTable&)` in a transaction of the database.
-  template <typename Rule>
-  auto Write(Rule rule, const char* operation = __builtin_FUNCTION()) {
-    return database_.Write([&](PostgresConnection& connection) {
-      PostgresJobTable table(connection);
-      return rule(table);
-    }, operation);
-  }
-  template <typename Rule>
-  auto Read(Rule rule, const char* operation = __builtin_FUNCTION()) {
-    return database_.Read([&](PostgresConnection& connection) {
-      PostgresJobTable table(connection);
-      return rule(table);
-    }, operation);
-  }
+  PostgresJobTable TableIn(PostgresConnection& connection) const override { return PostgresJobTable(connection); }
 
   // Finished jobs, and problems that nobody has used for long. Each returns how many.
   absl::StatusOr<int> ExpireJobs(const Expiry& expiry);
   absl::StatusOr<int> ExpireProblems(const Expiry& expiry);
 
-  PostgresDatabase database_;
   std::unique_ptr<PostgresListener> listener_;
 };
 

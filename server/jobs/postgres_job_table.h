@@ -30,9 +30,7 @@ class PostgresJobTable final : public JobTable {
  public:
   explicit PostgresJobTable(PostgresConnection& connection) : connection_(connection) {}
 
-  // Not locked.
-  std::optional<JobRow> Find(const JobId& id);
-
+  std::optional<JobRow> Find(const JobId& id) override;
   std::optional<JobRow> Lock(const JobId& id) override;
   std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) override;
   std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) override;

@@ -41,6 +41,9 @@ struct SqliteDatabaseOptions {
 // Safe from any thread.
 class SqliteDatabase {
  public:
+  using Options = SqliteDatabaseOptions;
+  using Connection = SqliteConnection;
+
   explicit SqliteDatabase(SqliteDatabaseOptions options) : options_(std::move(options)) {}
   // Folds the log into the file.
   ~SqliteDatabase();

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What users do with jobs. What workers do with them is in sqlite_job_leases.cc.
 #include "server/jobs/sqlite_job_store.h"
 
+#include <memory>
 #include <utility>
 
 #include "fmt/format.h"
 #include "server/jobs/job_rules.h"
-#include "server/jobs/sqlite_job_table.h"
 
 namespace dlcs::jobs {
 namespace {
@@ -24,20 +23,7 @@ std::vector<std::int64_t> Numbers(SqliteStatement& query) {
 }  // namespace
 
 SqliteJobStore::SqliteJobStore(SqliteDatabaseOptions options, const Clock& clock)
-    : clock_(clock), database_(std::move(options)) {}
-
-absl::StatusOr<JobStore::Created> SqliteJobStore::Create(const NewJob& job) {
-  return Write([&](JobTable& table) { return CreateJob(table, job); });
-}
-
-absl::StatusOr<std::optional<Job>> SqliteJobStore::FindRequest(const std::string& owner, const std::string& request_id,
-                                                               const std::string& body_hash) {
-  return Read([&](JobTable& table) { return FindRequestedJob(table, owner, request_id, body_hash); });
-}
-
-absl::StatusOr<Job> SqliteJobStore::Get(const std::optional<std::string>& owner, const JobId& id) {
-  return Read([&](JobTable& table) { return VisibleJob(table.Lock(id), owner, id); });
-}
+    : RuledStore(std::move(options)), clock_(clock) {}
 
 absl::StatusOr<JobPage> SqliteJobStore::List(const JobFilter& filter, int page_size, const std::string& page_token) {
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);
@@ -73,12 +59,58 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobFilter& filter, int page_s
   });
 }
 
-absl::StatusOr<Job> SqliteJobStore::RequestCancel(const std::optional<std::string>& owner, const JobId& id) {
-  return Write([&](JobTable& table) { return RequestCancelOfJob(table, owner, id); });
+absl::StatusOr<std::vector<Job>> SqliteJobStore::ListClaimable(int limit) {
+  return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::vector<Job>> {
+    const auto query =
+        connection.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE " DLCS_CLAIMABLE " ORDER BY number LIMIT ?2");
+    query->Bind(clock_.Now(), limit);
+    std::vector<Job> jobs;
+    while (query->Step()) jobs.push_back(ReadJob(*query).job);
+    return jobs;
+  });
 }
 
-absl::Status SqliteJobStore::Delete(const std::optional<std::string>& owner, const JobId& id) {
-  return Write([&](JobTable& table) { return DeleteJob(table, owner, id); });
+absl::StatusOr<int> SqliteJobStore::ReleaseLeases(const std::string& worker) {
+  return database_.Write([&](SqliteConnection& connection) -> absl::StatusOr<int> {
+    return static_cast<int>(connection.Run(
+        "UPDATE jobs SET lease_until = 0 WHERE worker = ?1 AND finished IS NULL AND lease_until > 0", worker));
+  });
+}
+
+absl::StatusOr<std::vector<Event>> SqliteJobStore::ReadEvents(const JobId& id, std::int64_t after, int limit) {
+  return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::vector<Event>> {
+    const auto query = connection.Prepare(
+        "SELECT sequence, time, kind, payload FROM events WHERE job = (SELECT number FROM jobs WHERE id = ?1)"
+        " AND sequence > ?2 ORDER BY sequence LIMIT ?3");
+    query->Bind(id, after, limit);
+    std::vector<Event> events;
+    while (query->Step()) {
+      events.push_back({.sequence = query->Int(0),
+                        .time = query->TimeAt(1),
+                        .kind = static_cast<EventKind>(query->Int(2)),
+                        .payload = std::make_shared<const std::string>(query->Bytes(3))});
+    }
+    return events;
+  });
+}
+
+absl::StatusOr<std::vector<Chunk>> SqliteJobStore::ReadChunks(const JobId& id, std::int64_t from,
+                                                              std::int64_t max_bytes) {
+  return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::vector<Chunk>> {
+    const auto query = connection.Prepare(
+        "SELECT number, begin_time, end_time, data FROM chunks WHERE job = (SELECT number FROM jobs WHERE id = ?1)"
+        " AND number >= ?2 ORDER BY number");
+    query->Bind(id, from);
+    std::vector<Chunk> chunks;
+    std::int64_t bytes = 0;
+    while (query->Step()) {
+      Chunk chunk{.number = query->Int(0), .begin = query->Real(1), .end = query->Real(2), .data = query->Bytes(3)};
+      bytes += static_cast<std::int64_t>(chunk.data.size());
+      if (!chunks.empty() && bytes > max_bytes) break;
+      chunks.push_back(std::move(chunk));
+    }
+    return chunks;
+  });
 }
 
 absl::StatusOr<int> SqliteJobStore::Expire(const Expiry& expiry) {

@@ -47,7 +47,7 @@ std::optional<JobRow> SqliteJobTable::ReadFirst(SqliteStatement& query) const {
   return row;
 }
 
-std::optional<JobRow> SqliteJobTable::Lock(const JobId& id) {
+std::optional<JobRow> SqliteJobTable::Find(const JobId& id) {
   const auto query = connection_.Prepare("SELECT " DLCS_JOB_COLUMNS " FROM jobs WHERE id = ?1");
   query->Bind(id);
   return ReadFirst(*query);

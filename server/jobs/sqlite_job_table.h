@@ -32,7 +32,8 @@ class SqliteJobTable final : public JobTable {
  public:
   SqliteJobTable(SqliteConnection& connection, const Clock& clock) : connection_(connection), clock_(clock) {}
 
-  std::optional<JobRow> Lock(const JobId& id) override;
+  std::optional<JobRow> Find(const JobId& id) override;
+  std::optional<JobRow> Lock(const JobId& id) override { return Find(id); }
   std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) override;
   std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) override;
   bool UseProblem(const std::string& owner, const std::string& id) override;
