@@ -41,6 +41,9 @@ absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page
 // One bit a state, at its number; all of them for no states.
 std::int64_t MaskOf(const std::vector<JobState>& states);
 
+// What one call of Expire() deletes at the most: jobs, and as many problems.
+inline constexpr std::int64_t kMostDeletedAtOnce = 200;
+
 }  // namespace dlcs::jobs
 
 #endif  // DLCS_SERVER_JOBS_JOB_RULES_H_

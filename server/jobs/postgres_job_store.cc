@@ -6,11 +6,6 @@
 #include "server/jobs/job_rules.h"
 
 namespace dlcs::jobs {
-namespace {
-
-constexpr std::int64_t kMostDeletedAtOnce = 200;
-
-}  // namespace
 
 PostgresJobStore::PostgresJobStore(PostgresDatabaseOptions options) : RuledStore(std::move(options)) {}
 

@@ -5,19 +5,10 @@
 #include "server/jobs/job_rules.h"
 #include "server/jobs/postgres_job_store.h"
 #include "server/jobs/postgres_job_table.h"
+#include "server/jobs/problem_sql.h"
 
 namespace dlcs::jobs {
 namespace {
-
-#define DLCS_PROBLEM_COLUMNS "number, id, about, bytes, created, used"
-
-// True of a problem whose job has not ended. Only in a statement behind the one that locked the problem: it sees what was committed
-// before the lock was given.
-#define DLCS_HELD                                                                                                    \
-  "EXISTS (SELECT 1 FROM jobs WHERE finished IS NULL AND jobs.problem <> '' AND jobs.problem = problems.id AND" \
-  " jobs.owner = problems.owner)"
-
-constexpr std::int64_t kMostDeletedAtOnce = 200;
 
 StoredProblem ReadProblemRow(const PostgresRows& rows, int row) {
   return {.id = rows.Bytes(row, 1),
@@ -53,7 +44,7 @@ bool MarkUsed(PostgresConnection& connection, const std::string& owner, const st
 }
 
 absl::StatusOr<ProblemStore::Added> PostgresJobStore::AddProblem(const NewProblem& problem, const ProblemQuota& quota) {
-  if (!IsProblemId(problem.id)) return absl::InvalidArgumentError("A problem's id is the SHA-256 of its body.");
+  if (absl::Status valid = CheckProblemId(problem.id); !valid.ok()) return valid;
   return database_.Write([&](PostgresConnection& connection) -> absl::StatusOr<Added> {
     bool existed = MarkUsed(connection, problem.owner, problem.id);
     if (!existed) {
@@ -113,7 +104,7 @@ absl::Status PostgresJobStore::DeleteProblem(const std::string& owner, const Pro
     if (connection.Run("DELETE FROM problems WHERE number = $1 AND NOT " DLCS_HELD, locked.Int(0, 0)).changed() > 0) {
       return absl::OkStatus();
     }
-    return absl::FailedPreconditionError("A job that has not ended needs the problem: wait for its end or cancel it.");
+    return ProblemIsHeld();
   });
 }
 

@@ -16,6 +16,15 @@ absl::Status NoSuchProblem(const ProblemId& id) {
                                              : "There is no uploaded problem of that name.");
 }
 
+absl::Status ProblemIsHeld() {
+  return absl::FailedPreconditionError("A job that has not ended needs the problem: wait for its end or cancel it.");
+}
+
+absl::Status CheckProblemId(const ProblemId& id) {
+  if (IsProblemId(id)) return absl::OkStatus();
+  return absl::InvalidArgumentError("A problem's id is the SHA-256 of its body.");
+}
+
 absl::Status CheckQuota(const ProblemQuota& quota, std::int64_t problems, std::int64_t held, std::int64_t bytes) {
   if (problems >= quota.max_problems) {
     return ToStatus({.limit = "max_uploaded_problems_per_user",

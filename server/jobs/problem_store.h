@@ -74,7 +74,11 @@ class ProblemStore {
                                                    const std::string& page_token) = 0;
 };
 
+// What all stores say in these cases.
 absl::Status NoSuchProblem(const ProblemId& id);
+absl::Status ProblemIsHeld();
+// OK, or INVALID_ARGUMENT for what is no ProblemId where a new problem has it.
+absl::Status CheckProblemId(const ProblemId& id);
 
 // Nothing where `quota` has room for one more of `bytes` beside `problems` that hold `held` bytes; else the refusal.
 absl::Status CheckQuota(const ProblemQuota& quota, std::int64_t problems, std::int64_t held, std::int64_t bytes);

@@ -10,7 +10,6 @@
 namespace dlcs::jobs {
 namespace {
 
-constexpr int kMostDeletedAtOnce = 200;
 constexpr int kPagesGivenBackAtOnce = 2000;
 
 // The row numbers that `query` finds.

@@ -58,7 +58,7 @@ class SqliteJobTable final : public JobTable {
 // The problem was used at `now`. False when the owner has none of this id.
 bool MarkUsed(SqliteConnection& connection, const std::string& owner, const std::string& id, Time now);
 // Deletes at most `limit` problems that were last used before `since` and that no job holds. Returns how many.
-std::int64_t DeleteUnusedProblems(SqliteConnection& connection, Time since, int limit);
+std::int64_t DeleteUnusedProblems(SqliteConnection& connection, Time since, std::int64_t limit);
 
 }  // namespace dlcs::jobs
 

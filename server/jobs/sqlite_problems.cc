@@ -3,18 +3,12 @@
 #include <utility>
 
 #include "server/jobs/job_rules.h"
+#include "server/jobs/problem_sql.h"
 #include "server/jobs/sqlite_job_store.h"
 #include "server/jobs/sqlite_job_table.h"
 
 namespace dlcs::jobs {
 namespace {
-
-#define DLCS_PROBLEM_COLUMNS "number, id, about, bytes, created, used"
-
-// True of a problem whose job has not ended.
-#define DLCS_HELD                                                                                                    \
-  "EXISTS (SELECT 1 FROM jobs WHERE finished IS NULL AND jobs.problem <> '' AND jobs.problem = problems.id AND" \
-  " jobs.owner = problems.owner)"
 
 struct ProblemRow {
   std::int64_t number = 0;
@@ -51,7 +45,7 @@ bool MarkUsed(SqliteConnection& connection, const std::string& owner, const Prob
   return connection.Run("UPDATE problems SET used = MAX(used, ?3) WHERE owner = ?1 AND id = ?2", owner, id, now) > 0;
 }
 
-std::int64_t DeleteUnusedProblems(SqliteConnection& connection, Time since, int limit) {
+std::int64_t DeleteUnusedProblems(SqliteConnection& connection, Time since, std::int64_t limit) {
   return connection.Run(
       "DELETE FROM problems WHERE number IN (SELECT number FROM problems WHERE used < ?1 AND NOT " DLCS_HELD
       " ORDER BY used LIMIT ?2)",
@@ -59,7 +53,7 @@ std::int64_t DeleteUnusedProblems(SqliteConnection& connection, Time since, int 
 }
 
 absl::StatusOr<ProblemStore::Added> SqliteJobStore::AddProblem(const NewProblem& problem, const ProblemQuota& quota) {
-  if (!IsProblemId(problem.id)) return absl::InvalidArgumentError("A problem's id is the SHA-256 of its body.");
+  if (absl::Status valid = CheckProblemId(problem.id); !valid.ok()) return valid;
   return database_.Write([&](SqliteConnection& connection) -> absl::StatusOr<Added> {
     const Time now = clock_.Now();
     if (MarkUsed(connection, problem.owner, problem.id, now)) {
@@ -113,7 +107,7 @@ absl::Status SqliteJobStore::DeleteProblem(const std::string& owner, const Probl
     if (connection.Run("DELETE FROM problems WHERE number = ?1 AND NOT " DLCS_HELD, row->number) > 0) {
       return absl::OkStatus();
     }
-    return absl::FailedPreconditionError("A job that has not ended needs the problem: wait for its end or cancel it.");
+    return ProblemIsHeld();
   });
 }
 
