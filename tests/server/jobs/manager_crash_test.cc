@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // kill -9 of a whole server at random moments, with a watcher that follows its job through all of its lives.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <map>
 #include <memory>
 #include <random>
@@ -21,6 +19,7 @@
 #include "tests/server/jobs/fake_solve.h"
 #include "tests/server/jobs/job_follower.h"
 #include "tests/server/jobs/random_kills.h"
+#include "tests/server/jobs/short_life.h"
 #include "tests/server/jobs/temporary_folder.h"
 
 namespace dlcs::jobs {
@@ -47,9 +46,7 @@ JobManagerOptions Options() {
 // A server with one user, who submits a job whenever fewer than four are unfinished, watches the oldest one from where
 // the last life left it, and says on `pipe` what was acknowledged and seen. Never returns.
 [[noreturn]] void Serve(const std::string& path, int pipe, const std::map<JobId, std::int64_t>& positions) {
-  const auto say = [pipe](const std::string& line) {
-    if (write(pipe, line.data(), line.size()) != static_cast<ssize_t>(line.size())) _exit(1);
-  };
+  const auto say = [pipe](const std::string& line) { testing::Say(pipe, line); };
   SqliteJobStore store({.path = path}, SystemClock());
   JobManager manager(Options(), store, &Cost, FakeSolve, SystemClock());
   for (;;) {
@@ -117,30 +114,6 @@ struct Seen {
   }
 };
 
-std::string LiveAndDie(const std::string& path, std::chrono::microseconds life, const Seen& seen) {
-  int ends[2];
-  if (pipe(ends) != 0) return "error no pipe\n";
-  const pid_t child = fork();
-  if (child == 0) {
-    close(ends[0]);
-    Serve(path, ends[1], seen.positions);
-  }
-  close(ends[1]);
-  // Read while it lives: a full pipe would hold it up.
-  std::string text;
-  std::thread reader([&text, end = ends[0]] {
-    char buffer[65536];
-    for (ssize_t size = 0; (size = read(end, buffer, sizeof buffer)) > 0;)
-      text.append(buffer, static_cast<std::size_t>(size));
-  });
-  std::this_thread::sleep_for(life);
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-  reader.join();
-  close(ends[0]);
-  return text;
-}
-
 TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer) {
   const testing::RandomKills kills(15);
   SCOPED_TRACE(kills.trace());
@@ -150,7 +123,8 @@ TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer
   Seen seen;
   int scale = 1;
   for (int k = 0; k < kills.count && seen.errors.empty(); ++k) {
-    const std::string text = LiveAndDie(path, scale * std::chrono::microseconds(5000 + random() % 120'000), seen);
+    const std::string text = testing::LiveAndDie(scale * std::chrono::microseconds(5000 + random() % 120'000),
+                                                 [&](int pipe) { Serve(path, pipe, seen.positions); });
     seen.Read(text);
     if (text.empty()) ++scale;  // a slow machine: not every life may end before it began
   }

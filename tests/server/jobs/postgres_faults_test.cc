@@ -18,11 +18,13 @@
 #include "spdlog/spdlog.h"
 #include "tests/server/jobs/job_samples.h"
 #include "tests/server/jobs/postgres_server.h"
+#include "tests/server/jobs/store_health.h"
 
 namespace dlcs::jobs {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::ExpectSick;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::PostgresServer;
@@ -67,26 +69,10 @@ class PostgresFaultsTest : public ::testing::Test {
   PostgresServer* server_ = &PostgresServer::Shared();
 };
 
-void ExpectSick(JobStore& store, absl::StatusCode code, const std::string& text) {
-  const absl::Status status = store.Create(SampleJob()).status();
-  EXPECT_EQ(status.code(), code) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr(text));
-  EXPECT_FALSE(store.Healthy());
-  EXPECT_FALSE(store.Probe().ok());
-  EXPECT_FALSE(store.Healthy());
-}
-
 // Within some seconds: connections are not tried again without end.
-void ExpectWell(JobStore& store, const std::vector<JobId>& ids) {
-  absl::Status probe = store.Probe();
-  for (int k = 0; k < 200 && !probe.ok(); ++k) {
-    std::this_thread::sleep_for(50ms);
-    probe = store.Probe();
-  }
-  EXPECT_TRUE(probe.ok()) << probe;
-  EXPECT_TRUE(store.Healthy());
-  for (const JobId& id : ids) EXPECT_TRUE(store.Get("ada", id).ok()) << store.Get("ada", id).status();
-  EXPECT_TRUE(store.Create(SampleJob()).ok());
+void ExpectWellSoon(JobStore& store, const std::vector<JobId>& ids) {
+  for (int k = 0; k < 200 && !store.Probe().ok(); ++k) std::this_thread::sleep_for(50ms);
+  testing::ExpectWell(store, ids);
 }
 
 TEST_F(PostgresFaultsTest, AServerThatIsStoppedOrKilledIsAnErrorUntilItIsBack) {
@@ -98,7 +84,7 @@ TEST_F(PostgresFaultsTest, AServerThatIsStoppedOrKilledIsAnErrorUntilItIsBack) {
     ExpectSick(*store, absl::StatusCode::kUnavailable, "The job store");
     EXPECT_EQ(store->Get("ada", ids[0]).status().code(), absl::StatusCode::kUnavailable);
     server_->Start();
-    ExpectWell(*store, ids);
+    ExpectWellSoon(*store, ids);
   }
   EXPECT_THAT(log_.str(), HasSubstr("works again"));
 }
@@ -111,7 +97,7 @@ TEST_F(PostgresFaultsTest, AServerThatComesLateIsTakenUp) {
   EXPECT_FALSE(store.Healthy());
   ExpectSick(store, absl::StatusCode::kUnavailable, "cannot be reached");
   server_->Start();
-  ExpectWell(store, {});
+  ExpectWellSoon(store, {});
 }
 
 TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
@@ -122,7 +108,7 @@ TEST_F(PostgresFaultsTest, AServerThatHangsIsGivenUpAfterAWhile) {
   ExpectSick(*store, absl::StatusCode::kUnavailable, "cannot be reached");
   EXPECT_THAT(log_.str(), HasSubstr("no sign of life"));
   server_->Thaw();
-  ExpectWell(*store, ids);
+  ExpectWellSoon(*store, ids);
 }
 
 TEST_F(PostgresFaultsTest, SessionsThatWereEndedBetweenCallsAreNotNoticed) {
@@ -144,7 +130,7 @@ TEST_F(PostgresFaultsTest, ALockOfAnotherProgramIsAnErrorUntilItIsFree) {
     ExpectSick(*store, absl::StatusCode::kUnavailable, "locked by another program");
     EXPECT_TRUE(store->Get("ada", ids[0]).ok());
   }
-  ExpectWell(*store, ids);
+  ExpectWellSoon(*store, ids);
 }
 
 TEST_F(PostgresFaultsTest, WhatTakesTooLongIsEnded) {
@@ -156,7 +142,7 @@ TEST_F(PostgresFaultsTest, WhatTakesTooLongIsEnded) {
       " 'SELECT faults.dlcs_real_now() FROM pg_sleep(3600)'");
   ExpectSick(*store, absl::StatusCode::kUnavailable, "took too long");
   server_->Execute("DROP FUNCTION faults.dlcs_now(); ALTER FUNCTION faults.dlcs_real_now() RENAME TO dlcs_now");
-  ExpectWell(*store, ids);
+  ExpectWellSoon(*store, ids);
 }
 
 // A file system of a few megabytes is nothing that a test may make everywhere: a trigger raises what the server raises
@@ -185,7 +171,7 @@ TEST_F(PostgresFaultsTest, AFullDiskRefusesAndLosesNothing) {
   server_->Execute("DROP TRIGGER full_chunks ON faults.chunks; DROP TRIGGER full_bodies ON faults.bodies");
   ASSERT_TRUE(store->Append((*claimed)->lease, SampleWindow(1, 20)).ok());
   ASSERT_TRUE(store->Finish((*claimed)->lease, SampleEnd(20)).ok());
-  ExpectWell(*store, ids);
+  ExpectWellSoon(*store, ids);
 }
 
 TEST_F(PostgresFaultsTest, DamagedPagesAreSaidToBeDamagedAndACopyIsTakenUpAgain) {
@@ -215,7 +201,7 @@ TEST_F(PostgresFaultsTest, DamagedPagesAreSaidToBeDamagedAndACopyIsTakenUpAgain)
   server_->Stop();
   std::filesystem::copy_file(copy, path, std::filesystem::copy_options::overwrite_existing);
   server_->Start();
-  ExpectWell(*store, ids);
+  ExpectWellSoon(*store, ids);
 }
 
 TEST_F(PostgresFaultsTest, TablesThatGoMissingAreNeverReplacedByEmptyOnes) {
@@ -230,7 +216,7 @@ TEST_F(PostgresFaultsTest, TablesThatGoMissingAreNeverReplacedByEmptyOnes) {
   ExpectSick(*store, absl::StatusCode::kUnavailable, "tables are missing");
   EXPECT_TRUE(ConnectionIn(schema_).Run("SELECT 1 FROM pg_tables WHERE schemaname = 'faults'").empty());
   server_->Execute("DROP SCHEMA faults; ALTER SCHEMA away RENAME TO faults");
-  ExpectWell(*store, ids);
+  ExpectWellSoon(*store, ids);
 }
 
 TEST_F(PostgresFaultsTest, ANewerDatabaseIsLeftAlone) {

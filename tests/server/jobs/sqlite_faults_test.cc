@@ -16,12 +16,15 @@
 #include "server/jobs/sqlite_schema.h"
 #include "tests/server/jobs/job_samples.h"
 #include "tests/server/jobs/manual_clock.h"
+#include "tests/server/jobs/store_health.h"
 #include "tests/server/jobs/temporary_folder.h"
 
 namespace dlcs::jobs {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::ExpectSick;
+using testing::ExpectWell;
 using ::testing::HasSubstr;
 using testing::SampleEnd;
 using testing::SampleJob;
@@ -48,22 +51,6 @@ class SqliteFaultsTest : public ::testing::Test {
   testing::TemporaryFolder folder_;
   const std::string path_ = folder_.File("jobs.db");
 };
-
-void ExpectSick(JobStore& store, absl::StatusCode code, const std::string& text) {
-  const absl::Status status = store.Create(SampleJob()).status();
-  EXPECT_EQ(status.code(), code) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr(text));
-  EXPECT_FALSE(store.Healthy());
-  EXPECT_FALSE(store.Probe().ok());
-  EXPECT_FALSE(store.Healthy());
-}
-
-void ExpectWell(JobStore& store, const std::vector<JobId>& ids) {
-  EXPECT_TRUE(store.Probe().ok()) << store.Probe();
-  EXPECT_TRUE(store.Healthy());
-  for (const JobId& id : ids) EXPECT_TRUE(store.Get("ada", id).ok()) << store.Get("ada", id).status();
-  EXPECT_TRUE(store.Create(SampleJob()).ok());
-}
 
 TEST_F(SqliteFaultsTest, AFullStoreRefusesLosesNothingAndWorksAgainWhenThereIsRoom) {
   const auto store = Open({.path = {}, .max_bytes = 400'000});

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // kill -9 at random moments: what was acknowledged is there, once, with its bytes.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <csignal>
 #include <map>
 #include <optional>
 #include <random>
 #include <set>
 #include <sstream>
 #include <string>
-#include <thread>
 
 #include "server/jobs/sqlite_job_store.h"
 #include "tests/server/jobs/job_samples.h"
 #include "tests/server/jobs/random_kills.h"
+#include "tests/server/jobs/short_life.h"
 #include "tests/server/jobs/temporary_folder.h"
 
 namespace dlcs::jobs {
@@ -32,10 +30,7 @@ constexpr int kWindowsPerJob = 5;
 // A server: takes up what its earlier life left, then creates jobs and runs them, and says of everything that the
 // store acknowledged so on `pipe`, a line each. Never returns.
 [[noreturn]] void Serve(const std::string& path, int pipe) {
-  const auto say = [pipe](const std::string& line) {
-    // A line is far below PIPE_BUF, and so is written whole or not at all.
-    if (write(pipe, line.data(), line.size()) != static_cast<ssize_t>(line.size())) _exit(1);
-  };
+  const auto say = [pipe](const std::string& line) { testing::Say(pipe, line); };
   const auto must = [&say](const absl::Status& status) {
     if (status.ok()) return;
     say("error " + std::string(status.message()) + "\n");
@@ -98,32 +93,6 @@ struct Acknowledged {
   }
 };
 
-std::string ReadAll(int pipe) {
-  std::string text;
-  char buffer[65536];
-  for (ssize_t size = 0; (size = read(pipe, buffer, sizeof buffer)) > 0;)
-    text.append(buffer, static_cast<std::size_t>(size));
-  return text;
-}
-
-// What the life of a server, cut short after `life`, said.
-std::string LiveAndDie(const std::string& path, std::chrono::microseconds life) {
-  int ends[2];
-  if (pipe(ends) != 0) return "error no pipe\n";
-  const pid_t child = fork();
-  if (child == 0) {
-    close(ends[0]);
-    Serve(path, ends[1]);
-  }
-  close(ends[1]);
-  std::this_thread::sleep_for(life);
-  kill(child, SIGKILL);
-  std::string text = ReadAll(ends[0]);
-  close(ends[0]);
-  waitpid(child, nullptr, 0);
-  return text;
-}
-
 void Check(JobStore& store, const Acknowledged& said) {
   EXPECT_EQ(said.errors, "");
   for (const JobId& id : said.created) EXPECT_TRUE(store.Get("ada", id).ok()) << id;
@@ -162,7 +131,8 @@ TEST(StoreCrashTest, LosesNothingAcknowledgedWhenKilledAtRandomMoments) {
   Acknowledged said;
   int scale = 1;
   for (int k = 0; k < kills.count; ++k) {
-    const std::string text = LiveAndDie(path, scale * std::chrono::microseconds(1000 + random() % 80'000));
+    const std::string text = testing::LiveAndDie(scale * std::chrono::microseconds(1000 + random() % 80'000),
+                                                 [&path](int pipe) { Serve(path, pipe); });
     said.Read(text);
     if (text.empty()) ++scale;  // a slow machine: not every life may end before it began
     SqliteJobStore store({.path = path}, SystemClock());
