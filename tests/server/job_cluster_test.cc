@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <memory>
 #include <random>
@@ -14,11 +12,9 @@
 #include <thread>
 #include <vector>
 
-#include "client/job_client.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "tests/server/dlcsd_process.h"
-#include "tests/server/job_events.h"
-#include "tests/server/job_runs.h"
+#include "tests/server/followed_jobs.h"
 #include "tests/server/jobs/postgres_server.h"
 #include "tests/server/jobs/random_kills.h"
 #include "tests/server/service_fixture.h"
@@ -27,8 +23,6 @@
 namespace dlcs {
 namespace {
 
-using client::CallLimits;
-using client::JobClient;
 using jobs::testing::PostgresServer;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -68,15 +62,6 @@ class Server {
   std::unique_ptr<DlcsdProcess> process_;
 };
 
-struct Followed {
-  std::string name;
-  v1::SolveRequest request;
-  std::vector<v1::JobEvent> events;
-  absl::Status status;
-  std::atomic<bool> ended = false;
-  std::thread thread;
-};
-
 bool IsServing(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
   grpc::ClientContext context;
   grpc::health::v1::HealthCheckRequest request;
@@ -110,45 +95,20 @@ TEST(JobClusterTest, KilledWorkersFrontsAndDatabasesLoseNothingAndRepeatNothing)
   const jobs::testing::RandomKills kills(4, 36);
   std::mt19937 random(kills.seed);
   SCOPED_TRACE(kills.trace());
-  const CallLimits limits{.deadline = seconds(60 + 3 * kills.count), .stop = {}};
 
   PostgresServer database;
   Server front("front", "front", database.address());
   Server workers[] = {{"worker", "one", database.address()}, {"worker", "two", database.address()}};
-  const auto client = *JobClient::Connect(front.address());
-
-  std::vector<std::unique_ptr<Followed>> jobs;
-  const auto submit = [&](v1::SolveRequest request) {
-    v1::CreateSolveJobRequest create;
-    *create.mutable_solve() = request;
-    const auto job = client->Submit(create, limits);
-    ASSERT_TRUE(job.ok()) << job.status();
-    auto followed = std::make_unique<Followed>();
-    followed->name = job->name();
-    followed->request = std::move(request);
-    followed->thread = std::thread([&, f = followed.get()] {
-      const auto watching = *JobClient::Connect(front.address());
-      v1::WatchSolveJobRequest watch;
-      watch.set_name(f->name);
-      f->status = watching->Watch(
-          watch, [f](const v1::JobEvent& event) { f->events.push_back(event); }, limits);
-      f->ended = true;
-    });
-    jobs.push_back(std::move(followed));
-  };
-  const auto unfinished = [&jobs] {
-    return static_cast<std::size_t>(
-        std::count_if(jobs.begin(), jobs.end(), [](const auto& job) { return !job->ended; }));
-  };
+  testing::FollowedJobs jobs(front.address(), seconds(60 + 3 * kills.count));
 
   std::uniform_int_distribution<int> pause_ms(5, 400), absence_ms(0, kLongestAbsenceMs), victim(0, 9);
   steady_clock::time_point back;  // of the worker that is away
   for (int kill = 0; kill < kills.count; ++kill) {
-    while (unfinished() < kUnfinished) {
+    while (jobs.unfinished() < kUnfinished) {
       // Sent again where the answer is lost, it is still one job.
       const int size = static_cast<int>(jobs.size());
-      submit(size % 2 == 0 ? testing::MarchingRequest(60'000 + 1000 * (size % 24))
-                           : testing::SwitchingRequest(20'000 + size));
+      jobs.Submit(size % 2 == 0 ? testing::MarchingRequest(60'000 + 1000 * (size % 24))
+                                : testing::SwitchingRequest(20'000 + size));
     }
     std::this_thread::sleep_for(milliseconds(pause_ms(random)));
     for (Server& worker : workers) {
@@ -173,18 +133,7 @@ TEST(JobClusterTest, KilledWorkersFrontsAndDatabasesLoseNothingAndRepeatNothing)
     }
   }
   // At the end one worker may be away for good.
-  for (const auto& job : jobs) {
-    job->thread.join();
-    EXPECT_TRUE(job->status.ok()) << job->status;
-    EXPECT_EQ(testing::WhatIsWrongWithJobEvents(job->events), "") << job->name;
-    const auto ended = client->Get(job->name, limits);
-    ASSERT_TRUE(ended.ok()) << ended.status();
-    EXPECT_EQ(ended->state(), v1::JOB_STATE_SUCCEEDED) << ended->error().message();
-    testing::ExpectSameTrajectory(testing::ReadAll(*client, job->name), testing::SolveHere(job->request));
-  }
-  const auto all = client->List({}, 1000, limits);
-  ASSERT_TRUE(all.ok());
-  EXPECT_EQ(all->size(), jobs.size()) << "a job twice";
+  jobs.ExpectAllSucceed();
   RecordProperty("jobs", std::to_string(jobs.size()));
 }
 
