@@ -12,24 +12,17 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
 #include <ctime>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <tuple>
+#include <utility>
+
+#include "proto/pem.h"
+#include "proto/small_file.h"
 
 namespace dlcs::client {
 namespace {
 
-template <auto free>
-struct FreeWith {
-  template <typename T>
-  void operator()(T* owned) const {
-    free(owned);
-  }
-};
 using Context = std::unique_ptr<SSL_CTX, FreeWith<SSL_CTX_free>>;
 using Session = std::unique_ptr<SSL, FreeWith<SSL_free>>;
 
@@ -38,38 +31,64 @@ absl::Status Broken(const char* field, const std::string& file, const std::strin
   return absl::InvalidArgumentError(fmt::format("{}: {}: {}", field, file, rule));
 }
 
-absl::StatusOr<std::string> ReadFile(const char* field, const std::string& file) {
-  if (file.empty()) return std::string();
-  std::ifstream stream(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream.is_open() || stream.bad() || text.empty()) {
-    return Broken(field, file, stream.is_open() ? "is empty" : fmt::format("cannot be read: {}", std::strerror(errno)));
-  }
-  return text;
+absl::Status Broken(const char* field, const std::string& file, const absl::Status& why) {
+  return Broken(field, file, std::string(why.message()));
 }
 
-// OpenSSL would ask the terminal.
-int NoPassphrase(char*, int, int, void*) { return -1; }
+absl::StatusOr<TlsTexts> ReadFiles(const ConnectionOptions& options) {
+  TlsTexts texts;
+  for (const auto& [field, file, text] :
+       {std::tuple{"tls_ca", &options.tls_ca, &texts.ca}, std::tuple{"tls_cert", &options.tls_cert, &texts.certificate},
+        std::tuple{"tls_key", &options.tls_key, &texts.key}}) {
+    if (file->empty()) continue;
+    absl::StatusOr<std::string> read = ReadSmallFile(*file);
+    if (!read.ok()) {
+      return absl::InvalidArgumentError(fmt::format("{}: {}", field, std::string(read.status().message())));
+    }
+    *text = *std::move(read);
+  }
+  return texts;
+}
+
+absl::Status TrustAuthorities(const std::string& file, const std::string& pem, SSL_CTX* context) {
+  const auto authorities = ParseCertificates(pem);
+  if (!authorities.ok()) return Broken("tls_ca", file, authorities.status());
+  for (const Certificate& authority : *authorities) {
+    X509_STORE_add_cert(SSL_CTX_get_cert_store(context), authority.get());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ShowCertificate(const ConnectionOptions& options, const TlsTexts& texts, SSL_CTX* context) {
+  const auto certificates = ParseCertificates(texts.certificate);
+  if (!certificates.ok()) return Broken("tls_cert", options.tls_cert, certificates.status());
+  const auto key = ParsePrivateKey(texts.key);
+  if (!key.ok()) return Broken("tls_key", options.tls_key, key.status());
+  if (X509_check_private_key(certificates->front().get(), key->get()) != 1) {
+    return Broken("tls_key", options.tls_key,
+                  fmt::format("is not the key of the first certificate in {}", options.tls_cert));
+  }
+  bool taken = SSL_CTX_use_certificate(context, certificates->front().get()) == 1;
+  for (std::size_t k = 1; k < certificates->size(); ++k) {
+    taken = taken && SSL_CTX_add1_chain_cert(context, (*certificates)[k].get()) == 1;
+  }
+  if (taken && SSL_CTX_use_PrivateKey(context, key->get()) == 1) return absl::OkStatus();
+  return Broken("tls_cert", options.tls_cert,
+                fmt::format("cannot be used: {}", ERR_reason_error_string(ERR_peek_last_error())));
+}
 
 // What both ends are to be checked with. Errors: InvalidArgument, as ReadTls().
-absl::StatusOr<Context> MakeContext(const ConnectionOptions& options) {
+absl::StatusOr<Context> MakeContext(const ConnectionOptions& options, const TlsTexts& texts) {
   Context context(SSL_CTX_new(TLS_client_method()));
   if (context == nullptr) return absl::InternalError("OpenSSL gives no context");
-  SSL_CTX_set_default_passwd_cb(context.get(), NoPassphrase);
   if (options.tls_ca.empty()) {
     SSL_CTX_set_default_verify_paths(context.get());
-  } else if (SSL_CTX_load_verify_locations(context.get(), options.tls_ca.c_str(), nullptr) != 1) {
-    return Broken("tls_ca", options.tls_ca, "holds no certificate in PEM form");
+  } else if (absl::Status status = TrustAuthorities(options.tls_ca, texts.ca, context.get()); !status.ok()) {
+    return status;
   }
   if (options.tls_cert.empty()) return context;
-  if (SSL_CTX_use_certificate_chain_file(context.get(), options.tls_cert.c_str()) != 1) {
-    return Broken("tls_cert", options.tls_cert, "holds no certificate in PEM form");
-  }
-  if (SSL_CTX_use_PrivateKey_file(context.get(), options.tls_key.c_str(), SSL_FILETYPE_PEM) == 1) return context;
-  const bool mismatch = ERR_GET_LIB(ERR_peek_last_error()) == ERR_LIB_X509;
-  return Broken("tls_key", options.tls_key,
-                mismatch ? fmt::format("is not the key of the certificate in {}", options.tls_cert)
-                         : std::string("holds no private key in PEM form without a passphrase"));
+  if (absl::Status status = ShowCertificate(options, texts, context.get()); !status.ok()) return status;
+  return context;
 }
 
 struct Place {
@@ -193,21 +212,17 @@ absl::StatusOr<TlsTexts> ReadTls(const ConnectionOptions& options) {
     return absl::InvalidArgumentError(options.tls_cert.empty() ? "tls_cert: must be given where there is a key"
                                                                : "tls_key: must be given where there is a certificate");
   }
-  TlsTexts texts;
-  for (const auto& [field, file, text] :
-       {std::tuple{"tls_ca", &options.tls_ca, &texts.ca}, std::tuple{"tls_cert", &options.tls_cert, &texts.certificate},
-        std::tuple{"tls_key", &options.tls_key, &texts.key}}) {
-    absl::StatusOr<std::string> read = ReadFile(field, *file);
-    if (!read.ok()) return read.status();
-    *text = *std::move(read);
-  }
-  const absl::StatusOr<Context> usable = MakeContext(options);
+  absl::StatusOr<TlsTexts> texts = ReadFiles(options);
+  if (!texts.ok()) return texts;
+  const absl::StatusOr<Context> usable = MakeContext(options, *texts);
   if (!usable.ok()) return usable.status();
   return texts;
 }
 
 std::optional<std::string> WhatIsWrongWithTls(const ConnectionOptions& options) {
-  const absl::StatusOr<Context> context = MakeContext(options);
+  const absl::StatusOr<TlsTexts> texts = ReadFiles(options);
+  if (!texts.ok()) return std::nullopt;
+  const absl::StatusOr<Context> context = MakeContext(options, *texts);
   const Place place = PlaceOf(options.address);
   const Socket socket(place);
   if (!context.ok() || !socket.ok()) return std::nullopt;

@@ -4,13 +4,11 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 #include <utility>
+
+#include "proto/small_file.h"
 
 namespace dlcs::client {
 
@@ -24,12 +22,11 @@ absl::StatusOr<ConnectionOptions> ConnectionTo(const ServerTarget& target) {
     if (const char* token = std::getenv("DLCS_TOKEN")) options.token = token;
     return options;
   }
-  std::ifstream file(target.token_file);
-  options.token.assign(std::istreambuf_iterator<char>(file), {});
-  if (!file.is_open() || file.bad()) {
-    return absl::InvalidArgumentError(
-        fmt::format("--token-file: {}: cannot be read: {}", target.token_file, std::strerror(errno)));
+  absl::StatusOr<std::string> text = ReadSmallFile(target.token_file);
+  if (!text.ok()) {
+    return absl::InvalidArgumentError(fmt::format("--token-file: {}", std::string(text.status().message())));
   }
+  options.token = *std::move(text);
   const std::size_t end = options.token.find_last_not_of(" \t\r\n");
   options.token.resize(end == std::string::npos ? 0 : end + 1);
   if (options.token.empty()) {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "fmt/format.h"
-#include "server/access/file_text.h"
+#include "proto/small_file.h"
 #include "server/access/token.h"
 
 namespace dlcs {

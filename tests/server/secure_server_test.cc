@@ -353,11 +353,13 @@ TEST_F(SecureServerTest, FilesOfAClientAreCheckedFirst) {
   EXPECT_THAT(refusal(), AllOf(HasSubstr("tls_ca: "), HasSubstr("none: cannot be read: No such file")));
   options.tls_ca = File("ca.pem", mine.key);
   EXPECT_THAT(refusal(), HasSubstr("ca.pem: holds no certificate"));
+  options.tls_ca = File("ca.pem", authority_.certificate() + mine.certificate.substr(0, 200));
+  EXPECT_THAT(refusal(), HasSubstr("ca.pem: certificate 2 is damaged"));
   options.tls_ca = "";
   options.tls_cert = File("client.pem", mine.certificate);
   EXPECT_THAT(refusal(), HasSubstr("tls_key: must be given where there is a certificate"));
   options.tls_key = File("client.key", other.key);
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("tls_key: "), HasSubstr("is not the key of the certificate in")));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("tls_key: "), HasSubstr("is not the key of the first certificate in")));
 }
 
 // The program: its flags, its log, its signals.

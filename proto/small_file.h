@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small files that an operator writes.
+// Small files that people write or get: tokens, certificates, keys.
 
-#ifndef DLCS_SERVER_ACCESS_FILE_TEXT_H_
-#define DLCS_SERVER_ACCESS_FILE_TEXT_H_
+#ifndef DLCS_PROTO_SMALL_FILE_H_
+#define DLCS_PROTO_SMALL_FILE_H_
 
 #include <string>
 
@@ -15,4 +15,4 @@ absl::StatusOr<std::string> ReadSmallFile(const std::string& file);
 
 }  // namespace dlcs
 
-#endif  // DLCS_SERVER_ACCESS_FILE_TEXT_H_
+#endif  // DLCS_PROTO_SMALL_FILE_H_

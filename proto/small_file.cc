@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/access/file_text.h"
+#include "proto/small_file.h"
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 
-#include "fmt/format.h"
+#include "absl/strings/str_cat.h"
 
 namespace dlcs {
 
 absl::StatusOr<std::string> ReadSmallFile(const std::string& file) {
   constexpr std::size_t kMaxBytes = 1'000'000;
   const auto cannot_be_read = [&] {
-    return absl::InvalidArgumentError(fmt::format("{}: cannot be read: {}", file, std::strerror(errno)));
+    return absl::InvalidArgumentError(absl::StrCat(file, ": cannot be read: ", std::strerror(errno)));
   };
   const std::unique_ptr<std::FILE, decltype(&std::fclose)> stream(std::fopen(file.c_str(), "rbe"), &std::fclose);
   if (stream == nullptr) return cannot_be_read();
@@ -21,7 +21,7 @@ absl::StatusOr<std::string> ReadSmallFile(const std::string& file) {
   text.resize(std::fread(text.data(), 1, text.size(), stream.get()));
   if (std::ferror(stream.get()) != 0) return cannot_be_read();  // a folder, for one
   if (text.size() > kMaxBytes) {
-    return absl::InvalidArgumentError(fmt::format("{}: has more than {} bytes; must have less", file, kMaxBytes));
+    return absl::InvalidArgumentError(absl::StrCat(file, ": has more than ", kMaxBytes, " bytes; must have less"));
   }
   return text;
 }
