@@ -15,6 +15,7 @@
 #include "server/job_limits.h"
 #include "server/job_refusal.h"
 #include "server/job_solve_call.h"
+#include "server/page_size.h"
 #include "server/telemetry/call_trace.h"
 #include "server/telemetry/job_telemetry.h"
 #include "server/telemetry/job_trace.h"
@@ -26,8 +27,6 @@ namespace {
 // What waits is short: a read or a commit. The longest is a page of a trajectory.
 constexpr int kWorkers = 4;
 constexpr std::size_t kMaxRequestIdBytes = 128;
-constexpr int kDefaultPageSize = 100;
-constexpr int kMaxPageSize = 1000;
 
 absl::Status Check(const v1::CreateSolveJobRequest& request) {
   std::vector<Violation> violations;
@@ -126,9 +125,9 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
     if (!known) return InvalidRequest({{"states", fmt::format("{} is no state", state)}});
     filter.states.push_back(*known);
   }
-  if (request.page_size() < 0) return InvalidRequest({{"page_size", fmt::format("{}; must not be negative", request.page_size())}});
-  const int size = request.page_size() == 0 ? kDefaultPageSize : std::min(request.page_size(), kMaxPageSize);
-  const absl::StatusOr<jobs::JobPage> page = store_->List(filter, size, request.page_token());
+  const absl::StatusOr<int> size = PageSize(request.page_size());
+  if (!size.ok()) return size.status();
+  const absl::StatusOr<jobs::JobPage> page = store_->List(filter, *size, request.page_token());
   if (!page.ok()) return page.status();
   v1::ListSolveJobsResponse response;
   for (const jobs::Job& job : page->jobs) *response.add_jobs() = ToProto(job);

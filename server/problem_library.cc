@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/problem_library.h"
 
-#include <algorithm>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -10,14 +9,13 @@
 #include "server/convert_job.h"
 #include "server/errors.h"
 #include "server/job_refusal.h"
+#include "server/page_size.h"
 
 namespace dlcs {
 namespace {
 
 constexpr std::string_view kPrefix = "problems/";
 constexpr std::size_t kMaxTitleBytes = 256;
-constexpr int kDefaultPageSize = 100;
-constexpr int kMaxPageSize = 1000;
 
 // What is told of a problem without its matrices.
 v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {
@@ -112,11 +110,9 @@ absl::StatusOr<v1::StoredProblem> ProblemLibrary::Get(const std::string& owner,
 
 absl::StatusOr<v1::ListProblemsResponse> ProblemLibrary::List(const std::string& owner,
                                                               const v1::ListProblemsRequest& request) const {
-  if (request.page_size() < 0) {
-    return InvalidRequest({{"page_size", fmt::format("{}; must not be negative", request.page_size())}});
-  }
-  const int size = request.page_size() == 0 ? kDefaultPageSize : std::min(request.page_size(), kMaxPageSize);
-  const absl::StatusOr<jobs::ProblemPage> page = store_.ListProblems(owner, size, request.page_token());
+  const absl::StatusOr<int> size = PageSize(request.page_size());
+  if (!size.ok()) return size.status();
+  const absl::StatusOr<jobs::ProblemPage> page = store_.ListProblems(owner, *size, request.page_token());
   if (!page.ok()) return page.status();
   v1::ListProblemsResponse response;
   for (const jobs::StoredProblem& problem : page->problems) *response.add_problems() = ToProto(problem);
