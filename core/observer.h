@@ -5,6 +5,7 @@
 #define DLCS_CORE_OBSERVER_H_
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,12 @@ struct IterateReport {
   double seconds = 0;        // since the solve began
 };
 
+// The function y of an iterate, on loan: the memory is the method's, and goes on to the next iterate when the call returns.
+struct IterateValues {
+  std::span<const double> times;  // increasing; twice where y has two limits (paper_iteration, where runs of the grid meet)
+  Eigen::Ref<const Matrix> y;     // n × times.size()
+};
+
 struct WindowOutcome {
   Index window = 0;
   double end = 0;
@@ -62,7 +69,7 @@ class Observer {
   virtual ~Observer() = default;
   virtual void OnAnalysis(const AnalysisReport&) {}
   virtual void OnWindowStarted(const WindowReport&) {}
-  virtual void OnIterate(const IterateReport&) {}
+  virtual void OnIterate(const IterateReport&, const IterateValues&) {}
   virtual void OnWindowFinished(const WindowOutcome&) {}
 
   // Asked wherever a solve could go on from later; a checkpoint costs a copy of what came since the last one. Answers may

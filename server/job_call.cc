@@ -94,7 +94,12 @@ void JobStream<Message>::Pump() {
     finished_ = true;
     return this->Finish(ToGrpc(*hung_up_));
   }
-  switch (Next(message_)) {
+  const absl::StatusOr<Got> got = Next(message_);
+  if (!got.ok()) {
+    finished_ = true;
+    return this->Finish(ToGrpc(got.status()));
+  }
+  switch (*got) {
     case Got::kMessage:
       busy_ = true;
       return this->StartWrite(&message_);
@@ -160,9 +165,13 @@ absl::Status JobWatchCall::Prepare() {
   place_ = *std::move(place);
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
   if (!id.ok()) return id.status();
+  absl::StatusOr<WatchView> view = WatchView::Create(request_);
+  if (!view.ok()) return view.status();
+  view_ = *std::move(view);
   jobs::EventWatchOptions options;
   options.after = request_.after_sequence();
-  options.kept_only = request_.view() == v1::WATCH_VIEW_PROGRESS;
+  options.kept_only = view_.wants_progress_only();
+  options.detail = view_.detail();
   options.min_interval = IntervalOf(request_.min_interval());
   const std::weak_ptr<JobStream> weak = weak_from_this();
   auto watch = environment_.manager.Watch(caller_->SeesJobsOf(), *id, options, [weak] {
@@ -173,20 +182,14 @@ absl::Status JobWatchCall::Prepare() {
   return absl::OkStatus();
 }
 
-JobWatchCall::Got JobWatchCall::Next(v1::JobEvent& event) {
-  if (behind_gap_) {
-    event = ToProto(*std::exchange(behind_gap_, std::nullopt));
-    return Got::kMessage;
-  }
+absl::StatusOr<JobWatchCall::Got> JobWatchCall::Next(v1::JobEvent& event) {
+  if (behind_gap_) return Told(*std::exchange(behind_gap_, std::nullopt), event);
   jobs::EventWatch::Delivery delivery = watch_->Next();
   switch (delivery.got) {
     case jobs::EventWatch::Got::kEvent:
-      if (delivery.gap) {
-        behind_gap_ = std::move(delivery.event);
-        event = ToProto(*delivery.gap, environment_.clock.Now());
-      } else {
-        event = ToProto(delivery.event);
-      }
+      if (!delivery.gap) return Told(delivery.event, event);
+      behind_gap_ = std::move(delivery.event);
+      event = ToProto(*delivery.gap, environment_.clock.Now());
       return Got::kMessage;
     case jobs::EventWatch::Got::kHeartbeat:
       event = HeartbeatAfter(watch_->position(), environment_.clock.Now());
@@ -199,6 +202,15 @@ JobWatchCall::Got JobWatchCall::Next(v1::JobEvent& event) {
       break;
   }
   return Got::kEnd;
+}
+
+absl::StatusOr<JobWatchCall::Got> JobWatchCall::Told(const jobs::Event& delivered, v1::JobEvent& event) const {
+  event = ToProto(delivered);
+  if (event.has_iterate()) view_.Narrow(*event.mutable_iterate());
+  if (event.has_analysis()) {
+    if (absl::Status admitted = view_.Admits(event.analysis()); !admitted.ok()) return admitted;
+  }
+  return Got::kMessage;
 }
 
 // The trajectory.
@@ -226,7 +238,7 @@ absl::Status ReadTrajectoryCall::Prepare() {
   return absl::OkStatus();
 }
 
-ReadTrajectoryCall::Got ReadTrajectoryCall::Next(v1::TrajectoryPage& page) {
+absl::StatusOr<ReadTrajectoryCall::Got> ReadTrajectoryCall::Next(v1::TrajectoryPage& page) {
   if (ended_) return Got::kEnd;
   if (!page_) return Got::kBlocks;
   page = *std::move(page_);

@@ -21,6 +21,7 @@
 #include "server/call_registry.h"
 #include "server/job_trajectory.h"
 #include "server/jobs/job_manager.h"
+#include "server/watch_view.h"
 #include "server/worker_pool.h"
 
 namespace dlcs {
@@ -106,8 +107,8 @@ class JobStream : public grpc::ServerWriteReactor<Message>, public std::enable_s
     kEnd,
   };
 
-  // Never blocks. Called by one thread at a time.
-  virtual Got Next(Message& message) = 0;
+  // Never blocks. Called by one thread at a time. An error ends the call.
+  virtual absl::StatusOr<Got> Next(Message& message) = 0;
   // May block. Called on a worker thread, once before the first Next() and after each kBlocks. An error ends the call.
   virtual absl::Status Prepare() = 0;
 
@@ -144,11 +145,13 @@ class JobWatchCall final : public JobStream<v1::JobEvent> {
       : JobStream(environment), caller_(caller), request_(request) {}
 
  private:
-  Got Next(v1::JobEvent& event) override;
+  absl::StatusOr<Got> Next(v1::JobEvent& event) override;
   absl::Status Prepare() override;
+  absl::StatusOr<Got> Told(const jobs::Event& delivered, v1::JobEvent& event) const;
 
   const absl::StatusOr<Caller> caller_;
   const v1::WatchSolveJobRequest request_;
+  WatchView view_;
   UserQuota::Ticket place_;
   std::unique_ptr<jobs::JobWatch> watch_;
   std::optional<jobs::Event> behind_gap_;
@@ -165,7 +168,7 @@ class ReadTrajectoryCall final : public JobStream<v1::TrajectoryPage> {
       : JobStream(environment), caller_(caller), request_(request) {}
 
  private:
-  Got Next(v1::TrajectoryPage& page) override;
+  absl::StatusOr<Got> Next(v1::TrajectoryPage& page) override;
   absl::Status Prepare() override;
 
   const absl::StatusOr<Caller> caller_;

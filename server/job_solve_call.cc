@@ -5,6 +5,7 @@
 
 #include "proto/job_event.h"
 #include "server/convert_job.h"
+#include "server/watch_view.h"
 
 namespace dlcs {
 namespace {
@@ -82,7 +83,7 @@ absl::Status JobSolveCall::ReadPage() {
   return absl::OkStatus();
 }
 
-JobSolveCall::Got JobSolveCall::Next(v1::SolveEvent& event) {
+absl::StatusOr<JobSolveCall::Got> JobSolveCall::Next(v1::SolveEvent& event) {
   if (next_) {
     event = *std::exchange(next_, std::nullopt);
     return Got::kMessage;
@@ -126,6 +127,7 @@ JobSolveCall::Got JobSolveCall::NextOfJob(v1::SolveEvent& event) {
 
 std::optional<v1::SolveEvent> JobSolveCall::Told(const jobs::Event& event) {
   v1::JobEvent of_job = ToProto(event);
+  if (of_job.has_iterate()) WatchView().Narrow(*of_job.mutable_iterate());  // another watcher may have wanted values
   if (of_job.has_state()) queued_ = of_job.state() == v1::JOB_STATE_QUEUED;
   if (of_job.has_checkpointed()) progress_ = of_job.checkpointed().progress();
   if (of_job.has_finished()) {

@@ -23,7 +23,7 @@ class JobSolveCall final : public JobStream<v1::SolveEvent> {
       : JobStream(environment), create_(std::move(create)) {}
 
  private:
-  Got Next(v1::SolveEvent& event) override;
+  absl::StatusOr<Got> Next(v1::SolveEvent& event) override;
   absl::Status Prepare() override;
 
   absl::Status BeginToWatch();

@@ -14,6 +14,7 @@
 #include "server/convert.h"
 #include "server/job_trajectory.h"
 #include "server/solve_session.h"
+#include "server/watch_view.h"
 #include "spdlog/spdlog.h"
 
 namespace dlcs {
@@ -53,10 +54,11 @@ class RunObserver final : public Observer {
     *event.mutable_window_started() = ToProto(report);
     Emit(EventKind::kWindowStarted, event);
   }
-  void OnIterate(const IterateReport& report) override {
+  void OnIterate(const IterateReport& report, const IterateValues& values) override {
     const Telling telling(*this);
     v1::JobEvent event;
     *event.mutable_iterate() = ToProto(report);
+    AddValues(values, *run_.WantedDetail(), *event.mutable_iterate());
     Emit(EventKind::kIterate, event);
   }
   void OnWindowFinished(const WindowOutcome& outcome) override {

@@ -52,7 +52,7 @@ class EventWriter final : public Observer {
   void OnWindowStarted(const WindowReport& report) override {
     Send([&](v1::SolveEvent& event) { *event.mutable_window_started() = ToProto(report); });
   }
-  void OnIterate(const IterateReport& report) override {
+  void OnIterate(const IterateReport& report, const IterateValues&) override {
     Send([&](v1::SolveEvent& event) { *event.mutable_iterate() = ToProto(report); });
   }
   void OnWindowFinished(const WindowOutcome& outcome) override {

@@ -71,7 +71,21 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
       app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
       "Iterates no closer together than this");
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
-  app.add_flag("--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
+  CLI::Option& quiet = *app.add_flag("--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
+  CLI::Option& values = *AddWord<v1::WatchView>(
+      app, "--values", {"sampled", "full"},
+      [](const std::string& word) -> std::optional<v1::WatchView> {
+        if (word == "sampled") return v1::WATCH_VIEW_SAMPLED;
+        if (word == "full") return v1::WATCH_VIEW_FULL;
+        return std::nullopt;
+      },
+      [&command](v1::WatchView view) { command.values = view; },
+      "In JSON: y of each iterate too, at up to 65 times of its window, or at all (none)");
+  values.excludes(&quiet);
+  app.add_option("--components", command.components, "Those of y only, from 0: 0,2 (all)")
+      ->delimiter(',')
+      ->type_name("N,...")
+      ->needs(&values);
 }
 
 void AddResult(CLI::App& main, ResultCommand& command) {

@@ -54,6 +54,9 @@ struct WatchCommand {
   double interval_s = 0;
   OutputFormat format = OutputFormat::kTable;  // table, or JSON: every event a line
   bool quiet = false;
+  // Of iterates, where the format is JSON. Not set: none.
+  std::optional<v1::WatchView> values;
+  std::vector<std::int32_t> components;  // empty: all
 };
 
 // One job or uploaded problem, or where `name` is empty all jobs.

@@ -63,12 +63,7 @@ class JobView {
   std::int64_t skipped_ = 0;
 };
 
-}  // namespace
-
-ExitCode Run(const WatchCommand& command) {
-  const Interrupt interrupt;
-  const auto client = ConnectToJobs(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+v1::WatchSolveJobRequest RequestOf(const WatchCommand& command) {
   v1::WatchSolveJobRequest request;
   request.set_name(command.name);
   request.set_after_sequence(command.after);
@@ -78,6 +73,21 @@ ExitCode Run(const WatchCommand& command) {
     request.mutable_min_interval()->set_nanos(static_cast<int>(1e9 * (command.interval_s - whole)));
   }
   if (command.quiet) request.set_view(v1::WATCH_VIEW_PROGRESS);
+  if (command.values) request.set_view(*command.values);
+  request.mutable_y_components()->Add(command.components.begin(), command.components.end());
+  return request;
+}
+
+}  // namespace
+
+ExitCode Run(const WatchCommand& command) {
+  if (command.values && command.format != OutputFormat::kJson) {
+    return Complain(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"), kBadInput);
+  }
+  const Interrupt interrupt;
+  const auto client = ConnectToJobs(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const v1::WatchSolveJobRequest request = RequestOf(command);
   JobView view(command);
   const CallLimits limits = LimitsFor(command.target, interrupt);
   const absl::Status watched = (*client)->Watch(

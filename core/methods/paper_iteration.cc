@@ -78,6 +78,7 @@ class Iteration {
   bool Prepare() {
     const Grid& grid = context_.grid;
     segments_.resize(grid.runs.size());
+    for (Index k = 0; k < columns_.CountAll(); ++k) times_.push_back(columns_.Time(k));
     x_ = problem_.x0.replicate(1, columns_.CountAll());
     f_.resize(problem_.num_states(), columns_.CountAll());
     g_.resize(problem_.num_constraints(), columns_.CountAll());
@@ -165,7 +166,7 @@ class Iteration {
     report.lcp_residual = NaturalResidual(y_, w);
     if (std::isfinite(log_bound)) report.log10_bound = log_bound / std::log(10.0);
     report.seconds = context_.Seconds();
-    context_.observer.OnIterate(report);
+    context_.observer.OnIterate(report, {times_, y_});
   }
 
   bool Accept(Index iterations) {
@@ -193,6 +194,7 @@ class Iteration {
   LcpBatch batch_;
   std::optional<ContourStates> states_;
   std::vector<Segment> segments_;  // by run
+  std::vector<double> times_;      // of the columns
   Matrix x_, y_, f_, g_;           // at the columns
 };
 

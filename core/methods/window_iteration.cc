@@ -127,7 +127,10 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
     context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
     changes.push_back(change);
     if (k == 1) first_change = MaxAbs(seen.row_change);
-    Report(number, k, MaxAbs(seen.row_change), seen.residual, LogBound(rate, first, k, first_change));
+    IterateReport report;
+    report.window = number, report.iteration = k;
+    report.change = MaxAbs(seen.row_change), report.lcp_residual = seen.residual;
+    Report(report, LogBound(rate, first, k, first_change), window, first + 1);
 
     if (Converged(changes, context_.options.tolerance)) {
       result.end = WindowEnd::kConverged;
@@ -173,15 +176,11 @@ std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const Wind
   return DescribeSteepStep(*jump, context_.grid.times[window.first_node() + jump->column], *context_.largest_slope);
 }
 
-void WindowIteration::Report(Index number, Index k, double change, double residual, double log_bound) {
-  IterateReport report;
-  report.window = number;
-  report.iteration = k;
-  report.change = change;
-  report.lcp_residual = residual;
+void WindowIteration::Report(IterateReport report, double log_bound, const WindowModel& window, Index columns) {
   report.seconds = context_.Seconds();
   if (std::isfinite(log_bound)) report.log10_bound = log_bound / std::log(10.0);
-  context_.observer.OnIterate(report);
+  const auto times = std::span(context_.grid.times).subspan(static_cast<size_t>(window.first_node()));
+  context_.observer.OnIterate(report, {times.first(static_cast<size_t>(columns)), window.y.leftCols(columns)});
 }
 
 }  // namespace dlcs

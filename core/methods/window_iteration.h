@@ -61,7 +61,8 @@ class WindowIteration {
   Index max_iterations() const;
   Judgement Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index columns) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
-  void Report(Index number, Index k, double change, double residual, double log_bound);
+  // `columns` of the window's y are of this iterate.
+  void Report(IterateReport report, double log_bound, const WindowModel& window, Index columns);
 
   SolveContext& context_;
   const Problem& problem_;

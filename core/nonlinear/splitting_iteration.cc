@@ -185,7 +185,7 @@ class Iteration {
       report.window = window_, report.iteration = k;
       report.change = MaxAbs(row_change), report.lcp_residual = residual;
       report.seconds = context_.Seconds();
-      context_.observer.OnIterate(report);
+      context_.observer.OnIterate(report, {times, segment.y});
       result.converged = Converged(changes, context_.options.tolerance);
       if (result.converged) return result;
       if (!std::isfinite(changes.back()) || (!width_is_fixed() && Diverging(changes))) {

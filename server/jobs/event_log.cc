@@ -120,6 +120,17 @@ std::size_t EventLog::num_bytes() const {
   return bytes_;
 }
 
+std::shared_ptr<const EventDetail> EventLog::WantedDetail() const {
+  const std::lock_guard lock(mutex_);
+  return wanted_detail_;
+}
+
+void EventLog::GatherDetail() {
+  EventDetail wanted;
+  for (const EventWatch* watch : watches_) wanted = Union(wanted, watch->options_.detail);
+  if (wanted != *wanted_detail_) wanted_detail_ = std::make_shared<const EventDetail>(std::move(wanted));
+}
+
 Duration EventLog::TakeReady(std::vector<std::shared_ptr<const std::function<void()>>>& ready) {
   const Duration now = clock_.Elapsed();
   const std::lock_guard lock(mutex_);
@@ -236,11 +247,13 @@ EventWatch::EventWatch(std::shared_ptr<EventLog> log, const EventWatchOptions& o
       last_delivery_(log_->clock_.Elapsed()) {
   const std::lock_guard lock(log_->mutex_);
   log_->watches_.push_back(this);
+  log_->GatherDetail();
 }
 
 EventWatch::~EventWatch() {
   const std::lock_guard lock(log_->mutex_);
   std::erase(log_->watches_, this);
+  log_->GatherDetail();
 }
 
 EventWatch::Delivery EventWatch::Next() {

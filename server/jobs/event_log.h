@@ -17,6 +17,7 @@
 
 #include "server/jobs/clock.h"
 #include "server/jobs/event.h"
+#include "server/jobs/event_detail.h"
 
 namespace dlcs::jobs {
 
@@ -77,6 +78,9 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::size_t num_events() const;
   std::size_t num_bytes() const;
 
+  // What passing events are to carry for the watchers there are now. Never null.
+  std::shared_ptr<const EventDetail> WantedDetail() const;
+
   // For the waker: takes the callbacks of the watchers that can go on now into `ready`, and says when the next of the
   // others must be woken (max() when none is waiting).
   Duration TakeReady(std::vector<std::shared_ptr<const std::function<void()>>>& ready);
@@ -102,6 +106,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   bool NeedsWake();
   bool NeedsWakeForPassing();
   void WakeIf(bool needed);
+  void GatherDetail();
 
   const EventLogLimits limits_;
   const Clock& clock_;
@@ -121,6 +126,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   bool woken_ = false;                   // the waker was called and has not yet come
   Duration next_due_ = Duration::max();  // what TakeReady() said last
   std::vector<EventWatch*> watches_;
+  std::shared_ptr<const EventDetail> wanted_detail_ = std::make_shared<EventDetail>();
 };
 
 // Numbers that this watcher will not get.
@@ -139,6 +145,8 @@ struct EventWatchOptions {
   std::int64_t after = 0;  // begins above this number
   // Passing events are of no interest, and no gap stands for them.
   bool kept_only = false;
+  // What it wants passing events to carry. Those that were appended before it came may carry less, all may carry more.
+  EventDetail detail;
   // Passing events closer together than this are conflated: of each run the newest is delivered.
   Duration min_interval{0};
   // Quiet for so long, a heartbeat is delivered. Proxies cut streams that are silent for a minute.

@@ -61,6 +61,8 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   std::stop_token stop() const { return stop_source_.get_token(); }
   StopCause cause() const { return cause_; }
 
+  // What iterates are to carry for the watchers there are now. Never null.
+  std::shared_ptr<const EventDetail> WantedDetail() const { return log_->WantedDetail(); }
   // Of any kind but kState, kWindowAccepted and kSummary, which come about otherwise.
   void Emit(EventKind kind, std::string payload);
   void Accept(AcceptedWindow window);

@@ -47,7 +47,7 @@ Problem ReadSystem(const std::string& name) {
 // What the iterations tell.
 class History final : public Observer {
  public:
-  void OnIterate(const IterateReport& iterate) override { iterates.push_back(iterate); }
+  void OnIterate(const IterateReport& iterate, const IterateValues&) override { iterates.push_back(iterate); }
   std::vector<IterateReport> iterates;
 };
 

@@ -91,6 +91,22 @@ TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
   EXPECT_EQ(last["finished"]["summary"]["termination"], "CONVERGED");
 }
 
+TEST_F(JobCommandsTest, WatchAsksForTheFunctionOfIterates) {
+  const std::string job = Submit(kEasy, "--steps 100 --method laplace-iteration --window whole");
+  EXPECT_EQ(Dlcs("watch --format json --values sampled " + job).code, 0);
+  EXPECT_EQ(Dlcs("watch --format json --values full --components 0,0 " + job).code, 0);
+  const ProgramOutcome none = Dlcs("watch --format json --values full --components 0,3 " + job);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("y_components[1]: 3; must be between 0 and 0"));
+  const ProgramOutcome table = Dlcs("watch --values full " + job);
+  EXPECT_EQ(table.code, 2);
+  EXPECT_THAT(table.err, HasSubstr("--format json"));
+  EXPECT_EQ(Dlcs("watch --components 0 " + job).code, 2);
+  const ProgramOutcome unknown = Dlcs("watch --format json --values fall " + job);
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean full?"));
+}
+
 TEST_F(JobCommandsTest, CancelsListsAndForgets) {
   const std::string job = Submit(kEasy, "--steps 4000000 --method time-stepping");
   EXPECT_THAT(Dlcs("list").out, HasSubstr(job));

@@ -19,9 +19,15 @@ namespace {
 
 class Recording : public Observer {
  public:
-  void OnIterate(const IterateReport& report) override { iterates.push_back(report); }
+  void OnIterate(const IterateReport& report, const IterateValues& values) override {
+    iterates.push_back(report);
+    times.assign(values.times.begin(), values.times.end());
+    y = values.y;
+  }
   void OnWindowFinished(const WindowOutcome& outcome) override { windows.push_back(outcome); }
   std::vector<IterateReport> iterates;
+  std::vector<double> times;  // of the last iterate
+  Matrix y;
   std::vector<WindowOutcome> windows;
 };
 
@@ -224,10 +230,25 @@ TEST(LaplaceIterationTest, MarchesAStepThatDoesNotConverge) {
   EXPECT_LT(solution.certificate.node_residual, 1e-13);
 }
 
+TEST(LaplaceIterationTest, ShowsTheFunctionOfEachIterate) {
+  Recording whole;
+  const Solution one_window = Iterate(testing::FourVariableEasy(), 64, Options::kWholeHorizon, whole);
+  ASSERT_EQ(one_window.termination, Termination::kConverged);
+  EXPECT_EQ(whole.times, one_window.times);
+  EXPECT_TRUE((whole.y.array() == one_window.y.array()).all());
+
+  Recording last;
+  const Solution windows = Iterate(testing::FourVariableEasy(), 64, 16, last);
+  ASSERT_EQ(windows.termination, Termination::kConverged);
+  ASSERT_EQ(last.times.size(), 17u);
+  EXPECT_EQ(last.times.front(), windows.times[48]);
+  EXPECT_TRUE((last.y.array() == windows.y.rightCols(17).array()).all());
+}
+
 TEST(LaplaceIterationTest, StopsOnRequestBetweenIterates) {
   class StopAtFirst : public Observer {
    public:
-    void OnIterate(const IterateReport&) override { source.request_stop(); }
+    void OnIterate(const IterateReport&, const IterateValues&) override { source.request_stop(); }
     std::stop_source source;
   } observer;
   Options options;

@@ -225,7 +225,10 @@ TEST(PaperIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
 TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
   class Check : public Observer {
    public:
-    void OnIterate(const IterateReport& iterate) override {
+    void OnIterate(const IterateReport& iterate, const IterateValues& values) override {
+      EXPECT_EQ(values.y.cols(), static_cast<Index>(values.times.size()));
+      times.assign(values.times.begin(), values.times.end());
+      y = values.y;
       ASSERT_TRUE(iterate.log10_bound.has_value());
       if (iterate.change > 1e-13) {
         EXPECT_LE(std::log10(iterate.change), *iterate.log10_bound + 1e-9);
@@ -233,9 +236,13 @@ TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
       ++count;
     }
     int count = 0;
+    std::vector<double> times;  // of the last iterate
+    Matrix y;
   } check;
   const auto solution = Solve(testing::FourVariableEasy(), On(Method::kPaperIteration, 32), check, {});
   ASSERT_TRUE(solution.ok());
+  EXPECT_EQ(check.times, solution->times);
+  EXPECT_TRUE((check.y.array() == solution->y.array()).all());
   EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
   EXPECT_GT(check.count, 10);
 }

@@ -169,7 +169,7 @@ TEST(SolveNonlinear, AgreesWithRungeKuttaOnAnOscillatorWithAStop) {
 }
 
 struct Changes final : Observer {
-  void OnIterate(const IterateReport& report) override { changes.push_back(report.change); }
+  void OnIterate(const IterateReport& report, const IterateValues&) override { changes.push_back(report.change); }
   std::vector<double> changes;
 };
 

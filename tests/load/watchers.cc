@@ -37,7 +37,7 @@ using std::chrono::system_clock;
 // How fast a solve tells of itself.
 class Counter final : public Observer {
  public:
-  void OnIterate(const IterateReport&) override { ++iterates; }
+  void OnIterate(const IterateReport&, const IterateValues&) override { ++iterates; }
   void OnWindowFinished(const WindowOutcome&) override {
     last = steady_clock::now();
     if (windows++ == 0) first = last;

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -35,8 +36,9 @@ class JobServiceTest : public testing::ServiceTest {
     Start();
   }
 
-  void Start(milliseconds checkpoint_every = milliseconds(20)) {
+  void Start(milliseconds checkpoint_every = milliseconds(20), int threads = 0) {
     ServerConfig config;
+    config.threads = threads;
     config.store = folder_.File("jobs.db");
     config.checkpoint_ms = checkpoint_every.count();
     StartServer(config);
@@ -196,6 +198,59 @@ TEST_F(JobServiceTest, WatchingFromANumberGivesTheRest) {
   beyond.set_name(job.name());
   beyond.set_after_sequence(all.back().sequence() + 1'000'000);
   EXPECT_EQ(client_->Watch(beyond, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kOutOfRange);
+}
+
+TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
+  Start(milliseconds(20), 1);
+  // Waits for its turn until both watch.
+  const v1::SolveJob before = Submit(MarchingRequest(10'000'000));
+  v1::SolveRequest solve = SwitchingRequest(400);
+  solve.mutable_options()->set_window_steps(-1);  // the whole horizon
+  const v1::SolveJob job = Submit(solve);
+  std::atomic<int> watching = 0;
+  const auto last_iterate = [&](v1::WatchView view) {
+    v1::WatchSolveJobRequest request;
+    request.set_name(job.name());
+    request.set_view(view);
+    if (view == v1::WATCH_VIEW_FULL) request.add_y_components(0);
+    v1::Iterate last;
+    const absl::Status watched = client_->Watch(
+        request,
+        [&](const v1::JobEvent& event) {
+          if (event.has_state() && event.state() == v1::JOB_STATE_QUEUED && ++watching == 2) {
+            EXPECT_TRUE(client_->Cancel(before.name(), {}).ok());
+          }
+          if (event.has_iterate()) last = event.iterate();
+        },
+        {.deadline = seconds(60), .stop = {}});
+    EXPECT_TRUE(watched.ok()) << watched;
+    return last;
+  };
+  v1::Iterate full;
+  std::thread other([&] { full = last_iterate(v1::WATCH_VIEW_FULL); });
+  const v1::Iterate sampled = last_iterate(v1::WATCH_VIEW_SAMPLED);
+  other.join();
+  const testing::Trajectory trajectory = testing::ReadAll(*client_, job.name());
+  ASSERT_EQ(trajectory.times.size(), 401u);
+  EXPECT_THAT(full.times(), ::testing::ElementsAreArray(trajectory.times));
+  EXPECT_THAT(full.y(), ::testing::ElementsAreArray(trajectory.y));
+  EXPECT_THAT(full.y_components(), ::testing::ElementsAre(0));
+  ASSERT_EQ(sampled.times_size(), 65);
+  EXPECT_EQ(sampled.y_size(), 65);
+  EXPECT_EQ(sampled.times(64), trajectory.times.back());
+  EXPECT_EQ(sampled.y(64), trajectory.y.back());
+}
+
+TEST_F(JobServiceTest, RefusesToShowWhatIsNotThere) {
+  const v1::SolveJob job = Submit(SwitchingRequest(10));
+  Watch(job.name());
+  v1::WatchSolveJobRequest request;
+  request.set_name(job.name());
+  request.set_view(v1::WATCH_VIEW_FULL);
+  request.add_y_components(1);
+  const absl::Status status = client_->Watch(request, [](const v1::JobEvent&) {}, {});
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("y_components[0]: 1; must be between 0 and 0"));
 }
 
 TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {

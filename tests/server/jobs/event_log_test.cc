@@ -390,5 +390,22 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
   }
 }
 
+TEST_F(EventLogTest, WantsWhatItsWatchersWantBetweenThem) {
+  const auto log = MakeLog();
+  EXPECT_EQ(*log->WantedDetail(), EventDetail());
+  const auto plain = Watch(log);
+  EXPECT_EQ(*log->WantedDetail(), EventDetail());
+  auto coarse = Watch(log, {.detail = {.most_times = 5, .components = {0, 4}}});
+  auto fine = Watch(log, {.detail = {.most_times = 9, .components = {2, 4}}});
+  EXPECT_EQ(*log->WantedDetail(), (EventDetail{.most_times = 9, .components = {0, 2, 4}}));
+  auto all = Watch(log, {.detail = {.most_times = 3, .components = {}}});
+  EXPECT_EQ(*log->WantedDetail(), (EventDetail{.most_times = 9, .components = {}}));
+  fine.reset();
+  all.reset();
+  EXPECT_EQ(*log->WantedDetail(), (EventDetail{.most_times = 5, .components = {0, 4}}));
+  coarse.reset();
+  EXPECT_EQ(*log->WantedDetail(), EventDetail());
+}
+
 }  // namespace
 }  // namespace dlcs::jobs
