@@ -14,7 +14,7 @@ namespace dlcs::jobs {
 // Which values of a vector-valued function of time.
 struct EventDetail {
   std::size_t most_times = 0;   // spread over all times; 0: no values
-  std::vector<int> components;  // increasing; empty: all
+  std::vector<int> components = {};  // increasing; empty: all
 
   bool operator==(const EventDetail&) const = default;
 };

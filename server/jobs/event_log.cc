@@ -85,6 +85,23 @@ void EventLog::AdvanceArchive(std::int64_t through, bool closed) {
   WakeIf(wake);
 }
 
+void EventLog::AppendRelayed(Event event, std::int64_t kept_before) {
+  bool wake = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_ || event.sequence <= last_) return;
+    if (kept_before > archived_) RestartAfter(std::max(kept_before, last_));
+    last_ = event.sequence;
+    reserved_ = std::max(reserved_, last_);
+    forgotten_ = last_ - 1;  // those in between were not told
+    bytes_ += SizeOf(event);
+    passing_.push_back(std::move(event));
+    if (OverLimits()) Evict();
+    wake = NeedsWake();
+  }
+  WakeIf(wake);
+}
+
 void EventLog::Abandon() {
   const std::lock_guard lock(mutex_);
   closed_ = false;
@@ -123,6 +140,11 @@ std::size_t EventLog::num_bytes() const {
 std::shared_ptr<const EventDetail> EventLog::WantedDetail() const {
   const std::lock_guard lock(mutex_);
   return wanted_detail_;
+}
+
+bool EventLog::HasFullWatchers() const {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(watches_, [](const EventWatch* watch) { return !watch->options_.kept_only; });
 }
 
 void EventLog::GatherDetail() {

@@ -70,6 +70,9 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   // it. `closed` says that the last of them is the summary. Forgets what is in memory, so nobody may be appending.
   // Does nothing when this log has come as far itself.
   void AdvanceArchive(std::int64_t through, bool closed);
+  // A passing event of the server that runs the job, with the number that it has there; the kept events up to `kept_before` are
+  // in the store, and there are none between the two. Ignored unless it is newer than all others.
+  void AppendRelayed(Event event, std::int64_t kept_before);
   // Somebody else goes on with the job: forgets what no watcher can have seen.
   void Abandon();
 
@@ -80,6 +83,8 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
 
   // What passing events are to carry for the watchers there are now. Never null.
   std::shared_ptr<const EventDetail> WantedDetail() const;
+  // Whether there is a watcher now who wants passing events at all.
+  bool HasFullWatchers() const;
 
   // For the waker: takes the callbacks of the watchers that can go on now into `ready`, and says when the next of the
   // others must be woken (max() when none is waiting).
@@ -146,7 +151,7 @@ struct EventWatchOptions {
   // Passing events are of no interest, and no gap stands for them.
   bool kept_only = false;
   // What it wants passing events to carry. Those that were appended before it came may carry less, all may carry more.
-  EventDetail detail;
+  EventDetail detail = {};
   // Passing events closer together than this are conflated: of each run the newest is delivered.
   Duration min_interval{0};
   // Quiet for so long, a heartbeat is delivered. Proxies cut streams that are silent for a minute.

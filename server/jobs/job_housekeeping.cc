@@ -35,20 +35,22 @@ void JobManager::KeepHouse() {
   const Duration begin = clock_.Elapsed();
   Every poll(options_.poll, begin);
   Every renew(options_.lease / 4, begin);
+  Every ask(options_.ask, begin);
   Every probe(options_.probe, begin);
   Every expire(options_.expire_every, begin);
   Duration next_look = begin;
   std::unique_lock lock(mutex_);
   while (!ending_) {
-    Duration due = std::min({poll.next(), renew.next(), probe.next(), expire.next()});
+    Duration due = std::min({poll.next(), renew.next(), ask.next(), probe.next(), expire.next()});
     if (WantsLook()) due = std::min(due, next_look);
-    Duration pause = heard_of_.empty() ? due - clock_.Elapsed() : Duration::zero();
+    Duration pause = heard_of_.empty() && !asks_others_ ? due - clock_.Elapsed() : Duration::zero();
     if (const auto deadline = NextDeadline()) pause = std::min(pause, *deadline - clock_.Now());
     if (pause > Duration::zero()) house_.wait_for(lock, pause);
     if (ending_) return;
     const Duration now = clock_.Elapsed();
     const std::set<JobId> heard_of = std::exchange(heard_of_, {});
     const bool look = WantsLook() && now >= next_look;
+    const bool asks = std::exchange(asks_others_, false);
     if (look) {
       next_look = now + kBetweenLooks;
       heard_of_work_ = heard_something_ = false;
@@ -62,6 +64,7 @@ void JobManager::KeepHouse() {
       TakeUpJobs();
       FollowOthers();
     }
+    if (ask.Due(now) || asks) AskOthers();
     // Nobody waits for the answers of these: Healthy() tells.
     if (probe.Due(now)) store_.Probe().IgnoreError();
     if (expire.Due(now)) store_.Expire(options_.expiry).status().IgnoreError();
@@ -102,6 +105,7 @@ void JobManager::FollowOthers() {
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(logs_, [](const auto& entry) { return entry.second.expired(); });
+    std::erase_if(watched_elsewhere_, [now = clock_.Elapsed()](const auto& entry) { return entry.second.until <= now; });
     for (const auto& [id, weak] : logs_) {
       const auto log = weak.lock();
       if (log != nullptr && !log->closed() && !active_.contains(id)) others.push_back(id);
@@ -127,6 +131,19 @@ void JobManager::FollowOther(const JobId& id) {
   }
 }
 
+void JobManager::AskOthers() {
+  std::vector<JobChange> questions;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, weak] : logs_) {
+      const auto log = weak.lock();
+      if (log == nullptr || log->closed() || active_.contains(id) || !log->HasFullWatchers()) continue;
+      questions.push_back({.what = JobChange::What::kWatched, .job = id, .detail = *log->WantedDetail()});
+    }
+  }
+  for (const JobChange& question : questions) store_.Tell(question);
+}
+
 void JobManager::Hear(const JobChange& change) {
   {
     const std::lock_guard lock(mutex_);
@@ -148,6 +165,17 @@ void JobManager::Hear(const JobChange& change) {
       case JobChange::What::kUnknown:
         heard_something_ = true;
         break;
+      case JobChange::What::kWatched:
+        if (!options_.runs_jobs) return;
+        // Perhaps it begins here in a moment.
+        watched_elsewhere_[change.job] = {clock_.Elapsed() + EventRelay::kFor, change.detail};
+        if (is_ours && active->second.run) relay_.Want(change.job, active->second.run->log(), change.detail);
+        return;
+      case JobChange::What::kPassing:
+        if (const auto log = logs_.find(change.job); !is_ours && log != logs_.end()) {
+          if (const auto live = log->second.lock()) live->AppendRelayed(change.event, change.kept_before);
+        }
+        return;
     }
   }
   house_.notify_one();

@@ -33,6 +33,7 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
       clock_(clock),
       dispatcher_(clock),
       writer_(store),
+      relay_(store, clock),
       scheduler_(options_.limits, clock) {
   TakeUpJobs();
   threads_.emplace_back([this] { KeepHouse(); });
@@ -145,7 +146,13 @@ absl::StatusOr<std::unique_ptr<JobWatch>> JobManager::Watch(const std::optional<
   if (options.after < 0 || options.after > job->sequence) {
     return absl::OutOfRangeError(fmt::format("No event of this job has the number {}.", options.after));
   }
-  return std::make_unique<JobWatch>(store_, id, LogOf(*job), options, std::move(ready));
+  auto watch = std::make_unique<JobWatch>(store_, id, LogOf(*job), options, std::move(ready));
+  if (!options.kept_only && !IsFinal(job->state)) {
+    const std::lock_guard lock(mutex_);
+    asks_others_ = asks_others_ || !active_.contains(id);
+    if (asks_others_) house_.notify_one();
+  }
+  return watch;
 }
 
 std::shared_ptr<EventLog> JobManager::LogOf(const Job& job) {
@@ -237,6 +244,9 @@ std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
   active.run = run;
   if (active.cancelled || job.state == JobState::kCancelling) run->Stop(StopCause::kCancelled);
   if (draining_) run->Stop(StopCause::kDrain);
+  if (const auto audience = watched_elsewhere_.find(start.id); audience != watched_elsewhere_.end()) {
+    relay_.Want(start.id, log, audience->second.detail);
+  }
   return run;
 }
 

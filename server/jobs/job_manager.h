@@ -21,6 +21,7 @@
 #include "server/jobs/checkpoint_writer.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/event_log.h"
+#include "server/jobs/event_relay.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/job_store.h"
@@ -65,6 +66,7 @@ struct JobManagerOptions {
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
   Duration poll = std::chrono::seconds(1);    // how soon what other servers did is seen where the store does not tell
   Duration probe = std::chrono::seconds(5);   // how soon a store that broke, or came back, is noticed
+  Duration ask = std::chrono::seconds(5);     // how often others are asked to tell what passes in jobs that are watched here
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
   // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a
@@ -117,6 +119,12 @@ class JobManager {
     bool cancelled = false;       // meanwhile
   };
 
+  // What was heard of a job that others watch.
+  struct Audience {
+    Duration until;
+    EventDetail detail;
+  };
+
   void Work();
   void RunJob(const Scheduler::Start& start);
   // Null when somebody else has it, or the store does not answer.
@@ -130,6 +138,8 @@ class JobManager {
   void TakeUpJobs();
   void FollowOthers();
   void FollowOther(const JobId& id);
+  // Asks who runs the jobs that are watched here to tell what is not in the store.
+  void AskOthers();
   void RenewLeases();
   void RenewLease(JobRun& run);
   // From the store's thread: makes the housekeeper look now at what it would look at later.
@@ -153,6 +163,7 @@ class JobManager {
   const Clock& clock_;
   WatchDispatcher dispatcher_;
   CheckpointWriter writer_;
+  EventRelay relay_;
 
   mutable std::mutex mutex_;
   std::condition_variable work_;   // something may start, or the end
@@ -165,6 +176,8 @@ class JobManager {
   std::set<JobId> heard_of_;
   bool heard_of_work_ = false;
   bool heard_something_ = false;
+  std::map<JobId, Audience> watched_elsewhere_;
+  bool asks_others_ = false;  // somebody began to watch a job that does not run here
   std::atomic<bool> leases_released_ = false;
   bool draining_ = false;
   bool abandoning_ = false;  // the store is not waited for any more

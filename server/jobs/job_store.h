@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/event.h"
+#include "server/jobs/event_detail.h"
 #include "server/jobs/job.h"
 
 namespace dlcs::jobs {
@@ -78,13 +79,20 @@ struct Expiry {
 // What a server may hear of the jobs of others as it happens.
 struct JobChange {
   enum class What {
+    // Told by the store itself:
     kClaimable,   // the job was created, or given back
     kEvents,      // it has further kept events
     kCancelling,  // it was asked to stop while it was running
     kUnknown,     // of any jobs, anything
+    // By servers (JobStore::Tell):
+    kWatched,  // somebody watches it where it does not run, and wants `detail`
+    kPassing,  // `event`, which is not in the store; the last kept event before it has the number `kept_before`, or a lower one
   };
   What what = What::kUnknown;
-  JobId job;  // empty for kUnknown
+  JobId job = {};  // empty for kUnknown
+  EventDetail detail = {};
+  Event event = {};
+  std::int64_t kept_before = 0;
 };
 
 // What all functions share:
@@ -154,6 +162,9 @@ class JobStore {
   // be held up. An empty function ends that; when it returns no call is under way. Nothing is promised: what was not heard
   // of is found by looking. Stores that cannot tell never do.
   virtual void Listen(std::function<void(const JobChange& change)> heard) { static_cast<void>(heard); }
+
+  // Lets those who listen hear of `change`: kWatched, kPassing. Nothing is promised, and nothing is kept. Blocks as the others do.
+  virtual void Tell(const JobChange& change) { static_cast<void>(change); }
 
   // What the last function that touched the disk found.
   virtual bool Healthy() const = 0;

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "server/jobs/job_rules.h"
+#include "server/jobs/postgres_notice.h"
+#include "server/jobs/postgres_schema.h"
 
 namespace dlcs::jobs {
 
@@ -132,6 +134,17 @@ absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
 void PostgresJobStore::Listen(std::function<void(const JobChange&)> heard) {
   listener_.reset();
   if (heard) listener_ = std::make_unique<PostgresListener>(database_, std::move(heard));
+}
+
+void PostgresJobStore::Tell(const JobChange& change) {
+  const std::vector<std::string> notices = NoticesOf(change);
+  const absl::Status told = database_.Write([&](PostgresConnection& connection) {
+    for (const std::string& notice : notices) {
+      connection.Run("SELECT pg_notify($1, $2)", std::string(kPostgresChannel), notice);
+    }
+    return absl::OkStatus();
+  });
+  told.IgnoreError();  // healthy() tells
 }
 
 absl::Status PostgresJobStore::Probe() {

@@ -35,6 +35,7 @@ class PostgresJobStore final : public RuledStore<PostgresDatabase, PostgresJobTa
                                            const std::string& page_token) override;
 
   void Listen(std::function<void(const JobChange&)> heard) override;
+  void Tell(const JobChange& change) override;
   absl::Status Probe() override;
 
  private:

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/jobs/postgres_notice.h"
 #include "server/jobs/postgres_schema.h"
 
 namespace dlcs::jobs {
@@ -20,22 +21,6 @@ using std::chrono::milliseconds;
 constexpr milliseconds kAgain{1000};  // after a connection that failed
 constexpr milliseconds kForever{-1};
 constexpr int kNoSocket = -1;
-
-std::optional<JobChange> ReadPayload(const std::string& payload) {
-  if (payload.empty()) return std::nullopt;
-  const JobId id = payload.substr(1);
-  if (!IsJobId(id)) return std::nullopt;
-  switch (payload.front()) {
-    case kPostgresQueued:
-      return JobChange{JobChange::What::kClaimable, id};
-    case kPostgresEvents:
-      return JobChange{JobChange::What::kEvents, id};
-    case kPostgresCancelling:
-      return JobChange{JobChange::What::kCancelling, id};
-    default:
-      return std::nullopt;  // of a newer program
-  }
-}
 
 }  // namespace
 
@@ -63,11 +48,12 @@ void PostgresListener::Work(const std::stop_token& stop) {
     try {
       const std::unique_ptr<PostgresConnection> connection = database_.Connect();
       connection->Run(std::string("LISTEN ") + kPostgresChannel);
-      heard_({JobChange::What::kUnknown, ""});
+      heard_(JobChange());
+      NoticeReader reader;
       while (!stop.stop_requested()) {
         Sleep(connection->socket(), kForever);
         for (const std::string& payload : connection->TakeNotifications()) {
-          if (const std::optional<JobChange> change = ReadPayload(payload)) heard_(*change);
+          if (const std::optional<JobChange> change = reader.Read(payload)) heard_(*change);
         }
       }
     } catch (const PostgresError&) {

@@ -407,5 +407,48 @@ TEST_F(EventLogTest, WantsWhatItsWatchersWantBetweenThem) {
   EXPECT_EQ(*log->WantedDetail(), EventDetail());
 }
 
+// Another server runs the job, and has told of some of what passes there.
+TEST_F(EventLogTest, TakesWhatAnotherServerTells) {
+  const auto passing = [this](std::int64_t sequence, const std::string& payload) {
+    return Event{.sequence = sequence,
+                 .time = clock_.Now(),
+                 .kind = EventKind::kIterate,
+                 .payload = std::make_shared<const std::string>(payload)};
+  };
+  Archive(1, EventKind::kState, "queued");
+  const auto log = MakeLog({}, 1);
+  const auto watch = Watch(log);
+  EXPECT_THAT(Read(*watch), ElementsAre("1:queued"));
+  // Ahead of the news that there are further kept events.
+  Archive(2, EventKind::kState, "running");
+  Archive(3, EventKind::kAnalysis, "analysis");
+  log->AppendRelayed(passing(5, "five"), 3);
+  EXPECT_THAT(Read(*watch), ElementsAre("2:running", "3:analysis", "[4-4 not retained]", "5:five"));
+  log->AdvanceArchive(3, false);  // late
+  log->AppendRelayed(passing(5, "again"), 3);
+  log->AppendRelayed(passing(4, "older"), 3);
+  EXPECT_THAT(Read(*watch), ElementsAre());
+  log->AppendRelayed(passing(9, "nine"), 3);
+  log->AppendRelayed(passing(10, "ten"), 3);
+  EXPECT_THAT(Read(*watch), ElementsAre("[6-8 not retained]", "9:nine", "10:ten"));
+  Archive(12, EventKind::kSummary, "the end");
+  log->AppendRelayed(passing(11, "eleven"), 3);
+  log->AdvanceArchive(12, true);
+  EXPECT_THAT(Read(*watch), ElementsAre("[11-11 not retained]", "12:the end", "end"));
+  log->AppendRelayed(passing(13, "of a server that does not know"), 12);
+  EXPECT_EQ(log->last_sequence(), 12);
+}
+
+TEST_F(EventLogTest, KnowsWhetherAnybodyWantsWhatPasses) {
+  const auto log = MakeLog();
+  EXPECT_FALSE(log->HasFullWatchers());
+  const auto kept_only = Watch(log, {.kept_only = true});
+  EXPECT_FALSE(log->HasFullWatchers());
+  auto all = Watch(log);
+  EXPECT_TRUE(log->HasFullWatchers());
+  all.reset();
+  EXPECT_FALSE(log->HasFullWatchers());
+}
+
 }  // namespace
 }  // namespace dlcs::jobs

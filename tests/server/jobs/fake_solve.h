@@ -51,7 +51,11 @@ inline JobEnd FakeSolve(JobRun& run) {
   for (std::int64_t k = run.num_accepted(); k < windows || run.body() == "wait"; ++k) {
     for (std::int64_t i = 0; i < iterates || run.body() == "wait"; ++i) {
       if (run.stop().stop_requested()) return {absl::CancelledError(), "stopped in window " + std::to_string(k)};
-      run.Emit(EventKind::kIterate, "iterate " + std::to_string(i));
+      std::string iterate = "iterate " + std::to_string(i);
+      if (const std::size_t times = run.WantedDetail()->most_times; times > 0) {
+        iterate += ", " + std::to_string(times) + " values";
+      }
+      run.Emit(EventKind::kIterate, std::move(iterate));
       std::this_thread::sleep_for(std::chrono::microseconds(run.body() == "wait" ? 500 : pause_us));
     }
     state = NextState(state, k);

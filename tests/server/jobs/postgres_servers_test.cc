@@ -73,10 +73,28 @@ TEST_F(PostgresServersTest, AFrontTakesWhatAWorkerRuns) {
   JobFollower follower(front->manager, id);
   follower.Read();
   EXPECT_TRUE(follower.ended);
-  EXPECT_EQ(follower.iterates, 0) << "those stay where they are made";
   EXPECT_THAT(follower.kept,
               ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "window 1", "window 2", "SUCCEEDED", "solved"));
   EXPECT_EQ(Trajectory(front->store, id), Trajectory(3));
+}
+
+// What is not in the store reaches those who watch elsewhere all the same, with the detail that they want.
+TEST_F(PostgresServersTest, AFrontTellsWhatPassesAtTheWorker) {
+  const auto front = StartFront();
+  const JobId id = Submit(*front, "wait");
+  JobFollower early(front->manager, id, {.detail = {.most_times = 65, .components = {}}});
+  early.Read([](const Event& event) { return *event.payload == "QUEUED"; });
+  const auto worker = Start(Named("worker"));
+  int detailed = 0;
+  early.Read([&](const Event& event) { return (detailed += event.payload->ends_with(", 65 values")) == 3; });
+  JobFollower late(front->manager, id);
+  late.Read([](const Event& event) { return event.kind == EventKind::kIterate; });
+  ASSERT_TRUE(front->manager.Cancel("ada", id).ok());
+  early.Read();
+  late.Read();
+  const auto kept = ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", ::testing::_);
+  EXPECT_THAT(early.kept, kept);
+  EXPECT_THAT(late.kept, kept);
 }
 
 TEST_F(PostgresServersTest, AFrontAloneTakesJobsAndRunsNone) {

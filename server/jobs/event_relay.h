@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// What passes in the jobs that run here, told to the servers where somebody watches them.
+
+#ifndef DLCS_SERVER_JOBS_EVENT_RELAY_H_
+#define DLCS_SERVER_JOBS_EVENT_RELAY_H_
+
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "server/jobs/clock.h"
+#include "server/jobs/event_log.h"
+#include "server/jobs/job_store.h"
+
+namespace dlcs::jobs {
+
+// Another watcher of the log, which hands on what is not in the store: at most kInterval apart, for kFor after somebody
+// asked last. What cannot be told is left out: a gap will stand for it.
+class EventRelay {
+ public:
+  static constexpr Duration kInterval = std::chrono::milliseconds(100);
+  static constexpr Duration kFor = std::chrono::seconds(15);
+
+  // Both must outlive it, and so must the wakers of all logs.
+  EventRelay(JobStore& store, const Clock& clock);
+  ~EventRelay();
+
+  // Somebody watches the job `id` of `log` elsewhere, and wants `detail`. Does not block.
+  void Want(const JobId& id, std::shared_ptr<EventLog> log, const EventDetail& detail);
+
+ private:
+  struct Wanted {
+    JobId id;
+    std::shared_ptr<EventLog> log;
+    EventDetail detail;
+  };
+  // Of the thread alone.
+  struct Relayed {
+    std::unique_ptr<EventWatch> watch;
+    EventDetail detail;
+    std::int64_t kept = 0;  // the last kept event that the watch has passed, or a number above it
+    Duration until;
+  };
+  // Outlives the relay where a callback is under way.
+  struct Bell {
+    std::mutex mutex;
+    std::condition_variable rung;
+    bool rings = false;
+    bool ending = false;
+    std::vector<Wanted> wanted;
+  };
+
+  void Work();
+  void Begin(Wanted wanted);
+  // Whether there may be more to tell later.
+  bool PassOn(const JobId& id, Relayed& relayed);
+
+  JobStore& store_;
+  const Clock& clock_;
+  const std::shared_ptr<Bell> bell_ = std::make_shared<Bell>();
+  std::map<JobId, Relayed> relayed_;
+  std::thread thread_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_JOBS_EVENT_RELAY_H_
