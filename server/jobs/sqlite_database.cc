@@ -83,6 +83,84 @@ SqliteDatabase::~SqliteDatabase() {
   }
 }
 
+absl::Status SqliteDatabase::Join(Part& part) {
+  {
+    std::unique_lock lock(group_mutex_);
+    waiting_.push_back(&part);
+    group_changed_.wait(lock, [&] { return part.done || !writing_; });
+    if (!part.done) {
+      writing_ = true;
+      const std::vector<Part*> group = std::exchange(waiting_, {});
+      lock.unlock();
+      WriteGroup(group);
+      lock.lock();
+      writing_ = false;
+      for (Part* const written : group) written->done = true;
+      group_changed_.notify_all();
+    }
+  }
+  if (part.thrown) std::rethrow_exception(part.thrown);
+  return part.status;
+}
+
+void SqliteDatabase::WriteGroup(const std::vector<Part*>& parts) {
+  const std::lock_guard lock(writer_mutex_);
+  if (TryTogether(parts)) return;
+  for (Part* const part : parts) {
+    part->status = absl::OkStatus();
+    part->thrown = nullptr;
+    TryTogether({part});
+  }
+}
+
+bool SqliteDatabase::TryTogether(const std::vector<Part*>& parts) {
+  bool in_part = false;
+  try {
+    WriteTogether(parts, in_part);
+  } catch (const SqliteError& error) {
+    const absl::Status status = Failed(error, writer_);
+    for (Part* const part : parts) part->status = status;
+    // That nothing was committed is known where the error came before the commit, and of a disk that has no room for it.
+    const bool is_undone = in_part || (error.code() & 0xff) == SQLITE_FULL;
+    return parts.size() == 1 || !is_undone;
+  } catch (...) {
+    for (Part* const part : parts) part->thrown = std::current_exception();
+  }
+  return true;
+}
+
+void SqliteDatabase::WriteTogether(const std::vector<Part*>& parts, bool& in_part) {
+  in_part = false;
+  if (const absl::Status status = OpenWriter(); !status.ok()) {
+    for (Part* const part : parts) part->status = status;
+    return;
+  }
+  const bool alone = parts.size() == 1;
+  SqliteTransaction transaction(*writer_);
+  bool anything = false;
+  for (Part* const part : parts) {
+    in_part = true;
+    if (!alone) writer_->Run("SAVEPOINT part");
+    bool keep = false;
+    try {
+      keep = part->write(*writer_);
+    } catch (const SqliteError&) {
+      throw;
+    } catch (...) {
+      part->thrown = std::current_exception();
+    }
+    anything = anything || keep;
+    if (!keep && !alone) writer_->Run("ROLLBACK TO part");
+    if (!alone) writer_->Run("RELEASE part");
+    in_part = false;
+  }
+  if (!anything) return;
+  transaction.Commit();
+  // A commit into a deleted file is no commit.
+  CheckInPlace(*writer_);
+  healthy_ = true;
+}
+
 absl::Status SqliteDatabase::OpenWriter() {
   if (writer_ != nullptr) {
     CheckInPlace(*writer_);
