@@ -74,6 +74,10 @@ JobService::JobService(const ServerConfig& config, const Access& access, Metrics
 absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::CreateSolveJobRequest request,
                                                 const std::string& trace_id) {
   if (absl::Status status = Check(request); !status.ok()) return status;
+  // A request that may have been taken already is looked for first.
+  if (request.request_id().empty() && !request.validate_only()) {
+    if (absl::Status full = manager_.CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
+  }
   jobs::Submission submission;
   submission.owner = caller.user;
   submission.request_id = request.request_id();

@@ -76,12 +76,21 @@ absl::StatusOr<Demand> JobManager::Check(const Submission& submission) const {
   return demand;
 }
 
+absl::Status JobManager::CheckPlaces(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  if (draining_) return Draining();
+  const std::optional<Refusal> refusal = scheduler_.RefuseForPlaces(owner);
+  return refusal.has_value() ? ToStatus(*refusal) : absl::OkStatus();
+}
+
 absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submission) {
   // First of all, so that what was taken is found again when there is no room for more.
   absl::StatusOr<std::optional<Job>> earlier =
       store_.FindRequest(submission.owner, submission.request_id, submission.body_hash);
   if (!earlier.ok()) return earlier.status();
   if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
+  // To predict takes longer than to refuse.
+  if (absl::Status full = CheckPlaces(submission.owner); !full.ok()) return full;
 
   const absl::StatusOr<Demand> demand = cost_(submission);
   if (!demand.ok()) return demand.status();

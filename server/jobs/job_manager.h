@@ -86,6 +86,10 @@ class JobManager {
 
   // What Submit() would say of a new job, and what it is predicted to need; takes nothing.
   absl::StatusOr<Demand> Check(const Submission& submission) const;
+  // What Submit() would say at once to a new job of `owner`, whatever it is: that there is no place for it (RESOURCE_EXHAUSTED
+  // with RefusalOf()), or UNAVAILABLE while draining. Costs nothing, and so refuses what need not even be read. Does not
+  // block.
+  absl::Status CheckPlaces(const std::string& owner) const;
   // OK: the job is in the store. Errors: of `cost`; RESOURCE_EXHAUSTED with RefusalOf(); ALREADY_EXISTS; UNAVAILABLE
   // while draining.
   absl::StatusOr<JobStore::Created> Submit(const Submission& submission);

@@ -46,21 +46,10 @@ void Scheduler::Restore(const Request& request) {
   Add(std::move(capped));
 }
 
-std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
-  const Demand& demand = request.demand;
-  if (demand.memory_bytes > std::min(limits_.max_job_memory_bytes, limits_.max_running_memory_bytes)) {
-    return Refusal{"max_job_memory_bytes",
-                   static_cast<double>(std::min(limits_.max_job_memory_bytes, limits_.max_running_memory_bytes)),
-                   static_cast<double>(demand.memory_bytes), std::nullopt};
-  }
-  if (demand.core_seconds > limits_.max_job_core_seconds) {
-    return Refusal{"max_job_core_seconds", limits_.max_job_core_seconds, demand.core_seconds, std::nullopt};
-  }
-  if (std::optional<Refusal> refusal = RefuseForDeadline(request)) return refusal;
-
-  const auto owner = owners_.find(request.owner);
-  const auto kept = std::count_if(reserved_.begin(), reserved_.end(),
-                                  [&](const auto& entry) { return entry.second.owner == request.owner; });
+std::optional<Refusal> Scheduler::RefuseForPlaces(const std::string& name) const {
+  const auto owner = owners_.find(name);
+  const auto kept =
+      std::count_if(reserved_.begin(), reserved_.end(), [&](const auto& entry) { return entry.second.owner == name; });
   const auto of_owner =
       static_cast<double>(kept) + (owner == owners_.end() ? 0.0 : static_cast<double>(owner->second.queue.size()));
   // When one place is free again: after a job of average size.
@@ -74,6 +63,22 @@ std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
     return Refusal{"max_queued_jobs", static_cast<double>(limits_.max_queued_jobs), queued() + 1.0,
                    after_one(queued())};
   }
+  return std::nullopt;
+}
+
+std::optional<Refusal> Scheduler::Refuse(const Request& request) const {
+  const Demand& demand = request.demand;
+  if (demand.memory_bytes > std::min(limits_.max_job_memory_bytes, limits_.max_running_memory_bytes)) {
+    return Refusal{"max_job_memory_bytes",
+                   static_cast<double>(std::min(limits_.max_job_memory_bytes, limits_.max_running_memory_bytes)),
+                   static_cast<double>(demand.memory_bytes), std::nullopt};
+  }
+  if (demand.core_seconds > limits_.max_job_core_seconds) {
+    return Refusal{"max_job_core_seconds", limits_.max_job_core_seconds, demand.core_seconds, std::nullopt};
+  }
+  if (std::optional<Refusal> refusal = RefuseForDeadline(request)) return refusal;
+
+  if (std::optional<Refusal> refusal = RefuseForPlaces(request.owner)) return refusal;
   const double total = queued_core_seconds_ + demand.core_seconds;
   if (total > limits_.max_queued_core_seconds && queued() > 0) {
     return Refusal{"max_queued_core_seconds", limits_.max_queued_core_seconds, total,

@@ -63,6 +63,9 @@ class Scheduler {
   // `clock` must outlive it.
   Scheduler(const SchedulerLimits& limits, const Clock& clock) : limits_(limits), clock_(clock) {}
 
+  // Whether there is no place in the queue for a further job of `owner`, whatever it needs: cheap, to be asked before anything
+  // is found out about it.
+  std::optional<Refusal> RefuseForPlaces(const std::string& owner) const;
   // Which limit speaks against the job now; nothing where it would be taken.
   std::optional<Refusal> Refuse(const Request& request) const;
   // Keeps a place in the queue for a job that is still to be stored, or says which limit speaks against it. The place

@@ -230,6 +230,20 @@ TEST_F(JobManagerTest, TheGracePeriodLetsJobsEnd) {
   EXPECT_EQ(StateOf(id), JobState::kSucceeded);
 }
 
+TEST_F(JobManagerTest, WhatIsNotReadIsRefusedAsWhatIs) {
+  JobManagerOptions options = Fast("one", 1);
+  options.limits.max_queued_jobs = 1;
+  const auto manager = Start(options);
+  EXPECT_TRUE(manager->CheckPlaces("ada").ok());
+  const JobId running = Submit(*manager, "wait");
+  JobFollower(*manager, running).Read([](const Event& event) { return *event.payload == "RUNNING"; });
+  Submit(*manager, "wait");
+  EXPECT_EQ(RefusalOf(manager->CheckPlaces("ada"))->limit, "max_queued_jobs");
+  EXPECT_EQ(RefusalOf(manager->Submit(Ask("nonsense")).status())->limit, "max_queued_jobs");
+  manager->Drain(Duration(0));
+  EXPECT_EQ(manager->CheckPlaces("ada").code(), absl::StatusCode::kUnavailable);
+}
+
 TEST_F(JobManagerTest, AStoreThatFailsForAWhileHoldsUpNothingButWhatWatchersSee) {
   const auto manager = Start();
   const JobId id = Submit(*manager, "30 5 1000");

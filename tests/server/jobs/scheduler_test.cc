@@ -219,6 +219,18 @@ TEST_F(SchedulerTest, AnothersLongQueueDoesNotCountForALightUsersDeadline) {
   EXPECT_EQ(scheduler.Enqueue(heavy)->limit, "deadline");
 }
 
+TEST_F(SchedulerTest, TellsThatThereIsNoPlaceWithoutKnowingTheJob) {
+  Scheduler scheduler({.cores = 1, .max_queued_jobs = 3, .max_queued_jobs_per_user = 2}, clock_);
+  EXPECT_FALSE(scheduler.RefuseForPlaces("ada").has_value());
+  EXPECT_FALSE(scheduler.Enqueue(Job("ada", "1")).has_value());
+  EXPECT_FALSE(scheduler.Reserve(Job("ada", "2")).has_value());
+  EXPECT_EQ(scheduler.RefuseForPlaces("ada")->limit, "max_queued_jobs_per_user");
+  EXPECT_TRUE(scheduler.RefuseForPlaces("ada")->retry_after.has_value());
+  EXPECT_FALSE(scheduler.RefuseForPlaces("bob").has_value());
+  EXPECT_FALSE(scheduler.Enqueue(Job("bob", "1")).has_value());
+  EXPECT_EQ(scheduler.RefuseForPlaces("bob")->limit, "max_queued_jobs");
+}
+
 TEST_F(SchedulerTest, TakesOutWhatHasBecomeHopeless) {
   Scheduler scheduler({.cores = 1}, clock_);
   Scheduler::Request request = Job("ada", "1", 10);
