@@ -52,6 +52,7 @@ jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config) {
   limits.max_queued_jobs_per_user = config.max_queued_jobs_per_user;
   limits.max_queued_core_seconds = config.max_queued_core_seconds;
   limits.cores_kept_for_small = std::min(1, config.threads - 1);
+  limits.cores_lent_to_small = std::max(1, config.threads / 4);
   options.max_attempts = config.max_job_attempts;
   options.expiry.max_age = FromSeconds(config.keep_finished_s);
   options.expiry.max_finished_bytes = config.keep_finished_bytes;

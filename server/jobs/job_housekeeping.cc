@@ -182,7 +182,7 @@ void JobManager::Hear(const JobChange& change) {
 }
 
 bool JobManager::WantsLook() const {
-  return heard_something_ || (heard_of_work_ && active_.size() < static_cast<std::size_t>(options_.limits.cores));
+  return heard_something_ || (heard_of_work_ && scheduler_.has_free_cores());
 }
 
 void JobManager::LookAt(const JobId& id) {

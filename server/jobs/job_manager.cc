@@ -37,8 +37,10 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
       scheduler_(options_.limits, clock) {
   TakeUpJobs();
   threads_.emplace_back([this] { KeepHouse(); });
-  const int cores = options_.runs_jobs ? options_.limits.cores : 0;
-  for (int k = 0; k < cores; ++k) threads_.emplace_back([this] { Work(); });
+  // While a job waits for the store at its end, its cores work for the next.
+  const SchedulerLimits& limits = options_.limits;
+  const int threads = options_.runs_jobs ? 2 * limits.cores + limits.cores_lent_to_small : 0;
+  for (int k = 0; k < threads; ++k) threads_.emplace_back([this] { Work(); });
   store_.Listen([this](const JobChange& change) { Hear(change); });
 }
 
@@ -212,6 +214,7 @@ void JobManager::Work() {
     if (!draining_ && leases_released_) start = scheduler_.StartNext();
     if (start.has_value()) {
       active_[start->id] = {};
+      work_.notify_one();  // there may be room for another
       lock.unlock();
       RunJob(*start);
       lock.lock();
@@ -229,13 +232,22 @@ void JobManager::Work() {
 
 void JobManager::RunJob(const Scheduler::Start& start) {
   const Duration began = clock_.Elapsed();
+  const auto core_seconds = [&] {
+    return std::chrono::duration<double>(clock_.Elapsed() - began).count() * start.threads;
+  };
   if (const std::shared_ptr<JobRun> run = Begin(start)) {
     house_.notify_one();  // it may have a deadline
-    End(*run, Solve(*run));
+    const JobEnd end = Solve(*run);
+    {
+      const std::lock_guard lock(mutex_);
+      scheduler_.GiveBackCores(start.id, core_seconds());
+      if (heard_of_work_) house_.notify_one();
+    }
+    work_.notify_one();
+    End(*run, end);
   }
-  const std::chrono::duration<double> took = clock_.Elapsed() - began;
   const std::lock_guard lock(mutex_);
-  scheduler_.Finished(start.id, took.count() * start.threads);
+  scheduler_.Finished(start.id, core_seconds());
 }
 
 std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {

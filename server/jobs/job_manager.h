@@ -78,8 +78,9 @@ struct JobManagerOptions {
 // call them from a reaction. `owner` as in JobStore.
 class JobManager {
  public:
-  // Takes up at once the jobs that an earlier life of this worker left, and starts limits.cores threads that run jobs
-  // (options.runs_jobs). All references must outlive it. `solve` is called from those threads; it may throw.
+  // Takes up at once the jobs that an earlier life of this worker left, and starts threads that run jobs, as many as
+  // limits.cores and those lent and some whose jobs wait for the store at their end (options.runs_jobs). All references must
+  // outlive it. `solve` is called from those threads; it may throw.
   JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve, const Clock& clock);
   // Drain(0).
   ~JobManager();

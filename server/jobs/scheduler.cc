@@ -105,9 +105,7 @@ void Scheduler::Add(Request request) {
   queued_core_seconds_ += request.demand.core_seconds;
   if (request.deadline.has_value()) latest_starts_.emplace(LatestStart(request), request.id);
   Owner& owner = owners_[request.owner];
-  if (owner.queue.empty()) {
-    owner.deficit = std::min(owner.deficit + given_ - owner.idle_since, limits_.max_saved_core_seconds);
-  }
+  if (owner.queue.empty()) owner.deficit = Savings(owner);
   owner.queued_core_seconds += request.demand.core_seconds;
   owner.queue[key] = {.request = std::move(request), .passed_over_since = std::nullopt};
 }
@@ -143,12 +141,45 @@ std::vector<JobId> Scheduler::QueuedIds() const {
   return ids;
 }
 
+bool Scheduler::FitsMemory(const Demand& demand) const {
+  return running_.empty() || busy_memory_bytes_ + demand.memory_bytes <= limits_.max_running_memory_bytes;
+}
+
 bool Scheduler::Fits(const Demand& demand) const {
-  if (busy_cores_ + demand.threads > limits_.cores) return false;
-  if (busy_memory_bytes_ + demand.memory_bytes > limits_.max_running_memory_bytes && !running_.empty()) return false;
+  if (busy_cores_ + demand.threads > limits_.cores || !FitsMemory(demand)) return false;
   if (!IsLarge(demand)) return true;
   const int cores_for_large = std::max(1, limits_.cores - limits_.cores_kept_for_small);
   return busy_cores_of_large_ + demand.threads <= cores_for_large;
+}
+
+double Scheduler::Savings(const Owner& owner) const {
+  if (!owner.queue.empty()) return owner.deficit;
+  // What the others were given at once, as their jobs began, one may have saved as well: it has to last until those end. Not
+  // for large jobs, which leave cores to the others.
+  double most = limits_.max_saved_core_seconds;
+  for (const auto& [id, running] : running_) {
+    const Demand& demand = running.request.demand;
+    if (running.has_cores && !IsLarge(demand)) most = std::max(most, demand.core_seconds);
+  }
+  return std::min(owner.deficit + given_ - owner.idle_since, most);
+}
+
+bool Scheduler::MayBorrow(const Demand& demand, const Owner& owner, double savings) const {
+  return demand.core_seconds <= std::min(limits_.small_core_seconds, savings) && owner.running == 0 &&
+         lent_cores_ + demand.threads <= limits_.cores_lent_to_small && FitsMemory(demand);
+}
+
+std::optional<Scheduler::Choice> Scheduler::ChooseSmall() {
+  std::optional<Choice> best;
+  for (auto owner = owners_.begin(); owner != owners_.end(); ++owner) {
+    const auto job = owner->second.queue.begin();
+    if (job == owner->second.queue.end()) continue;
+    const Demand& demand = job->second.request.demand;
+    if (!MayBorrow(demand, owner->second, owner->second.deficit)) continue;
+    const double missing = demand.core_seconds - owner->second.deficit;
+    if (!best.has_value() || missing < best->missing) best = Choice{owner, job, missing};
+  }
+  return best;
 }
 
 std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
@@ -175,19 +206,23 @@ std::optional<Scheduler::Start> Scheduler::StartNext() {
     if (running_.empty()) owners_.clear();  // nobody to be compared with
     return std::nullopt;
   }
-  if (busy_cores_ >= limits_.cores) return std::nullopt;
-  if (Fits(turn->job->second.request.demand)) return Begin(*turn);
-
-  const Duration now = clock_.Elapsed();
-  std::optional<Duration>& since = turn->job->second.passed_over_since;
-  if (!since.has_value()) since = now;
-  if (now - *since > limits_.patience) return std::nullopt;
-  const std::optional<Choice> other = Choose(true);
-  if (!other.has_value()) return std::nullopt;
-  return Begin(*other);
+  const Demand& demand = turn->job->second.request.demand;
+  if (Fits(demand)) return Begin(*turn);
+  if (busy_cores_ < limits_.cores) {
+    const Duration now = clock_.Elapsed();
+    std::optional<Duration>& since = turn->job->second.passed_over_since;
+    if (!since.has_value()) since = now;
+    const bool is_patient = now - *since <= limits_.patience;
+    if (const std::optional<Choice> other = is_patient ? Choose(true) : std::nullopt) return Begin(*other);
+    // Cores that are lent keep nobody from those there are; memory would.
+    if (!is_patient && !FitsMemory(demand)) return std::nullopt;
+  }
+  const std::optional<Choice> small = ChooseSmall();
+  if (!small.has_value()) return std::nullopt;
+  return Begin(*small, true);
 }
 
-Scheduler::Start Scheduler::Begin(const Choice& choice) {
+Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_lent_cores) {
   const double gift = std::max(0.0, choice.missing);
   given_ += gift;
   for (auto& [name, owner] : owners_) {
@@ -199,23 +234,31 @@ Scheduler::Start Scheduler::Begin(const Choice& choice) {
   choice.owner->second.deficit -= choice.job->second.request.demand.core_seconds;
   turn_ = choice.owner->first;
 
+  ++choice.owner->second.running;
   Request request = Take(JobId(choice.job->second.request.id));
-  busy_cores_ += request.demand.threads;
+  (on_lent_cores ? lent_cores_ : busy_cores_) += request.demand.threads;
   if (IsLarge(request.demand)) busy_cores_of_large_ += request.demand.threads;
   busy_memory_bytes_ += request.demand.memory_bytes;
   const Start start{.id = request.id, .threads = request.demand.threads};
-  running_[start.id] = {.request = std::move(request), .since = clock_.Elapsed()};
+  running_[start.id] = {.request = std::move(request), .since = clock_.Elapsed(), .on_lent_cores = on_lent_cores};
   return start;
 }
 
-void Scheduler::Finished(const JobId& id, double core_seconds) {
-  const auto ended = running_.extract(id);
-  if (ended.empty()) return;
-  const Request& request = ended.mapped().request;
-  busy_cores_ -= request.demand.threads;
+void Scheduler::GiveBackCores(const JobId& id, double core_seconds) {
+  const auto found = running_.find(id);
+  if (found == running_.end() || !std::exchange(found->second.has_cores, false)) return;
+  const Request& request = found->second.request;
+  (found->second.on_lent_cores ? lent_cores_ : busy_cores_) -= request.demand.threads;
   if (IsLarge(request.demand)) busy_cores_of_large_ -= request.demand.threads;
-  busy_memory_bytes_ -= request.demand.memory_bytes;
-  owners_[request.owner].deficit += request.demand.core_seconds - core_seconds;
+  Owner& owner = owners_[request.owner];
+  owner.deficit += request.demand.core_seconds - core_seconds;
+  --owner.running;
+}
+
+void Scheduler::Finished(const JobId& id, double core_seconds) {
+  GiveBackCores(id, core_seconds);
+  const auto ended = running_.extract(id);
+  if (!ended.empty()) busy_memory_bytes_ -= ended.mapped().request.demand.memory_bytes;
 }
 
 std::vector<JobId> Scheduler::TakeHopeless() {
@@ -230,6 +273,7 @@ std::vector<JobId> Scheduler::TakeHopeless() {
 double Scheduler::RunningCoreSeconds() const {
   double rest = 0;
   for (const auto& [id, running] : running_) {
+    if (!running.has_cores) continue;
     const Demand& demand = running.request.demand;
     rest += std::max(0.0, demand.core_seconds - Seconds(clock_.Elapsed() - running.since) * demand.threads);
   }
@@ -239,10 +283,12 @@ double Scheduler::RunningCoreSeconds() const {
 double Scheduler::WaitSeconds(const Request& request) const {
   if (queued_.empty() && Fits(request.demand)) return 0;
   double ahead = 0;
-  if (const auto own = owners_.find(request.owner); own != owners_.end()) {
-    for (const auto& [key, queued] : own->second.queue) {
-      if (key.priority >= request.priority) ahead += queued.request.demand.core_seconds;
-    }
+  static const Owner kStranger;
+  const auto found = owners_.find(request.owner);
+  const Owner& own = found == owners_.end() ? kStranger : found->second;
+  if (own.queue.empty() && MayBorrow(request.demand, own, Savings(own))) return 0;
+  for (const auto& [key, queued] : own.queue) {
+    if (key.priority >= request.priority) ahead += queued.request.demand.core_seconds;
   }
   // While this user is served so much, each of the others gets at most the same.
   double total = RunningCoreSeconds() + ahead;

@@ -28,12 +28,17 @@ struct SchedulerLimits {
   int max_queued_jobs_per_user = 200;
   double max_queued_core_seconds = 24 * 3600;
 
-  // A user who was idle has saved as much as its share would have been, up to this: it need not wait for the turns of
-  // those who always want more.
+  // A user who was idle has saved as much as its share would have been, up to this, or to the largest job that runs: it need
+  // not wait for the turns of those who always want more.
   double max_saved_core_seconds = 5;
   // Jobs above large_core_seconds leave so many cores to the others, so that small jobs stay fast beside them.
   double large_core_seconds = 30;
   int cores_kept_for_small = 0;
+  // Jobs that run are not interrupted for others; but a job of at most small_core_seconds need not wait for the end of one:
+  // so many threads of such jobs run beside full cores, where their user has saved what they cost and has nothing else
+  // running. The machine then shares its time between them and the others.
+  double small_core_seconds = 1;
+  int cores_lent_to_small = 0;
   // A job whose turn it is but that needs more memory or cores than are free is passed over for so long; then nothing
   // else starts until it fits.
   Duration patience = std::chrono::seconds(30);
@@ -85,7 +90,9 @@ class Scheduler {
   };
   // The job to start now; nothing when none is queued or none fits beside those that run.
   std::optional<Start> StartNext();
-  // The job has ended after so many core-seconds, or was given back.
+  // The job needs no core any more, after so many core-seconds: others may have them. It keeps its memory.
+  void GiveBackCores(const JobId& id, double core_seconds);
+  // The job has ended, or was given back; with its cores where it still has them.
   void Finished(const JobId& id, double core_seconds);
 
   // Takes out the queued jobs that would end after their deadline if they started now.
@@ -95,6 +102,7 @@ class Scheduler {
   // With the places kept.
   int queued() const { return static_cast<int>(queued_.size() + reserved_.size()); }
   int running() const { return static_cast<int>(running_.size()); }
+  bool has_free_cores() const { return busy_cores_ < limits_.cores; }
   double queued_core_seconds() const { return queued_core_seconds_; }
   bool Knows(const JobId& id) const { return queued_.contains(id) || running_.contains(id) || reserved_.contains(id); }
 
@@ -115,10 +123,13 @@ class Scheduler {
     double deficit = 0;  // core-seconds it may use; below 0 after underpredictions
     double queued_core_seconds = 0;
     double idle_since = 0;  // given_ when its queue became empty
+    int running = 0;        // jobs that have cores
   };
   struct Running {
     Request request;
     Duration since;
+    bool on_lent_cores = false;
+    bool has_cores = true;
   };
   struct Place {
     std::string owner;
@@ -136,9 +147,16 @@ class Scheduler {
   Request Take(const JobId& id);
   bool IsLarge(const Demand& demand) const { return demand.core_seconds > limits_.large_core_seconds; }
   bool Fits(const Demand& demand) const;
+  bool FitsMemory(const Demand& demand) const;
+  // What a user has to spend, were it to queue a job now.
+  double Savings(const Owner& owner) const;
+  // Whether the first job of `owner` may run on cores that are lent, were it `demand` with `savings` to pay for it.
+  bool MayBorrow(const Demand& demand, const Owner& owner, double savings) const;
+  // The job to start on cores that are lent.
+  std::optional<Choice> ChooseSmall();
   // The turn among the first jobs of all users, or among the first that fit.
   std::optional<Choice> Choose(bool only_fitting);
-  Start Begin(const Choice& choice);
+  Start Begin(const Choice& choice, bool on_lent_cores = false);
   double RunSeconds(const Demand& demand) const { return demand.core_seconds / demand.threads; }
   double RunningCoreSeconds() const;
   // Until a new job of this user starts, by what is queued and runs now.
@@ -155,8 +173,9 @@ class Scheduler {
   std::set<std::pair<Time, JobId>> latest_starts_;  // of queued jobs with a deadline
   double queued_core_seconds_ = 0;                  // with those of places kept
   std::map<JobId, Running> running_;
-  int busy_cores_ = 0;
+  int busy_cores_ = 0;  // without those lent
   int busy_cores_of_large_ = 0;
+  int lent_cores_ = 0;
   std::int64_t busy_memory_bytes_ = 0;
 };
 

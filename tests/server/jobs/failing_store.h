@@ -5,6 +5,7 @@
 #define DLCS_TESTS_SERVER_JOBS_FAILING_STORE_H_
 
 #include <atomic>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,7 +55,10 @@ class FailingStore final : public JobStore {
   absl::Status Append(const Lease& lease, const Progress& progress) override {
     return Write([&] { return store_.Append(lease, progress); });
   }
+  // Called before a job is finished; may hold that up. Set before there is a manager.
+  std::function<void(const Lease& lease)> before_finish;
   absl::Status Finish(const Lease& lease, const Outcome& outcome) override {
+    if (before_finish) before_finish(lease);
     return Write([&] { return store_.Finish(lease, outcome); });
   }
   absl::Status Release(const Lease& lease, std::int64_t through) override {

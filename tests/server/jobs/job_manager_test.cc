@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -228,6 +230,47 @@ TEST_F(JobManagerTest, TheGracePeriodLetsJobsEnd) {
   JobFollower(*manager, id).Read([](const Event& event) { return event.kind == EventKind::kIterate; });
   manager->Drain(20s);
   EXPECT_EQ(StateOf(id), JobState::kSucceeded);
+}
+
+TEST_F(JobManagerTest, CoresWorkOnWhileJobsAreBroughtToTheirEnd) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  JobId held;
+  bool may_end = false;
+  store_.before_finish = [&](const Lease& lease) {
+    std::unique_lock lock(mutex);
+    if (held.empty()) held = lease.job;
+    if (lease.job == held) changed.wait(lock, [&] { return may_end; });
+  };
+  const auto manager = Start(Fast("one", 1));
+  const JobId first = Submit(*manager, "2 1 0");
+  const JobId second = Submit(*manager, "2 1 0");
+  EXPECT_EQ(Wait(*manager, second).state, JobState::kSucceeded);
+  EXPECT_EQ(StateOf(first), JobState::kRunning);
+  {
+    const std::lock_guard lock(mutex);
+    may_end = true;
+  }
+  changed.notify_all();
+  EXPECT_EQ(Wait(*manager, first).state, JobState::kSucceeded);
+}
+
+TEST_F(JobManagerTest, ASmallJobOfALightUserRunsBesideFullCores) {
+  JobManagerOptions options = Fast("one", 1);
+  options.limits.cores_lent_to_small = 1;
+  const auto manager = Start(options);
+  const JobId heavy = Submit(*manager, "wait");
+  JobFollower(*manager, heavy).Read([](const Event& event) { return *event.payload == "RUNNING"; });
+  const JobId next = Submit(*manager, "wait");
+  Submission light = Ask("2 1 0");
+  light.owner = "bob";
+  const auto created = manager->Submit(light);
+  ASSERT_TRUE(created.ok()) << created.status();
+  JobFollower follower(*manager, created->job.id);
+  follower.Read();
+  EXPECT_EQ(follower.kept.back(), "solved");
+  EXPECT_EQ(StateOf(heavy), JobState::kRunning);
+  EXPECT_EQ(StateOf(next), JobState::kQueued);
 }
 
 TEST_F(JobManagerTest, WhatIsNotReadIsRefusedAsWhatIs) {

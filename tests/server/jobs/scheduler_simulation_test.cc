@@ -109,6 +109,22 @@ TEST(SchedulerSimulationTest, ALightUserWaitsForAJobNotForAQueue) {
   RecordProperty("light_p99_s", std::to_string(Quantile(light, 0.99)));
 }
 
+TEST(SchedulerSimulationTest, ALightUserWithSmallJobsWaitsForNothing) {
+  std::vector<Arrival> arrivals;
+  for (int k = 0; k < 100; ++k) arrivals.push_back({.at = 0, .owner = "heavy", .predicted = 20, .actual = 25});
+  // A quarter of a core; predictions are half of what it takes.
+  for (int k = 0; k < 200; ++k) {
+    arrivals.push_back({.at = 1.03 + 3.7 * k, .owner = "light", .predicted = 0.45, .actual = 0.9});
+  }
+  const SchedulerLimits limits{.cores = 2, .max_queued_jobs_per_user = 1000, .cores_lent_to_small = 1};
+  const std::vector<Fate> fates = Simulate(limits, arrivals);
+  const std::vector<double> light = Responses(fates, "light");
+  ASSERT_EQ(light.size(), 200u);
+  EXPECT_NEAR(Quantile(light, 1), 0.9, 1e-3);
+  // And takes nothing from the heavy one, who has all cores all the time.
+  EXPECT_NEAR(Quantile(Responses(fates, "heavy"), 1), 100 * 25 / 2, 1e-3);
+}
+
 TEST(SchedulerSimulationTest, EveryoneWhoAlwaysWantsMoreGetsTheSame) {
   std::mt19937 random(7);
   std::vector<Arrival> arrivals;

@@ -137,6 +137,99 @@ TEST_F(SchedulerTest, ALargeJobLeavesACoreToSmallOnes) {
   EXPECT_EQ(scheduler.StartNext()->id, "bobsmall");
 }
 
+TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
+  Scheduler scheduler({.cores = 2, .small_core_seconds = 1, .cores_lent_to_small = 1}, clock_);
+  for (int k = 0; k < 10; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 0.5));
+  EXPECT_EQ(scheduler.StartNext()->id, "heavy0");
+  EXPECT_EQ(scheduler.StartNext()->id, "heavy1");
+  EXPECT_FALSE(scheduler.StartNext().has_value());  // small as well, but of one who has used what was given
+  scheduler.Restore(Job("light", "large", 1.5));
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Remove("lightlarge");
+  scheduler.Restore(Job("light", "1", 0.25));
+  scheduler.Restore(Job("light", "2", 0.25));
+  scheduler.Restore(Job("other", "1", 0.25));
+  EXPECT_EQ(scheduler.StartNext()->id, "light1");
+  EXPECT_FALSE(scheduler.StartNext().has_value());  // no more is lent
+  // What is lent is not missing elsewhere, nor the other way round.
+  scheduler.Finished("heavy0", 0.5);
+  EXPECT_EQ(scheduler.StartNext()->id, "other1");
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Finished("light1", 0.25);
+  EXPECT_EQ(scheduler.StartNext()->id, "light2");
+}
+
+TEST_F(SchedulerTest, NothingIsLentToWhoTakesMoreThanPredicted) {
+  Scheduler scheduler({.cores = 1, .max_saved_core_seconds = 5, .small_core_seconds = 1, .cores_lent_to_small = 1},
+                      clock_);
+  for (int k = 0; k < 100; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 10));
+  ASSERT_EQ(scheduler.StartNext()->id, "heavy0");
+  scheduler.Restore(Job("liar", "1", 0.1));
+  scheduler.Restore(Job("liar", "2", 0.1));
+  ASSERT_EQ(scheduler.StartNext()->id, "liar1");
+  EXPECT_FALSE(scheduler.StartNext().has_value());  // one at a time
+  scheduler.Finished("liar1", 20);
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+}
+
+TEST_F(SchedulerTest, MemoryIsNotLent) {
+  Scheduler scheduler(
+      {.cores = 2, .max_running_memory_bytes = 10, .small_core_seconds = 1, .cores_lent_to_small = 1, .patience = 30s},
+      clock_);
+  const auto add = [&scheduler](const std::string& owner, double core_seconds, int threads, std::int64_t memory) {
+    Scheduler::Request request = Job(owner, "", core_seconds);
+    request.demand.threads = threads;
+    request.demand.memory_bytes = memory;
+    scheduler.Restore(request);
+  };
+  add("heavy", 1, 1, 4);
+  ASSERT_EQ(scheduler.StartNext()->id, "heavy");
+  add("wide", 0.25, 2, 1);
+  ASSERT_FALSE(scheduler.StartNext().has_value());
+  clock_.Advance(31s);
+  // Nothing but "wide" may start on the cores there are, and small jobs go on beside it, where there is memory.
+  add("light", 0.5, 1, 7);
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Remove("light");
+  add("light", 0.5, 1, 2);
+  ASSERT_TRUE(scheduler.StartNext().has_value());
+  EXPECT_TRUE(scheduler.Knows("light"));
+  scheduler.Finished("heavy", 1);
+  EXPECT_EQ(scheduler.StartNext()->id, "wide");
+  scheduler.Finished("light", 0.5);
+  scheduler.Finished("wide", 0.25);
+  // Beside one that waits for memory they do not.
+  add("other", 1, 1, 4);
+  ASSERT_EQ(scheduler.StartNext()->id, "other");
+  add("hungry", 0.25, 1, 10);
+  ASSERT_FALSE(scheduler.StartNext().has_value());
+  clock_.Advance(31s);
+  add("light", 0.5, 1, 1);
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  scheduler.Finished("other", 1);
+  EXPECT_EQ(scheduler.StartNext()->id, "hungry");
+}
+
+TEST_F(SchedulerTest, WhoNeedsNoCoreAnyMoreKeepsItsMemoryToTheEnd) {
+  Scheduler scheduler({.cores = 1, .max_running_memory_bytes = 10}, clock_);
+  Scheduler::Request hungry = Job("ada", "hungry");
+  hungry.demand.memory_bytes = 10;
+  scheduler.Restore(hungry);
+  ASSERT_EQ(scheduler.StartNext()->id, "adahungry");
+  scheduler.GiveBackCores("adahungry", 1);
+  scheduler.GiveBackCores("adahungry", 1);  // of nothing
+  scheduler.Restore(Job("ada", "2"));
+  EXPECT_FALSE(scheduler.StartNext().has_value());
+  EXPECT_EQ(scheduler.running(), 1);
+  scheduler.Finished("adahungry", 1);
+  EXPECT_EQ(scheduler.StartNext()->id, "ada2");
+  EXPECT_FALSE(scheduler.has_free_cores());
+  scheduler.GiveBackCores("ada2", 1);
+  EXPECT_TRUE(scheduler.has_free_cores());
+  scheduler.Restore(Job("ada", "3"));
+  EXPECT_EQ(scheduler.StartNext()->id, "ada3");
+}
+
 TEST_F(SchedulerTest, AJobThatIsPassedOverTooLongHoldsUpTheOthersUntilItFits) {
   Scheduler scheduler({.cores = 4, .max_running_memory_bytes = 100, .patience = 30s}, clock_);
   Scheduler::Request hungry = Job("ada", "hungry");
@@ -217,6 +310,20 @@ TEST_F(SchedulerTest, AnothersLongQueueDoesNotCountForALightUsersDeadline) {
   Scheduler::Request heavy = Job("heavy", "last", 1);
   heavy.deadline = clock_.Now() + 50s;
   EXPECT_EQ(scheduler.Enqueue(heavy)->limit, "deadline");
+}
+
+TEST_F(SchedulerTest, LongJobsThatRunDoNotCountForASmallOnesDeadline) {
+  Scheduler scheduler({.cores = 1, .small_core_seconds = 1, .cores_lent_to_small = 1}, clock_);
+  scheduler.Restore(Job("heavy", "1", 100));
+  scheduler.Restore(Job("heavy", "2", 100));
+  ASSERT_TRUE(scheduler.StartNext().has_value());
+  Scheduler::Request request = Job("light", "1", 1);
+  request.deadline = clock_.Now() + 2s;
+  EXPECT_FALSE(scheduler.Enqueue(request).has_value());
+  EXPECT_EQ(scheduler.StartNext()->id, "light1");
+  request = Job("light", "2", 1);
+  request.deadline = clock_.Now() + 2s;
+  EXPECT_EQ(scheduler.Enqueue(request)->limit, "deadline");
 }
 
 TEST_F(SchedulerTest, TellsThatThereIsNoPlaceWithoutKnowingTheJob) {
