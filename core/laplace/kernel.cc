@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
 #include "core/methods/solve_context.h"
 
 namespace dlcs {
@@ -19,7 +20,7 @@ constexpr double kMaxGrowth = 1e4;             // an FFT then errs by 1e-11 of t
 // Rows of a block have units of their own: each is divided by its size within the first two steps. The signs and
 // weights are arbitrary, but for being no pattern that an error could cancel in.
 Vector CombinationOfRows(const Matrix& N, const Scheme& scheme) {
-  Vector size = RowMaxAbs(N * scheme.y_after).cwiseMax(RowMaxAbs(N * scheme.y_before));
+  Vector size = RowMaxAbs(Product(N, scheme.y_after)).cwiseMax(RowMaxAbs(Product(N, scheme.y_before)));
   Vector combination(size.size());
   for (Index i = 0; i < size.size(); ++i) {
     const double weight = 1 + std::fmod(static_cast<double>(i + 1) * 0.6180339887498949, 1);
@@ -49,10 +50,12 @@ void Kernel::Reserve(Index window, const std::stop_token& stop) {
   window = std::min(window, longest_window_);
   if (window <= count_) return;
   reservations_.push_back(window);
-  const Index n = problem_.num_constraints();
   if (ContourPays(window)) ExtendByContour(window, stop);
   if (!contours_) ExtendByRecursion(window, stop);
-  convolution_.SetKernel(blocks_.leftCols(count_ * n));
+}
+
+Matrix Kernel::Respond(const Matrix& d) {
+  return convolution_.Apply(blocks_.leftCols(count_ * problem_.num_constraints()), d, workers_);
 }
 
 // In multiplications of a matrix product, to which the scalar work of a Schur form and of triangular solves is

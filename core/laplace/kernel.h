@@ -58,7 +58,8 @@ class Kernel {
 
   // The reserved blocks, n × n each, side by side.
   const Matrix& blocks() const { return blocks_; }
-  ToeplitzConvolution& convolution() { return convolution_; }
+  // The response of q to the deviations d (n × W) of y, W reserved blocks being enough: Σ_{l=0..j} K_{j-l} d_l.
+  Matrix Respond(const Matrix& d);
 
  private:
   bool ContourPays(Index window) const;

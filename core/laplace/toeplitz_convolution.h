@@ -4,9 +4,7 @@
 #ifndef DLCS_CORE_LAPLACE_TOEPLITZ_CONVOLUTION_H_
 #define DLCS_CORE_LAPLACE_TOEPLITZ_CONVOLUTION_H_
 
-#include <complex>
 #include <map>
-#include <vector>
 
 #include "core/parallel/parallel.h"
 #include "core/types.h"
@@ -15,32 +13,35 @@ namespace dlcs {
 
 // Computes  r_j = Σ_{l=0..j} K_{j-l} d_l,  j = 0..W-1, for square blocks K_0, K_1, ... of order n.
 //
+// The blocks stay with their owner, and may grow in number between calls; those that were there must not change.
 // Windows that are short for their order are summed directly, n²W²/2 multiplications; others by real FFTs of padded
 // length (a power of two >= 2W), O(nW log W + n²W), with the transforms of the kernel kept per length.
-// The bits of the result depend on W and the data alone, not on the number of threads.
+// The bits of the result depend on W and the data alone, not on the number of threads. Looks for a stop
+// (core/parallel/stop_scope.h) at every lag of a direct sum and at every row of a transformed one.
 // Accuracy of the FFT: some 1e-15 times max‖K‖ · Σ‖d‖, relative to the largest entries, not to each one.
 class ToeplitzConvolution {
  public:
   explicit ToeplitzConvolution(Index order) : order_(order) {}
 
-  // Replaces the kernel by `blocks`; column-major n × n blocks side by side (n × n·count).
-  void SetKernel(const Matrix& blocks);
-  Index num_blocks() const { return blocks_.cols() / order_; }
-
-  // `d` is n × W with W <= num_blocks(); returns r, n × W.
-  Matrix Apply(const Matrix& d, Workers& workers);
+  // `blocks` are column-major n × n blocks side by side (n × n·count), `d` is n × W with W <= count; returns r, n × W.
+  Matrix Apply(const Eigen::Ref<const Matrix>& blocks, const Matrix& d, Workers& workers);
 
  private:
-  Matrix ApplyDirectly(const Matrix& d, Workers& workers) const;
-  Matrix ApplyByFft(const Matrix& d, Workers& workers);
+  Matrix ApplyDirectly(const Eigen::Ref<const Matrix>& blocks, const Matrix& d, Workers& workers) const;
+  Matrix ApplyByFft(const Eigen::Ref<const Matrix>& blocks, const Matrix& d, Workers& workers);
 
-  using Spectrum = std::vector<std::complex<double>>;  // [pair · frequencies + frequency], pair = row + n·column
+  // Transforms, one a column. Hundreds of MB in all: written once, where they are made, and never filled with zeros
+  // before.
+  using Spectra = Eigen::MatrixXcd;
+  struct KernelSpectra {
+    Index blocks;    // the transforms are of so many
+    Spectra values;  // frequency × (row + n·column)
+  };
   // The transforms of the first length/2 blocks: enough for any window of that length.
-  const Spectrum& KernelSpectrum(Index length, Workers& workers);
+  const Spectra& SpectraOf(const Eigen::Ref<const Matrix>& blocks, Index length, Workers& workers);
 
   Index order_;
-  Matrix blocks_;
-  std::map<Index, Spectrum> spectra_;  // by padded length
+  std::map<Index, KernelSpectra> spectra_;  // by padded length
 };
 
 }  // namespace dlcs

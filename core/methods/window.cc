@@ -64,7 +64,7 @@ void Window::Follow(Matrix& q) {
   }
   const Matrix deviation = y.rightCols(steps()).colwise() - y.col(0);
   q = frozen_;
-  q.rightCols(steps()) += tools->kernel.convolution().Apply(deviation, context_.workers);
+  q.rightCols(steps()) += tools->kernel.Respond(deviation);
 }
 
 Vector Window::Sizes() const {

@@ -46,22 +46,22 @@ std::unique_ptr<Memory> ContourKernel::Start(const Eigen::Ref<const Vector>& y0)
   return std::make_unique<ContourMemory>(response_, response_.Start(y0));
 }
 
-ToeplitzConvolution* ContourKernel::Convolution(Index window, Workers& workers) const {
+bool ContourKernel::ReserveBlocks(Index window, Workers& workers) const {
   const Index n = K0().rows();
-  if (window > kMaxDoubles / (n * n)) return nullptr;
-  if (!convolution_ || convolution_->num_blocks() < window) {
+  if (window > kMaxDoubles / (n * n)) return false;
+  if (blocks_.cols() < window * n) {
     const auto doubled = static_cast<Index>(std::bit_ceil(static_cast<std::size_t>(window)));
     const Index count = std::min({std::max(window, longest_), std::max(doubled, window), kMaxDoubles / (n * n)});
-    convolution_ = std::make_unique<ToeplitzConvolution>(n);
-    convolution_->SetKernel(response_.Blocks(count, workers));
+    blocks_ = response_.Blocks(count, workers);
+    convolution_.emplace(n);  // longer runs of blocks have other bits
   }
-  return convolution_.get();
+  return true;
 }
 
 Matrix ContourKernel::Respond(const Matrix& y, Workers& workers) const {
   {
     const std::scoped_lock lock(mutex_);  // the convolution keeps transforms
-    if (ToeplitzConvolution* convolution = Convolution(y.cols(), workers)) return convolution->Apply(y, workers);
+    if (ReserveBlocks(y.cols(), workers)) return convolution_->Apply(blocks_, y, workers);
   }
   Matrix signal = Matrix::Zero(y.rows(), y.cols() + 1);
   signal.rightCols(y.cols()) = y;

@@ -6,6 +6,8 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <vector>
 
 #include "core/laplace/toeplitz_convolution.h"
 #include "core/realisation/contour_response.h"
@@ -28,14 +30,15 @@ class ContourKernel final : public ReducedKernel {
   double Bound(Index window) const override;
 
  private:
-  // The convolution for windows up to at least `window`, made when it is first needed; null where its blocks do not fit.
-  ToeplitzConvolution* Convolution(Index window, Workers& workers) const;
+  // Makes blocks for windows up to at least `window`, when they are first needed. False where they do not fit.
+  bool ReserveBlocks(Index window, Workers& workers) const;
 
   double step_;
   Index longest_;
   ContourResponse response_;
   mutable std::mutex mutex_;  // of what follows
-  mutable std::unique_ptr<ToeplitzConvolution> convolution_;
+  mutable Matrix blocks_;     // side by side
+  mutable std::optional<ToeplitzConvolution> convolution_;  // with blocks_
   mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞ / h
 };
 

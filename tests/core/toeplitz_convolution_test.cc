@@ -28,9 +28,8 @@ TEST(ToeplitzConvolutionTest, MatchesTheDefinitionForShortAndLongWindows) {
       const Matrix blocks = RandomMatrix(n, n * window, 1);
       const Matrix d = RandomMatrix(n, window, 2);
       ToeplitzConvolution convolution(n);
-      convolution.SetKernel(blocks);
       const double scale = static_cast<double>(n * window);
-      EXPECT_LT(MaxAbs(convolution.Apply(d, workers) - SumByDefinition(blocks, d)), 1e-14 * scale)
+      EXPECT_LT(MaxAbs(convolution.Apply(blocks, d, workers) - SumByDefinition(blocks, d)), 1e-14 * scale)
           << n << " " << window;
     }
   }
@@ -40,10 +39,22 @@ TEST(ToeplitzConvolutionTest, TakesAWindowShorterThanTheKernel) {
   Workers workers(1);
   const Matrix blocks = RandomMatrix(2, 2 * 1500, 3);
   ToeplitzConvolution convolution(2);
-  convolution.SetKernel(blocks);
   for (const Index window : {1100, 60, 1500, 1100}) {
     const Matrix d = RandomMatrix(2, window, 4);
-    EXPECT_LT(MaxAbs(convolution.Apply(d, workers) - SumByDefinition(blocks, d)), 1e-11) << window;
+    EXPECT_LT(MaxAbs(convolution.Apply(blocks, d, workers) - SumByDefinition(blocks, d)), 1e-11) << window;
+  }
+}
+
+TEST(ToeplitzConvolutionTest, SeesBlocksThatWereAddedSince) {
+  Workers workers(1);
+  const Matrix all = RandomMatrix(2, 2 * 1500, 7);
+  ToeplitzConvolution convolution(2);
+  for (const Index count : {300, 301, 1024, 1500}) {
+    const Matrix blocks = all.leftCols(2 * count);
+    const Matrix d = RandomMatrix(2, count, 8);
+    const Matrix r = convolution.Apply(blocks, d, workers);
+    EXPECT_LT(MaxAbs(r - SumByDefinition(blocks, d)), 1e-11) << count;
+    EXPECT_TRUE((r.array() == ToeplitzConvolution(2).Apply(blocks, d, workers).array()).all()) << count;
   }
 }
 
@@ -55,8 +66,7 @@ TEST(ToeplitzConvolutionTest, HasTheSameBitsForAnyNumberOfThreads) {
     for (const int threads : {1, 2, 4}) {
       Workers workers(threads);
       ToeplitzConvolution convolution(3);
-      convolution.SetKernel(blocks);
-      const Matrix r = convolution.Apply(d, workers);
+      const Matrix r = convolution.Apply(blocks, d, workers);
       if (threads == 1) first = r;
       EXPECT_TRUE((r.array() == first.array()).all()) << threads;
     }
