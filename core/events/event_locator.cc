@@ -287,7 +287,7 @@ bool EventLocator::MarchOn(double end) {
 void EventLocator::HandOver(const Segment& segment) {
   if (segment.steps < 0) return;
   context_.recorder.Add(segment);
-  context_.NoteImpulses(segment);
+  context_.NoteImpulses(segment, 0, segment.steps);
 }
 
 void EventLocator::Finish() {

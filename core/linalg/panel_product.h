@@ -11,18 +11,31 @@
 
 namespace dlcs {
 
-// Calls body(begin, count) for the columns [0, columns) panel by panel, each of about ten milliseconds where a column costs
-// `operations` multiplications, and looks for a stop (core/parallel/stop_scope.h) before each. Panels depend on the arguments
-// alone, and so do the bits of what is made in them.
-template <class Body>
-void ForPanels(Index columns, Index operations, const Body& body) {
+// The columns that take about ten milliseconds together, where one costs `operations` multiplications.
+inline Index PanelWidth(Index operations) {
   constexpr Index kOperations = Index{1} << 25;
   constexpr Index kNarrowest = 16;  // below, a product costs more than its numbers
-  const Index panel = std::max(kNarrowest, kOperations / std::max<Index>(1, operations));
+  return std::max(kNarrowest, kOperations / std::max<Index>(1, operations));
+}
+
+// Calls body(begin, count) for the columns [0, columns) panel by panel, each of PanelWidth(operations) columns, and
+// looks for a stop (core/parallel/stop_scope.h) before each. Panels depend on the arguments alone, and so do the bits
+// of what is made in them.
+template <class Body>
+void ForPanels(Index columns, Index operations, const Body& body) {
+  const Index panel = PanelWidth(operations);
   for (Index begin = 0; begin < columns; begin += panel) {
     LookForStop();
     body(begin, std::min(panel, columns - begin));
   }
+}
+
+// sum += left · right, where a column of the product costs `operations` multiplications.
+template <class Left>
+void AddProduct(const Left& left, Index operations, const Matrix& right, Matrix& sum) {
+  ForPanels(right.cols(), operations, [&](Index begin, Index count) {
+    sum.middleCols(begin, count).noalias() += left * right.middleCols(begin, count);
+  });
 }
 
 // left · right.

@@ -50,20 +50,22 @@ void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eige
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 
-void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
-  const Index steps = segment.steps;
+void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme, Index begin, Index end) {
+  const Index steps = end - begin;
   if (steps == 0) return;
-  const Matrix& x = segment.x;
-  const Matrix& y = segment.y;
+  const auto x = segment.x.middleCols(begin, steps + 1);
+  const auto y = segment.y.middleCols(begin, steps + 1);
+  const auto f = segment.f.middleCols(begin, steps + 1);
+  const auto f_mid = segment.f_mid.middleCols(begin, steps);
 
-  Matrix w = segment.g;
+  Matrix w = segment.g.middleCols(begin, steps + 1);
   w.noalias() += problem_.N * x;
   w.noalias() += problem_.M * y;
-  const Index first = segment.first_y_is_solution ? 0 : 1;
+  const Index first = begin > 0 || segment.first_y_is_solution ? 0 : 1;
   const Index nodes = steps + 1 - first;
   AddNodes(y.rightCols(nodes), w.rightCols(nodes));
 
-  Matrix slope = segment.f;
+  Matrix slope = f;
   slope.noalias() += problem_.A * x;
   slope.noalias() += problem_.B * y;
   AddStates(x, slope);
@@ -73,19 +75,19 @@ void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme) {
   Matrix x_mid, defect;
   if (scheme.x_is_linear) {
     x_mid = (x.leftCols(steps) + x.rightCols(steps)) / 2;
-    defect = (x.rightCols(steps) - x.leftCols(steps)) / segment.step - segment.f_mid;
+    defect = (x.rightCols(steps) - x.leftCols(steps)) / segment.step - f_mid;
     defect.noalias() -= problem_.A * x_mid;
     defect.noalias() -= problem_.B * y_mid;
   } else {
     x_mid.noalias() = scheme.mid_state * x.leftCols(steps);
     AddTerm(scheme.mid_y_before, y.leftCols(steps), x_mid);
     AddTerm(scheme.mid_y_after, y.rightCols(steps), x_mid);
-    AddTerm(scheme.mid_f_before, segment.f.leftCols(steps), x_mid);
-    AddTerm(scheme.mid_f_after, segment.f.rightCols(steps), x_mid);
+    AddTerm(scheme.mid_f_before, f.leftCols(steps), x_mid);
+    AddTerm(scheme.mid_f_after, f.rightCols(steps), x_mid);
     // x solves the differential equation with the interpolated f: what is left is the interpolation.
-    defect = (segment.f.leftCols(steps) + segment.f.rightCols(steps)) / 2 - segment.f_mid;
+    defect = (f.leftCols(steps) + f.rightCols(steps)) / 2 - f_mid;
   }
-  Matrix w_mid = segment.g_mid;
+  Matrix w_mid = segment.g_mid.middleCols(begin, steps);
   w_mid.noalias() += problem_.N * x_mid;
   w_mid.noalias() += problem_.M * y_mid;
   AddMidpoints(y_mid, w_mid, MaxAbs(defect));

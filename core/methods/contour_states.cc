@@ -100,7 +100,10 @@ void ContourStates::InitialResponseByExponentials() {
     const Run& run = context_.grid.runs[r];
     const Matrix step = ComputePhiFunctions(run.step * context_.problem.A.Dense()).phi0;
     initial_.col(columns_.First(r)) = x;
-    for (Index k = 1; k <= run.steps; ++k) initial_.col(columns_.Of(r, k)) = x = (step * x).eval();
+    for (Index k = 1; k <= run.steps; ++k) {
+      LookForStop();
+      initial_.col(columns_.Of(r, k)) = x = (step * x).eval();
+    }
   }
 }
 
@@ -199,6 +202,7 @@ void ContourStates::AddSeparatedPart(const std::vector<InterpolatedRun>& sources
     const std::vector<Matrix>& coefficients = sources[r].coefficients;
     x.col(columns_.First(r)) += split_.basis * part;
     for (Index l = 0; l < context_.grid.runs[r].steps; ++l) {
+      LookForStop();
       part = (step[0] * part).eval();
       for (size_t k = 0; k < coefficients.size(); ++k) part += step[k + 1] * (split_.left * coefficients[k].col(l));
       x.col(columns_.Of(r, l + 1)) += split_.basis * part;

@@ -16,6 +16,7 @@
 #include "core/laplace/spectrum_split.h"
 #include "core/lcp/batch.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
 #include "core/methods/contour_states.h"
 #include "core/methods/node_columns.h"
 #include "core/methods/scheme.h"
@@ -98,7 +99,7 @@ class Iteration {
   bool SolveLcps(Index k) {
     const double begin = context_.Seconds();
     Matrix q = g_;
-    q.noalias() += problem_.N * x_;
+    AddProduct(problem_.N, problem_.N.size(), x_, q);
     const Vector size = SizeOfSums(problem_.N, x_, g_);
     const LcpBatchOutcome outcome = batch_.Solve(q, kLcpTolerance * size, context_.workers, context_.stop, y_);
     context_.solution.cost.lcps += q.cols();
@@ -132,7 +133,9 @@ class Iteration {
   // The states of the next iterate, for the sources B ỹ + f̃ of the current one.
   Matrix SolveStates() {
     const double begin = context_.Seconds();
-    Matrix next = states_->Solve(problem_.B * y_ + f_);
+    Matrix sources = f_;
+    AddProduct(problem_.B, problem_.B.size(), y_, sources);
+    Matrix next = states_->Solve(sources);
     context_.solution.cost.seconds_linear += context_.Seconds() - begin;
     return next;
   }
@@ -161,8 +164,8 @@ class Iteration {
     report.iteration = k;
     report.change = change;
     Matrix w = g_;
-    w.noalias() += problem_.N * x_;
-    w.noalias() += problem_.M * y_;
+    AddProduct(problem_.N, problem_.N.size(), x_, w);
+    AddProduct(problem_.M, problem_.M.size(), y_, w);
     report.lcp_residual = NaturalResidual(y_, w);
     if (std::isfinite(log_bound)) report.log10_bound = log_bound / std::log(10.0);
     report.seconds = context_.Seconds();

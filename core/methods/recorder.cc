@@ -26,9 +26,11 @@ void Recorder::Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::
   ++recorded_;
 }
 
-void Recorder::Add(const Segment& segment) {
-  const Index last_node = segment.first_node + segment.steps;
-  Begin(segment.first_node, segment.y.col(0));
+void Recorder::Add(const Segment& segment) { Add(segment, 0, segment.steps); }
+
+void Recorder::Add(const Segment& segment, Index begin, Index end) {
+  const Index last_node = segment.first_node + end;
+  if (begin == 0) Begin(segment.first_node, segment.y.col(0));
   while (recorded_ < static_cast<Index>(grid_.output_nodes.size()) &&
          grid_.output_nodes[recorded_] <= last_node) {
     const Index node = grid_.output_nodes[recorded_];

@@ -18,6 +18,8 @@ class Recorder {
   // Takes over the output nodes of `segment`. Segments come in order; the first node of one overwrites the last
   // node of the one before, so a break point keeps its right limits; where y differs the left one is kept beside them.
   void Add(const Segment& segment);
+  // The same piece by piece: the steps [begin, end), the first piece with begin = 0.
+  void Add(const Segment& segment, Index begin, Index end);
 
   // The same for a stretch whose states were made at some nodes only: begins at `first_node` with its right limit y, ...
   void Begin(Index first_node, const Eigen::Ref<const Vector>& y);

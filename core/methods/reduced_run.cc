@@ -9,6 +9,7 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/row_sizes.h"
 #include "core/methods/consistency.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -84,6 +85,7 @@ class ReducedSources {
     const Index steps = run.steps();
     Samples samples{Matrix(function.size(), steps + 1), Matrix(function.size(), steps)};
     for (Index j = 0; j <= steps; ++j) {
+      LookForStop();
       function.Evaluate(run.Time(grid, j), j == 0 ? Side::kRight : Side::kLeft, samples.nodes.col(j));
       if (j == 0) continue;
       const double middle = (run.Time(grid, j - 1) + run.Time(grid, j)) / 2;
@@ -124,6 +126,7 @@ void Certify(SolveContext& context, const ReducedRun& run, Index steps, Hold hol
   }
   Matrix w, y_mid;
   for (Index begin = 0; begin < steps; begin += kColumnsPerBlock) {
+    LookForStop();
     const Index count = std::min(kColumnsPerBlock, steps - begin);
     const auto of_steps = [&](const Matrix& values) { return values.middleCols(begin, count); };
     const auto after_steps = [&](const Matrix& values) { return values.middleCols(begin + 1, count); };
@@ -153,6 +156,7 @@ void File(SolveContext& context, const ReducedRun& run, const std::vector<Index>
   };
   if (is_output(run.run.first_node)) context.recorder.Take(run.run.first_node, start, y.col(0));
   for (std::size_t k = 0; k < nodes.size(); ++k) {
+    LookForStop();
     const Index j = nodes[k];
     const auto x = states.col(static_cast<Index>(k));
     const Vector w_of_state = problem.N * x + run.g.col(j) + problem.M * y.col(j);

@@ -2,9 +2,40 @@
 
 #include "core/methods/solve_context.h"
 
+#include <algorithm>
+
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
+
+void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
+  const bool splines = solution.method == Method::kPaperIteration && options.interpolation != Interpolation::kLinear;
+  if (grid.output_nodes.size() == grid.times.size() && !splines) {
+    solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
+  }
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  const Index panel = PanelWidth(4 * ((problem.A.is_dense() ? m * m : m) + n * n));
+  Index begin = 0;
+  do {
+    if (begin > 0) LookForStop();
+    const StopScope to_the_end(nullptr);  // a step is filed as a whole
+    const Index end = std::min(begin + panel, segment.steps);
+    certificate.Add(segment, scheme, begin, end);
+    recorder.Add(segment, begin, end);
+    NoteImpulses(segment, begin, end);
+    begin = end;
+  } while (begin < segment.steps);
+}
+
+void SolveContext::NoteImpulses(const Segment& segment, Index begin, Index end) {
+  for (Index j = begin + 1; j <= end && !first_impulse; ++j) {
+    for (const Index i : impulsive_rows) {
+      if (segment.y(i, j) > 0) first_impulse = grid.times[segment.first_node + j];
+    }
+  }
+}
 
 bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which) {
   const std::string at = which + " at t = " + FormatNumber(time);

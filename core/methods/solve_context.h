@@ -21,7 +21,6 @@
 #include "core/observer.h"
 #include "core/options.h"
 #include "core/parallel/parallel.h"
-#include "core/parallel/stop_scope.h"
 #include "core/problem.h"
 #include "core/realisation/realisation.h"
 #include "core/solution.h"
@@ -102,25 +101,11 @@ struct SolveContext {
     return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
   }
 
-  // Files a finished segment: certificate and output.
-  void Add(const Segment& segment, const Scheme& scheme) {
-    const StopScope to_the_end(nullptr);  // what was found is kept, also when a stop was asked for
-    const bool splines = solution.method == Method::kPaperIteration && options.interpolation != Interpolation::kLinear;
-    if (grid.output_nodes.size() == grid.times.size() && !splines) {
-      solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
-    }
-    certificate.Add(segment, scheme);
-    recorder.Add(segment);
-    NoteImpulses(segment);
-  }
-  void NoteImpulses(const Segment& segment) {
-    if (first_impulse) return;
-    for (Index j = 1; j <= segment.steps && !first_impulse; ++j) {
-      for (const Index i : impulsive_rows) {
-        if (segment.y(i, j) > 0) first_impulse = grid.times[segment.first_node + j];
-      }
-    }
-  }
+  // Files a finished segment: certificate and output. Looks for a stop every ten milliseconds or so
+  // (core/parallel/stop_scope.h), but not before the first have gone by: what was filed till then is kept.
+  void Add(const Segment& segment, const Scheme& scheme);
+  // Of the steps [begin, end); Add() does it.
+  void NoteImpulses(const Segment& segment, Index begin, Index end);
 };
 
 // What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/parallel/stop_scope.h"
+
 namespace dlcs {
 namespace {
 
@@ -41,6 +43,7 @@ std::optional<Sources::NonFinite> Sources::Sample(const Grid& grid, const Run& r
   segment.g_mid.resize(g_.size(), steps);
   const double* times = grid.times.data() + segment.first_node;
   for (Index k = 0; k <= steps; ++k) {
+    LookForStop();
     const Side side = k == 0 ? Side::kRight : Side::kLeft;
     f_.Evaluate(times[k], side, segment.f.col(k));
     g_.Evaluate(times[k], side, segment.g.col(k));

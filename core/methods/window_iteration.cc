@@ -13,6 +13,7 @@
 #include "core/methods/anderson.h"
 #include "core/methods/steep_step.h"
 #include "core/methods/window_control.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -154,6 +155,7 @@ WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix&
   Judgement seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
   Matrix w;
   for (Index begin = 0; begin < columns; begin += kColumnsPerBlock) {
+    LookForStop();
     const Index count = std::min(kColumnsPerBlock, columns - begin), first = begin == 0 ? 1 : 0;  // y_0 is given
     const auto after = next.middleCols(begin, count);
     RaiseRowMaxAbs(after - q.middleCols(begin, count), seen.row_change);

@@ -2,10 +2,11 @@
 
 #include "core/nonlinear/coupled_step.h"
 
-#include <Eigen/LU>
 #include <limits>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_lu.h"
+#include "core/linalg/panel_product.h"
 
 namespace dlcs {
 namespace {
@@ -24,7 +25,7 @@ class CoupledStep {
     double last_change = std::numeric_limits<double>::infinity();
     for (int k = 0; k < kMaxSteps; ++k) {
       const Vector defect = x - known_ - after_ * (functions_.F(t_, x, y) - W_ * x);
-      const Vector dx = Slope(x, y).partialPivLu().solve(-defect);
+      const Vector dx = PanelLu(Slope(x, y)).Solve(-defect);
       if (!dx.allFinite()) break;
       x += dx;
       const double change = MaxAbs(dx);
@@ -39,13 +40,13 @@ class CoupledStep {
 
   Matrix Jacobian(const Vector& y) {
     const Vector x = State(y);
-    const Matrix x_by_y = Slope(x, y).partialPivLu().solve(after_ * functions_.FByY(t_, x, y));
-    return functions_.GByY(t_, x, y) + functions_.GByX(t_, x, y) * x_by_y;
+    const Matrix x_by_y = PanelLu(Slope(x, y)).Solve(Product(after_, functions_.FByY(t_, x, y)));
+    return functions_.GByY(t_, x, y) + Product(functions_.GByX(t_, x, y), x_by_y);
   }
 
  private:
   Matrix Slope(const Vector& x, const Vector& y) {
-    return Matrix::Identity(x.size(), x.size()) - after_ * (functions_.FByX(t_, x, y) - W_);
+    return Matrix::Identity(x.size(), x.size()) - Product(after_, functions_.FByX(t_, x, y) - W_);
   }
 
   NonlinearFunctions& functions_;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/number_text.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -64,6 +65,7 @@ Matrix NonlinearFunctions::Jacobian(std::vector<Formula>& formulas, bool by_x, d
   Vector& variables = by_x ? x : y;
   Matrix jacobian = Matrix::Zero(static_cast<Index>(formulas.size()), variables.size());
   for (Index i = 0; i < jacobian.rows(); ++i) {
+    LookForStop();
     Formula& formula = formulas[i];
     for (const Index j : by_x ? formula.states() : formula.constraints()) {
       jacobian(i, j) = Difference([&] { return formula.Evaluate(t, x, y); }, variables[j]);

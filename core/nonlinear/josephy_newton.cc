@@ -2,11 +2,12 @@
 
 #include "core/nonlinear/josephy_newton.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_lu.h"
+#include "core/linalg/panel_product.h"
 
 namespace dlcs {
 namespace {
@@ -84,9 +85,9 @@ bool JosephyNewton::LevenbergMarquardt(const ComplementarityFunction& function, 
     slope(i, i) += r > 0 ? 1 - a / r : 1 - std::sqrt(0.5);
   }
   const Vector gradient = slope.transpose() * phi;
-  Matrix normal = slope.transpose() * slope;
+  Matrix normal = Product(slope.transpose(), slope);
   normal.diagonal().array() += 1e-10 * MaxAbs(normal.diagonal()) + 1e-3 * std::min(1.0, point.merit);
-  const Vector direction = -normal.ldlt().solve(gradient);
+  const Vector direction = -PanelLu(std::move(normal)).Solve(gradient);
   if (!direction.allFinite()) return false;
   double length = 1;
   for (int halving = 0; halving <= kHalvings; ++halving, length /= 2) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 
@@ -16,6 +17,7 @@ void AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const
     c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
   }
   for (Index j = 0; j <= segment.steps; ++j) {
+    LookForStop();
     const Vector x = segment.x.col(j), y = segment.y.col(j), w = functions.G(times[j], x, y);
     c.node_residual = NanMax(c.node_residual, NaturalResidual(y, w));
     c.node_complementarity = NanMax(c.node_complementarity, std::abs(y.dot(w)));
@@ -24,6 +26,7 @@ void AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const
     c.x_scale = NanMax(c.x_scale, MaxAbs(x));
   }
   for (Index j = 0; j < segment.steps; ++j) {
+    LookForStop();
     const double t = (times[j] + times[j + 1]) / 2;
     const Vector x = scheme.mid_state * segment.x.col(j) + scheme.mid_f_before * segment.f.col(j) +
                      scheme.mid_f_after * segment.f.col(j + 1);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
 #include "core/methods/scheme.h"
 #include "core/methods/solve_context.h"
 #include "core/methods/window_control.h"
@@ -226,11 +227,14 @@ class Iteration {
 
   // Fills x of `segment` from its first column and the sources: the exp-PL recursion.
   void Propagate(Segment& segment) const {
-    const Index steps = segment.steps;
-    auto x = segment.x.rightCols(steps);
-    x.noalias() = scheme_.f_before * segment.f.leftCols(steps);
-    x.noalias() += scheme_.f_after * segment.f.rightCols(steps);
-    for (Index j = 1; j <= steps; ++j) segment.x.col(j).noalias() += scheme_.state * segment.x.col(j - 1);
+    ForPanels(segment.steps, 3 * scheme_.state.size(), [&](Index begin, Index count) {
+      auto x = segment.x.middleCols(begin + 1, count);
+      x.noalias() = scheme_.f_before * segment.f.middleCols(begin, count);
+      x.noalias() += scheme_.f_after * segment.f.middleCols(begin + 1, count);
+      for (Index j = begin + 1; j <= begin + count; ++j) {
+        segment.x.col(j).noalias() += scheme_.state * segment.x.col(j - 1);
+      }
+    });
   }
 
   void Accept(const std::vector<double>& times, const Segment& segment) {

@@ -9,6 +9,7 @@
 
 #include "core/analyze.h"
 #include "core/lcp/lcp.h"
+#include "core/nonlinear/solve_nonlinear.h"
 #include "core/parallel/parallel.h"
 #include "core/setup_cache.h"
 #include "core/solve.h"
@@ -59,8 +60,10 @@ class Stopper final : public Observer {
     reached = outcome.end;
     if (--left_ == 0) stop.request_stop();
   }
+  void OnIterate(const IterateReport&) override { iterates_since_stop += stop.stop_requested(); }
   std::stop_source stop;
   double reached = 0;
+  int iterates_since_stop = 0;
 
  private:
   int left_;
@@ -78,6 +81,72 @@ TEST(StopScopeTest, WhatWasFoundBeforeAStopIsKept) {
   EXPECT_GE(solution->times.size(), 200u);
   EXPECT_EQ(static_cast<Index>(solution->times.size()), solution->x.cols());
   EXPECT_NEAR(solution->times.back(), stopper.reached, 20 * solution->step);
+}
+
+// One window, each step of which takes some 2^18 multiplications to file.
+struct WideWindow {
+  explicit WideWindow(Method method, Index steps) {
+    const Index m = 256;
+    problem.A = testing::RandomMatrix(m, m, 1) / 16 - 2 * Matrix::Identity(m, m);
+    problem.B = Matrix::Constant(m, 1, 0.01);
+    problem.N = Matrix::Constant(1, m, 0.01);
+    problem.M = Matrix::Identity(1, 1);
+    problem.f = TimeFunction::Constant(Vector::Zero(m));
+    problem.g = TimeFunction::Formulas({"sin(9*t)"});
+    problem.x0 = Vector::Ones(m);
+    problem.horizon = 1;
+    options.method = method;
+    options.num_steps = steps;
+    options.window_steps = Options::kWholeHorizon;
+    options.num_threads = 1;
+  }
+  Problem problem;
+  Options options;
+};
+
+TEST(StopScopeTest, FilingOfAWindowIsStoppedBetweenPanels) {
+  const WideWindow wide(Method::kLaplaceIteration, 512);
+  Stopper stopper(1);  // when the window has converged and is about to be filed
+  const auto solution = Solve(wide.problem, wide.options, stopper, stopper.stop.get_token());
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  EXPECT_EQ(solution->termination, Termination::kCancelled);
+  EXPECT_GE(solution->times.size(), 2u);  // what was filed before is kept
+  EXPECT_LE(solution->times.size(), 200u);
+  EXPECT_EQ(solution->failure_time, solution->times.back());
+}
+
+TEST(StopScopeTest, FilingByPanelsLosesNothing) {
+  Observer nobody;
+  const WideWindow iterated(Method::kLaplaceIteration, 512), marched(Method::kExponentialMarch, 512);
+  const auto by_panels = Solve(iterated.problem, iterated.options, nobody, {});
+  const auto by_chunks = Solve(marched.problem, marched.options, nobody, {});
+  ASSERT_TRUE(by_panels.ok()) << by_panels.status();
+  ASSERT_TRUE(by_chunks.ok()) << by_chunks.status();
+  EXPECT_EQ(by_panels->termination, Termination::kConverged);
+  EXPECT_EQ(by_panels->times.size(), 513u);
+  EXPECT_TRUE(by_panels->left_limits.empty());
+  const Certificate &panels = by_panels->certificate, &chunks = by_chunks->certificate;
+  EXPECT_GT(chunks.midpoint_residual, 0);
+  EXPECT_NEAR(panels.midpoint_residual, chunks.midpoint_residual, 1e-9 * chunks.lcp_scale);
+  EXPECT_NEAR(panels.lcp_scale, chunks.lcp_scale, 1e-9 * chunks.lcp_scale);
+  EXPECT_NEAR(panels.ode_scale, chunks.ode_scale, 1e-9 * chunks.ode_scale);
+  EXPECT_NEAR(panels.x_scale, chunks.x_scale, 1e-9 * chunks.x_scale);
+}
+
+TEST(StopScopeTest, ASplittingThatIsStoppedIteratesNoMore) {
+  NonlinearProblem problem;
+  problem.f = {"-x1**3 + y1 + sin(5*t)"};
+  problem.g = {"y1 + 0.5*y1**3 + x1 - cos(3*t)"};
+  problem.x0 = Vector::Ones(1);
+  problem.horizon = 10;
+  Options options;
+  options.num_steps = 4000;
+  options.num_threads = 1;
+  Stopper stopper(3);
+  const auto solution = SolveNonlinear(problem, options, stopper, stopper.stop.get_token());
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  EXPECT_EQ(solution->termination, Termination::kCancelled);
+  EXPECT_EQ(stopper.iterates_since_stop, 0);
 }
 
 TEST(StopScopeTest, StoppedFromTheBeginningIsCancelledAndEmpty) {
