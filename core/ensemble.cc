@@ -9,6 +9,7 @@
 #include "core/analysis/matrix_class.h"
 #include "core/methods/shared_setup.h"
 #include "core/parallel/own_threads.h"
+#include "core/parallel/stop_scope.h"
 #include "core/problem_checks.h"
 #include "core/solve.h"
 #include "core/soundness.h"
@@ -43,6 +44,17 @@ std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMembe
   ViolationList list;
   if (member.x0) CheckInitialState(*member.x0, base.num_states(), list);
   return std::move(list).Take();
+}
+
+// Errors: InvalidArgument when M does not admit the rule. OK where it was stopped before that was known: no member is
+// begun then.
+absl::Status CheckRule(const Problem& base, SetupCache* setups, const std::stop_token& stop) {
+  const StopScope scope(stop);
+  try {
+    return SelectRule(base.rule, SharedClass(base, setups)).status();
+  } catch (const Stopped&) {
+    return absl::OkStatus();
+  }
 }
 
 Solution NotBegun() {
@@ -91,8 +103,7 @@ absl::Status SolveEnsemble(const Problem& base, const std::vector<EnsembleMember
   if (absl::Status status = StatusOf(Validate(base, members, options)); !status.ok()) return status;
   SetupCache own(kOwnCacheBytes);
   if (!setups) setups = &own;
-  if (const auto selection = SelectRule(base.rule, SharedClass(base, setups)); !selection.ok())
-    return selection.status();
+  if (absl::Status status = CheckRule(base, setups, stop); !status.ok()) return status;
   Options of_member = options;
   of_member.num_threads = 1;
   std::mutex mutex;

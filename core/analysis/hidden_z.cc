@@ -13,6 +13,7 @@
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/principal_minors.h"
 #include "core/linalg/linear_program.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -140,6 +141,7 @@ struct Solution {
 // Complete but for members on the boundary.
 std::optional<Solution> SearchAllChoices(const Matrix& M) {
   for (unsigned alpha = 0; alpha < 1u << M.rows(); ++alpha) {
+    LookForStop();
     const std::optional<Matrix> X = HiddenZMatrixForChoice(M, alpha);
     if (!X) continue;
     const std::optional<Weights> weights = BestWeights(M, *X);
@@ -211,6 +213,7 @@ std::optional<Fact> Refute(const Matrix& M, Index j) {
 
 bool EveryChoiceIsImpossible(const Matrix& M) {
   for (unsigned alpha = 0; alpha < 1u << M.rows(); ++alpha) {
+    LookForStop();
     if (!HiddenZChoiceIsImpossible(M, alpha)) return false;
   }
   return true;

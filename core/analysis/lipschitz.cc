@@ -12,6 +12,7 @@
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/positive_semidefinite.h"
 #include "core/linalg/pseudo_inverse.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -24,6 +25,7 @@ template <typename Visit>
 void ForSubsets(Index n, const Visit& visit) {
   std::vector<Index> indices;
   for (unsigned subset = 1; subset < (1u << n); ++subset) {
+    LookForStop();
     indices.clear();
     for (Index i = 0; i < n; ++i) {
       if (subset >> i & 1u) indices.push_back(i);

@@ -12,6 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "core/analysis/p_matrix.h"
 #include "core/analysis/principal_minors.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -127,6 +128,7 @@ void SeeSmallMinors(const Matrix& M, MinorClasses& known) {
   };
   for (Index i = 0; i < M.rows(); ++i) see({i});
   for (Index i = 0; i < M.rows(); ++i) {
+    LookForStop();
     for (Index j = i + 1; j < M.rows(); ++j) see({i, j});
   }
 }

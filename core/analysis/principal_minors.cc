@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/analysis/tracked_matrix.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -134,6 +135,7 @@ class MinorVisitor {
 
   bool Visit(Index remaining, const PrincipalMinor& eliminated) {
     if (remaining == 0) return true;
+    LookForStop();
     const TrackedMatrix& here = At(remaining);
     TrackedMatrix& below = At(remaining - 1);
     const Index first = size_ - remaining;
@@ -157,6 +159,7 @@ class MinorVisitor {
   // All minors of `subset` and any of the indices from `next` on.
   bool VisitOneByOne(std::uint32_t subset, Index next) {
     for (std::uint32_t more = 0; more < 1u << (size_ - next); ++more) {
+      LookForStop();
       const std::vector<Index> indices = IndicesOf(subset | more << next);
       PrincipalMinor minor = Determinant(M_(indices, indices));
       minor.subset = subset | more << next;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -17,6 +18,7 @@ std::optional<int> DegreeOf(const AnyMatrix& A, const AnyMatrix& abs_A, const An
   const double rounding = 16 * std::numeric_limits<double>::epsilon() * static_cast<double>(A.rows());
   Eigen::RowVectorXd bound = row.cwiseAbs();
   for (int k = 1; k <= A.rows(); ++k) {
+    LookForStop();
     const double largest = bound.maxCoeff();
     if (!(largest > 0)) return std::nullopt;
     const double factor = std::exp2(-std::ilogb(largest));  // keeps high powers within range

@@ -8,6 +8,7 @@
 
 #include "core/analysis/semicopositive_types.h"
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -34,6 +35,7 @@ double BranchAndBound(Index n, const Bound& bound, double least_value) {
   };
   for (Index i = 0; i < n; ++i) add(Vector::Unit(n, i), Vector::Ones(n));
   for (int count = 0; count < kMaxBoxes && boxes.top().bound < kGap * least_value; ++count) {
+    LookForStop();
     const Box box = boxes.top();
     boxes.pop();
     Index widest = 0;

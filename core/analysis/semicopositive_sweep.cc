@@ -13,6 +13,7 @@
 #include "absl/strings/str_join.h"
 #include "core/analysis/principal_minors.h"
 #include "core/analysis/s_matrix.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -130,9 +131,11 @@ class Sweep {
 
   SemicopositiveClasses Run() {
     for (Subset S = 1; S < Subset{1} << n_ && !Refuted(); ++S) {
+      LookForStop();
       if (std::popcount(S) <= kSmall && EveryRowHasNegativeEntry(S)) Look(S);
     }
     for (Subset S = 1; S < Subset{1} << n_ && !Refuted(); ++S) {
+      LookForStop();
       if (std::popcount(S) > kSmall && EveryRowHasNegativeEntry(S) && SignsAllowViolation(S)) Look(S);
     }
     const std::string all = absl::StrCat("of all ", (Subset{1} << n_) - 1, " principal submatrices ");

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -94,6 +95,7 @@ Semiobservability TestSemiobservability(const Matrix& C, const Matrix& A, const 
   result.rows.resize(C.rows());
   Enclosed state{x0, Vector::Zero(num_states)};
   for (int power = 0; power < num_states; ++power) {
+    LookForStop();
     const Enclosed image = Multiply(C, state);
     for (Index i = 0; i < C.rows(); ++i) {
       LexicographicRow& row = result.rows[i];

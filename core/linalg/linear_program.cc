@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/linalg/linear_program.h"
 
+#include <ClpEventHandler.hpp>
 #include <ClpSimplex.hpp>
 #include <CoinPackedMatrix.hpp>
 #include <vector>
+
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -28,6 +31,17 @@ CoinPackedMatrix Packed(const Matrix& rows) {
   return packed;
 }
 
+// Ends the simplex method, between two of its iterations, when a stop is asked for. Nothing may be thrown through CLP.
+class EndWhenStopped final : public ClpEventHandler {
+ public:
+  int event(Event) override {
+    constexpr int kEnd = 0, kGoOn = -1;
+    const std::stop_token* const stop = StopScope::Current();
+    return stop && stop->stop_requested() ? kEnd : kGoOn;
+  }
+  ClpEventHandler* clone() const override { return new EndWhenStopped(*this); }
+};
+
 }  // namespace
 
 LinearProgram MakeLinearProgram(Index rows, Index variables) {
@@ -48,7 +62,11 @@ LinearProgramSolution SolveLinearProgram(const LinearProgram& program) {
   simplex.setDualTolerance(1e-9);
   simplex.loadProblem(Packed(program.rows), lower.data(), upper.data(), program.cost.data(), row_lower.data(),
                       row_upper.data());
+  const EndWhenStopped end_when_stopped;
+  simplex.passInEventHandler(&end_when_stopped);
+  LookForStop();
   simplex.dual();
+  LookForStop();
   LinearProgramSolution solution;
   if (simplex.isProvenPrimalInfeasible()) {
     solution.verdict = LinearProgramVerdict::kInfeasible;

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/analyze.h"
+#include "core/ensemble.h"
 #include "core/lcp/lcp.h"
 #include "core/nonlinear/solve_nonlinear.h"
 #include "core/parallel/parallel.h"
@@ -131,6 +132,28 @@ TEST(StopScopeTest, FilingByPanelsLosesNothing) {
   EXPECT_NEAR(panels.lcp_scale, chunks.lcp_scale, 1e-9 * chunks.lcp_scale);
   EXPECT_NEAR(panels.ode_scale, chunks.ode_scale, 1e-9 * chunks.ode_scale);
   EXPECT_NEAR(panels.x_scale, chunks.x_scale, 1e-9 * chunks.x_scale);
+}
+
+TEST(StopScopeTest, AnEnsembleThatIsStoppedWhileItIsClassifiedBeginsNoMember) {
+  std::stop_source stop;
+  stop.request_stop();
+  Problem base = testing::FourVariableEasy();
+  const Matrix M = testing::RandomMatrix(40, 40, 2);
+  base.M = M - M.transpose();
+  base.B = Matrix::Zero(base.num_states(), 40);
+  base.N = Matrix::Zero(40, base.num_states());
+  base.g = TimeFunction::Constant(Vector::Ones(40));
+  int ended = 0;
+  const absl::Status status = SolveEnsemble(
+      base, std::vector<EnsembleMember>(3), {},
+      [&](Index, const Solution& solution) {
+        ++ended;
+        EXPECT_EQ(solution.termination, Termination::kCancelled);
+        EXPECT_EQ(solution.x.cols(), 0);
+      },
+      stop.get_token());
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(ended, 3);
 }
 
 TEST(StopScopeTest, ASplittingThatIsStoppedIteratesNoMore) {
