@@ -40,13 +40,21 @@ int main(int argc, char** argv) {
   command->callback([&] { held = AskOverload(overload); });
 
   StopsQuestion stops;
-  command = app.add_subcommand("stops", "How long after a stop a solve is over, for each method and size");
-  command->add_option("--sizes", stops.sizes, "Numbers of states and pairs");
-  command->add_option("--stops", stops.stops, "Of each");
-  command->add_option("--longest", stops.longest, "Seconds within which the stop comes");
-  command->add_option("--only", stops.only, "Cases whose name contains this");
-  command->add_option("--seed", stops.seed, "Of the moments");
+  const auto take_stops = [&stops](CLI::App& of) {
+    of.add_option("--sizes", stops.sizes, "Numbers of states and pairs");
+    of.add_option("--stops", stops.stops, "Of each");
+    of.add_option("--longest", stops.longest, "Seconds within which the stop comes");
+    of.add_option("--only", stops.only, "Cases whose name contains this");
+    of.add_option("--seed", stops.seed, "Of the moments");
+  };
+  command =
+      app.add_subcommand("stops", "How long after a stop a solve or an analysis is over, for each method and size");
+  take_stops(*command);
   command->callback([&] { held = AskStops(stops); });
+  command = app.add_subcommand("served-stops",
+                               "How long after a cancel that was sent, and after its deadline, a job is over");
+  take_stops(*command);
+  command->callback([&] { held = AskServedStops(stops); });
 
   SoakQuestion soak;
   command = app.add_subcommand("soak", "Jobs and connections come and go for long: does anything grow?");

@@ -38,7 +38,7 @@ struct OverloadQuestion {
 };
 bool AskOverload(const OverloadQuestion& question);
 
-// How long after a stop is a solve over?
+// How long after a stop is a solve, or an analysis, over?
 struct StopsQuestion {
   std::vector<int> sizes = {4, 100, 500, 1000};
   int stops = 20;      // of each method and size
@@ -47,6 +47,9 @@ struct StopsQuestion {
   unsigned seed = 1;
 };
 bool AskStops(const StopsQuestion& question);
+
+// How long after a cancel that was sent to a server, and after a deadline, is a job over? So many of both.
+bool AskServedStops(const StopsQuestion& question);
 
 // Jobs come, are watched, cancelled, read and deleted, connections are made and lost, the server restarts now and then:
 // does anything grow?

@@ -5,6 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/analyze.h"
+#include "core/ensemble.h"
+#include "core/nonlinear/solve_nonlinear.h"
+#include "core/solve.h"
 #include "tests/support/random_matrix.h"
 
 namespace dlcs::load {
@@ -60,6 +64,23 @@ Options With(Method method, Index steps) {
   return options;
 }
 
+bool IsStoppedOrDone(const Solution& solution) {
+  return solution.termination == Termination::kCancelled || solution.termination == Termination::kConverged;
+}
+
+// A ring of masses on hardening springs, each beside an elastic stop.
+NonlinearProblem RingOf(Index size) {
+  NonlinearProblem problem;
+  for (Index i = 1; i <= size; ++i) {
+    const std::string k = std::to_string(i), next = std::to_string(i % size + 1);
+    problem.f.push_back("-2*x" + k + " - x" + k + "**3 + 0.5*x" + next + " + 2*cos(" + k + "*t) + y" + k);
+    problem.g.push_back("3*y" + k + " + 0.5*y" + next + "**3 + x" + k + " - sin(3*t)");
+  }
+  problem.x0 = Vector::Zero(size);
+  problem.horizon = 1000;
+  return problem;
+}
+
 constexpr double kHorizon = 1000;
 constexpr Index kFew = 4;
 
@@ -103,6 +124,55 @@ std::vector<StopCase> StopCases(Index size) {
   by_itself.error_tolerance = 1e-6;
   add("tolerance, states", states, by_itself);
   return cases;
+}
+
+std::vector<StoppableWork> StoppableWorks(Index size) {
+  std::vector<StoppableWork> works;
+  for (StopCase& the_case : StopCases(size)) {
+    const std::string name = the_case.name;
+    works.push_back({name, [the_case = std::move(the_case)](std::stop_token stop) {
+                       Observer nobody;
+                       const auto solution = Solve(the_case.problem, the_case.options, nobody, stop);
+                       return solution.ok() && IsStoppedOrDone(*solution);
+                     }});
+  }
+  const Index few = std::min(size, kFew);
+  const auto analyze = [&](const char* name, Problem problem) {
+    works.push_back(
+        {name, [problem = std::move(problem)](std::stop_token stop) { return Analyze(problem, {}, stop).ok(); }});
+  };
+  const Problem states = System(Damped(size), Definite(few), kHorizon);
+  analyze("analysis, states", states);
+  analyze("analysis, pairs", LongProblemOfPairs(size));
+  analyze("analysis, pairs, skew M", System(Damped(few), Skew(size), kHorizon));
+  Problem index_one = System(Damped(size), Matrix::Zero(size, size), kHorizon);
+  index_one.B = Definite(size);
+  index_one.N = Matrix::Identity(size, size);
+  analyze("analysis, states and pairs, M = 0", index_one);
+
+  works.push_back(
+      {"ensemble, states and pairs", [base = System(Damped(size), Definite(size), kHorizon)](std::stop_token stop) {
+         std::vector<EnsembleMember> members(64);
+         for (std::size_t k = 0; k < members.size(); ++k) {
+           members[k].x0 = RandomMatrix(base.num_states(), 1, static_cast<unsigned>(k));
+         }
+         bool holds = true;
+         const absl::Status status = SolveEnsemble(
+             base, members, With(Method::kExponentialMarch, 100'000),
+             [&](Index, const Solution& solution) { holds = holds && IsStoppedOrDone(solution); }, stop);
+         return status.ok() && holds;
+       }});
+  works.push_back({"nonlinear, states and pairs", [problem = RingOf(size)](std::stop_token stop) {
+                     Observer nobody;
+                     Options options;
+                     options.num_steps = 100'000;
+                     options.num_threads = 1;
+                     options.output_times_only = true;
+                     options.output_times = {problem.horizon};
+                     const auto solution = SolveNonlinear(problem, options, nobody, stop);
+                     return solution.ok() && IsStoppedOrDone(*solution);
+                   }});
+  return works;
 }
 
 }  // namespace dlcs::load

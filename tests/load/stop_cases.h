@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves that take long, one for each thing that a stop may have to interrupt.
+// Work that takes long, one for each thing that a stop may have to interrupt.
 
 #ifndef DLCS_TESTS_LOAD_STOP_CASES_H_
 #define DLCS_TESTS_LOAD_STOP_CASES_H_
 
+#include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,15 @@ Problem LongProblemOfPairs(Index pairs);
 
 // With matrices of `size` rows, written down entry by entry; on one thread.
 std::vector<StopCase> StopCases(Index size);
+
+struct StoppableWork {
+  std::string name;
+  // Whether it ended as what is stopped, or is done, should.
+  std::function<bool(std::stop_token stop)> run;
+};
+
+// StopCases(), and what is more than one solve of a linear system, or none: analyses, an ensemble, a nonlinear system.
+std::vector<StoppableWork> StoppableWorks(Index size);
 
 }  // namespace dlcs::load
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long after a stop is a solve over?
+// How long after a stop is work over?
 
 #include <pthread.h>
 
@@ -16,7 +16,6 @@
 #include <thread>
 #include <vector>
 
-#include "core/solve.h"
 #include "tests/load/percentiles.h"
 #include "tests/load/questions.h"
 #include "tests/load/stop_cases.h"
@@ -44,8 +43,8 @@ struct Stopped {
   bool is_sound = false;
 };
 
-// Solves, and asks to stop after `seconds`. Nothing when the solve was over before; `took` is then how long it took.
-std::optional<Stopped> StopAfter(const StopCase& the_case, double seconds, double& took) {
+// Works, and asks to stop after `seconds`. Nothing when it was over before; `took` is then how long it took.
+std::optional<Stopped> StopAfter(const StoppableWork& work, double seconds, double& took) {
   std::stop_source stop;
   std::atomic<bool> is_over = false;
   steady_clock::time_point end;
@@ -53,13 +52,9 @@ std::optional<Stopped> StopAfter(const StopCase& the_case, double seconds, doubl
   bool is_sound = false;
   const auto begin = steady_clock::now();
   std::thread solver([&] {
-    Observer nobody;
-    const auto solution = Solve(the_case.problem, the_case.options, nobody, stop.get_token());
+    is_sound = work.run(stop.get_token());  // a stop may come when all is done but the return
     end = steady_clock::now();
     cpu_end = ProcessorSecondsOf(pthread_self());
-    // A stop may come when all is done but the return.
-    is_sound = solution.ok() &&
-               (solution->termination == Termination::kCancelled || solution->termination == Termination::kConverged);
     is_over = true;
   });
   for (duration<double> rest(seconds); !is_over && rest.count() > 0;) {
@@ -83,19 +78,19 @@ bool AskStops(const StopsQuestion& question) {
   const auto limit_ms = [](int size) { return size <= 500 ? 40.0 : 200.0; };
   std::printf("stops: %d of each, within %.3g s, --seed %u; times in ms\n", question.stops, question.longest,
               question.seed);
-  std::printf("%-6s %-32s %8s %8s %8s %10s\n", "size", "solve", "p50", "p99", "max", "max of cpu");
+  std::printf("%-6s %-34s %8s %8s %8s %10s\n", "size", "work", "p50", "p99", "max", "max of cpu");
   std::mt19937 random(question.seed);
   bool holds = true;
   for (const int size : question.sizes) {
-    for (const StopCase& the_case : StopCases(size)) {
-      if (the_case.name.find(question.only) == std::string::npos) continue;
+    for (const StoppableWork& work : StoppableWorks(size)) {
+      if (work.name.find(question.only) == std::string::npos) continue;
       double longest = question.longest;
       std::vector<double> wall, cpu;
       bool is_sound = true;
       for (int tries = 0; static_cast<int>(wall.size()) < question.stops && tries < 3 * question.stops; ++tries) {
         double took = 0;
         const double after = std::uniform_real_distribution<double>(0, longest)(random);
-        if (const auto stopped = StopAfter(the_case, after, took)) {
+        if (const auto stopped = StopAfter(work, after, took)) {
           wall.push_back(stopped->wall_ms);
           cpu.push_back(stopped->cpu_ms);
           is_sound = is_sound && stopped->is_sound;
@@ -106,7 +101,7 @@ bool AskStops(const StopsQuestion& question) {
       if (wall.empty()) continue;
       const double worst = *std::max_element(cpu.begin(), cpu.end());
       const bool is_late = worst > limit_ms(size);
-      std::printf("%-6d %-32s %8.2f %8.2f %8.2f %10.2f%s%s\n", size, the_case.name.c_str(), Percentile(wall, 50),
+      std::printf("%-6d %-34s %8.2f %8.2f %8.2f %10.2f%s%s\n", size, work.name.c_str(), Percentile(wall, 50),
                   Percentile(wall, 99), Percentile(wall, 100), worst, is_late ? "  LATE" : "",
                   is_sound ? "" : "  WRONG: ended as something else");
       std::fflush(stdout);
