@@ -147,6 +147,14 @@ void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
   app.footer(kCapabilitiesExamples);
 }
 
+void AddHealth(CLI::App& main, HealthCommand& command) {
+  CLI::App& app = *main.add_subcommand("health", "Whether a server serves");
+  AddServer(app, command.server, fmt::format("The dlcsd at this address ({})", command.server.address));
+  app.add_option("--service", command.service, "One of its services (the server as a whole)")->type_name("NAME");
+  AddDeadline(app, command.deadline_s);
+  app.footer(kHealthExamples);
+}
+
 // CLI11 takes "-.5" for an option of that name, unlike "-0.5": tie a value that looks like a number to the
 // option before it.
 std::vector<std::string> WithNegativeNumbersTied(int argc, const char* const* argv) {
@@ -219,7 +227,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, or with jobs "
+    return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, health, or with jobs "
            "submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
@@ -242,6 +250,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   DcpCommand dcp;
   ModelCommand model;
   CapabilitiesCommand capabilities;
+  HealthCommand health;
   JobCommands jobs;
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.", "dlcs");
   app.set_version_flag("--version", std::string("dlcs ") + DLCS_VERSION);
@@ -254,6 +263,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddDcp(app, dcp);
   AddModel(app, model);
   AddCapabilities(app, capabilities);
+  AddHealth(app, health);
   AddJobCommands(app, jobs);
   for (CLI::App* command : app.get_subcommands({})) BreakDescriptions(*command);
 
@@ -275,6 +285,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("lcp")) return lcp;
   if (app.got_subcommand("dcp")) return dcp;
   if (app.got_subcommand("model")) return model;
+  if (app.got_subcommand("health")) return health;
   if (app.got_subcommand("submit")) return jobs.submit;
   if (app.got_subcommand("upload")) return jobs.upload;
   if (app.got_subcommand("problems")) return jobs.problems;

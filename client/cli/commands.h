@@ -14,6 +14,9 @@
 
 namespace dlcs::client {
 
+// Where commands look for a server that cannot run in this process.
+inline constexpr const char* kDefaultServer = "localhost:50051";
+
 enum class OutputFormat { kTable, kJson, kCsv };
 
 struct SolveCommand {
@@ -78,6 +81,13 @@ struct CapabilitiesCommand {
   double deadline_s = 10;
 };
 
+// Whether a server serves: for people, and for what watches over servers.
+struct HealthCommand {
+  ServerTarget server = ServerAt(kDefaultServer);
+  std::string service;  // empty: the server as a whole
+  double deadline_s = 3;
+};
+
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
 ExitCode Run(const EnsembleCommand& command);
@@ -86,6 +96,7 @@ ExitCode Run(const LcpCommand& command);
 ExitCode Run(const DcpCommand& command);
 ExitCode Run(const ModelCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
+ExitCode Run(const HealthCommand& command);
 
 }  // namespace dlcs::client
 

@@ -112,6 +112,16 @@ inline constexpr const char* kCapabilitiesExamples =
     "  dlcs capabilities\n"
     "  dlcs capabilities --server localhost:50051 --format json";
 
+inline constexpr const char* kHealthExamples =
+    "Asks the server as a whole, which serves until it shuts down, or one of its services: dlcs.v1.SolverService,\n"
+    "dlcs.v1.JobService, which serves while the store of jobs answers. Needs no token.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs health\n"
+    "  dlcs health --service dlcs.v1.JobService --server solver.example:50051 --tls-ca ca.pem\n"
+    "\n"
+    "Exit codes: 0 SERVING; 1 the server answers, and does not serve; 2 bad input (option, file); 3 no answer.";
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_CLI_HELP_TEXT_H_

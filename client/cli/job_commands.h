@@ -14,8 +14,6 @@
 
 namespace dlcs::client {
 
-inline constexpr const char* kDefaultServer = "localhost:50051";
-
 // What all of them are told.
 struct JobTarget {
   ServerTarget server = ServerAt(kDefaultServer);

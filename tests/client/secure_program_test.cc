@@ -70,6 +70,22 @@ TEST_F(SecureProgramTest, EveryCommandTakesTheOptions) {
     EXPECT_EQ(outcome.code, 0) << command << outcome.err;
   }
   EXPECT_EQ(RunDlcs("list" + where).code, 0);
+  EXPECT_EQ(RunDlcs("health" + where).code, 0);
+}
+
+// What watches over servers has no token.
+TEST_F(SecureProgramTest, HealthNeedsEncryptionAndNoToken) {
+  for (const std::string service : {"", " --service dlcs.v1.JobService"}) {
+    const ProgramOutcome serving = RunDlcs("health" + Server() + Ca() + service);
+    EXPECT_EQ(serving.code, 0) << serving.err;
+    EXPECT_EQ(serving.out, "SERVING\n");
+  }
+  const ProgramOutcome plain = RunDlcs("health" + Server());
+  EXPECT_EQ(plain.code, 3);
+  EXPECT_EQ(plain.out, "");
+  EXPECT_THAT(plain.err, HasSubstr("wants encrypted connections"));
+  const dlcs::testing::TestAuthority other;
+  EXPECT_EQ(RunDlcs("health" + Server() + " --tls-ca " + File("other.pem", other.certificate())).code, 3);
 }
 
 TEST_F(SecureProgramTest, SaysWhatIsMissingAndNothingElse) {
@@ -116,6 +132,25 @@ TEST_F(SecureProgramTest, NamesTheOptionTheFileAndTheRule) {
   const ProgramOutcome here = RunDlcs(std::string("solve ") + kProblem + Ca());
   EXPECT_EQ(here.code, 2);
   EXPECT_THAT(here.err, HasSubstr("--server"));
+}
+
+TEST_F(SecureProgramTest, HealthOfAServerThatWantsCertificatesNeedsOne) {
+  const dlcs::testing::Issued issued = authority_.Issue("localhost");
+  ServerConfig config;
+  config.listen = "127.0.0.1:0";
+  config.access.tls_cert = File("other-server.pem", issued.certificate);
+  config.access.tls_key = File("other-server.key", issued.key);
+  config.access.tls_client_ca = File("clients.pem", authority_.certificate());
+  const auto server = DlcsServer::Start(config);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const std::string health = "health --server " + (*server)->address() + Ca();
+  const ProgramOutcome without = RunDlcs(health);
+  EXPECT_EQ(without.code, 3);
+  EXPECT_THAT(without.err, HasSubstr("--tls-cert"));
+  const dlcs::testing::Issued probe = authority_.Issue("probe");
+  const ProgramOutcome with = RunDlcs(health + " --tls-cert " + File("probe.pem", probe.certificate) + " --tls-key " +
+                                      File("probe.key", probe.key));
+  EXPECT_EQ(with.code, 0) << with.err;
 }
 
 }  // namespace
