@@ -23,9 +23,11 @@ std::string Shortened(std::string text) {
 }
 
 bool LooksLikeANumber(const nlohmann::json& value) {
-  return value.is_string() &&
-         nlohmann::json::parse(value.get_ref<const std::string&>(), nullptr, /*allow_exceptions=*/false)
-             .is_number();
+  if (!value.is_string()) return false;
+  const std::string& text = value.get_ref<const std::string&>();
+  // No number is long, and other long text may be nested to any depth.
+  return text.size() <= kMaxShownLetters &&
+         nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false).is_number();
 }
 
 }  // namespace
@@ -37,7 +39,10 @@ std::string DescribeJson(const nlohmann::json& value) {
     case nlohmann::json::value_t::boolean:
       return value.dump();
     case nlohmann::json::value_t::string:
-      return fmt::format("a string ({})", Shortened(value.dump()));
+      // Cut before it is quoted: there may be any number of letters.
+      return fmt::format("a string ({})",
+                         Shortened(nlohmann::json(value.get_ref<const std::string&>().substr(0, kMaxShownLetters + 1))
+                                       .dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore)));
     case nlohmann::json::value_t::array:
       return value.empty() ? "an empty list" : fmt::format("a list (of {})", value.size());
     case nlohmann::json::value_t::object:
@@ -66,6 +71,10 @@ void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vect
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     if (std::find(notes.begin(), notes.end(), key) != notes.end()) continue;
+    if (refusals_.size() == kMaxRefusals) {  // what nobody will read is not looked for
+      ++more_;
+      continue;
+    }
     const std::optional<std::string> nearest = NearestName(key, known);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
     Refuse(fmt::format("\"{}\"", Shortened(key)),

@@ -10,50 +10,116 @@
 #include <cstring>
 #include <iterator>
 #include <memory>
-#include <set>
+#include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace dlcs::client {
 namespace {
 
-constexpr int kMaxDepth = 32;
+constexpr std::size_t kMaxDepth = 32;
+// Of a file: each takes a hundred bytes or two, and may be written with two.
+constexpr std::size_t kMaxLists = std::size_t{1} << 23;
 
-// Thrown from the parser's callback, which has no other way to stop it, and caught in ParseJson().
-struct Refusal {
-  std::string what;
-};
+constexpr std::size_t kMaxShownBytes = 200;
 
-// What nlohmann's parser lets pass and we do not: a key given twice, deep nesting.
-class StructureGuard {
+// Of text that is shown: not all of what a file of any size holds.
+std::string Shortened(std::string text) {
+  if (text.size() <= kMaxShownBytes) return text;
+  std::size_t end = kMaxShownBytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // within a letter of UTF-8
+  return text.substr(0, end) + "…";
+}
+
+// Makes the value as it is read, and stops at once where nlohmann's own reader would go on and we do not: at a key given
+// twice and at deep nesting. (A callback of that reader could stop it too; but then it looks at all elements of a list again
+// at the end of each that is a list or an object.)
+class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  bool operator()(int depth, nlohmann::json::parse_event_t event, const nlohmann::json& value) {
-    using Event = nlohmann::json::parse_event_t;
-    if (event == Event::object_start) {
-      keys_.emplace_back();
-      open_keys_.emplace_back();
-    } else if (event == Event::object_end) {
-      keys_.pop_back();
-      open_keys_.pop_back();
-    } else if (event == Event::key) {
-      OnKey(value.get_ref<const std::string&>());
+  nlohmann::json& value() { return root_; }
+  // Why the text is refused by us; empty where the parser or nobody refuses it.
+  const std::string& refusal() const { return refusal_; }
+  const std::optional<nlohmann::json::parse_error>& syntax_error() const { return syntax_error_; }
+  // Any other error of the parser; empty where there is none.
+  const std::string& other_error() const { return other_error_; }
+
+  bool null() override { return Put(nullptr); }
+  bool boolean(bool value) override { return Put(value); }
+  bool number_integer(number_integer_t value) override { return Put(value); }
+  bool number_unsigned(number_unsigned_t value) override { return Put(value); }
+  bool number_float(number_float_t value, const string_t& /*text*/) override { return Put(value); }
+  bool string(string_t& value) override { return Put(std::move(value)); }
+  bool binary(binary_t& /*value*/) override { return false; }  // JSON text has none
+  bool start_array(std::size_t /*elements*/) override { return Enter(nlohmann::json::array()); }
+  bool end_array() override { return Leave(); }
+  bool start_object(std::size_t /*elements*/) override { return Enter(nlohmann::json::object()); }
+  bool end_object() override { return Leave(); }
+  bool key(string_t& key) override {
+    Open& object = open_.back();
+    if (object.value->contains(key)) {
+      const auto first =
+          std::find_if(open_.begin(), open_.end() - 1, [](const Open& open) { return open.value->is_object(); });
+      const std::string where =
+          first != open_.end() - 1 ? fmt::format(" in \"{}\"", Shortened(first->key)) : "";
+      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", Shortened(key), where);
+      return false;
     }
-    if (depth > kMaxDepth)
-      throw Refusal{fmt::format("lists or objects are nested deeper than {}", kMaxDepth)};
+    object.key = std::move(key);
     return true;
+  }
+  bool parse_error(std::size_t /*position*/, const std::string& /*token*/,
+                   const nlohmann::detail::exception& error) override {
+    if (const auto* syntax = dynamic_cast<const nlohmann::json::parse_error*>(&error)) {
+      syntax_error_.emplace(*syntax);
+    } else {
+      other_error_ = error.what();
+    }
+    return false;
   }
 
  private:
-  void OnKey(const std::string& key) {
-    if (!keys_.back().insert(key).second) {
-      const std::string where = open_keys_.size() > 1 ? fmt::format(" in \"{}\"", open_keys_.front()) : "";
-      throw Refusal{fmt::format("key \"{}\" is given twice{}; keep one of them", key, where)};
+  // A list or an object that is being read. It stays where it is: what holds it grows only behind it, and later.
+  struct Open {
+    nlohmann::json* value;
+    std::string key = {};  // of an object: whose value comes next, or is being read
+  };
+
+  nlohmann::json* Add(nlohmann::json value) {
+    if (open_.empty()) return &(root_ = std::move(value));
+    Open& inner = open_.back();
+    if (inner.value->is_array()) return &inner.value->emplace_back(std::move(value));
+    return &((*inner.value)[inner.key] = std::move(value));
+  }
+  bool Put(nlohmann::json value) {
+    Add(std::move(value));
+    return true;
+  }
+  bool Enter(nlohmann::json empty) {
+    if (open_.size() == kMaxDepth) {
+      refusal_ = fmt::format("lists or objects are nested deeper than {}", kMaxDepth);
+      return false;
     }
-    open_keys_.back() = key;
+    if (++lists_ > kMaxLists) {
+      refusal_ = fmt::format(
+          "holds more than {} lists and objects; write a large matrix with \"row_indices\", \"column_indices\" and "
+          "\"values\", or as a file of Matrix Market",
+          kMaxLists);
+      return false;
+    }
+    open_.push_back({Add(std::move(empty))});
+    return true;
+  }
+  bool Leave() {
+    open_.pop_back();
+    return true;
   }
 
-  std::vector<std::set<std::string>> keys_;  // of the objects that are open
-  std::vector<std::string> open_keys_;       // the key whose value is being read, in each of them
+  nlohmann::json root_;
+  std::vector<Open> open_;
+  std::size_t lists_ = 0;
+  std::string refusal_, other_error_;
+  std::optional<nlohmann::json::parse_error> syntax_error_;
 };
 
 struct Place {
@@ -122,7 +188,7 @@ std::string Describe(const std::string& text, const std::string& source,
   const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
   const Place place = PlaceOf(text, offset);
   std::string why = Explain(text, offset);
-  if (why.empty()) why = ReasonOf(error.what());
+  if (why.empty()) why = Shortened(ReasonOf(error.what()));
   return fmt::format("{}, line {}, column {}: {}", source, place.line, place.column, why);
 }
 
@@ -163,22 +229,15 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return absl::InvalidArgumentError(fmt::format("{}: the file is empty", source));
   }
-  try {
-    StructureGuard guard;
-    // By reference: the parser copies its callback.
-    return nlohmann::json::parse(
-        text, [&guard](int depth, nlohmann::json::parse_event_t event, nlohmann::json& value) {
-          return guard(depth, event, value);
-        });
-  } catch (const Refusal& refusal) {
-    return absl::InvalidArgumentError(fmt::format("{}: {}", source, refusal.what));
-  } catch (const nlohmann::json::parse_error& error) {
-    return absl::InvalidArgumentError(Describe(text, source, error));
-  } catch (const nlohmann::json::exception& error) {
-    // The only one left is a number such as 1e999.
-    return absl::InvalidArgumentError(fmt::format("{}: {}; every number must be finite in double precision",
-                                                  source, ReasonOf(error.what())));
+  StrictReader reader;
+  if (nlohmann::json::sax_parse(text, &reader)) return std::move(reader.value());
+  if (!reader.refusal().empty()) {
+    return absl::InvalidArgumentError(fmt::format("{}: {}", source, reader.refusal()));
   }
+  if (reader.syntax_error()) return absl::InvalidArgumentError(Describe(text, source, *reader.syntax_error()));
+  // The only one left is a number such as 1e999.
+  return absl::InvalidArgumentError(fmt::format("{}: {}; every number must be finite in double precision", source,
+                                                Shortened(ReasonOf(reader.other_error()))));
 }
 
 }  // namespace dlcs::client

@@ -57,6 +57,8 @@ std::optional<std::string> NearestName(const std::string& name, const std::vecto
   int fewest = 0;
   for (const std::string& candidate : known) {
     const int allowed = std::max<int>(kHalfEdit, kEdit * static_cast<int>(candidate.size()) / 2);
+    // Each letter too many is an edit.
+    if (name.size() > candidate.size() + static_cast<std::size_t>(allowed)) continue;
     const int distance = IsAbbreviation(name, candidate) ? kHalfEdit : Distance(name, candidate);
     if (distance <= allowed && (!nearest || distance < fewest)) {
       nearest = candidate;

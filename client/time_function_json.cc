@@ -21,6 +21,9 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
+// Zeros that a file is given where it leaves f or g out: a few bytes can ask for any number of components.
+constexpr std::int64_t kMostZeros = std::int64_t{1} << 26;
+
 // A list with a formula or a number per component. Numbers alone are a constant; next to formulas they are
 // written as formulas, with all their digits.
 void ReadComponents(const json& value, const std::string& path, JsonReader& reader, v1::TimePiece& piece) {
@@ -98,8 +101,15 @@ void ReadPolynomials(const json& value, const std::string& path, int size, JsonR
   }
 }
 
-void ReadZero(int size, v1::TimePiece& piece) {
-  for (int i = 0; i < size; ++i) piece.mutable_constant()->add_values(0);
+// `zeros` counts those of the whole file.
+void ReadZero(const std::string& path, int size, std::int64_t& zeros, JsonReader& reader, v1::TimePiece& piece) {
+  if (zeros + size > kMostZeros) {
+    reader.Refuse(path,
+                  fmt::format("is missing, and zero in {} components makes more than {} numbers", size, kMostZeros));
+    return;
+  }
+  zeros += size;
+  piece.mutable_constant()->mutable_values()->Resize(size, 0);
 }
 
 void ReadSource(const json& value, const std::string& path, int size, JsonReader& reader,
@@ -118,11 +128,11 @@ void ReadSource(const json& value, const std::string& path, int size, JsonReader
 }
 
 // One of f and g, in a piece at `prefix`.
-void ReadPiece(const json& object, const std::string& key, const std::string& prefix, int size,
+void ReadPiece(const json& object, const std::string& key, const std::string& prefix, int size, std::int64_t& zeros,
                JsonReader& reader, v1::TimePiece& piece) {
   const auto value = object.find(key);
   if (value == object.end()) {
-    ReadZero(size, piece);
+    ReadZero(prefix + key, size, zeros, reader, piece);
   } else {
     ReadSource(*value, prefix + key, size, reader, piece);
   }
@@ -150,12 +160,12 @@ void ReadOwnPieces(const json& pieces, const std::string& path, int size, JsonRe
 }
 
 // f or g of a problem: a source, or an object that is a matrix times one, or pieces of its own.
-void ReadFunction(const json& root, const std::string& key, int size, JsonReader& reader,
+void ReadFunction(const json& root, const std::string& key, int size, std::int64_t& zeros, JsonReader& reader,
                   v1::TimeFunction& function) {
   const auto value = root.find(key);
   const bool composed =
       value != root.end() && value->is_object() && (value->contains("matrix") || value->contains("pieces"));
-  if (!composed) return ReadPiece(root, key, "", size, reader, *function.add_pieces());
+  if (!composed) return ReadPiece(root, key, "", size, zeros, reader, *function.add_pieces());
   reader.RefuseUnknownKeys(*value, {"matrix", value->contains("pieces") ? "pieces" : "of"}, key);
   if (value->contains("matrix")) {
     const auto lift = ReadAnyMatrix((*value)["matrix"], key + ".matrix", reader);
@@ -206,10 +216,11 @@ bool IsZero(const v1::TimeFunction& function) {
 
 void ReadSources(const json& root, int states, int constraints, JsonReader& reader, v1::TimeFunction& f,
                  v1::TimeFunction& g) {
+  std::int64_t zeros = 0;
   const auto pieces = root.find("pieces");
   if (pieces == root.end()) {
-    ReadFunction(root, "f", states, reader, f);
-    ReadFunction(root, "g", constraints, reader, g);
+    ReadFunction(root, "f", states, zeros, reader, f);
+    ReadFunction(root, "g", constraints, zeros, reader, g);
     return;
   }
   if (!pieces->is_array() || pieces->empty()) {
@@ -233,8 +244,8 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
       continue;
     }
     const double start = reader.ReadNumber(*t0, path + ".t0").value_or(0);
-    ReadPiece(piece, "f", path + ".", states, reader, *f.add_pieces());
-    ReadPiece(piece, "g", path + ".", constraints, reader, *g.add_pieces());
+    ReadPiece(piece, "f", path + ".", states, zeros, reader, *f.add_pieces());
+    ReadPiece(piece, "g", path + ".", constraints, zeros, reader, *g.add_pieces());
     f.mutable_pieces(f.pieces_size() - 1)->set_start(start);
     g.mutable_pieces(g.pieces_size() - 1)->set_start(start);
   }
