@@ -5,11 +5,17 @@
 #include <cctype>
 #include <map>
 #include <regex>
+#include <sstream>
 
 #include "fmt/format.h"
 
 namespace dlcs {
 namespace {
+
+// All settings together are some thousand bytes; what is larger is another kind of file.
+constexpr std::size_t kMaxFileBytes = 1'000'000;
+constexpr std::size_t kMaxLineBytes = 4096;
+constexpr std::size_t kMaxShownBytes = 2 * kMaxLineBytes;  // a line, and what is said of it
 
 constexpr const char* kBlanks = " \t\r";
 
@@ -49,11 +55,24 @@ bool IsPlain(const std::string& value) {
 }  // namespace
 
 absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std::string& path) {
+  std::string file(kMaxFileBytes + 1, '\0');
+  input.read(file.data(), static_cast<std::streamsize>(file.size()));
+  if (input.bad()) return absl::InvalidArgumentError(fmt::format("{}: cannot be read", path));
+  file.resize(static_cast<std::size_t>(input.gcount()));
+  if (file.size() > kMaxFileBytes) {
+    return absl::InvalidArgumentError(
+        fmt::format("{}: has more than {} bytes; must be a file of settings, one a line", path, kMaxFileBytes));
+  }
   std::vector<Setting> settings;
   std::map<std::string, int> lines;
   int number = 0;
-  for (std::string line; std::getline(input, line);) {
+  std::istringstream text_lines(file);
+  for (std::string line; std::getline(text_lines, line);) {
     ++number;
+    if (line.size() > kMaxLineBytes) {
+      return absl::InvalidArgumentError(
+          fmt::format("{}:{}: has {} bytes; a line must have at most {}", path, number, line.size(), kMaxLineBytes));
+    }
     const std::string text = Trimmed(line);
     if (IsComment(text)) continue;
     const auto broken = [&](const std::string& rule) {
@@ -70,7 +89,6 @@ absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std
     }
     settings.push_back({key, std::move(value.text), number});
   }
-  if (input.bad()) return absl::InvalidArgumentError(fmt::format("{}: cannot be read", path));
   return settings;
 }
 
@@ -81,6 +99,8 @@ std::string WriteSetting(const std::string& key, const std::string& value) {
 }
 
 std::string WithoutPassword(const std::string& value) {
+  // The library's expressions take stack for every letter.
+  if (value.size() > kMaxShownBytes) return fmt::format("({} bytes)", value.size());
   static const std::regex in_url(R"((://[^/:@\s]*):[^@\s]*@)");
   static const std::regex in_words(R"((password\s*=\s*)('[^']*'|[^\s&"']+))", std::regex::icase);
   return std::regex_replace(std::regex_replace(value, in_url, "$1:***@"), in_words, "$1***");

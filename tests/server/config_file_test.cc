@@ -6,6 +6,7 @@
 
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace dlcs {
@@ -58,6 +59,20 @@ TEST(ConfigFileTest, NamesTheLineAndTheRule) {
     EXPECT_EQ(settings.status().code(), absl::StatusCode::kInvalidArgument) << wrong.text;
     EXPECT_THAT(std::string(settings.status().message()), HasSubstr(wrong.words));
   }
+}
+
+// The expressions that look for passwords would take the stack.
+TEST(ConfigFileTest, RefusesWhatIsTooLongToBeSettings) {
+  const std::string url = "store = x://" + std::string(1'000, 'a');
+  EXPECT_TRUE(Read(url).ok());
+  for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
+           {"threads = 1\nx://" + std::string(900'000, 'a'), "dlcsd.conf:2: has 900004 bytes; a line must have at most 4096"},
+           {std::string(2'000'000, '\n'), "dlcsd.conf: has more than 1000000 bytes"}}) {
+    const auto settings = Read(text);
+    EXPECT_EQ(settings.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(settings.status().message()), HasSubstr(words));
+  }
+  EXPECT_EQ(WithoutPassword("x://" + std::string(1'000'000, 'a')), "(1000004 bytes)");
 }
 
 TEST(ConfigFileTest, ReadsWhatItWrites) {

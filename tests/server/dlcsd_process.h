@@ -37,11 +37,14 @@ class DlcsdProcess {
   pid_t pid() const { return pid_; }
   // Memory in use now (resident set).
   std::int64_t ResidentBytes() const;
+  // The most that it had in use; call it after Wait(). Linux counts in what this process had in use when it started it.
+  std::int64_t peak_bytes() const { return peak_bytes_; }
 
  private:
   pid_t pid_ = -1;
   int output_ = -1;
   int errors_ = -1;
+  std::int64_t peak_bytes_ = 0;
 };
 
 }  // namespace dlcs::testing

@@ -12,6 +12,7 @@
 
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/test_requests.h"
 
 namespace dlcs {
 namespace {
@@ -106,6 +107,22 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
   EXPECT_THAT(RunDlcsd({"--config", "/no/such"}).errors, HasSubstr("--config /no/such: cannot be read"));
   EXPECT_EQ(RunDlcsd({"--config", folder_.path().string()}).exit_status, 2);
   EXPECT_EQ(RunDlcsd({}, {"DLCSD_CONFIG=/no/such"}).exit_status, 2);
+}
+
+TEST_F(DlcsdSettingsTest, AFileOfAnotherKindIsRefusedForLittleMemory) {
+  {
+    std::ofstream file(path_);
+    const std::string block(1'000'000, '[');
+    for (int k = 0; k < 100; ++k) file << block;
+  }
+  DlcsdProcess dlcsd({"--config", path_});
+  EXPECT_EQ(dlcsd.Wait(), 2);
+  const std::string errors = dlcsd.ReadErrors();
+  EXPECT_THAT(errors, HasSubstr(path_ + ": has more than 1000000 bytes"));
+  EXPECT_LT(errors.size(), 500u);
+  if (testing::kSlowness == 1) {  // sanitizers take memory of their own
+    EXPECT_LT(dlcsd.peak_bytes(), 100'000'000);
+  }
 }
 
 TEST_F(DlcsdSettingsTest, CheckingChangesNothingAndTellsNoPassword) {
