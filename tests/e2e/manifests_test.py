@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """deploy/kubernetes and deploy/compose.yaml say what dlcsd understands and what fits together.
 
-Usage: manifests_test.py DLCSD DEPLOY_FOLDER
+Usage: manifests_test.py DLCSD DLCS DEPLOY_FOLDER
 """
 
+import contextlib
 import pathlib
 import re
 import subprocess
@@ -14,7 +15,8 @@ import unittest
 import yaml
 
 DLCSD = sys.argv[1]
-DEPLOY = pathlib.Path(sys.argv[2])
+DLCS = sys.argv[2]
+DEPLOY = pathlib.Path(sys.argv[3])
 FLAG = re.compile(r"--[a-z][a-z-]*")
 
 
@@ -30,6 +32,25 @@ def known_flags():
 
 def is_within(selector, labels):
     return selector.items() <= labels.items()
+
+
+@contextlib.contextmanager
+def server(role):
+    """The address of a dlcsd in this role, which waits for a database."""
+    store = "postgresql://nobody@localhost:1/nothing"
+    process = subprocess.Popen([DLCSD, "--listen", "127.0.0.1:0", "--role", role, "--store", store, "--log-level", "off"],
+                               stdout=subprocess.PIPE, text=True)
+    try:
+        yield process.stdout.readline().removeprefix("dlcsd listening on ").strip()
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def health(address, service):
+    done = subprocess.run([DLCS, "health", "--server", address, "--service", service], capture_output=True, text=True)
+    return done.stdout.strip()
 
 
 class ComposeTest(unittest.TestCase):
@@ -99,6 +120,14 @@ class KubernetesTest(unittest.TestCase):
             self.assertGreaterEqual(len(probes), 2)
             for probe in probes:
                 self.assertIn(probe["grpc"]["port"], ports)
+
+    def test_probes_services_that_the_role_answers_for(self):
+        for _, container in self.containers():
+            with server(container["args"][container["args"].index("--role") + 1]) as address:
+                for kind in ("startupProbe", "livenessProbe"):
+                    # Without a database too: nothing kills a server that waits for one.
+                    self.assertEqual(health(address, container[kind]["grpc"].get("service", "")), "SERVING")
+                self.assertEqual(health(address, container["readinessProbe"]["grpc"]["service"]), "NOT_SERVING")
 
     def test_selects_pods_that_are_there(self):
         for deployment in self.of("Deployment").values():
