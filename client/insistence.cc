@@ -2,6 +2,7 @@
 #include "client/insistence.h"
 
 #include <fmt/format.h>
+#include <grpcpp/channel.h>
 
 #include <algorithm>
 #include <chrono>
@@ -49,6 +50,16 @@ void Pause(Seconds duration, const std::stop_token& stop) {
   changed.wait_for(lock, stop, duration, [&] { return stop.stop_requested(); });
 }
 
+// Returns when there is a connection, `stop` is requested, or it has taken so long. After a cut gRPC lets some time go by
+// before it connects again, and meanwhile fails every call at once.
+void WaitForConnection(grpc::Channel& channel, Seconds most, const std::stop_token& stop) {
+  constexpr std::chrono::milliseconds kBetweenLooksAtStop{100};
+  const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(most);
+  while (!stop.stop_requested() && steady_clock::now() < end) {
+    if (channel.WaitForConnected(std::chrono::system_clock::now() + kBetweenLooksAtStop)) return;
+  }
+}
+
 }  // namespace
 
 std::string NewRequestId() {
@@ -88,6 +99,9 @@ absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt)
     if (const auto never = connection_.WhyNever(status)) return *never;
     if (notice_) notice_(fmt::format("{}; again in {:.1f} s", status.error_message(), wait.count()));
     Pause(wait, limits.stop);
+    WaitForConnection(*connection_.channel(), std::min<Seconds>(kLongestPause, end - steady_clock::now()), limits.stop);
+    // Says what is wrong; a call without any time left would say that it had none.
+    if (steady_clock::now() >= end) return connection_.Describe(status);
     pause = std::min(2 * pause, kLongestPause);
   }
 }

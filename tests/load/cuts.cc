@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connections of watching clients are cut at random moments.
+// Connections of submitting and watching clients are cut at random moments.
 
 #include <signal.h>
 
@@ -41,8 +41,8 @@ struct Account {
   std::vector<std::string> failures;
 };
 
-// Watches one job after the other through the proxy until told to end; what it saw is compared with what is seen
-// without cuts.
+// Submits and watches one job after the other through the proxy until told to end; what it saw is compared with what is
+// seen without cuts.
 class Watcher {
  public:
   Watcher(const CutProxy& proxy, const std::string& server, unsigned seed)
@@ -84,7 +84,7 @@ class Watcher {
   }
 
   void WatchOne() {
-    const auto job = direct_->Submit(NextJob(), kPatient);
+    const auto job = through_proxy_->Submit(NextJob(), kPatient);
     if (!job.ok()) return Fail("submit", std::string(job.status().message()));
     v1::WatchSolveJobRequest watch;
     watch.set_name(job->name());
@@ -186,6 +186,10 @@ bool AskCuts(const CutsQuestion& question) {
   }
   std::printf("  %lld jobs watched to their end; %lld events, %lld gaps, %lld resumptions\n", (long long)all.jobs,
               (long long)all.events, (long long)all.gaps, (long long)all.resumptions);
+  // Who watched a job has deleted it: what is there was made by an answer that was lost.
+  const auto left = (*JobClient::Connect(address))->List({}, 1000, kPatient);
+  if (!left.ok()) all.failures.emplace_back(left.status().message());
+  if (left.ok() && !left->empty()) all.failures.push_back(fmt::format("{} jobs that nobody knows of", left->size()));
   for (const std::string& failure : all.failures) std::printf("  WRONG %s\n", failure.c_str());
   server.Signal(SIGTERM);
   const int status = server.Wait();

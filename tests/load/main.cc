@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
 
   CutsQuestion cuts;
   CLI::App* command =
-      app.add_subcommand("cuts", "Connections of watching clients are cut: is an event missing, or there twice?");
+      app.add_subcommand("cuts", "Connections of clients are cut: is an event missing, or a job or an event there twice?");
   command->add_option("--cuts", cuts.cuts, "How many");
   command->add_option("--seed", cuts.seed, "Of their moments and kinds");
   command->add_option("--watchers", cuts.watchers, "At the same time");

@@ -10,8 +10,8 @@
 
 namespace dlcs::load {
 
-// Connections of watching clients are cut at random moments: is any event missing without a gap, or seen twice, or the
-// end not told?
+// Connections of clients that submit and watch are cut at random moments: is any event missing without a gap, or seen
+// twice, or the end not told, or a job made twice?
 struct CutsQuestion {
   int cuts = 1000;
   unsigned seed = 1;
