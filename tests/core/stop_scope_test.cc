@@ -61,7 +61,7 @@ class Stopper final : public Observer {
     reached = outcome.end;
     if (--left_ == 0) stop.request_stop();
   }
-  void OnIterate(const IterateReport&) override { iterates_since_stop += stop.stop_requested(); }
+  void OnIterate(const IterateReport&, const IterateValues&) override { iterates_since_stop += stop.stop_requested(); }
   std::stop_source stop;
   double reached = 0;
   int iterates_since_stop = 0;
