@@ -69,6 +69,7 @@ void CheckValues(const TimeFunction& function, Index size, const std::vector<Sam
   Vector value(size);
   for (const SampleTime& sample : samples) {
     evaluator->Evaluate(sample.time, sample.side, value);
+    if (std::isfinite(value.sum())) continue;  // then so is each of them
     for (Index i = 0; i < size; ++i) {
       if (std::isfinite(value(i)) || reported[static_cast<std::size_t>(i)]) continue;
       reported[static_cast<std::size_t>(i)] = true;

@@ -28,20 +28,42 @@ BandFactor::BandFactor(std::shared_ptr<const BandMatrix> M)
       padded_(static_cast<std::size_t>(M_->size() + 2 * b_)) {}
 
 void BandFactor::Factor(const Basis& basis) {
-  const auto changed = std::mismatch(basis.begin(), basis.end(), basis_.begin()).first - basis.begin();
-  const Index n = M_->size(), first = is_empty_ ? 0 : std::max<Index>(0, changed - b_);
-  if (!is_empty_ && changed == n) return;
+  constexpr Index kRows = 32;  // at once: a change dies away within one to three such blocks
+  const Index n = M_->size(), stride = 2 * b_ + 1, rows_at_once = std::max(kRows, b_);
+  const auto next_change = [&](Index from) {
+    return is_empty_ ? from : std::mismatch(basis.begin() + from, basis.end(), basis_.begin() + from).first - basis.begin();
+  };
+  Index end = 0;
+  for (Index change = next_change(0); change < n; change = next_change(end)) {
+    bool agrees = false;
+    for (Index first = std::max(end, change - b_); first < n && !agrees; first = end) {
+      end = std::min(n, first + rows_at_once);
+      former_.assign(rows_.begin() + first * stride, rows_.begin() + end * stride);
+      Load(basis, first, end);
+      Eliminate(basis, first, end);
+      agrees = !is_empty_ && AgreesBefore(basis, first, end);
+    }
+  }
   is_empty_ = false;
   basis_ = basis;
-  Load(first);
-  Eliminate(first);
 }
 
-// The rows of M_SS from `first` on.
-void BandFactor::Load(Index first) {
+bool BandFactor::AgreesBefore(const Basis& basis, Index first, Index end) const {
+  const Index stride = 2 * b_ + 1;
+  for (Index i = end - 1; i >= std::max(first, end - b_); --i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (basis[at] != basis_[at]) return false;
+    const double* const upper = rows_.data() + i * stride + b_ + 1;
+    const double* const former = former_.data() + (i - first) * stride + b_ + 1;
+    if (basis[at] && std::memcmp(upper, former, static_cast<std::size_t>(b_) * sizeof(double)) != 0) return false;
+  }
+  return end - first >= b_;
+}
+
+void BandFactor::Load(const Basis& of_rows, Index first, Index end) {
   RunWide([=, n = M_->size(), width = M_->bandwidth(), all_entries = M_->Row(0), all_rows = rows_.data() + b_,
-           stride = 2 * b_ + 1, basis = basis_.data()]() DLCS_WIDE {
-    for (Index i = first; i < n; ++i) {
+           stride = 2 * b_ + 1, basis = of_rows.data()]() DLCS_WIDE {
+    for (Index i = first; i < end; ++i) {
       if (!basis[i]) continue;
       const Index from = std::max(-width, -i), count = std::min(width, n - 1 - i) - from + 1;
       const double* __restrict entries = all_entries + i * (2 * width + 1) + from;
@@ -58,18 +80,18 @@ namespace {
 // vectors of a row are the same for eight pivots, from columns that are multiples of eight on. Beside the b entries
 // behind the pivot `upper`, the row of U, is zero, and what stands there in rows before or behind stays what it is.
 struct BandRows {
-  Index first, n, band;
+  Index first, end, band;
   const std::uint8_t* basis;
   double *rows, *inverses, *upper;
 };
 
-// The rows from `first` on; kBand is the band where that is known, and otherwise 0.
+// The rows from `first` up to `end`; kBand is the band where that is known, and otherwise 0.
 template <typename V, Index kBand>
 DLCS_INLINE void EliminateRows(const BandRows& all) {
   constexpr Index kWidth = sizeof(V) / sizeof(double);
-  const auto [first, n, band, basis, rows, inverses, upper] = all;
+  const auto [first, end, band, basis, rows, inverses, upper] = all;
   const Index b = kBand > 0 ? kBand : band;
-  for (Index k = std::max<Index>(0, first - b); k < n; ++k) {
+  for (Index k = std::max<Index>(0, first - b); k < end; ++k) {
     if (!basis[k]) continue;
     const Index begin = (k + 1) / kAlign * kAlign, before = k + 1 - begin;
     double* const diagonal = rows + k * (2 * b + 1) + b;
@@ -81,7 +103,7 @@ DLCS_INLINE void EliminateRows(const BandRows& all) {
     for (Index d = 0; d < before; ++d) upper[d] = 0;
     for (Index d = 0; d < b; ++d) upper[before + d] = diagonal[d + 1];
     for (Index d = before + b; d < b + kAlign; ++d) upper[d] = 0;
-    const Index last = std::min(k + b, n - 1);
+    const Index last = std::min(k + b, end - 1);
     for (Index i = std::max(k + 1, first); i <= last; ++i) {
       if (!basis[i]) continue;
       const double factor = rows[i * 2 * b + b + k];
@@ -117,9 +139,9 @@ DLCS_TARGET("avx512f") void EliminateAvx512(const BandRows& all) { EliminateBand
 
 }  // namespace
 
-void BandFactor::Eliminate(Index first) {
+void BandFactor::Eliminate(const Basis& basis, Index first, Index end) {
   static const auto eliminate = ChooseVersion(EliminateBaseline, EliminateAvx2, EliminateAvx512);
-  eliminate({first, M_->size(), b_, basis_.data(), rows_.data(), inverse_.data(), scratch_.data()});
+  eliminate({first, end, b_, basis.data(), rows_.data(), inverse_.data(), scratch_.data()});
 }
 
 namespace {

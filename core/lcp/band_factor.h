@@ -14,8 +14,9 @@ namespace dlcs {
 
 // LDU factors of M_SS without row exchanges, for a band matrix M that is clearly an M-matrix: then so is every M_SS,
 // and nothing has to be looked at while bases are factored. Rows and columns beside S are left out where they stand, so
-// that the rows before the first index that has changed sides keep their factors, which have the bits of fresh ones.
-// Cost: n b² for the others, 4 n b a solve.
+// that the rows before an index that has changed sides keep their factors. Behind it the change dies away: where b rows of
+// U in turn come out as they were, those behind them keep theirs up to the next such index. All have the bits of fresh
+// ones. Cost: b² for each of the others, 4 n b a solve.
 class BandFactor {
  public:
   explicit BandFactor(std::shared_ptr<const BandMatrix> M);
@@ -30,8 +31,11 @@ class BandFactor {
   static bool IsClearlyMMatrix(const BandMatrix& M);
 
  private:
-  void Load(Index first);
-  void Eliminate(Index first);
+  // The rows from `first` up to `end` of M_SS, and their factors.
+  void Load(const Basis& basis, Index first, Index end);
+  void Eliminate(const Basis& basis, Index first, Index end);
+  // Whether the b rows of U before `end` are those in `former_`, which begins with row `first`.
+  bool AgreesBefore(const Basis& basis, Index first, Index end) const;
 
   std::shared_ptr<const BandMatrix> M_;
   Basis basis_;  // of the factors
@@ -41,6 +45,7 @@ class BandFactor {
   std::vector<double> scratch_;  // a row of U
   std::vector<double> inverse_;  // of D
   std::vector<double> padded_;   // x between zeros
+  std::vector<double> former_;   // some of `rows_`, as they were
 };
 
 }  // namespace dlcs

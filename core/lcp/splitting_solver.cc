@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/linalg/norms.h"
@@ -34,6 +35,7 @@ SplittingLcpSolver::SplittingLcpSolver(BandSplitting splitting)
       row_sums_(std::move(splitting.row_sums)),
       factor_(splitting.B),
       basis_(static_cast<std::size_t>(splitting.B->size())),
+      is_basic_(splitting.B->size()),
       y_(splitting.B->size()),
       w_(splitting.B->size()) {}
 
@@ -42,10 +44,8 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
   constexpr Index kMost = 60;
   constexpr double kSlowest = 0.7;  // of two residuals with the same basis
   constexpr int kPatience = 3;
-  for (Index i = 0; i < y.size(); ++i) {
-    basis_[static_cast<std::size_t>(i)] = y[i] > 0;
-    y_[i] = y[i] > 0 ? y[i] : 0;
-  }
+  y_ = (y.array() > 0).select(y, 0);
+  is_basic_ = (y.array() > 0).cast<double>();
   double last = 0;
   int patience = kPatience;
   for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
@@ -68,28 +68,60 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
 SplittingLcpSolver::Judgement SplittingLcpSolver::Judge(const Eigen::Ref<const Vector>& q,
                                                         const Eigen::Ref<const Vector>& tolerance) {
   constexpr double kRounding = 1e-14;
-  constexpr double kLargest = std::numeric_limits<double>::max();
-  const double largest = Largest(y_);
+  constexpr Index kLanes = 16;
+  const double rounding = kRounding * Largest(y_);
+  double misses[kLanes] = {}, moves[kLanes] = {}, nonfinite[kLanes] = {}, residuals[kLanes] = {};
+  RunWide([=, &misses, &moves, &nonfinite, &residuals, n = y_.size(), y_data = y_.data(), w_data = w_.data(),
+           q_data = q.data(), tolerances = tolerance.data(), sums = row_sums_.data(),
+           basic_data = is_basic_.data()]() DLCS_WIDE {
+    const double* __restrict all_y = y_data;
+    const double* __restrict all_w = w_data;
+    const double* __restrict all_q = q_data;
+    const double* __restrict all_tolerances = tolerances;
+    const double* __restrict all_sums = sums;
+    double* __restrict all_basic = basic_data;
+    double miss[kLanes] = {}, move[kLanes] = {}, bad[kLanes] = {}, residual[kLanes] = {};
+    const double of_row = rounding;
+    const auto judge = [=, &miss, &move, &bad, &residual](Index i, Index l) DLCS_WIDE {
+      const double w = all_w[i], basic = all_basic[i];
+      const double allowed = all_tolerances[i] + (kRounding * std::abs(all_q[i]) + all_sums[i] * of_row);
+      const double below = w >= -allowed ? 0.0 : 1.0, above = w <= allowed ? 0.0 : 1.0;
+      const double positive = all_y[i] == 0 ? 0.0 : 1.0;
+      const double misses_it = below + positive * above;
+      // In S where y_i = 0 < w_i, beside it where anything is wrong.
+      const double moves_it = basic > 0 ? (1 - positive) * above : (misses_it > 0 ? 1.0 : 0.0);
+      const double size = (moves_it > 0 ? 1 - basic : basic) * std::abs(w);
+      all_basic[i] = moves_it > 0 ? 1 - basic : basic;
+      miss[l] += misses_it;
+      move[l] += moves_it;
+      bad[l] += 0 * w;  // an entry of y that is not finite makes one of w
+      residual[l] = size > residual[l] ? size : residual[l];
+    };
+    Index i = 0;
+    for (; i + kLanes <= n; i += kLanes) {
+      for (Index l = 0; l < kLanes; ++l) judge(i + l, l);
+    }
+    for (; i < n; ++i) judge(i, 0);
+    for (Index l = 0; l < kLanes; ++l) {
+      misses[l] = miss[l];
+      moves[l] = move[l];
+      nonfinite[l] = bad[l];
+      residuals[l] = residual[l];
+    }
+  });
+  const auto sum_of = [](const double(&lanes)[kLanes]) { return std::accumulate(lanes, lanes + kLanes, 0.0); };
   Judgement seen;
-  for (Index i = 0; i < y_.size(); ++i) {
-    const double w = w_[i], allowed = tolerance[i] + kRounding * (std::abs(q[i]) + row_sums_[i] * largest);
-    std::uint8_t& basic = basis_[static_cast<std::size_t>(i)];
-    const bool is_zero = y_[i] == 0;
-    seen.finite = seen.finite && std::abs(w) <= kLargest;  // an entry of y that is not makes one of w
-    const bool good = w >= -allowed && (is_zero || w <= allowed);
-    seen.solved = seen.solved && good;
-    const bool moves = basic ? is_zero && w > allowed : !good;
-    basic ^= static_cast<std::uint8_t>(moves);
-    seen.moved = seen.moved || moves;
-    if (basic && std::abs(w) > seen.residual) seen.residual = std::abs(w);
-  }
-  seen.solved = seen.solved && seen.finite;
+  seen.finite = sum_of(nonfinite) == 0;
+  seen.moved = sum_of(moves) > 0;
+  seen.solved = seen.finite && sum_of(misses) == 0;
+  seen.residual = *std::max_element(residuals, residuals + kLanes);
   return seen;
 }
 
 void SplittingLcpSolver::Correct() {
+  for (Index i = 0; i < w_.size(); ++i) basis_[static_cast<std::size_t>(i)] = is_basic_[i] > 0;
   factor_.Factor(basis_);
-  for (Index i = 0; i < w_.size(); ++i) w_[i] = basis_[static_cast<std::size_t>(i)] ? w_[i] : 0;
+  w_.array() *= is_basic_.array();
   factor_.Solve(w_);
   y_ = (y_ - w_).cwiseMax(0);
 }

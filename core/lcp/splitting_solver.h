@@ -66,7 +66,7 @@ class SplittingLcpSolver {
     bool finite = true;
     double residual = 0;  // ‖w_S‖_∞
   };
-  // Judges y_ by w_, and moves what has to.
+  // Judges y_ by w_, and moves what has to between the sides of the basis.
   Judgement Judge(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance);
   // y_S <- max(0, y_S - B_SS⁻¹ w_S).
   void Correct();
@@ -75,6 +75,7 @@ class SplittingLcpSolver {
   Vector row_sums_;
   BandFactor factor_;
   Basis basis_;
+  Vector is_basic_;  // the same as 1 or 0, for loops over vectors
   Vector y_, w_;
   Index iterations_ = 0;
 };

@@ -6,14 +6,19 @@
 
 namespace dlcs {
 
-LowRank FactorByRank(Matrix matrix) {
-  LowRank factors{Matrix(matrix.rows(), 0), Matrix(0, matrix.cols())};
-  const double size = matrix.size() > 0 ? std::sqrt(matrix.colwise().squaredNorm().maxCoeff()) : 0;
-  const Index most = std::min(matrix.rows(), matrix.cols());
-  for (Index r = 0; r < most; ++r) {
+namespace {
+
+// Up to `most` columns; tells whether what is left is `negligible`.
+bool TakeColumns(Matrix& matrix, Index most, double negligible, LowRank& factors) {
+  factors = {Matrix(matrix.rows(), 0), Matrix(0, matrix.cols())};
+  if (matrix.size() == 0) return true;
+  const double size = std::sqrt(matrix.colwise().squaredNorm().maxCoeff());
+  negligible = std::max(negligible, 8 * std::numeric_limits<double>::epsilon() * size);
+  for (Index r = 0; r < std::min(matrix.rows(), matrix.cols()); ++r) {
     Index longest = 0;
     const double length = std::sqrt(matrix.colwise().squaredNorm().maxCoeff(&longest));
-    if (!(length > 8 * std::numeric_limits<double>::epsilon() * size)) break;
+    if (!(length > negligible)) return true;
+    if (r == most) return false;
     Vector column = matrix.col(longest) / length;
     // Again, since what is left of a column late is mostly rounding of the columns taken out.
     column -= factors.columns * (factors.columns.transpose() * column).eval();
@@ -24,6 +29,20 @@ LowRank FactorByRank(Matrix matrix) {
     factors.rows.row(r).noalias() = column.transpose() * matrix;
     matrix.noalias() -= column * factors.rows.row(r);
   }
+  return true;
+}
+
+}  // namespace
+
+LowRank FactorByRank(Matrix matrix) {
+  LowRank factors;
+  TakeColumns(matrix, std::min(matrix.rows(), matrix.cols()), 0, factors);
+  return factors;
+}
+
+std::optional<LowRank> FactorIfRankIsAtMost(Index most, double negligible, Matrix matrix) {
+  std::optional<LowRank> factors(std::in_place);
+  if (!TakeColumns(matrix, most, negligible, *factors)) factors.reset();
   return factors;
 }
 

@@ -3,20 +3,13 @@
 #include "core/methods/certificate.h"
 
 #include "core/linalg/norms.h"
+#include "core/linalg/pair_norms.h"
 
 namespace dlcs {
 namespace {
 
 void AddTerm(const Matrix& coefficient, const Eigen::Ref<const Matrix>& values, Matrix& sum) {
   if (coefficient.size() > 0) sum.noalias() += coefficient * values;
-}
-
-// Raises `residual`, `complementarity` and `scale` to those of the columns of y and w.
-void Measure(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, double& residual,
-             double& complementarity, double& scale) {
-  residual = NanMax(residual, NaturalResidual(y, w));
-  complementarity = NanMax(complementarity, MaxAbs(y.cwiseProduct(w).colwise().sum()));
-  scale = NanMax(scale, NanMax(MaxAbs(y), MaxAbs(w)));
 }
 
 }  // namespace
@@ -33,15 +26,21 @@ void CertificateBuilder::BeginAtZero() {
 
 void CertificateBuilder::AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w) {
   BeginAtZero();
-  Measure(y, w, certificate_.node_residual, certificate_.node_complementarity, certificate_.lcp_scale);
+  Certificate& c = certificate_;
+  const PairNorms norms = MeasurePairs(y, w);
+  c.node_residual = NanMax(c.node_residual, norms.residual);
+  c.node_complementarity = NanMax(c.node_complementarity, norms.complementarity);
+  c.lcp_scale = NanMax(c.lcp_scale, norms.size);
 }
 
 void CertificateBuilder::AddMidpoints(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
                                       double ode_defect) {
   BeginAtZero();
-  double ignored_scale = 0;
-  Measure(y, w, certificate_.midpoint_residual, certificate_.midpoint_complementarity, ignored_scale);
-  certificate_.ode_defect = NanMax(certificate_.ode_defect, ode_defect);
+  Certificate& c = certificate_;
+  const PairNorms norms = MeasurePairs(y, w);
+  c.midpoint_residual = NanMax(c.midpoint_residual, norms.residual);
+  c.midpoint_complementarity = NanMax(c.midpoint_complementarity, norms.complementarity);
+  c.ode_defect = NanMax(c.ode_defect, ode_defect);
 }
 
 void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope) {

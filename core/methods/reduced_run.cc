@@ -71,7 +71,8 @@ class ReducedSources {
     missed -= (psi.nodes.leftCols(steps) + psi.nodes.rightCols(steps)) / 2;
     run.f_defect = lift_.size() > 0 ? MaxAbs(lift_ * missed) : MaxAbs(missed);
     run.sources.psi = std::move(psi.nodes);
-    if (std::isfinite(run.f_defect) && run.g.allFinite() && run.g_mid.allFinite()) return std::nullopt;
+    const auto is_finite = [](const Matrix& values) { return std::isfinite(MaxAbs(values)); };
+    if (std::isfinite(run.f_defect) && is_finite(run.g) && is_finite(run.g_mid)) return std::nullopt;
     return Sources::NonFinite{run.Time(grid, 0), "f or g has no finite value between t = " +
                                                      FormatNumber(run.Time(grid, 0)) + " and " +
                                                      FormatNumber(run.Time(grid, steps))};
@@ -113,17 +114,18 @@ std::vector<Index> NodesWanted(const Grid& grid, const Run& run, Index steps) {
 }
 
 // Certifies y of `run` at the nodes and middles of the first `steps` steps. N x is formed anew, for all of them at once
-// and not as the method went.
-void Certify(SolveContext& context, const ReducedRun& run, Index steps, Hold hold) {
+// and not as the method went. Uses up run.free.
+void Certify(SolveContext& context, ReducedRun& run, Index steps, Hold hold) {
   constexpr Index kColumnsPerBlock = 64;  // what is formed stays in the second cache
   const Problem& problem = context.problem;
   CertificateBuilder& certificate = context.certificate;
-  const Responses responses = run.kernel->RespondThroughout(run.y.leftCols(steps + 1), context.workers);
   const bool linear = hold == Hold::kLinear;
   if (linear) {
     const auto y = run.y.col(0);
     certificate.AddNodes(y, run.free.nodes.col(0) + run.g.col(0) + problem.M * y);
   }
+  const Motion motion =
+      run.kernel->MoveThroughout(std::move(run.free), run.y.leftCols(steps + 1), context.workers);
   Matrix w, y_mid;
   for (Index begin = 0; begin < steps; begin += kColumnsPerBlock) {
     LookForStop();
@@ -132,13 +134,13 @@ void Certify(SolveContext& context, const ReducedRun& run, Index steps, Hold hol
     const auto after_steps = [&](const Matrix& values) { return values.middleCols(begin + 1, count); };
     const auto y = after_steps(run.y);
     w.noalias() = problem.M * y;
-    w += after_steps(run.free.nodes) + of_steps(responses.nodes) + after_steps(run.g);
+    w += of_steps(motion.nodes) + after_steps(run.g);
     certificate.AddNodes(y, w);
 
     y_mid = y;
     if (linear) y_mid = (y_mid + of_steps(run.y)) / 2;
     w.noalias() = problem.M * y_mid;
-    w += of_steps(run.free.middles) + of_steps(responses.middles) + of_steps(run.g_mid);
+    w += of_steps(motion.middles) + of_steps(run.g_mid);
     certificate.AddMidpoints(y_mid, w, run.f_defect);
   }
 }
@@ -219,9 +221,9 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
 
     const double setup_begin = context.Seconds();
     run.kernel = system.MakeKernel(grid_run.step, hold, run.steps(), context.workers, context.stop);
-    if (run.kernel) run.free = system.Move(x, run.sources, context.workers, context.stop);
+    if (run.kernel) run.free = system.Move(x, run.sources, hold, context.workers, context.stop);
     if (context.stop.stop_requested()) return context.FailCancelled(begin);
-    if (!run.free.nodes.allFinite()) {
+    if (!std::isfinite(MaxAbs(run.free.nodes))) {
       return context.Fail(Termination::kNonFinite, begin, "The state grows beyond all numbers after t = " + FormatNumber(begin) + ".");
     }
     run.y.resize(y.size(), run.steps() + 1);

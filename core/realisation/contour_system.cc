@@ -199,10 +199,10 @@ ContourSystem::Sources ContourSystem::Split(const RunSources& sources) const {
   return {std::move(factors.columns), std::move(factors.rows)};
 }
 
-FreeMotion ContourSystem::Move(const Vector& x, const RunSources& sources, Workers& workers,
+FreeMotion ContourSystem::Move(const Vector& x, const RunSources& sources, Hold /*hold*/, Workers& workers,
                                const std::stop_token& stop) {
   const Index steps = sources.psi.cols() - 1, n = N_.rows();
-  FreeMotion motion{Matrix(n, steps + 1), Matrix(n, steps)};
+  FreeMotion motion{.nodes = Matrix(n, steps + 1), .middles = Matrix(n, steps), .modes = {}};
   const StepValues* known = At(sources.step, steps, workers, stop);
   if (!known) return motion;
   const Sources split = Split(sources);

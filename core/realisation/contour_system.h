@@ -35,7 +35,8 @@ class ContourSystem final : public RealisedSystem {
 
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
                                                   const std::stop_token& stop) override;
-  FreeMotion Move(const Vector& x, const RunSources& sources, Workers& workers, const std::stop_token& stop) override;
+  FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
+                  const std::stop_token& stop) override;
   // Cost: a visit of all nodes, with a solve for each output or each column, whichever are fewer.
   Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold, const std::vector<Index>& nodes,
                 Workers& workers, const std::stop_token& stop) override;

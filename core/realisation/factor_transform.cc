@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <utility>
 
@@ -148,11 +149,20 @@ void FactorTransform::SineTransform(double* x, Work& work) const {
   Unfold<1>(tables, fourier_.Forward(1, {parts, parts + half}, {parts + 2 * half, parts + 3 * half}), x);
 }
 
-void FactorTransform::SineTransforms(Eigen::Ref<Matrix> columns, Work& work) const {
-  const Index half = fourier_.length(), size = columns.rows(), part = half * kLanes;
-  work.values.resize(size * kLanes);
+void FactorTransform::SineTransformLanes(Work& work) const {
+  const Index half = fourier_.length(), part = half * kLanes;
   work.parts.resize(4 * part);
   double *values = work.values.data(), *parts = work.parts.data();
+  const SineTables tables{half, sines_.data(), turn_re_.data(), turn_im_.data()};
+  Fold<kLanes>(tables, values, parts, parts + part);
+  const auto spectrum = fourier_.Forward(kLanes, {parts, parts + part}, {parts + 2 * part, parts + 3 * part});
+  Unfold<kLanes>(tables, spectrum, values);
+}
+
+void FactorTransform::SineTransforms(Eigen::Ref<Matrix> columns, Work& work) const {
+  const Index size = columns.rows();
+  work.values.resize(size * kLanes);
+  double* const values = work.values.data();
   const bool fills_lanes = columns.cols() == kLanes;
   Eigen::Map<Eigen::Matrix<double, kLanes, Eigen::Dynamic>> lanes(values, kLanes, size);
   if (fills_lanes) {
@@ -161,10 +171,7 @@ void FactorTransform::SineTransforms(Eigen::Ref<Matrix> columns, Work& work) con
     lanes.setZero();
     lanes.topRows(columns.cols()) = columns.transpose();
   }
-  const SineTables tables{half, sines_.data(), turn_re_.data(), turn_im_.data()};
-  Fold<kLanes>(tables, values, parts, parts + part);
-  const auto spectrum = fourier_.Forward(kLanes, {parts, parts + part}, {parts + 2 * part, parts + 3 * part});
-  Unfold<kLanes>(tables, spectrum, values);
+  SineTransformLanes(work);
   if (fills_lanes) {
     LanesToColumns(values, size, columns.data(), columns.outerStride());
   } else {
@@ -200,6 +207,56 @@ void FactorTransform::ForwardColumns(Eigen::Ref<Matrix> X) const {
 void FactorTransform::BackwardColumns(Eigen::Ref<Matrix> X) const {
   if (is_fast_) return ForwardColumns(X);
   X = (Q_ * X).eval();
+}
+
+// Neighbouring rows lie side by side as lanes do.
+void FactorTransform::ForwardRows(Eigen::Ref<Matrix> X) const {
+  if (!is_fast_) {
+    X = (X * Q_).eval();
+    return;
+  }
+  Work work;
+  work.values.resize(size() * kLanes);
+  Eigen::Map<Eigen::Matrix<double, kLanes, Eigen::Dynamic>> lanes(work.values.data(), kLanes, size());
+  Index row = 0;
+  for (; row + kLanes <= X.rows(); row += kLanes) {
+    lanes = X.middleRows<kLanes>(row);
+    SineTransformLanes(work);
+    X.middleRows<kLanes>(row) = lanes;
+  }
+  if (const Index rest = X.rows() - row; rest > 0) {
+    lanes.setZero();
+    lanes.topRows(rest) = X.bottomRows(rest);
+    SineTransformLanes(work);
+    X.bottomRows(rest) = lanes.topRows(rest);
+  }
+}
+
+void FactorTransform::BackwardRows(Eigen::Ref<Matrix> X) const {
+  if (is_fast_) return ForwardRows(X);
+  X = (X * Q_.transpose()).eval();
+}
+
+// Of sines, 2/N Σ_k sin(πki/N) v_k sin(πkj/N) = t_{i-j} - t_{i+j} with t_d = 1/N Σ_k v_k cos(πkd/N), even and of period 2N.
+Matrix FactorTransform::Function(const Vector& values) const {
+  const Index q = size(), length = q + 1;
+  if (!is_fast_) return Q_ * values.asDiagonal() * Q_.transpose();
+  Vector cosines(2 * length), t(2 * length + 1);
+  for (Index k = 0; k < 2 * length; ++k) {
+    cosines[k] = std::cos(pi * static_cast<double>(k) / static_cast<double>(length));
+  }
+  for (Index d = 0; d <= length; ++d) {
+    double sum = 0;
+    for (Index k = 1, angle = d; k <= q; ++k, angle += angle + d < 2 * length ? d : d - 2 * length) {
+      sum += values[k - 1] * cosines[angle];
+    }
+    t[d] = t[2 * length - d] = sum / static_cast<double>(length);
+  }
+  Matrix function(q, q);
+  for (Index j = 0; j < q; ++j) {
+    for (Index i = 0; i < q; ++i) function(i, j) = t[std::abs(i - j)] - t[i + j + 2];
+  }
+  return function;
 }
 
 Matrix FactorTransform::Forward(const Eigen::Ref<const Matrix>& X) const {

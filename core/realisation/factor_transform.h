@@ -31,6 +31,11 @@ class FactorTransform {
   // In place.
   void ForwardColumns(Eigen::Ref<Matrix> X) const;
   void BackwardColumns(Eigen::Ref<Matrix> X) const;
+  // Q diag(`values`) Qᵀ, the function of F with these values at the eigenvalues. Cost: 2 q² where the transform is fast.
+  Matrix Function(const Vector& values) const;
+  // Row by row, in place: X Q and X Qᵀ.
+  void ForwardRows(Eigen::Ref<Matrix> X) const;
+  void BackwardRows(Eigen::Ref<Matrix> X) const;
   // One column in place, without an allocation once `work` has been used.
   struct Work;
   class Workspace {
@@ -49,6 +54,7 @@ class FactorTransform {
  private:
   void SineTransform(double* x, Work& work) const;
   void SineTransforms(Eigen::Ref<Matrix> columns, Work& work) const;  // at most kLanes
+  void SineTransformLanes(Work& work) const;                          // of work.values, entry by entry
 
   static constexpr Index kLanes = 8;
 

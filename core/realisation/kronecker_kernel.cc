@@ -129,22 +129,15 @@ ExponentialSteps::ExponentialSteps(const Vector& rates, const Vector& lambda, do
 
 KroneckerKernel::KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold)
     : modes_(std::move(modes)), step_(step), hold_(hold), terms_(MakeTerms(*modes_, step, hold)) {
-  K0_ = modes_->ToModes(Matrix(modes_->C.sparse()));
-  K0_.array().colwise() *= terms_.now.array();
-  K0_ = modes_->FromModes(std::move(K0_));
-  if (modes_->D.is_diagonal()) {
-    modes_->D.Multiply(K0_, K0_);
-  } else {
-    K0_ = modes_->D.sparse() * K0_;
-  }
+  K0_ = modes_->Couple(terms_.now);
 }
 
 std::unique_ptr<Memory> KroneckerKernel::Start(const Eigen::Ref<const Vector>& y0) const {
   return std::make_unique<KroneckerMemory>(*this, y0);
 }
 
-void KroneckerKernel::RespondInModes(const Matrix& inputs, Eigen::Ref<Matrix> nodes, Eigen::Ref<Matrix> middles,
-                                     Workers& workers) const {
+void KroneckerKernel::RespondInModes(const Eigen::Ref<const Matrix>& inputs, Result result, Eigen::Ref<Matrix> nodes,
+                                     Eigen::Ref<Matrix> middles, Workers& workers) const {
   const Index steps = inputs.cols() - 1;
   const auto sums = middles.cols() > 0 ? ModeTile::Sums::kNodesAndMiddles : ModeTile::Sums::kNodes;
   workers.ForBlocks(inputs.rows(), ModeTile::kModes, [&](Index, Index begin, Index end) {
@@ -152,8 +145,12 @@ void KroneckerKernel::RespondInModes(const Matrix& inputs, Eigen::Ref<Matrix> no
     for (Index from = 0; from < steps; from += ModeTile::kSteps) {
       const Index count = std::min(ModeTile::kSteps, steps - from);
       tile.Carry(inputs.middleCols(from + 1, count), sums);
-      tile.StoreNodes(nodes.middleCols(from, count));
-      if (middles.cols() > 0) tile.StoreMiddles(middles.middleCols(from, count));
+      const bool adds = result == Result::kAdds;
+      auto at_nodes = nodes.middleCols(from, count);
+      adds ? tile.AddNodes(at_nodes) : tile.StoreNodes(at_nodes);
+      if (middles.cols() == 0) continue;
+      auto at_middles = middles.middleCols(from, count);
+      adds ? tile.AddMiddles(at_middles) : tile.StoreMiddles(at_middles);
     }
   });
 }
@@ -173,19 +170,27 @@ void KroneckerKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& wo
   inputs.col(0).setZero();
   modes_->Drive(modes_->C, y, inputs.rightCols(y.cols()), workers);
   Matrix no_middles;
-  RespondInModes(inputs, outputs, no_middles, workers);
+  RespondInModes(inputs, Result::kReplaces, outputs, no_middles, workers);
   modes_->AddObserved(outputs, q, workers);
 }
 
 Matrix KroneckerKernel::RespondAtMiddles(const Matrix& y, Workers& workers) const {
-  return RespondThroughout(y, workers).middles;
+  FreeMotion rest;
+  rest.modes.nodes = rest.modes.middles = Matrix::Zero(modes_->num_modes(), y.cols() - 1);
+  return MoveThroughout(std::move(rest), y, workers).middles;
 }
 
-Responses KroneckerKernel::RespondThroughout(const Matrix& y, Workers& workers) const {
-  Matrix inputs(modes_->num_modes(), y.cols());
+Motion KroneckerKernel::MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const {
+  const Index steps = y.cols() - 1;
+  auto& [free_inputs, nodes, middles] = free.modes;
+  Matrix inputs(modes_->num_modes(), steps + 1);
   modes_->Drive(modes_->C, y, inputs, workers);
-  Matrix nodes(inputs.rows(), y.cols() - 1), middles(inputs.rows(), y.cols() - 1);
-  RespondInModes(inputs, nodes, middles, workers);
+  if (free_inputs.size() > 0) inputs += free_inputs.leftCols(steps + 1);
+  if (steps < nodes.cols()) {  // the march ended there
+    nodes.conservativeResize(Eigen::NoChange, steps);
+    middles.conservativeResize(Eigen::NoChange, steps);
+  }
+  RespondInModes(inputs, Result::kAdds, nodes, middles, workers);
   return {.nodes = modes_->Observe(std::move(nodes), workers), .middles = modes_->Observe(std::move(middles), workers)};
 }
 

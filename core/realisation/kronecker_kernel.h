@@ -38,14 +38,15 @@ class KroneckerKernel final : public ReducedKernel {
   void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
                    Eigen::Ref<Matrix> q) const override;
   Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const override;
-  Responses RespondThroughout(const Matrix& y, Workers& workers) const override;
+  Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const override;
   double Bound(Index window) const override;
 
   // ẑ at the nodes 1..W and in the middles of the steps, from rest, p × W each, for any input û of the modes across the
-  // axis, p × W + 1, with û_0 at the start. `middles` may be empty: then it is spared. Cost: 6 p W operations for each
-  // term.
-  void RespondInModes(const Matrix& inputs, Eigen::Ref<Matrix> nodes, Eigen::Ref<Matrix> middles,
-                      Workers& workers) const;
+  // axis, p × W + 1, with û_0 at the start: in place of what `nodes` and `middles` hold, or added to it. `middles` may be
+  // empty: then it is spared. Cost: 6 p W operations for each term.
+  enum class Result { kReplaces, kAdds };
+  void RespondInModes(const Eigen::Ref<const Matrix>& inputs, Result result, Eigen::Ref<Matrix> nodes,
+                      Eigen::Ref<Matrix> middles, Workers& workers) const;
 
   const KroneckerModes& modes() const { return *modes_; }
   const ModeRecursion& terms() const { return terms_; }

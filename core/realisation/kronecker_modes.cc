@@ -51,6 +51,16 @@ void Transform(const std::vector<FactorTransform>& factors, Eigen::Ref<Matrix> c
   }
 }
 
+// The same for each row of `rows`.
+void TransformRows(const std::vector<FactorTransform>& factors, Matrix& rows, Direction direction) {
+  if (factors.size() == 1) {
+    return direction == Direction::kForward ? factors[0].ForwardRows(rows) : factors[0].BackwardRows(rows);
+  }
+  rows.transposeInPlace();
+  Transform(factors, rows, direction);
+  rows.transposeInPlace();
+}
+
 // The eigenvalues of the Kronecker sum of the factors, in the order of the grid.
 Vector SumsOfEigenvalues(const std::vector<FactorTransform>& factors) {
   Vector sums = Vector::Zero(1);
@@ -130,6 +140,13 @@ Matrix KroneckerModes::Observe(Matrix z, Workers& workers) const {
   return z;
 }
 
+Matrix KroneckerModes::Couple(const Vector& values) const {
+  // The whole function of R where C does not leave out most of it.
+  const bool whole = across.size() == 1 && across[0].is_fast() && C.sparse().cols() >= num_modes();
+  if (whole) return D.sparse() * Matrix(across[0].Function(values) * C.sparse());
+  return D.sparse() * FromModes(values.asDiagonal() * ToModes(Matrix(C.sparse())));
+}
+
 Matrix KroneckerModes::ToModes(Matrix u) const {
   Transform(across, u, Direction::kForward);
   return u;
@@ -153,16 +170,12 @@ void KroneckerModes::FromModesInPlace(Eigen::Ref<Vector> z, FactorTransform::Wor
 Matrix KroneckerModes::StateToModes(const Eigen::Ref<const Vector>& x) const {
   Matrix modes = Unfold(x, axis);
   along.ForwardColumns(modes);
-  modes.transposeInPlace();
-  Transform(across, modes, Direction::kForward);
-  modes.transposeInPlace();
+  TransformRows(across, modes, Direction::kForward);
   return modes;
 }
 
 void KroneckerModes::StateFromModes(Matrix modes, Eigen::Ref<Vector> x) const {
-  modes.transposeInPlace();
-  Transform(across, modes, Direction::kBackward);
-  modes.transposeInPlace();
+  TransformRows(across, modes, Direction::kBackward);
   along.BackwardColumns(modes);
   Fold(modes, axis, x);
 }

@@ -42,6 +42,8 @@ struct KroneckerModes {
 
   Index num_modes() const { return lambda.size(); }
 
+  // D Q_R diag(`values`) Q_Rᵀ C.
+  Matrix Couple(const Vector& values) const;
   // Q_Rᵀ u and Q_R ẑ, columns of p.
   Matrix ToModes(Matrix u) const;
   Matrix FromModes(Matrix z) const;

@@ -28,7 +28,8 @@ class KroneckerSystem final : public RealisedSystem {
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
                                                   const std::stop_token& stop) override;
   // Cost: p r (q + 2J) multiplications, r = basis.kept, and for sources those of a kernel; 3 m J where the sources are general.
-  FreeMotion Move(const Vector& x, const RunSources& sources, Workers& workers, const std::stop_token& stop) override;
+  FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
+                  const std::stop_token& stop) override;
   // Cost: p r J multiplications, and for each output p r q and the transforms of a state; 3 m J where the sources are general.
   Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold, const std::vector<Index>& nodes,
                 Workers& workers, const std::stop_token& stop) override;

@@ -167,4 +167,11 @@ void ModeTile::Store(const std::vector<Row>& from, Eigen::Ref<Matrix> values) co
   }
 }
 
+void ModeTile::Add(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const {
+  for (Index j = 0; j < values.cols(); ++j) {
+    const double* const row = from[static_cast<std::size_t>(j)].mode;
+    values.col(j).segment(begin_, count_) += Eigen::Map<const Vector>(row, count_);
+  }
+}
+
 }  // namespace dlcs

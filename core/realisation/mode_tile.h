@@ -41,9 +41,12 @@ class ModeTile {
 
   // Carries over the steps to the inputs û of all modes, one a column, at most kSteps of them.
   void Carry(const Eigen::Ref<const Matrix>& inputs, Sums sums);
-  // Stores node_j and middle_j of those steps in the rows of the tile in `values`, one step a column.
+  // Stores node_j and middle_j of those steps in the rows of the tile in `values`, one step a column, or adds them to what is
+  // there.
   void StoreNodes(Eigen::Ref<Matrix> values) const { Store(nodes_, values); }
   void StoreMiddles(Eigen::Ref<Matrix> values) const { Store(middles_, values); }
+  void AddNodes(Eigen::Ref<Matrix> values) const { Add(nodes_, values); }
+  void AddMiddles(Eigen::Ref<Matrix> values) const { Add(middles_, values); }
   // P after the last step: count × exponentials.
   Matrix Past() const;
 
@@ -55,6 +58,7 @@ class ModeTile {
   std::vector<Row> RowsOf(const Matrix& terms) const;
   Row RowOf(const Vector& values) const;
   void Store(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const;
+  void Add(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const;
 
   Index begin_, count_, terms_;
   std::vector<Row> decay_, past_weight_, mid_weight_, past_;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/realisation/realisation.h"
 
-#include <utility>
-
 namespace dlcs {
 
 void ReducedKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& /*scratch*/,
@@ -10,11 +8,13 @@ void ReducedKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& work
   q += Respond(y, workers);
 }
 
-Responses ReducedKernel::RespondThroughout(const Matrix& y, Workers& workers) const {
+Motion ReducedKernel::MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const {
   const Index steps = y.cols() - 1;
-  Matrix nodes = Start(y.col(0))->History(steps);
-  nodes += Respond(y.rightCols(steps), workers);
-  return {.nodes = std::move(nodes), .middles = RespondAtMiddles(y, workers)};
+  Motion motion{.nodes = Start(y.col(0))->History(steps), .middles = RespondAtMiddles(y, workers)};
+  motion.nodes += Respond(y.rightCols(steps), workers);
+  motion.nodes += free.nodes.middleCols(1, steps);
+  motion.middles += free.middles.leftCols(steps);
+  return motion;
 }
 
 }  // namespace dlcs

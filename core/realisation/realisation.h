@@ -31,8 +31,19 @@ class Memory {
   virtual void Push(const Eigen::Ref<const Vector>& y) = 0;
 };
 
-// What some y adds to N x at the nodes 1..W and in the middles of the steps: n × W each.
-struct Responses {
+// The motion with y = 0.
+struct FreeMotion {
+  Matrix nodes;    // N x at the nodes 0..J, n × J + 1
+  Matrix middles;  // at the middles of the steps, n × J; absent where `modes` holds them
+  // Of a Kronecker sum, before it is observed: what the response to y is added to, so that both are transformed as one.
+  struct Modes {
+    Matrix inputs;          // û of sources that enter as y does, at the nodes 0..J: p × J + 1, absent where none do
+    Matrix nodes, middles;  // ẑ of all else at the nodes 1..J and the middles: p × J
+  } modes;
+};
+
+// N x at the nodes 1..W and in the middles of the steps: n × W each.
+struct Motion {
   Matrix nodes, middles;
 };
 
@@ -59,8 +70,8 @@ class ReducedKernel {
                            Eigen::Ref<Matrix> q) const;
   // The response at the middles of the steps 1..W to y_0 ... y_W (n × W + 1), from rest: n × W.
   virtual Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const = 0;
-  // Both of these to y_0 ... y_W (n × W + 1), from rest.
-  virtual Responses RespondThroughout(const Matrix& y, Workers& workers) const;
+  // All of the motion under y_0 ... y_W (n × W + 1), W <= J: `free` and the response to y at nodes and middles, formed anew.
+  virtual Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const;
   // max_k ‖K_k‖_∞ / h for k < window, or a bound of it.
   virtual double Bound(Index window) const = 0;
 };
@@ -69,12 +80,6 @@ class ReducedKernel {
 struct RunSources {
   double step = 0;
   Matrix psi;
-};
-
-// The motion with y = 0.
-struct FreeMotion {
-  Matrix nodes;    // N x at the nodes 0..J, n × J + 1
-  Matrix middles;  // at the middles of the steps, n × J
 };
 
 // A system in a form whose cost grows slower than m².
@@ -86,8 +91,10 @@ class RealisedSystem {
   // blocks. Null where `stop` was requested.
   virtual std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window,
                                                           Workers& workers, const std::stop_token& stop) = 0;
-  // From `x`, the state at the start of the run. May stop early (then of no use) where `stop` is requested.
-  virtual FreeMotion Move(const Vector& x, const RunSources& sources, Workers& workers, const std::stop_token& stop) = 0;
+  // From `x`, the state at the start of the run; `hold` is that of the y to come. May stop early (then of no use) where `stop` is
+  // requested.
+  virtual FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
+                          const std::stop_token& stop) = 0;
   // The states at `nodes` (increasing, in 1..J) from the state `x` at node 0, the sources, and y_0 ... y_J: m × nodes.
   virtual Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold,
                         const std::vector<Index>& nodes, Workers& workers, const std::stop_token& stop) = 0;

@@ -4,11 +4,20 @@
 #ifndef DLCS_CORE_REALISATION_SCALAR_PHI_H_
 #define DLCS_CORE_REALISATION_SCALAR_PHI_H_
 
+#include <array>
 #include <cmath>
 
 namespace dlcs {
 
 struct ScalarPhi {
+  // 1/2!, 1/3!, ... 1/17!
+  static constexpr std::array<double, 16> kInverseFactorials = [] {
+    std::array<double, 16> inverse{};
+    double factorial = 1;
+    for (int k = 0; k < 16; ++k) inverse[k] = 1 / (factorial *= k + 2);
+    return inverse;
+  }();
+
   double phi0, phi1, phi2;
 
   // To some 1e-15 relative for every z that does not overflow.
@@ -16,7 +25,7 @@ struct ScalarPhi {
     ScalarPhi phi{std::exp(z), 1, 0.5};
     if (std::abs(z) < 0.5) {  // φ_2 = Σ z^k / (k + 2)!, without the cancellation of its definition
       phi.phi2 = 0;
-      for (int k = 15; k >= 0; --k) phi.phi2 = (phi.phi2 * z + 1) / (k + 2);
+      for (int k = 15; k >= 0; --k) phi.phi2 = phi.phi2 * z + kInverseFactorials[k];
       phi.phi1 = 1 + z * phi.phi2;
     } else {
       phi.phi1 = std::expm1(z) / z;

@@ -88,7 +88,7 @@ void ExpectServes(const Problem& problem, double step, Index steps, Hold hold, c
   // Another start than x0 first, then x0 itself.
   for (const Vector& x : {Vector(RandomMatrix(m, 1, 4)), problem.x0}) {
     const Reference free = March(problem, step, hold, x, f, no_y);
-    const FreeMotion motion = system->Move(x, sources, workers, {});
+    const FreeMotion motion = system->Move(x, sources, hold, workers, {});
     const double size = MaxAbs(N.cwiseAbs() * free.segment.x.cwiseAbs());
     EXPECT_LE(MaxAbs(motion.nodes - N * free.segment.x), kTolerance * size);
     EXPECT_LE(MaxAbs(motion.middles - N * free.middles), kTolerance * size);
@@ -214,7 +214,7 @@ TEST(ContourSystemTest, FactorsEachNodeOnceWhereTheFactorsFit) {
   ASSERT_TRUE(system->MakeKernel(0.01, Hold::kLinear, 100, workers, {}));
   const Index factorizations = system->record().factorizations;
   EXPECT_EQ(factorizations, system->record().terms);
-  system->Move(problem.x0, sources, workers, {});
+  system->Move(problem.x0, sources, Hold::kLinear, workers, {});
   system->States(2 * problem.x0, sources, Matrix::Ones(4, 101), Hold::kLinear, {50, 100}, workers, {});
   system->MakeKernel(0.01, Hold::kConstant, 100, workers, {});
   EXPECT_EQ(system->record().factorizations, factorizations);
@@ -228,7 +228,7 @@ TEST(ContourSystemTest, SystemsOfTheSameMatricesShareWhatDoesNotDependOnTheStart
   const auto free_motion = [&](const Problem& problem, SetupCache* cache) {
     const auto system = ContourSystem::Create(problem, Options(), why_not, cache);
     system->MakeKernel(0.01, Hold::kLinear, 100, workers, {});
-    return system->Move(problem.x0, sources, workers, {}).nodes;
+    return system->Move(problem.x0, sources, Hold::kLinear, workers, {}).nodes;
   };
   Problem problem = AdvectedGrid({.side = 10, .constraints = 4});
   free_motion(problem, &setups);
@@ -265,7 +265,7 @@ TEST(ContourSystemTest, HasTheSameBitsForAnyNumberOfThreads) {
     const RunSources sources{0.01, Matrix::Ones(1, 101)};
     const Matrix y = RandomMatrix(4, 101, 5);
     responses[threads - 1] = system->MakeKernel(0.01, Hold::kLinear, 100, workers, {})->RespondAtMiddles(y, workers);
-    free[threads - 1] = system->Move(problem.x0, sources, workers, {}).nodes;
+    free[threads - 1] = system->Move(problem.x0, sources, Hold::kLinear, workers, {}).nodes;
     states[threads - 1] = system->States(problem.x0, sources, y, Hold::kLinear, {7, 100}, workers, {});
   }
   EXPECT_EQ(states[0], states[1]);
@@ -298,6 +298,18 @@ TEST(LowRankTest, FindsTheFewColumnsOfAProduct) {
   const Matrix full = RandomMatrix(6, 9, 3);
   const LowRank all = FactorByRank(full);
   EXPECT_LE(MaxAbs(all.columns * all.rows - full), 1e-13);
+}
+
+TEST(LowRankTest, GivesUpWhereTheRankIsHigher) {
+  const Matrix product = RandomMatrix(40, 3, 1) * RandomMatrix(3, 25, 2);
+  const auto few = FactorIfRankIsAtMost(4, 0, product);
+  ASSERT_TRUE(few);
+  EXPECT_LE(MaxAbs(few->columns * few->rows - product), 1e-13);
+  EXPECT_FALSE(FactorIfRankIsAtMost(2, 0, product));
+  EXPECT_TRUE(FactorIfRankIsAtMost(0, 0, Matrix::Zero(5, 4)));
+  const Matrix noisy = product + 1e-9 * RandomMatrix(40, 25, 4);
+  EXPECT_FALSE(FactorIfRankIsAtMost(4, 1e-12, noisy));
+  EXPECT_TRUE(FactorIfRankIsAtMost(4, 1e-7, noisy));
 }
 
 }  // namespace

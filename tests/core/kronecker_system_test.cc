@@ -89,7 +89,7 @@ void ExpectDenseMotion(const Problem& problem, const Matrix& psi, double step) {
     const DenseRun dense = RunDense(problem, scheme, f, y);
     const double size = MaxAbs(dense.q), tolerance = 1e-12 * size;
     const auto kernel = system->MakeKernel(step, hold, steps, workers, {});
-    const FreeMotion free = system->Move(problem.x0, {step, psi}, workers, {});
+    const FreeMotion free = system->Move(problem.x0, {step, psi}, hold, workers, {});
     EXPECT_LE(MaxAbs(kernel->K0() - problem.N.Dense() * scheme.y_after), 1e-12 * MaxAbs(kernel->K0()));
 
     // Marched.
@@ -110,11 +110,14 @@ void ExpectDenseMotion(const Problem& problem, const Matrix& psi, double step) {
                          kernel->Respond(y.rightCols(steps - 3), workers);
     EXPECT_LE(MaxAbs(whole - dense.q.rightCols(steps - 3)), tolerance);
 
-    const Matrix middles = free.middles + kernel->RespondAtMiddles(y, workers);
-    EXPECT_LE(MaxAbs(middles - dense.q_middle), tolerance);
-    const Responses throughout = kernel->RespondThroughout(y, workers);
-    EXPECT_LE(MaxAbs(free.nodes.rightCols(steps) + throughout.nodes - dense.q.rightCols(steps)), tolerance);
-    EXPECT_EQ(free.middles + throughout.middles, middles);
+    const Motion motion = kernel->MoveThroughout(free, y, workers);
+    EXPECT_LE(MaxAbs(motion.nodes - dense.q.rightCols(steps)), tolerance);
+    EXPECT_LE(MaxAbs(motion.middles - dense.q_middle), tolerance);
+    const Motion stopped = kernel->MoveThroughout(free, y.leftCols(steps - 1), workers);
+    EXPECT_EQ(stopped.nodes, motion.nodes.leftCols(steps - 2));
+    EXPECT_EQ(stopped.middles, motion.middles.leftCols(steps - 2));
+    const Motion at_rest = kernel->MoveThroughout(free, Matrix::Zero(n, steps + 1), workers);
+    EXPECT_LE(MaxAbs(motion.middles - at_rest.middles - kernel->RespondAtMiddles(y, workers)), tolerance);
 
     const std::vector<Index> nodes{1, 2, steps / 2, steps};
     const Matrix states = system->States(problem.x0, {step, psi}, y, hold, nodes, workers, {});
@@ -220,10 +223,21 @@ TEST(FactorTransformTest, DiagonalisesWhateverTheLength) {
       EXPECT_LE(MaxAbs(transform->Forward(factor * X) - transform->eigenvalues().asDiagonal() * forward),
                 tolerance * MaxAbs(transform->eigenvalues()))
           << size;
+      const Vector values = Vector::Random(size);
+      EXPECT_LE(MaxAbs(transform->Function(values) * X - transform->Backward(values.asDiagonal() * forward)), tolerance)
+          << size;
       FactorTransform::Workspace workspace;
       Vector x = X.col(1);
       transform->ForwardInPlace(x, workspace);
       EXPECT_LE(MaxAbs(x - forward.col(1)), 1e-15 * static_cast<double>(size));
+      for (const Index rows : {1, 8, 11}) {
+        const Matrix by_columns = Matrix::Random(size, rows);
+        Matrix by_rows = by_columns.transpose();
+        transform->ForwardRows(by_rows);
+        EXPECT_LE(MaxAbs(by_rows.transpose() - transform->Forward(by_columns)), tolerance) << size << ", " << rows;
+        transform->BackwardRows(by_rows);
+        EXPECT_LE(MaxAbs(by_rows.transpose() - by_columns), tolerance) << size << ", " << rows;
+      }
     }
   }
   EXPECT_TRUE(FactorTransform::Create(Tridiagonal(255, -2, 1))->is_fast());
