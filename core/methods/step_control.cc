@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
+#include "core/linalg/row_sizes.h"
 
 namespace dlcs {
 namespace {
@@ -78,20 +79,58 @@ double Convergence::error() const {
   return expected / (rate - 1);
 }
 
-double RelativeDifference(const Matrix& coarse, const Matrix& fine) {
-  constexpr double kLeastPart = 1e-6;
-  const Vector difference = RowMaxAbs(coarse - fine);
-  const Vector size = RowMaxAbs(fine);
-  const double floor = kLeastPart * MaxAbs(fine);
-  double largest = 0;
-  for (Index i = 0; i < difference.size(); ++i) {
-    if (difference[i] != 0) largest = NanMax(largest, difference[i] / std::max(size[i], floor));
+namespace {
+
+// RelativeDifference() of what is added block by block.
+class RowDifferences {
+ public:
+  explicit RowDifferences(Index rows) : difference_(Vector::Zero(rows)), size_(Vector::Zero(rows)) {}
+
+  void Add(const Matrix& coarse, const Matrix& fine) {
+    RaiseRowMaxAbs(coarse - fine, difference_);
+    RaiseRowMaxAbs(fine, size_);
   }
-  return largest;
+
+  double Relative() const {
+    constexpr double kLeastPart = 1e-6;
+    const double floor = kLeastPart * MaxAbs(size_);
+    double largest = 0;
+    for (Index i = 0; i < difference_.size(); ++i) {
+      if (difference_[i] != 0) largest = NanMax(largest, difference_[i] / std::max(size_[i], floor));
+    }
+    return largest;
+  }
+
+ private:
+  Vector difference_, size_;  // of each row, the largest
+};
+
+// Of x, and of B y where `y_counts`, at the times of `coarse`. Trajectories may be larger than the memory that is left:
+// they are compared a few columns at a time.
+double DifferenceBetween(const Solution& coarse, const Solution& fine, const StructuredMatrix& B, bool y_counts) {
+  constexpr Index kNumbersAtOnce = Index{1} << 16;
+  const std::vector<Index> positions = PositionsOf(coarse.times, fine.times);
+  const auto count = static_cast<Index>(positions.size());
+  RowDifferences x(fine.x.rows()), By(B.rows());
+  const Index columns_at_once = std::max<Index>(1, kNumbersAtOnce / std::max(fine.x.rows(), fine.y.rows()));
+  std::vector<Index> of_fine;
+  for (Index first = 0; first < count; first += columns_at_once) {
+    const Index last = std::min(count, first + columns_at_once);
+    of_fine.assign(positions.begin() + first, positions.begin() + last);
+    x.Add(coarse.x.middleCols(first, last - first), fine.x(Eigen::all, of_fine));
+    if (!y_counts) continue;
+    const Matrix y = fine.y(Eigen::all, of_fine);
+    By.Add(B * coarse.y.middleCols(first, last - first), B * y);
+  }
+  return y_counts ? NanMax(x.Relative(), By.Relative()) : x.Relative();
 }
 
-Matrix ColumnsAt(const Matrix& matrix, const std::vector<double>& times, const std::vector<double>& wanted) {
-  return matrix(Eigen::all, PositionsOf(wanted, times));
+}  // namespace
+
+double RelativeDifference(const Matrix& coarse, const Matrix& fine) {
+  RowDifferences differences(fine.rows());
+  differences.Add(coarse, fine);
+  return differences.Relative();
 }
 
 absl::StatusOr<ControlledSolution> SolveToTolerance(
@@ -105,13 +144,7 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(
     if (!fine.ok()) return fine.status();
     const bool solved = fine->termination == Termination::kConverged;
     if (solved && coarse) {
-      const Matrix x = ColumnsAt(fine->x, fine->times, coarse->times);
-      double difference = RelativeDifference(coarse->x, x);
-      if (control.y_counts) {
-        const Matrix y = ColumnsAt(fine->y, fine->times, coarse->times);
-        difference = NanMax(difference, RelativeDifference(problem.B * coarse->y, problem.B * y));
-      }
-      convergence.Add(difference);
+      convergence.Add(DifferenceBetween(*coarse, *fine, problem.B, control.y_counts));
       result.error = convergence.error();
       result.order = convergence.order();
     }
@@ -137,6 +170,7 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(
 
 void KeepTimes(const std::vector<double>& wanted, Solution& solution) {
   const std::vector<Index> kept = PositionsOf(wanted, solution.times);
+  if (kept.size() == solution.times.size()) return;
   std::vector<double> times;
   std::vector<LeftLimit> left_limits;
   auto limit = solution.left_limits.begin();
@@ -149,7 +183,7 @@ void KeepTimes(const std::vector<double>& wanted, Solution& solution) {
   }
   solution.x = Matrix(solution.x(Eigen::all, kept));
   solution.y = Matrix(solution.y(Eigen::all, kept));
-  if (times.size() < solution.times.size()) solution.dense_output.reset();
+  solution.dense_output.reset();
   solution.times = std::move(times);
   solution.left_limits = std::move(left_limits);
 }

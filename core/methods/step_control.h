@@ -42,9 +42,6 @@ class Convergence {
 // finite.
 double RelativeDifference(const Matrix& coarse, const Matrix& fine);
 
-// The columns of `matrix` that stand at `wanted`, some of `times`, both increasing.
-Matrix ColumnsAt(const Matrix& matrix, const std::vector<double>& times, const std::vector<double>& wanted);
-
 struct StepControl {
   double tolerance =
       0;  // for x of the solution, and for B y where `y_counts`, as RelativeDifference() measures
@@ -72,7 +69,7 @@ struct ControlledSolution {
 // taken as a step too long: the next one has half of it, up to kMostFailingSteps; failures that no step mends
 // are returned at once, as are Cancelled and errors. Trials end without success where the next one would have
 // more than `most_steps`, or where even second order would need a hundred times that. Cost: twice that of the
-// last trial.
+// last trial. Memory: the trajectories of two trials.
 absl::StatusOr<ControlledSolution> SolveToTolerance(
     const Problem& problem, const StepControl& control, Grid grid,
     const std::function<absl::StatusOr<Solution>(const Grid&)>& solve);
