@@ -78,7 +78,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
     solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
                        std::to_string(solution.cost.steps) + " steps.";
   }
-  if (absl::Status resumed = context.checkpointing.status(); !resumed.ok()) return resumed;
+  const bool stopped = solution.termination == Termination::kCancelled;
+  if (absl::Status resumed = context.checkpointing.status(stopped); !resumed.ok()) return resumed;
   if (context.first_impulse) {
     solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " +
                                 task.plan.method.impulsive +

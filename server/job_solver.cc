@@ -102,6 +102,8 @@ class RunObserver final : public Observer {
     } while (stored_ < end);
   }
 
+  // Columns of the trajectory that the store has, or is about to get.
+  Index stored() const { return stored_; }
   std::int64_t num_told() const { return num_told_; }
   double seconds_telling() const { return seconds_telling_; }
 
@@ -218,13 +220,15 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   const bool will_go_on = run.cause() == jobs::StopCause::kDrain || run.cause() == jobs::StopCause::kLeaseLost;
   if (stopped && will_go_on) return {absl::CancelledError(), ""};
   const double reached = columns > 0 ? solution->times.back() : 0;
-  const std::string summary = SummaryOf(*solution, run.cause()).SerializeAsString();
+  v1::Summary summary = SummaryOf(*solution, run.cause());
   if (stopped) {
-    observer.Store(*solution, columns, reached, std::nullopt);
-    return {absl::CancelledError(), summary};
+    // An attempt that was stopped before it went on has nothing of what earlier ones found.
+    if (columns >= observer.stored()) observer.Store(*solution, columns, reached, std::nullopt);
+    summary.set_times(observer.stored());
+    return {absl::CancelledError(), summary.SerializeAsString()};
   }
-  observer.Store(*solution, columns, reached, Tagged(kSummary, summary));
-  return {absl::OkStatus(), summary};
+  observer.Store(*solution, columns, reached, Tagged(kSummary, summary.SerializeAsString()));
+  return {absl::OkStatus(), summary.SerializeAsString()};
 }
 
 }  // namespace dlcs

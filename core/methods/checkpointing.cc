@@ -76,6 +76,7 @@ void CarryLastColumn(StateArchive& state, SolveContext& context) {
 
 bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
   if (!resumes()) return true;
+  refused_ = true;  // until all of it is found to fit
   StateArchive state(resume_->state);
   std::vector<Index> fingerprint;
   double seconds = 0;
@@ -96,6 +97,7 @@ bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
   CarryLastColumn(state, context);
   carry(state);
   resumed_ = state.at_end();
+  refused_ = !resumed_;
   // Seconds count those of all attempts.
   context.started -=
       std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
@@ -117,8 +119,8 @@ void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod&
   parted_ = stands;
 }
 
-absl::Status Checkpointing::status() const {
-  if (!resumes() || resumed_) return absl::OkStatus();
+absl::Status Checkpointing::status(bool stopped) const {
+  if (!resumes() || resumed_ || (stopped && !refused_)) return absl::OkStatus();
   return absl::InvalidArgumentError("resume: the state is not one of this problem with these options and this version");
 }
 

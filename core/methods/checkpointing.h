@@ -41,13 +41,15 @@ class Checkpointing {
   // All is filed up to `time`: makes a checkpoint if the observer wants one.
   void Offer(SolveContext& context, double time, const CarryMethod& carry);
 
-  // Errors: InvalidArgument where the resume point does not belong to this solve, or the method cannot go on from one.
-  absl::Status status() const;
+  // Of a solve that was `stopped`, perhaps before it came as far as to resume, or that was not. Errors: InvalidArgument where
+  // the resume point does not belong to this solve, or the method cannot go on from one.
+  absl::Status status(bool stopped) const;
 
  private:
   const ResumePoint* resume_ = nullptr;
   bool makes_ = false;
   bool resumed_ = false;
+  bool refused_ = false;
   Index parted_ = 0;  // columns of the trajectory that checkpoints have had
 };
 

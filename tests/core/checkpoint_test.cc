@@ -121,6 +121,19 @@ TEST_P(CheckpointTest, InterruptedAndResumedHasTheSameBits) {
   SolveInAttempts(tested, 3, *whole);
 }
 
+// As when a server is told to end while a job of another one is being taken up.
+TEST_P(CheckpointTest, AStopBeforeItGoesOnIsNoRefusal) {
+  const Case& tested = GetParam();
+  Taker taker(1);
+  ASSERT_TRUE(Solve(tested.problem(), tested.options, taker, taker.stop.get_token()).ok());
+  ASSERT_EQ(taker.taken, 1u);
+  Observer silent;
+  const auto stopped =
+      Solve(tested.problem(), tested.options, silent, taker.stop.get_token(), nullptr, &taker.point);
+  ASSERT_TRUE(stopped.ok()) << stopped.status();
+  EXPECT_EQ(stopped->termination, Termination::kCancelled);
+}
+
 TEST_P(CheckpointTest, TakingCheckpointsChangesNothing) {
   const Case& tested = GetParam();
   Observer silent;
