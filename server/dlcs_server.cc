@@ -187,7 +187,10 @@ void DlcsServer::Stop(milliseconds delivery) {
   Drain();
   service_.StopAll();
   if (jobs_) jobs_->Stop(milliseconds(0));
+  const auto end = std::chrono::steady_clock::now() + delivery;
   service_.WaitUntilIdle(delivery);
+  // Watchers and readers that were cancelled would not hear that the server goes, and would not look for the next one.
+  if (jobs_) jobs_->WaitUntilIdle(std::chrono::ceil<milliseconds>(end - std::chrono::steady_clock::now()));
   // Cancels what is left: readers that do not read, and streams of the health service, which never end.
   server_->Shutdown(std::chrono::system_clock::now() + milliseconds(100));
   server_->Wait();

@@ -65,6 +65,8 @@ class JobService final : public v1::JobService::CallbackService {
   // Then: running jobs may end within `grace`; the others are given back to the store with what was found. Nothing runs
   // when it returns.
   void Stop(std::chrono::milliseconds grace);
+  // False when calls are still under way after `timeout`.
+  bool WaitUntilIdle(std::chrono::milliseconds timeout) { return calls_.WaitUntilIdle(timeout); }
 
  private:
   // A copy of the request, which may be large: it is made into the body of the job.
