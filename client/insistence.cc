@@ -71,6 +71,7 @@ std::string NewRequestId() {
 bool MayPass(const grpc::Status& status) {
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
+    case grpc::StatusCode::CANCELLED:  // not by this end, which would not ask: by a server at its end
       return true;
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
       return RetryDelay(status).has_value();
