@@ -9,6 +9,7 @@
 
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
+#include "core/parallel/stop_scope.h"
 
 namespace dlcs {
 namespace {
@@ -68,6 +69,7 @@ IterationBound::IterationBound(const Contour& contour, double rate, double horiz
 
 double IterationBound::LogFactor(int k) {
   while (static_cast<int>(log_factors_.size()) <= k) {
+    LookForStop();
     const int l = static_cast<int>(log_factors_.size());
     log_factors_.push_back(log_factors_.back() + log_rate_ + std::log(Theta(contour_, l) / l));
   }

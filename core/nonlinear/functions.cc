@@ -17,6 +17,7 @@ absl::StatusOr<std::vector<Formula>> Compile(const std::vector<std::string>& tex
                                              FormulaVariables variables) {
   std::vector<Formula> formulas;
   for (const std::string& text : texts) {
+    LookForStop();
     absl::StatusOr<Formula> formula = Formula::Parse(text, variables);
     if (!formula.ok()) return formula.status();
     formulas.push_back(*std::move(formula));

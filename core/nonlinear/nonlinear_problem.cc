@@ -7,6 +7,7 @@
 
 #include "core/formula.h"
 #include "core/number_text.h"
+#include "core/parallel/stop_scope.h"
 #include "core/soundness.h"
 #include "core/violation_list.h"
 
@@ -16,6 +17,7 @@ namespace {
 void CheckFormulas(const std::vector<std::string>& formulas, FormulaVariables variables,
                    const std::string& field, ViolationList& list) {
   for (std::size_t i = 0; i < formulas.size() && !list.full(); ++i) {
+    LookForStop();
     const absl::StatusOr<Formula> formula = Formula::Parse(formulas[i], variables);
     if (!formula.ok())
       list.Add(field + "[" + std::to_string(i) + "]", std::string(formula.status().message()));
