@@ -14,6 +14,7 @@
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server_builder.h"
 #include "server/access/credentials.h"
+#include "server/connection_listener.h"
 #include "server/listen_address.h"
 #include "server/telemetry/rpc_telemetry.h"
 #include "spdlog/spdlog.h"
@@ -48,8 +49,6 @@ void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& buil
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, access.max_streams_per_connection);
   // Who connects and then says nothing keeps a connection for two minutes by default.
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 20'000);
-  // With port reuse a second server on the same port would silently take half of the calls.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   // Notice a cut link within 15 s instead of minutes, and let clients ping as often; gRPC's default cuts an
   // idle client that pings every 30 s.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
@@ -90,15 +89,18 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   builder.SetMaxReceiveMessageSize(static_cast<int>(config.max_message_bytes));
   result->RegisterServices(builder);
   result->credentials_ = CredentialsFor(*result->access_);
-  builder.AddListeningPort(ToString(*address), result->credentials_, &address->port);
+  absl::StatusOr<std::unique_ptr<ConnectionListener>> listener = ConnectionListener::Open(*address);
+  if (!listener.ok()) return listener.status();
+  using Outside = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
+  auto acceptor = builder.experimental().AddExternalConnectionAcceptor(Outside::FROM_FD, result->credentials_);
   if (!config.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(NewRpcTelemetry(result->metrics_, *result->access_));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   result->server_ = builder.BuildAndStart();
-  if (result->server_ == nullptr || address->port == 0) {
-    return absl::UnavailableError(fmt::format("cannot listen on {}", config.listen));
-  }
+  if (result->server_ == nullptr) return absl::UnavailableError("gRPC cannot start: see the log");
+  result->listener_ = *std::move(listener);
+  result->listener_->Start(std::move(acceptor));
   result->address_ = ToString(*address);
   if (result->takes_calls_) {
     result->server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
@@ -191,6 +193,7 @@ void DlcsServer::Stop(milliseconds delivery) {
   service_.WaitUntilIdle(delivery);
   // Watchers and readers that were cancelled would not hear that the server goes, and would not look for the next one.
   if (jobs_) jobs_->WaitUntilIdle(std::chrono::ceil<milliseconds>(end - std::chrono::steady_clock::now()));
+  listener_.reset();
   // Cancels what is left: readers that do not read, and streams of the health service, which never end.
   server_->Shutdown(std::chrono::system_clock::now() + milliseconds(100));
   server_->Wait();

@@ -15,6 +15,7 @@
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "server/access/access.h"
+#include "server/connection_listener.h"
 #include "server/job_service.h"
 #include "server/problem_service.h"
 #include "server/server_config.h"
@@ -75,6 +76,7 @@ class DlcsServer {
   std::string address_;
   std::shared_ptr<grpc::ServerCredentials> credentials_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<ConnectionListener> listener_;
   std::jthread health_;
   std::unique_ptr<HttpEndpoint> http_;  // null where nothing listens; reads the others
 };
