@@ -19,7 +19,6 @@ namespace {
 absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Options& options, Observer& observer,
                                             std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
   auto plan = MakePlan(problem, options, setups);
   if (!plan.ok()) return plan.status();
   AnalysisReport report = ReportOn(problem, options, *plan);
@@ -55,6 +54,12 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
 
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
                                SetupCache* setups, const ResumePoint* resume) {
+  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
+  return SolveSound(problem, options, observer, std::move(stop), setups, resume);
+}
+
+absl::StatusOr<Solution> SolveSound(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
+                                    SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {
     return SolveUnlessStopped(problem, options, observer, stop, setups, resume);

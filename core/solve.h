@@ -34,6 +34,10 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
                                std::stop_token stop, SetupCache* setups = nullptr,
                                const ResumePoint* resume = nullptr);
 
+// The same for a problem and options in which Validate() has found nothing: it is not called again.
+absl::StatusOr<Solution> SolveSound(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
+                                    SetupCache* setups = nullptr, const ResumePoint* resume = nullptr);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_SOLVE_H_

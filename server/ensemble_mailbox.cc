@@ -45,6 +45,16 @@ EnsembleMailbox::Got EnsembleMailbox::Next(v1::EnsembleEvent& event) {
   return Got::kEvent;
 }
 
+bool EnsembleMailbox::has_more() const {
+  const std::lock_guard lock(mutex_);
+  return !members_.empty() || (summary_.has_value() && summary_->ok() && !summary_made_);
+}
+
+bool EnsembleMailbox::delivered() const {
+  const std::lock_guard lock(mutex_);
+  return summary_made_;
+}
+
 bool EnsembleMailbox::NextOfMembers(v1::EnsembleEvent& event) {
   if (members_.empty()) return false;
   Member& first = members_.front();

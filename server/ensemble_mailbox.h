@@ -40,6 +40,9 @@ class EnsembleMailbox final : public EnsembleSink {
   void Close(absl::StatusOr<v1::EnsembleSummary> summary);
 
   Got Next(v1::EnsembleEvent& event);
+  // As those of EventMailbox.
+  bool has_more() const;
+  bool delivered() const;
 
   bool closed() const;
   // OK, or the error that Close() was given; OK before.

@@ -68,8 +68,21 @@ EventMailbox::Got EventMailbox::Next(v1::SolveEvent& event) {
   std::optional<v1::SolveEvent> next = (*finished_)->NextEvent();
   if (!next.has_value()) return Got::kEnd;
   event = *std::move(next);
-  if (event.has_summary()) event.mutable_summary()->set_conflated_iterates(conflated_iterates_);
+  if (event.has_summary()) {
+    event.mutable_summary()->set_conflated_iterates(conflated_iterates_);
+    summary_given_ = true;
+  }
   return Got::kEvent;
+}
+
+bool EventMailbox::has_more() const {
+  const std::lock_guard lock(mutex_);
+  return !queue_.empty() || (finished_.has_value() && finished_->ok() && !summary_given_);
+}
+
+bool EventMailbox::delivered() const {
+  const std::lock_guard lock(mutex_);
+  return summary_given_;
 }
 
 bool EventMailbox::closed() const {

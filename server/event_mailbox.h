@@ -55,6 +55,9 @@ class EventMailbox {
     kEnd,      // all was delivered; status() tells how it ended
   };
   Got Next(v1::SolveEvent& event);
+  // Whether another event waits behind those that Next() gave, and whether there will never be one: it gave all of a solve.
+  bool has_more() const;
+  bool delivered() const;
 
   bool closed() const;
   // OK, or the error that Close() was given; OK before.
@@ -81,6 +84,7 @@ class EventMailbox {
   std::size_t iterates_ = 0;  // queued
   std::int64_t conflated_iterates_ = 0;
   std::optional<absl::StatusOr<FinishedSolve>> finished_;
+  bool summary_given_ = false;
 };
 
 }  // namespace dlcs

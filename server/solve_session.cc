@@ -17,12 +17,13 @@
 namespace dlcs {
 namespace {
 
-// A chunk stays below 1 MB: a quarter of what receivers accept by default, with room for the other fields.
-constexpr Index kMaxChunkDoubles = (1'000'000 - 1'000) / sizeof(double);
+// A chunk of 1/4 MB stays in the second cache while it is made, serialised and sent, and the reader unpacks it while the next is
+// made. The contract says below 1 MB.
+constexpr Index kMaxChunkDoubles = (Index{1} << 18) / sizeof(double);
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* setups) {
-  return Solve(problem, options, observer, std::move(stop), setups);
+  return SolveSound(problem, options, observer, std::move(stop), setups);
 }
 absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* /*setups*/) {

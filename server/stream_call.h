@@ -30,8 +30,8 @@ namespace dlcs {
 //
 // The engine is stopped when the client hangs up, and some time before the deadline (CallLifetime::StopBeforeDeadline).
 //
-// Lives until both gRPC (OnDone) and the worker have let go. A Mailbox has Next(Event&), closed(), status() and size(),
-// as EventMailbox does.
+// Lives until both gRPC (OnDone) and the worker have let go. A Mailbox has Next(Event&), has_more(), delivered(), closed() and
+// status(), as EventMailbox does.
 template <typename Event, typename Mailbox>
 class StreamCall : public grpc::ServerWriteReactor<Event>,
                    public std::enable_shared_from_this<StreamCall<Event, Mailbox>> {
@@ -113,10 +113,14 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
     }
     switch (mailbox_.Next(event_)) {
       case EventMailbox::Got::kEvent:
+        if (mailbox_.delivered()) {  // the last event and the status travel together
+          finished_ = true;
+          return this->StartWriteAndFinish(&event_, grpc::WriteOptions(), ToGrpc(mailbox_.status()));
+        }
         writing_ = true;
         // While more events wait they travel together: gRPC sends what it holds with the last of them.
         return this->StartWrite(&event_,
-                                mailbox_.size() > 0 ? grpc::WriteOptions().set_buffer_hint() : grpc::WriteOptions());
+                                mailbox_.has_more() ? grpc::WriteOptions().set_buffer_hint() : grpc::WriteOptions());
       case EventMailbox::Got::kNothing:
         return;
       case EventMailbox::Got::kEnd:

@@ -54,6 +54,8 @@ TEST(EnsembleMailboxTest, GivesEachMemberWholeAndInTheOrderInWhichTheyFinish) {
   v1::EnsembleSummary summary;
   summary.set_solved(2);
   mailbox.Close(summary);
+  EXPECT_TRUE(mailbox.has_more());
+  EXPECT_FALSE(mailbox.delivered());
 
   const std::vector<v1::EnsembleEvent> events = TakeAll(mailbox);
   std::vector<std::int64_t> members;
@@ -71,6 +73,7 @@ TEST(EnsembleMailboxTest, GivesEachMemberWholeAndInTheOrderInWhichTheyFinish) {
   EXPECT_EQ(times, 50'002);
   EXPECT_THAT(members, ElementsAre(1, 0));
   EXPECT_EQ(events[events.size() - 2].member().label(), "named");
+  EXPECT_TRUE(mailbox.delivered());
   EXPECT_EQ(mailbox.Next(event), Got::kEnd);
   EXPECT_EQ(mailbox.held_bytes(), 0);
 }

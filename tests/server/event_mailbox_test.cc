@@ -158,6 +158,32 @@ TEST(EventMailboxTest, ErrorsComeAfterTheEventsBeforeThem) {
   EXPECT_EQ(mailbox.status(), absl::InternalError("out of memory"));
 }
 
+TEST(EventMailboxTest, KnowsWhatIsLeft) {
+  EventMailbox mailbox;
+  v1::SolveEvent event;
+  EXPECT_FALSE(mailbox.has_more());
+  Producer producer(mailbox);
+  producer.Begin();  // two events
+  EXPECT_TRUE(mailbox.has_more());
+  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  EXPECT_FALSE(mailbox.has_more());
+  producer.End(1);
+  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  ASSERT_TRUE(event.has_trajectory());
+  EXPECT_TRUE(mailbox.has_more());
+  EXPECT_FALSE(mailbox.delivered());
+  ASSERT_EQ(mailbox.Next(event), Got::kEvent);
+  ASSERT_TRUE(event.has_summary());
+  EXPECT_FALSE(mailbox.has_more());
+  EXPECT_TRUE(mailbox.delivered());
+
+  EventMailbox refused;
+  refused.Close(absl::InternalError("out of memory"));
+  EXPECT_FALSE(refused.has_more());
+  EXPECT_FALSE(refused.delivered());
+}
+
 TEST(EventMailboxTest, ChunksAreMadeOnDemandAndStayBelowAMegabyte) {
   EventMailbox mailbox;
   Producer producer(mailbox);
@@ -166,7 +192,7 @@ TEST(EventMailboxTest, ChunksAreMadeOnDemandAndStayBelowAMegabyte) {
   EXPECT_EQ(mailbox.size(), 2u);
   const std::vector<v1::SolveEvent> events = ReadToEnd(mailbox);
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
-  EXPECT_EQ(testing::Count(events, v1::SolveEvent::kTrajectory), 10);
+  EXPECT_GE(testing::Count(events, v1::SolveEvent::kTrajectory), 10);
   for (const v1::SolveEvent& event : events) EXPECT_LT(event.ByteSizeLong(), 1'000'000u);
 }
 
