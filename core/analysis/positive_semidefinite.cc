@@ -36,6 +36,23 @@ Matrix Scaled(const Matrix& symmetric, const Vector& scale) {
   return scale.asDiagonal() * symmetric * scale.asDiagonal();
 }
 
+// Whether the symmetric part, scaled to unit diagonal, is clearly strictly diagonally dominant, without making it.
+bool IsClearlyDominant(const Matrix& M) {
+  if (!(M.diagonal().array() > 0).all()) return false;
+  const Vector scale = UnitDiagonalScale(M);
+  Vector beside = Vector::Zero(M.rows());
+  for (Index j = 0; j < M.cols(); ++j) {
+    for (Index i = 0; i < j; ++i) {
+      const double sum = std::abs(M(i, j) + M(j, i));
+      if (sum == 0) continue;
+      const double size = sum / 2 * scale[i] * scale[j];
+      beside[i] += size;
+      beside[j] += size;
+    }
+  }
+  return MaxAbs(beside) <= 0.75;  // not where it is NaN
+}
+
 // Eigenvalues, increasing, of a symmetric matrix with positive diagonal after scaling to unit diagonal.
 Vector UnitDiagonalEigenvalues(const Matrix& symmetric) {
   const Matrix scaled = Scaled(symmetric, UnitDiagonalScale(symmetric));
@@ -72,6 +89,10 @@ Vector ZeroDiagonalWitness(const Matrix& symmetric, Index i, Index j) {
 }  // namespace
 
 Fact TestPositiveSemidefinite(const Matrix& M) {
+  // Gershgorin's circles, without the O(n³) of the eigenvalues.
+  if (IsClearlyDominant(M)) {
+    return {Answer::kYes, "its symmetric part, scaled to unit diagonal, is strictly diagonally dominant"};
+  }
   const Matrix symmetric = SymmetricPart(M);
   if ((symmetric.array() == 0).all()) return {Answer::kYes, "its symmetric part is zero"};
   std::vector<Index> positive;
@@ -93,7 +114,7 @@ Fact TestPositiveSemidefinite(const Matrix& M) {
   const Matrix core = symmetric(positive, positive);
   const Vector scale = UnitDiagonalScale(core);
   const Matrix scaled = Scaled(core, scale);
-  // Gershgorin's circles, without the O(n³) of the eigenvalues.
+  // The circles again, where the diagonal has zeros.
   const double beside = (scaled.cwiseAbs().rowwise().sum() - scaled.diagonal().cwiseAbs()).maxCoeff();
   if (scaled.allFinite() && beside <= 0.75 * scaled.diagonal().minCoeff()) {
     return {Answer::kYes, "its symmetric part, scaled to unit diagonal, is strictly diagonally dominant"};

@@ -25,11 +25,12 @@ BandFactor::BandFactor(std::shared_ptr<const BandMatrix> M)
       rows_(static_cast<std::size_t>(M_->size() * (2 * b_ + 1) + kAlign)),
       scratch_(static_cast<std::size_t>(b_ + kAlign)),
       inverse_(static_cast<std::size_t>(M_->size())),
-      padded_(static_cast<std::size_t>(M_->size() + 2 * b_)) {}
+      padded_(static_cast<std::size_t>(M_->size() + 2 * b_)),
+      former_(static_cast<std::size_t>(b_ * b_)) {}
 
 void BandFactor::Factor(const Basis& basis) {
   constexpr Index kRows = 32;  // at once: a change dies away within one to three such blocks
-  const Index n = M_->size(), stride = 2 * b_ + 1, rows_at_once = std::max(kRows, b_);
+  const Index n = M_->size(), rows_at_once = std::max(kRows, b_);
   const auto next_change = [&](Index from) {
     return is_empty_ ? from : std::mismatch(basis.begin() + from, basis.end(), basis_.begin() + from).first - basis.begin();
   };
@@ -38,7 +39,7 @@ void BandFactor::Factor(const Basis& basis) {
     bool agrees = false;
     for (Index first = std::max(end, change - b_); first < n && !agrees; first = end) {
       end = std::min(n, first + rows_at_once);
-      former_.assign(rows_.begin() + first * stride, rows_.begin() + end * stride);
+      KeepBefore(first, end);
       Load(basis, first, end);
       Eliminate(basis, first, end);
       agrees = !is_empty_ && AgreesBefore(basis, first, end);
@@ -48,16 +49,20 @@ void BandFactor::Factor(const Basis& basis) {
   basis_ = basis;
 }
 
+void BandFactor::KeepBefore(Index first, Index end) {
+  double* former = former_.data();
+  for (Index i = std::max(first, end - b_); i < end; ++i, former += b_) std::copy_n(Upper(i), b_, former);
+}
+
 bool BandFactor::AgreesBefore(const Basis& basis, Index first, Index end) const {
-  const Index stride = 2 * b_ + 1;
-  for (Index i = end - 1; i >= std::max(first, end - b_); --i) {
+  if (end - first < b_) return false;
+  const double* former = former_.data();
+  for (Index i = end - b_; i < end; ++i, former += b_) {
     const auto at = static_cast<std::size_t>(i);
     if (basis[at] != basis_[at]) return false;
-    const double* const upper = rows_.data() + i * stride + b_ + 1;
-    const double* const former = former_.data() + (i - first) * stride + b_ + 1;
-    if (basis[at] && std::memcmp(upper, former, static_cast<std::size_t>(b_) * sizeof(double)) != 0) return false;
+    if (basis[at] && std::memcmp(Upper(i), former, static_cast<std::size_t>(b_) * sizeof(double)) != 0) return false;
   }
-  return end - first >= b_;
+  return true;
 }
 
 void BandFactor::Load(const Basis& of_rows, Index first, Index end) {

@@ -31,10 +31,13 @@ class BandFactor {
   static bool IsClearlyMMatrix(const BandMatrix& M);
 
  private:
+  // Row i of U behind the diagonal.
+  const double* Upper(Index i) const { return rows_.data() + i * (2 * b_ + 1) + b_ + 1; }
   // The rows from `first` up to `end` of M_SS, and their factors.
   void Load(const Basis& basis, Index first, Index end);
   void Eliminate(const Basis& basis, Index first, Index end);
-  // Whether the b rows of U before `end` are those in `former_`, which begins with row `first`.
+  // Keeps the b rows of U before `end`, but for those before `first`; tells later whether they have become others.
+  void KeepBefore(Index first, Index end);
   bool AgreesBefore(const Basis& basis, Index first, Index end) const;
 
   std::shared_ptr<const BandMatrix> M_;
@@ -45,7 +48,7 @@ class BandFactor {
   std::vector<double> scratch_;  // a row of U
   std::vector<double> inverse_;  // of D
   std::vector<double> padded_;   // x between zeros
-  std::vector<double> former_;   // some of `rows_`, as they were
+  std::vector<double> former_;   // b rows of U as they were
 };
 
 }  // namespace dlcs
