@@ -84,6 +84,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
   values.excludes(&quiet);
   app.add_option("--components", command.components, "Those of y only, from 0: 0,2 (all)")
       ->delimiter(',')
+      ->allow_extra_args(false)  // the job may stand behind it
       ->type_name("N,...")
       ->needs(&values);
 }
