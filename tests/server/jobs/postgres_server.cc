@@ -142,7 +142,10 @@ void PostgresServer::Stop() {
 }
 
 void PostgresServer::Kill() {
+  // Its sessions would go on for as long as it takes them to notice.
+  const auto sessions = ChildrenOf(pid_);
   kill(pid_, SIGKILL);
+  for (const pid_t session : sessions) kill(session, SIGKILL);
   waitpid(pid_, nullptr, 0);
   pid_ = -1;
 }
