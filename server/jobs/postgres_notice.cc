@@ -18,7 +18,6 @@ namespace {
 constexpr char kWatched = 'w';  // the most times, and the components wanted: "65 0,2"
 constexpr char kPassing = 'p';  // the number of the part, of how many, and the part: "0 2 ..."; together
                                 // "sequence time kind kept_before payload", the last in base 64
-constexpr std::size_t kIdLength = 26;
 constexpr std::size_t kPartBytes = 7900;
 constexpr std::size_t kMostBytes = 2'000'000;
 
@@ -75,9 +74,9 @@ std::vector<std::string> NoticesOf(const JobChange& change) {
 
 std::optional<JobChange> NoticeReader::Read(const std::string& payload) {
   if (payload.empty()) return std::nullopt;
-  const JobId job = payload.substr(1, kIdLength);
+  const std::pair<std::string, std::string> fields = absl::StrSplit(payload.substr(1), absl::MaxSplits(' ', 1));
+  const auto& [job, rest] = fields;
   if (!IsJobId(job)) return std::nullopt;
-  const std::string rest = payload.size() > 1 + kIdLength ? payload.substr(1 + kIdLength + 1) : "";
   switch (payload.front()) {
     case kPostgresQueued:
       return JobChange{JobChange::What::kClaimable, job};

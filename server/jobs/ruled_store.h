@@ -69,23 +69,22 @@ class RuledStore : public Store {
  private:
   // The result of `rule(Table&)` in a transaction of the database, timed under the name of the function that asks.
   template <typename Rule>
-  auto Write(Rule rule, const char* operation = __builtin_FUNCTION()) {
-    return database_.Write(
-        [&](Connection& connection) {
-          Table table = TableIn(connection);
-          return rule(table);
-        },
-        operation);
+  auto Write(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
+    return database_.Write(OnTable(rule), operation);
   }
   // The same of one that only reads.
   template <typename Rule>
-  auto Read(Rule rule, const char* operation = __builtin_FUNCTION()) {
-    return database_.Read(
-        [&](Connection& connection) {
-          Table table = TableIn(connection);
-          return rule(table);
-        },
-        operation);
+  auto Read(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
+    return database_.Read(OnTable(rule), operation);
+  }
+
+  // `rule`, which must outlive it, as a function of a connection.
+  template <typename Rule>
+  auto OnTable(const Rule& rule) const {
+    return [this, &rule](Connection& connection) {
+      Table table = TableIn(connection);
+      return rule(table);
+    };
   }
 };
 
