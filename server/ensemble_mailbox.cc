@@ -77,11 +77,6 @@ absl::Status EnsembleMailbox::status() const {
   return summary_.has_value() ? summary_->status() : absl::OkStatus();
 }
 
-std::size_t EnsembleMailbox::size() const {
-  const std::lock_guard lock(mutex_);
-  return members_.size();
-}
-
 std::int64_t EnsembleMailbox::held_bytes() const {
   const std::lock_guard lock(mutex_);
   return held_bytes_;

@@ -47,8 +47,6 @@ class EnsembleMailbox final : public EnsembleSink {
   bool closed() const;
   // OK, or the error that Close() was given; OK before.
   absl::Status status() const;
-  // Members that wait for their reader.
-  std::size_t size() const;
   std::int64_t held_bytes() const;
 
  private:
