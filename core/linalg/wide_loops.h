@@ -32,7 +32,11 @@ template <class Body>
   body();
 }
 template <class Body>
+#ifdef __clang__  // knows no preferred width
+[[gnu::noinline, gnu::target("avx512f")]] void RunAvx512(const Body& body) {
+#else
 [[gnu::noinline, gnu::target("avx512f,prefer-vector-width=512")]] void RunAvx512(const Body& body) {
+#endif
   body();
 }
 #endif

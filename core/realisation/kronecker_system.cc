@@ -222,7 +222,9 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Hol
   const Index steps = sources.psi.cols() - 1;
   const Matrix& state = ModesOf(x);
   FreeMotion motion;
-  auto& [inputs, nodes, middles] = motion.modes;
+  Matrix& inputs = motion.modes.inputs;
+  Matrix& nodes = motion.modes.nodes;
+  Matrix& middles = motion.modes.middles;
   nodes = middles = Matrix::Zero(modes.num_modes(), steps);
   if (form_ == SourceForm::kGeneral) {
     CarrySources(sources, stop, [&](Index j, const Matrix& node, const Matrix& middle) {
