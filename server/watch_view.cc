@@ -59,9 +59,9 @@ absl::StatusOr<WatchView> WatchView::Create(const v1::WatchSolveJobRequest& requ
   }
   view.components_.assign(request.y_components().begin(), request.y_components().end());
   view.detail_.components = view.components_;
-  std::ranges::sort(view.detail_.components);
-  const auto repeated = std::ranges::unique(view.detail_.components);
-  view.detail_.components.erase(repeated.begin(), repeated.end());
+  std::vector<int>& components = view.detail_.components;
+  std::ranges::sort(components);
+  components.erase(std::unique(components.begin(), components.end()), components.end());
   return view;
 }
 
