@@ -53,7 +53,7 @@ absl::StatusOr<TlsTexts> ReadFiles(const ConnectionOptions& options) {
 absl::Status TrustAuthorities(const std::string& file, const std::string& pem, SSL_CTX* context) {
   const auto authorities = ParseCertificates(pem);
   if (!authorities.ok()) return Broken("tls_ca", file, authorities.status());
-  for (const Certificate& authority : *authorities) {
+  for (const X509Certificate& authority : *authorities) {
     X509_STORE_add_cert(SSL_CTX_get_cert_store(context), authority.get());
   }
   return absl::OkStatus();

@@ -27,9 +27,9 @@ absl::Status Broken(const std::string& rule) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<Certificate>> ParseCertificates(const std::string& pem) {
+absl::StatusOr<std::vector<X509Certificate>> ParseCertificates(const std::string& pem) {
   const Bio reader = Reader(pem);
-  std::vector<Certificate> certificates;
+  std::vector<X509Certificate> certificates;
   while (X509* certificate = PEM_read_bio_X509(reader.get(), nullptr, nullptr, nullptr)) {
     certificates.emplace_back(certificate);
   }

@@ -23,14 +23,14 @@ struct FreeWith {
     free(owned);
   }
 };
-using Certificate = std::unique_ptr<X509, FreeWith<X509_free>>;
+using X509Certificate = std::unique_ptr<X509, FreeWith<X509_free>>;
 using PrivateKey = std::unique_ptr<EVP_PKEY, FreeWith<EVP_PKEY_free>>;
 
 // Errors of both: InvalidArgument with what is wrong, as it stands behind the name of a file; OpenSSL's errors of this
 // thread are gone then.
 
 // All that are in `pem`: at least one, and no broken one.
-absl::StatusOr<std::vector<Certificate>> ParseCertificates(const std::string& pem);
+absl::StatusOr<std::vector<X509Certificate>> ParseCertificates(const std::string& pem);
 // One that is not locked with a passphrase.
 absl::StatusOr<PrivateKey> ParsePrivateKey(const std::string& pem);
 
