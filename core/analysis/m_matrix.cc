@@ -61,10 +61,8 @@ Index MMatrixFactor::Factor(const Matrix& M, std::span<const Index> indices) {
 }
 
 void MMatrixFactor::UpdateBehind(Index begin, Index end, Index size) {
-  for (Index j = end; j < size; ++j) {
-    for (Index p = begin; p < end; ++p) SubtractMultiple(end - p - 1, lu_(p, j), &lu_(p, p) + 1, &lu_(p, j) + 1);
-  }
   const Index stride = lu_.rows();
+  for (Index j = end; j < size; ++j) SubstituteForward(end - begin, &lu_(begin, begin), stride, &lu_(begin, j));
   SubtractProduct(size - end, size - end, end - begin, &lu_(end, begin), stride, &lu_(begin, end), stride,
                   &lu_(end, end), stride);
 }

@@ -2,14 +2,11 @@
 #include "core/lcp/basis_factor.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 #include "core/linalg/elimination_loops.h"
-#include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
@@ -56,47 +53,25 @@ bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   return usable_;
 }
 
-// By panels of columns: those behind take a whole panel at once, from the registers.
+// Large ones by panels of columns: those behind take a whole panel at once, from the registers.
 bool BasisFactor::Eliminate(Index size) {
+  constexpr Index kWhole = 48;  // up to here a panel
   constexpr Index kPanel = 8;
-  double largest = 0;
-  for (Index j = 0; j < size; ++j) {
-    for (Index i = 0; i < size; ++i) largest = NanMax(largest, std::abs(lu_(i, j)));
-  }
+  if (size == 0) return true;
+  const Index stride = lu_.rows();
+  const double largest = lu_.topLeftCorner(size, size).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
   const double zero = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size) * largest;
   std::iota(source_.begin(), source_.begin() + size, Index{0});
-  for (Index begin = 0; begin < size; begin += kPanel) {
+  const Index panel = size <= kWhole ? size : kPanel;
+  for (Index begin = 0; begin < size; begin += panel) {
     LookForStop();
-    const Index end = std::min(begin + kPanel, size), behind = size - end;
-    for (Index p = begin; p < end; ++p) {
-      if (!Exchange(p, size, zero)) return false;
-      inverse_[p] = 1 / lu_(p, p);
-      for (Index i = p + 1; i < size; ++i) lu_(i, p) *= inverse_[p];
-      for (Index j = p + 1; j < end; ++j) SubtractMultiple(size - p - 1, lu_(p, j), &lu_(p, p) + 1, &lu_(p, j) + 1);
-    }
+    const Index end = std::min(begin + panel, size), behind = size - end;
+    if (!EliminateColumns(begin, end, size, zero, lu_.data(), stride, inverse_.data(), source_.data())) return false;
     if (behind == 0) break;
-    for (Index j = end; j < size; ++j) {
-      for (Index p = begin; p < end; ++p) {
-        for (Index i = p + 1; i < end; ++i) lu_(i, j) -= lu_(i, p) * lu_(p, j);
-      }
-    }
-    SubtractProduct(behind, behind, end - begin, &lu_(end, begin), lu_.rows(), &lu_(begin, end), lu_.rows(),
-                    &lu_(end, end), lu_.rows());
+    for (Index j = end; j < size; ++j) SubstituteForward(end - begin, &lu_(begin, begin), stride, &lu_(begin, j));
+    SubtractProduct(behind, behind, end - begin, &lu_(end, begin), stride, &lu_(begin, end), stride, &lu_(end, end), stride);
   }
   return true;
-}
-
-// Brings the row with the largest entry of column p to p; false where that is zero to rounding.
-bool BasisFactor::Exchange(Index p, Index size, double zero) {
-  Index row = p;
-  for (Index i = p + 1; i < size; ++i) {
-    if (std::abs(lu_(i, p)) > std::abs(lu_(row, p))) row = i;
-  }
-  if (row != p) {
-    std::swap(source_[p], source_[row]);
-    for (Index j = 0; j < size; ++j) std::swap(lu_(p, j), lu_(row, j));
-  }
-  return std::abs(lu_(p, p)) > zero;
 }
 
 void BasisFactor::Solve(Eigen::Ref<Vector> x) {
@@ -107,11 +82,8 @@ void BasisFactor::Solve(Eigen::Ref<Vector> x) {
   const Index size = x.size();
   for (Index p = 0; p < size; ++p) permuted_[p] = x[source_[p]];
   x = permuted_.head(size);
-  for (Index p = 0; p + 1 < size; ++p) SubtractMultiple(size - p - 1, x[p], &lu_(p, p) + 1, &x[p] + 1);
-  for (Index p = size - 1; p >= 0; --p) {
-    x[p] *= inverse_[p];
-    SubtractMultiple(p, x[p], &lu_(0, p), x.data());
-  }
+  SubstituteForward(size, lu_.data(), lu_.rows(), x.data());
+  SubstituteBackward(size, lu_.data(), lu_.rows(), inverse_.data(), x.data());
 }
 
 }  // namespace dlcs

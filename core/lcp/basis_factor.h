@@ -38,7 +38,6 @@ class BasisFactor {
 
  private:
   bool Eliminate(Index size);
-  bool Exchange(Index p, Index size, double zero);
 
   Elimination elimination_;
   bool factored_ = false;  // basis_, indices_ and usable_ mean something

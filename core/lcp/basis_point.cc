@@ -42,18 +42,25 @@ bool BasisPoint::Evaluate(const ScaledLcp& lcp) {
   double scaled_norm = 0;
   double original_norm = 0;
   double sum = 0;  // finite only if every entry is, unlike the maxima
-  w_ = lcp.q;
   for (std::size_t p = 0; p < S.size(); ++p) {
     const Index j = S[p];
     const double value = y_[p];
     sum += std::abs(value);
     scaled_norm = std::max(scaled_norm, std::abs(value));
     original_norm = std::max(original_norm, scale[j] * std::abs(value));
-    const Index last = std::min(n - 1, j + band.below);
-    const Index first = std::max<Index>(0, j - band.above);
-    SubtractMultiple(last + 1 - first, -value, &M(first, j), &w_[first]);
   }
   if (!std::isfinite(sum)) return false;
+  w_ = lcp.q;
+  if (std::min(band.below, band.above) >= n - 1) {
+    AddColumns(n, S, y_.data(), M.data(), w_.data());
+  } else {
+    for (std::size_t p = 0; p < S.size(); ++p) {
+      const Index j = S[p];
+      const Index last = std::min(n - 1, j + band.below);
+      const Index first = std::max<Index>(0, j - band.above);
+      SubtractMultiple(last + 1 - first, -y_[p], &M(first, j), &w_[first]);
+    }
+  }
   const double cap = kNormRounding * (lcp.original_q_norm + norm * original_norm);
   for (Index i = 0; i < n; ++i) {
     const double rounding = kRowRounding * (std::abs(lcp.q[i]) + row_sum[i] * scaled_norm);
