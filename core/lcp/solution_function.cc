@@ -1,26 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/solution_function.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "core/analysis/equilibration.h"
 #include "core/linalg/linear_program.h"
+#include "core/linalg/panel_lu.h"
 
 namespace dlcs {
 namespace {
 
-// M_JJ⁻¹, absent where M_JJ is singular to working precision: judged scaled, whatever the units of the
-// entries.
-std::optional<Matrix> InverseOfBlock(const Matrix& M, const std::vector<Index>& J) {
-  const Matrix block = M(J, J);
-  const Vector scale = SymmetricEquilibration(block);
-  const Eigen::FullPivLU<Matrix> lu(scale.asDiagonal() * block * scale.asDiagonal());
-  if (!lu.isInvertible()) return std::nullopt;
-  return Matrix(scale.asDiagonal() * lu.inverse() * scale.asDiagonal());
-}
+// M_JJ factored in units in which its entries are of size one.
+struct Block {
+  Block(const Matrix& M, const std::vector<Index>& J)
+      : scale(SymmetricEquilibration(M(J, J))), lu(scale.asDiagonal() * M(J, J) * scale.asDiagonal()) {}
+
+  // Not to working precision, whatever the units.
+  bool singular() const {
+    return !(lu.ReciprocalCondition() > static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon());
+  }
+  Matrix Inverse() const { return scale.asDiagonal() * lu.Solve(Matrix(scale.asDiagonal())); }
+
+  Vector scale;
+  PanelLu lu;
+};
 
 }  // namespace
 
@@ -47,9 +53,9 @@ std::optional<Matrix> ClarkeElement(const Matrix& M, const std::vector<Index>& J
   const Index n = M.rows();
   Matrix element = Matrix::Zero(n, n);
   if (J.empty()) return element;
-  const std::optional<Matrix> inverse = InverseOfBlock(M, J);
-  if (!inverse) return std::nullopt;
-  element(J, J) = -*inverse;
+  const Block block(M, J);
+  if (block.singular()) return std::nullopt;
+  element(J, J) = -block.Inverse();
   return element;
 }
 
@@ -61,7 +67,7 @@ Fact TestDifferentiable(const Matrix& M, const IndexSets& sets) {
     return fact;
   }
   fact.witness.indices = sets.J;
-  const bool regular = sets.J.empty() || InverseOfBlock(M, sets.J).has_value();
+  const bool regular = sets.J.empty() || !Block(M, sets.J).singular();
   fact.answer = regular ? Answer::kYes : Answer::kNo;
   fact.why = regular ? "nondegenerate, and M_JJ is nonsingular" : "M_JJ is singular";
   return fact;

@@ -15,20 +15,19 @@ namespace {
 Vector ForClp(const Vector& bounds) { return bounds.cwiseMax(-COIN_DBL_MAX).cwiseMin(COIN_DBL_MAX); }
 
 CoinPackedMatrix Packed(const Matrix& rows) {
-  std::vector<int> row_of, column_of;
+  std::vector<int> row_of;
   std::vector<double> values;
+  std::vector<CoinBigIndex> starts = {0};  // of the columns
   for (Index j = 0; j < rows.cols(); ++j) {
     for (Index i = 0; i < rows.rows(); ++i) {
       if (rows(i, j) == 0) continue;
       row_of.push_back(static_cast<int>(i));
-      column_of.push_back(static_cast<int>(j));
       values.push_back(rows(i, j));
     }
+    starts.push_back(static_cast<CoinBigIndex>(values.size()));
   }
-  CoinPackedMatrix packed(/*colordered=*/true, row_of.data(), column_of.data(), values.data(),
-                          static_cast<CoinBigIndex>(values.size()));
-  packed.setDimensions(static_cast<int>(rows.rows()), static_cast<int>(rows.cols()));
-  return packed;
+  return CoinPackedMatrix(/*colordered=*/true, static_cast<int>(rows.rows()), static_cast<int>(rows.cols()), starts.back(),
+                          values.data(), row_of.data(), starts.data(), /*lengths=*/nullptr);
 }
 
 // Ends the simplex method, between two of its iterations, when a stop is asked for. Nothing may be thrown through CLP.
