@@ -10,23 +10,19 @@
 
 #include "client/names.h"
 #include "client/nearest_name.h"
+#include "proto/shortened.h"
 
 namespace dlcs::client {
 namespace {
 
 constexpr std::size_t kMaxRefusals = 20;
-constexpr std::size_t kMaxShownLetters = 40;
-
-std::string Shortened(std::string text) {
-  if (text.size() > kMaxShownLetters) text = text.substr(0, kMaxShownLetters) + "…";
-  return text;
-}
+constexpr std::size_t kMaxShownBytes = 40;
 
 bool LooksLikeANumber(const nlohmann::json& value) {
   if (!value.is_string()) return false;
   const std::string& text = value.get_ref<const std::string&>();
   // No number is long, and other long text may be nested to any depth.
-  return text.size() <= kMaxShownLetters &&
+  return text.size() <= kMaxShownBytes &&
          nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false).is_number();
 }
 
@@ -41,8 +37,9 @@ std::string DescribeJson(const nlohmann::json& value) {
     case nlohmann::json::value_t::string:
       // Cut before it is quoted: there may be any number of letters.
       return fmt::format("a string ({})",
-                         Shortened(nlohmann::json(value.get_ref<const std::string&>().substr(0, kMaxShownLetters + 1))
-                                       .dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore)));
+                         Shortened(nlohmann::json(value.get_ref<const std::string&>().substr(0, kMaxShownBytes))
+                                       .dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore),
+                                   kMaxShownBytes));
     case nlohmann::json::value_t::array:
       return value.empty() ? "an empty list" : fmt::format("a list (of {})", value.size());
     case nlohmann::json::value_t::object:
@@ -77,7 +74,7 @@ void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vect
     }
     const std::optional<std::string> nearest = NearestName(key, known);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
-    Refuse(fmt::format("\"{}\"", Shortened(key)),
+    Refuse(fmt::format("\"{}\"", Shortened(key, kMaxShownBytes)),
            nearest ? fmt::format("is not a known key{}; did you mean \"{}\"?", where, *nearest)
                    : fmt::format("is not a known key{}; known are {}", where, fmt::join(known, ", ")));
   }
@@ -169,7 +166,7 @@ std::optional<v1::SolutionRule> JsonReader::ReadRule(const nlohmann::json& value
   if (!text) return std::nullopt;
   const auto rule = ParseRule(*text);
   if (!rule)
-    Refuse(path, fmt::format("is \"{}\"; must be one of {}", Shortened(*text), fmt::join(RuleNames(), ", ")));
+    Refuse(path, fmt::format("is \"{}\"; must be one of {}", Shortened(*text, kMaxShownBytes), fmt::join(RuleNames(), ", ")));
   return rule;
 }
 

@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "proto/shortened.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -22,15 +24,7 @@ constexpr std::size_t kMaxDepth = 32;
 // Of a file: each takes a hundred bytes or two, and may be written with two.
 constexpr std::size_t kMaxLists = std::size_t{1} << 23;
 
-constexpr std::size_t kMaxShownBytes = 200;
-
-// Of text that is shown: not all of what a file of any size holds.
-std::string Shortened(std::string text) {
-  if (text.size() <= kMaxShownBytes) return text;
-  std::size_t end = kMaxShownBytes;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;  // within a letter of UTF-8
-  return text.substr(0, end) + "…";
-}
+constexpr std::size_t kMaxShownBytes = 200;  // of text that is shown: not all of what a file of any size holds
 
 // Makes the value as it is read, and stops at once where nlohmann's own reader would go on and we do not: at a key given
 // twice and at deep nesting. (A callback of that reader could stop it too; but then it looks at all elements of a list again
@@ -61,8 +55,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
       const auto first =
           std::find_if(open_.begin(), open_.end() - 1, [](const Open& open) { return open.value->is_object(); });
       const std::string where =
-          first != open_.end() - 1 ? fmt::format(" in \"{}\"", Shortened(first->key)) : "";
-      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", Shortened(key), where);
+          first != open_.end() - 1 ? fmt::format(" in \"{}\"", Shortened(first->key, kMaxShownBytes)) : "";
+      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", Shortened(key, kMaxShownBytes), where);
       return false;
     }
     object.key = std::move(key);
@@ -188,7 +182,7 @@ std::string Describe(const std::string& text, const std::string& source,
   const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
   const Place place = PlaceOf(text, offset);
   std::string why = Explain(text, offset);
-  if (why.empty()) why = Shortened(ReasonOf(error.what()));
+  if (why.empty()) why = Shortened(ReasonOf(error.what()), kMaxShownBytes);
   return fmt::format("{}, line {}, column {}: {}", source, place.line, place.column, why);
 }
 
@@ -237,7 +231,7 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   if (reader.syntax_error()) return absl::InvalidArgumentError(Describe(text, source, *reader.syntax_error()));
   // The only one left is a number such as 1e999.
   return absl::InvalidArgumentError(fmt::format("{}: {}; every number must be finite in double precision", source,
-                                                Shortened(ReasonOf(reader.other_error()))));
+                                                Shortened(ReasonOf(reader.other_error()), kMaxShownBytes)));
 }
 
 }  // namespace dlcs::client

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/errors.h"
 
-#include <algorithm>
-
 #include "absl/strings/cord.h"
 #include "absl/strings/escaping.h"
 #include "fmt/format.h"
 #include "google/rpc/error_details.pb.h"
+#include "proto/shortened.h"
 
 namespace dlcs {
 namespace {
@@ -32,16 +31,6 @@ google::rpc::ErrorInfo MakeErrorInfo(const std::string& reason) {
 }
 
 }  // namespace
-
-std::string Shortened(std::string text, std::size_t max_bytes) {
-  if (text.size() <= max_bytes) return text;
-  constexpr char kEllipsis[] = "...";
-  std::size_t end = max_bytes - std::min(max_bytes, sizeof(kEllipsis) - 1);
-  // Bytes 10xxxxxx continue a character; do not cut before one.
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  text.resize(end);
-  return text + kEllipsis;
-}
 
 std::string Quoted(std::string_view text) {
   constexpr std::size_t kMaxBytes = 96;

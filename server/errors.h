@@ -57,9 +57,6 @@ absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chron
 // UNAVAILABLE with ErrorInfo SHUTTING_DOWN.
 absl::Status ShuttingDown();
 
-// At most `max_bytes` of `text`, cut between characters (UTF-8) and then ended with "...".
-std::string Shortened(std::string text, std::size_t max_bytes);
-
 // A caller's text as a message may repeat it: in quotes, short, without control characters or bytes that are no UTF-8.
 std::string Quoted(std::string_view text);
 

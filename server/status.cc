@@ -5,6 +5,7 @@
 
 #include "absl/strings/cord.h"
 #include "google/rpc/status.pb.h"
+#include "proto/shortened.h"
 #include "server/errors.h"
 
 namespace dlcs {

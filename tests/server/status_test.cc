@@ -9,6 +9,7 @@
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
+#include "proto/shortened.h"
 #include "server/errors.h"
 
 namespace dlcs {
