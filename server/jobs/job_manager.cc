@@ -290,9 +290,11 @@ JobEnd JobManager::Solve(JobRun& run) {
 void JobManager::End(JobRun& run, const JobEnd& end) {
   JobState state = end.status.ok() ? JobState::kSucceeded : JobState::kFailed;
   absl::Status error = end.status;
-  if (absl::IsCancelled(end.status)) {
+  const bool unavailable = absl::IsUnavailable(end.status);
+  if (absl::IsCancelled(end.status) || unavailable) {
     switch (run.cause()) {
       case StopCause::kNone:
+        if (unavailable) return Persist(run, [&] { return run.Release(store_); });
         break;
       case StopCause::kCancelled:
         state = JobState::kCancelled;

@@ -304,6 +304,16 @@ TEST_F(JobManagerTest, AStoreThatFailsForAWhileHoldsUpNothingButWhatWatchersSee)
   EXPECT_EQ(Wait(*manager, Submit(*manager, "1 1 1")).state, JobState::kSucceeded);
 }
 
+TEST_F(JobManagerTest, AnAttemptThatCannotReadTheStoreIsNotTheLast) {
+  const auto manager = Start();
+  const JobId id = Submit(*manager, "unreachable");
+  JobFollower follower(*manager, id);
+  follower.Read();
+  EXPECT_THAT(follower.kept,
+              ElementsAre("QUEUED", "RUNNING", "QUEUED", "RUNNING", "QUEUED", "RUNNING", "SUCCEEDED", "solved"));
+  EXPECT_EQ(StateOf(id), JobState::kSucceeded);
+}
+
 TEST_F(JobManagerTest, AnswersThatAreLostChangeNothing) {
   const auto manager = Start();
   const JobId id = Submit(*manager, "30 3 1000");
