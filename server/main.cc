@@ -14,6 +14,7 @@
 #include "server/access/new_token.h"
 #include "server/dlcs_server.h"
 #include "server/flags.h"
+#include "server/store_lock.h"
 #include "server/telemetry/log.h"
 #include "spdlog/spdlog.h"
 
@@ -58,12 +59,23 @@ int main(int argc, char** argv) {
   sigaddset(&blocked, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
 
+  const absl::StatusOr<dlcs::StoreLock> lock = dlcs::StoreLock::Take(flags->config.store);
+  if (!lock.ok()) {
+    std::fprintf(stderr, "dlcsd: %s\n", std::string(lock.status().message()).c_str());
+    return 3;
+  }
   const absl::StatusOr<std::unique_ptr<dlcs::DlcsServer>> server = dlcs::DlcsServer::Start(flags->config);
   if (!server.ok()) {
     std::fprintf(stderr, "dlcsd: %s\n", std::string(server.status().message()).c_str());
     return absl::IsInvalidArgument(server.status()) ? 2 : 3;
   }
   if (!(*server)->metrics_address().empty()) spdlog::info("metrics on http://{}/metrics", (*server)->metrics_address());
+  const dlcs::AccessSettings& access = flags->config.access;
+  spdlog::info("listening on {}, {}, {}", (*server)->address(),
+               access.tls_cert.empty()        ? "without encryption"
+               : access.tls_client_ca.empty() ? "TLS"
+                                              : "TLS with certificates of clients",
+               access.tokens.empty() ? "open to all who can connect" : "users of " + access.tokens);
   std::printf("dlcsd listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
 
