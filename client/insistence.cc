@@ -83,6 +83,18 @@ bool MayPass(const grpc::Status& status) {
   }
 }
 
+namespace {
+
+// In words, without the end of a sentence.
+std::string WhatHappened(const grpc::Status& status) {
+  std::string said = status.error_message();
+  if (said.empty() || status.error_code() == grpc::StatusCode::CANCELLED) return "the connection was cut";
+  if (said.ends_with('.')) said.pop_back();
+  return said;
+}
+
+}  // namespace
+
 absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt) const {
   const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
                                              std::clamp(limits.deadline, Seconds(0), Seconds(1e9)));
@@ -98,7 +110,7 @@ absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt)
     const bool in_time = steady_clock::now() + wait < end;
     if (!MayPass(status) || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
     if (const auto never = connection_.WhyNever(status)) return *never;
-    if (notice_) notice_(fmt::format("{}; again in {:.1f} s", status.error_message(), wait.count()));
+    if (notice_) notice_(fmt::format("{}; again in {:.1f} s", WhatHappened(status), wait.count()));
     Pause(wait, limits.stop);
     WaitForConnection(*connection_.channel(), std::min<Seconds>(kLongestPause, end - steady_clock::now()), limits.stop);
     // Says what is wrong; a call without any time left would say that it had none.

@@ -64,12 +64,13 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
           "no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
           address);
     case grpc::StatusCode::UNIMPLEMENTED:
+      if (said.ends_with('.')) break;  // a sentence: of a dlcsd, which says why
       return fmt::format(
-          "the program at {} does not offer this call ({}). Is it a dlcsd of this version? Jobs and uploads need one "
+          "the program at {} does not offer this call{}. Is it a dlcsd of this version? Jobs and uploads need one "
           "with --store",
-          address, said);
+          address, said.empty() ? "" : " (" + said + ")");
     case grpc::StatusCode::UNAUTHENTICATED:
-      return fmt::format("the server at {} does not know who calls: {} Name the file of yours with --token-file",
+      return fmt::format("the server at {} does not know who calls: {} Yours is named with --token-file, or is DLCS_TOKEN",
                          address, said);
     case grpc::StatusCode::PERMISSION_DENIED:
       return fmt::format("the server at {} does not allow it: {} Ask who runs the server", address, said);
@@ -80,7 +81,7 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
     default:
       break;
   }
-  return fmt::format("the call to {} failed: {}", address, said);
+  return fmt::format("the server at {} refuses: {}", address, said);
 }
 
 }  // namespace

@@ -113,4 +113,11 @@ absl::Status ShuttingDown() {
   return status;
 }
 
+absl::Status ForCallers(absl::Status status) {
+  if (absl::IsUnavailable(status) && !status.GetPayload(TypeUrl<google::rpc::ErrorInfo>())) {
+    Attach(MakeErrorInfo("STORE_UNAVAILABLE"), status);
+  }
+  return status;
+}
+
 }  // namespace dlcs

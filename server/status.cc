@@ -56,8 +56,9 @@ grpc::StatusCode ToGrpcCode(absl::StatusCode code) {
 
 }  // namespace
 
-grpc::Status ToGrpc(const absl::Status& status) {
-  if (status.ok()) return grpc::Status::OK;
+grpc::Status ToGrpc(const absl::Status& plain) {
+  if (plain.ok()) return grpc::Status::OK;
+  const absl::Status status = ForCallers(plain);
   google::rpc::Status rich;
   rich.set_code(status.raw_code());
   rich.set_message(Shortened(std::string(status.message()), kMaxMessageBytes));

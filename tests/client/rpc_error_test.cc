@@ -57,6 +57,13 @@ TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
               HasSubstr("cannot take the call: shutting down"));
 }
 
+TEST(RpcErrorTest, TellsWhyADlcsdDoesNotOfferACall) {
+  EXPECT_EQ(Words(grpc::Status(grpc::StatusCode::UNIMPLEMENTED, "This server runs jobs: ask a front.")),
+            "the server at host:1 refuses: This server runs jobs: ask a front.");
+  EXPECT_EQ(Words(grpc::Status(grpc::StatusCode::NOT_FOUND, "There is no such job.")),
+            "the server at host:1 refuses: There is no such job.");
+}
+
 TEST(RpcErrorTest, KeepsTheMessageWhenDetailsAreGarbage) {
   EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "bad", "\x01\x02garbage")),
               HasSubstr("bad"));

@@ -84,5 +84,17 @@ TEST(StatusTest, OkStaysOk) {
   EXPECT_TRUE(FromGrpc(grpc::Status::OK).ok());
 }
 
+// "No server answers" is what callers make of UNAVAILABLE without it.
+TEST(StatusTest, AStoreThatDoesNotAnswerIsToldFromAServerThatDoesNot) {
+  const grpc::Status status = ToGrpc(absl::UnavailableError("The job store cannot be reached."));
+  google::rpc::Status rich;
+  google::rpc::ErrorInfo info;
+  ASSERT_TRUE(rich.ParseFromString(status.error_details()));
+  ASSERT_EQ(rich.details_size(), 1);
+  ASSERT_TRUE(rich.details(0).UnpackTo(&info));
+  EXPECT_EQ(info.reason(), "STORE_UNAVAILABLE");
+  EXPECT_EQ(info.domain(), "dlcs");
+}
+
 }  // namespace
 }  // namespace dlcs
