@@ -60,18 +60,22 @@ void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& buil
 // Errors: InvalidArgument for a network that could listen.
 absl::Status CheckEncryption(const ListenAddress& address, const AccessSettings& access) {
   if (!access.tls_cert.empty() || IsLoopback(address)) return absl::OkStatus();
-  if (!access.insecure_listen) {
-    return absl::InvalidArgumentError(fmt::format(
-        "--listen {}: other machines can reach this address, so that --tls-cert and --tls-key must be given; or "
-        "--insecure-listen, where the network is trusted or a proxy encrypts; or listen on 127.0.0.1",
-        ToString(address)));
-  }
-  spdlog::warn("--insecure-listen: requests and results{} travel on {} without encryption",
-               access.tokens.empty() ? "" : ", and the tokens of users,", ToString(address));
-  return absl::OkStatus();
+  if (access.insecure_listen) return absl::OkStatus();
+  return absl::InvalidArgumentError(fmt::format(
+      "--listen {}: other machines can reach this address, so that --tls-cert and --tls-key must be given; or "
+      "--insecure-listen, where the network is trusted or a proxy encrypts; or listen on 127.0.0.1",
+      ToString(address)));
 }
 
 }  // namespace
+
+absl::Status DlcsServer::Check(const ServerConfig& config) {
+  if (absl::Status valid = Validate(config); !valid.ok()) return valid;
+  const absl::StatusOr<ListenAddress> address = ParseListenAddress(config.listen);
+  if (!address.ok()) return address.status();
+  if (absl::Status encrypted = CheckEncryption(*address, config.access); !encrypted.ok()) return encrypted;
+  return Access::Check(config.access);
+}
 
 absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig& config) {
   if (absl::Status valid = Validate(config); !valid.ok()) return valid;
@@ -81,6 +85,10 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   if (absl::Status encrypted = CheckEncryption(*address, config.access); !encrypted.ok()) return encrypted;
   absl::StatusOr<std::unique_ptr<Access>> access = Access::Open(config.access);
   if (!access.ok()) return access.status();
+  if (config.access.insecure_listen && !IsLoopback(*address)) {
+    spdlog::warn("--insecure-listen: requests and results{} travel on {} without encryption",
+                 config.access.tokens.empty() ? "" : ", and the tokens of users,", ToString(*address));
+  }
 
   InitializePlugins();
   std::unique_ptr<DlcsServer> result(new DlcsServer(Resolved(config), *std::move(access)));

@@ -30,6 +30,8 @@ namespace dlcs {
 // behind one listening socket; metrics and probes behind another.
 class DlcsServer {
  public:
+  // What Start() would say of the settings, and of the files of tokens and certificates. Listens on nothing, opens no store.
+  static absl::Status Check(const ServerConfig& config);
   // Listens when it returns. Errors: InvalidArgument for a setting or a file that it names, AlreadyExists for a taken
   // port, and as CheckCanListen().
   static absl::StatusOr<std::unique_ptr<DlcsServer>> Start(const ServerConfig& config);

@@ -14,6 +14,7 @@
 #include "CLI/CLI.hpp"
 #include "fmt/format.h"
 #include "server/config_file.h"
+#include "server/dlcs_server.h"
 #include "server/store_location.h"
 #include "server/version.h"
 
@@ -244,7 +245,8 @@ class CommandLine {
       return true;
     }
     absl::Status valid = Validate(flags_.config);
-    if (check_only_ && valid.ok()) valid = CheckStoreLocation(flags_.config.store);
+    if (valid.ok()) valid = CheckStoreLocation(flags_.config.store);
+    if (check_only_ && valid.ok()) valid = DlcsServer::Check(flags_.config);
     if (!valid.ok()) {
       exit_status = Refuse(std::string(valid.message()));
       return false;

@@ -17,6 +17,7 @@ absl::Status CheckStoreLocation(const std::string& store) {
   const auto refuse = [&](const std::string& rule) {
     return absl::InvalidArgumentError(fmt::format("--store {}: {}", store, rule));
   };
+  if (store.find("://") != std::string::npos) return refuse("must be a file, or begin with postgresql://");
   std::error_code error;
   const fs::file_status file = fs::status(store, error);
   if (fs::exists(file)) {

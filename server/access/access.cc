@@ -38,6 +38,14 @@ std::string_view TokenOf(std::string_view authorization) {
 
 }  // namespace
 
+absl::Status Access::Check(const AccessSettings& settings) {
+  if (!settings.tokens.empty()) {
+    if (const absl::StatusOr<Users> users = ReadUsers(settings.tokens); !users.ok()) return users.status();
+  }
+  if (settings.tls_cert.empty()) return absl::OkStatus();
+  return ReadTlsFiles({settings.tls_cert, settings.tls_key, settings.tls_client_ca}).status();
+}
+
 absl::StatusOr<std::unique_ptr<Access>> Access::Open(const AccessSettings& settings) {
   std::unique_ptr<Access> access(new Access);
   if (!settings.tokens.empty()) {

@@ -38,6 +38,9 @@ class Access {
   // Errors: InvalidArgument with flag, file and rule.
   static absl::StatusOr<std::unique_ptr<Access>> Open(const AccessSettings& settings);
 
+  // What Open() would say of the files that `settings` name. Keeps and starts nothing.
+  static absl::Status Check(const AccessSettings& settings);
+
   // Whether callers have to say who they are. Otherwise everybody is an admin without a name.
   bool HasUsers() const { return users_ != nullptr; }
   // What connections are encrypted with; null where they are not.

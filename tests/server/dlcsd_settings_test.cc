@@ -93,9 +93,10 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
            {"listen = here", "--listen: \"here\" is not HOST:PORT"},
            {"store = /no/such/folder/jobs.db",
             "--store /no/such/folder/jobs.db: the folder /no/such/folder must be there"},
-           // Not the address of a database: a path, as the store would take it.
-           {"store = file:///no/such/jobs.db",
-            "--store file:///no/such/jobs.db: the folder file:///no/such must be there"},
+           {"store = mysql://host/jobs", "--store mysql://host/jobs: must be a file, or begin with postgresql://"},
+           {"listen = 0.0.0.0:50051", "--listen 0.0.0.0:50051: other machines can reach this address"},
+           {"tls-cert = /no/such.pem\ntls-key = /no/such.key", "/no/such.pem"},
+           {"tokens = /no/such.txt", "--tokens /no/such.txt"},
            {"max-held-result-bytes = 5", "--max-held-result-bytes 5: must be at least --max-result-bytes (" + path_},
        }) {
     const Ended told = RunDlcsd({"--check-config", "--config", Write(wrong.file)});
@@ -128,6 +129,28 @@ TEST_F(DlcsdSettingsTest, AFileOfAnotherKindIsRefusedForLittleMemory) {
     getrusage(RUSAGE_SELF, &own);
     EXPECT_LT(dlcsd.peak_bytes(), std::max<std::int64_t>(100'000'000, 1024 * own.ru_maxrss + 50'000'000));
   }
+}
+
+TEST_F(DlcsdSettingsTest, DoesNotStartWithAStoreThatCannotBe) {
+  const Ended told = RunDlcsd({"--listen", "127.0.0.1:0", "--store", "/no/such/folder/jobs.db"});
+  EXPECT_EQ(told.exit_status, 2);
+  EXPECT_THAT(told.errors, HasSubstr("the folder /no/such/folder must be there"));
+}
+
+// The second would go on with what the first is running.
+TEST_F(DlcsdSettingsTest, AFileOfJobsIsForOneServerAtATime) {
+  const std::vector<std::string> flags = {"--listen", "127.0.0.1:0", "--store", folder_.File("jobs.db")};
+  {
+    DlcsdProcess first(flags);
+    ASSERT_NE(first.ReadAddress(), "");
+    const Ended second = RunDlcsd(flags);
+    EXPECT_EQ(second.exit_status, 3);
+    EXPECT_THAT(second.errors, HasSubstr("another dlcsd uses it"));
+    first.Signal(SIGKILL);
+    first.Wait();
+  }
+  DlcsdProcess next(flags);
+  EXPECT_NE(next.ReadAddress(), "");
 }
 
 TEST_F(DlcsdSettingsTest, CheckingChangesNothingAndTellsNoPassword) {
