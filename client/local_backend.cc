@@ -70,10 +70,15 @@ SessionLimits LimitsOfThisMachine() {
 absl::Status Describe(const absl::Status& status) {
   if (absl::IsResourceExhausted(status)) {
     const bool trajectory = status.message().find("max_result_bytes") != std::string_view::npos;
-    return absl::ResourceExhaustedError(
-        fmt::format("{} not fit into the {:.1f} GB of this machine; ask for fewer",
-                    trajectory ? "a trajectory of so many steps does" : "so many states or pairs do",
-                    1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes)));
+    const double gigabytes = 1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes);
+    if (trajectory) {
+      return absl::ResourceExhaustedError(fmt::format(
+          "a trajectory of so many steps does not fit into the {:.1f} GB of this machine; ask for fewer, or with --at for some times",
+          gigabytes));
+    }
+    return absl::InvalidArgumentError(
+        fmt::format("the system has more states or pairs (rows of A or M) than fit into the {:.1f} GB of this machine: at most {}",
+                    gigabytes, LimitsOfThisMachine().max_states));
   }
   const auto payload = status.GetPayload("type.googleapis.com/google.rpc.BadRequest");
   google::rpc::BadRequest bad_request;

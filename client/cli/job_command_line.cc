@@ -40,7 +40,11 @@ void AddName(CLI::App& app, std::string& name) {
 }
 
 void AddNameOfEither(CLI::App& app, std::string& name) {
-  app.add_option("NAME", name, "As submit or upload prints it")->required()->type_name("jobs/ID|problems/ID");
+  const auto not_empty = [](const std::string& word) { return std::string(word.empty() ? "must not be empty" : ""); };
+  app.add_option("NAME", name, "As submit or upload prints it")
+      ->required()
+      ->type_name("jobs/ID|problems/ID")
+      ->check(CLI::Validator(not_empty, ""));
 }
 
 void AddSubmit(CLI::App& main, SubmitCommand& command) {

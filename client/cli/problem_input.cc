@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 #include <utility>
 
@@ -72,9 +73,12 @@ absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
   return absl::OkStatus();
 }
 
-const std::string& ProblemInput::title() const {
-  const std::string& title = is_uploaded() ? about_.title() : file_.name;
-  return title.empty() ? source_ : title;
+std::string ProblemInput::title() const {
+  std::string title = is_uploaded() ? about_.title() : file_.name;
+  if (title.empty()) return source_;
+  // Whoever wrote it, a terminal shows it.
+  std::ranges::replace_if(title, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
+  return title;
 }
 
 double ProblemInput::horizon() const {

@@ -31,7 +31,7 @@ class ProblemInput {
   // What messages call it.
   const std::string& source() const { return source_; }
   // What the result is headed with.
-  const std::string& title() const;
+  std::string title() const;
   bool is_uploaded() const { return !name_.empty(); }
   bool is_nonlinear() const { return is_uploaded() ? about_.nonlinear() : file_.nonlinear.has_value(); }
   double horizon() const;
