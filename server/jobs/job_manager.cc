@@ -237,7 +237,15 @@ void JobManager::RunJob(const Scheduler::Start& start) {
   };
   if (const std::shared_ptr<JobRun> run = Begin(start)) {
     house_.notify_one();  // it may have a deadline
-    const JobEnd end = Solve(*run);
+    JobEnd end = Solve(*run);
+    for (milliseconds pause = kFirstPause; absl::IsUnavailable(end.status) && run->cause() == StopCause::kNone;
+         pause = std::min(2 * pause, kLongestPause)) {
+      {
+        std::unique_lock lock(mutex_);
+        if (work_.wait_for(lock, pause, [this] { return abandoning_; })) break;
+      }
+      end = Solve(*run);
+    }
     {
       const std::lock_guard lock(mutex_);
       scheduler_.GiveBackCores(start.id, core_seconds());
@@ -294,7 +302,7 @@ void JobManager::End(JobRun& run, const JobEnd& end) {
   if (absl::IsCancelled(end.status) || unavailable) {
     switch (run.cause()) {
       case StopCause::kNone:
-        if (unavailable) return Persist(run, [&] { return run.Release(store_); });
+        if (unavailable) return run.log()->Abandon();
         break;
       case StopCause::kCancelled:
         state = JobState::kCancelled;

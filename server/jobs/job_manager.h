@@ -34,7 +34,7 @@ namespace dlcs::jobs {
 // How an attempt ended, as the solve function tells it:
 //   OK          the work is done: SUCCEEDED, even if a stop came at the last moment;
 //   CANCELLED   it stopped because it was told to: what becomes of the job depends on who told it;
-//   UNAVAILABLE it could not read from the store what it needs: given back, for another attempt, unless it was told to stop;
+//   UNAVAILABLE it could not read from the store what it needs, and told nothing yet: called again, until it can or is told to stop;
 //   any other   FAILED.
 // `summary` is the payload of the last event, where there is one to tell.
 struct JobEnd {

@@ -4,6 +4,7 @@
 #ifndef DLCS_TESTS_SERVER_JOBS_FAKE_SOLVE_H_
 #define DLCS_TESTS_SERVER_JOBS_FAKE_SOLVE_H_
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <sstream>
@@ -41,11 +42,12 @@ inline std::string Trajectory(JobStore& store, const JobId& id) {
 }
 
 // "windows iterates microseconds-per-iterate", or "throw", or "wait" for until it is stopped, or "unreachable" for a store that
-// cannot be read in the first two attempts.
+// cannot be read by the first two calls of all.
 inline JobEnd FakeSolve(JobRun& run) {
   if (run.body() == "throw") throw std::runtime_error("the engine broke");
   if (run.body() == "unreachable") {
-    return {run.lease().fence < 3 ? absl::UnavailableError("no store") : absl::OkStatus(), "solved"};
+    static std::atomic<int> calls{0};
+    return {++calls < 3 ? absl::UnavailableError("no store") : absl::OkStatus(), "solved"};
   }
   if (run.body() == "fail") return {absl::InvalidArgumentError("no such problem"), ""};
   std::int64_t windows = 0, iterates = 0, pause_us = 0;
