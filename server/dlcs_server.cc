@@ -59,8 +59,7 @@ void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& buil
 
 // Errors: InvalidArgument for a network that could listen.
 absl::Status CheckEncryption(const ListenAddress& address, const AccessSettings& access) {
-  if (!access.tls_cert.empty() || IsLoopback(address)) return absl::OkStatus();
-  if (access.insecure_listen) return absl::OkStatus();
+  if (!access.tls_cert.empty() || access.insecure_listen || IsLoopback(address)) return absl::OkStatus();
   return absl::InvalidArgumentError(fmt::format(
       "--listen {}: other machines can reach this address, so that --tls-cert and --tls-key must be given; or "
       "--insecure-listen, where the network is trusted or a proxy encrypts; or listen on 127.0.0.1",

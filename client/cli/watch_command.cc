@@ -43,7 +43,7 @@ class JobView {
         return;
       case v1::JobEvent::kFinished:
         view_.Finish();
-        if (skipped_ > 0) fmt::print(stderr, "({} iterates and windows passed unseen; the result has all)\n", skipped_);
+        if (skipped_ > 0) fmt::print(stderr, "({} iterates and windows passed unseen)\n", skipped_);
         return;
       default:
         return;

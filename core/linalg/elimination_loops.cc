@@ -131,7 +131,7 @@ DLCS_INLINE void Combine(const Combination& c, Index i = 0) {
   if constexpr (kWidth<V> > 1) Combine<Half<V>>(c, i);
 }
 
-struct Elimination {
+struct Panel {
   Index begin, end, size;
   double zero;
   double* LU;
@@ -141,7 +141,7 @@ struct Elimination {
 };
 
 template <typename V>
-DLCS_INLINE bool Eliminate(const Elimination& e) {
+DLCS_INLINE bool Eliminate(const Panel& e) {
   for (Index p = e.begin; p < e.end; ++p) {
     double* const column = e.LU + p * e.stride;
     Index row = p;
@@ -177,9 +177,9 @@ void SubtractBaseline(const Product& p) { Subtract<Double2>(p); }
 DLCS_TARGET("avx2") void SubtractAvx2(const Product& p) { Subtract<Double4>(p); }
 DLCS_TARGET("avx512f") void SubtractAvx512(const Product& p) { Subtract<Double8>(p); }
 
-bool EliminateBaseline(const Elimination& e) { return Eliminate<Double2>(e); }
-DLCS_TARGET("avx2") bool EliminateAvx2(const Elimination& e) { return Eliminate<Double4>(e); }
-DLCS_TARGET("avx512f") bool EliminateAvx512(const Elimination& e) { return Eliminate<Double8>(e); }
+bool EliminateBaseline(const Panel& e) { return Eliminate<Double2>(e); }
+DLCS_TARGET("avx2") bool EliminateAvx2(const Panel& e) { return Eliminate<Double4>(e); }
+DLCS_TARGET("avx512f") bool EliminateAvx512(const Panel& e) { return Eliminate<Double8>(e); }
 
 void CombineBaseline(const Combination& c) { Combine<Double2>(c); }
 DLCS_TARGET("avx2") void CombineAvx2(const Combination& c) { Combine<Double4>(c); }

@@ -237,15 +237,7 @@ void JobManager::RunJob(const Scheduler::Start& start) {
   };
   if (const std::shared_ptr<JobRun> run = Begin(start)) {
     house_.notify_one();  // it may have a deadline
-    JobEnd end = Solve(*run);
-    for (milliseconds pause = kFirstPause; absl::IsUnavailable(end.status) && run->cause() == StopCause::kNone;
-         pause = std::min(2 * pause, kLongestPause)) {
-      {
-        std::unique_lock lock(mutex_);
-        if (work_.wait_for(lock, pause, [this] { return abandoning_; })) break;
-      }
-      end = Solve(*run);
-    }
+    const JobEnd end = Solve(*run);
     {
       const std::lock_guard lock(mutex_);
       scheduler_.GiveBackCores(start.id, core_seconds());
@@ -285,24 +277,24 @@ JobEnd JobManager::Solve(JobRun& run) {
                                             options_.max_attempts)),
             ""};
   }
-  if (run.stop().stop_requested()) return {absl::CancelledError(), ""};
-  JobEnd end;
-  // Guarded() logs what is thrown and gives the status for it.
-  end.status = Guarded(run.id(), [&]() -> absl::Status {
-    end = solve_(run);
-    return end.status;
-  });
-  return end;
+  for (milliseconds pause = kFirstPause; !run.stop().stop_requested(); WaitForStore(pause)) {
+    JobEnd end;
+    // Guarded() logs what is thrown and gives the status for it.
+    end.status = Guarded(run.id(), [&]() -> absl::Status {
+      end = solve_(run);
+      return end.status;
+    });
+    if (!absl::IsUnavailable(end.status)) return end;
+  }
+  return {absl::CancelledError(), ""};
 }
 
 void JobManager::End(JobRun& run, const JobEnd& end) {
   JobState state = end.status.ok() ? JobState::kSucceeded : JobState::kFailed;
   absl::Status error = end.status;
-  const bool unavailable = absl::IsUnavailable(end.status);
-  if (absl::IsCancelled(end.status) || unavailable) {
+  if (absl::IsCancelled(end.status)) {
     switch (run.cause()) {
       case StopCause::kNone:
-        if (unavailable) return run.log()->Abandon();
         break;
       case StopCause::kCancelled:
         state = JobState::kCancelled;
@@ -325,11 +317,18 @@ void JobManager::Persist(JobRun& run, const std::function<absl::Status()>& write
   for (;;) {
     const absl::Status status = write();
     if (status.ok()) return;
-    std::unique_lock lock(mutex_);
-    if (absl::IsAborted(status) || abandoning_) return run.log()->Abandon();
-    work_.wait_for(lock, pause, [this] { return abandoning_; });
-    pause = std::min(2 * pause, kLongestPause);
+    {
+      const std::lock_guard lock(mutex_);
+      if (absl::IsAborted(status) || abandoning_) return run.log()->Abandon();
+    }
+    WaitForStore(pause);
   }
+}
+
+void JobManager::WaitForStore(milliseconds& pause) {
+  std::unique_lock lock(mutex_);
+  work_.wait_for(lock, pause, [this] { return abandoning_; });
+  pause = std::min(2 * pause, kLongestPause);
 }
 
 }  // namespace dlcs::jobs

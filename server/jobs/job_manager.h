@@ -5,6 +5,7 @@
 #define DLCS_SERVER_JOBS_JOB_MANAGER_H_
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -139,6 +140,8 @@ class JobManager {
   void End(JobRun& run, const JobEnd& end);
   // `write` until it succeeds, the lease is lost, or the server cannot wait.
   void Persist(JobRun& run, const std::function<absl::Status()>& write);
+  // Before it is asked again; the next pause is longer. Ends at once where it is not waited for any more.
+  void WaitForStore(std::chrono::milliseconds& pause);
 
   void KeepHouse();
   void TakeUpJobs();

@@ -6,7 +6,6 @@
 
 #include "fmt/format.h"
 #include "server/jobs/postgres_schema.h"
-#include "spdlog/spdlog.h"
 
 namespace dlcs::jobs {
 namespace {
@@ -139,26 +138,15 @@ void PostgresDatabase::GiveBack(std::unique_ptr<PostgresConnection> connection) 
   given_back_.notify_one();
 }
 
-void PostgresDatabase::Recovered() {
-  const std::lock_guard lock(mutex_);
-  if (!last_error_.empty()) spdlog::info("job store: works again");
-  last_error_.clear();
-}
-
 absl::Status PostgresDatabase::Failed(const PostgresError& error) {
   healthy_ = false;
-  {
+  if (IsOfTheConnection(error)) {
+    // The others are likely to have ended with it.
     const std::lock_guard lock(mutex_);
-    if (IsOfTheConnection(error)) {
-      // The others are likely to have ended with it.
-      num_open_ -= static_cast<int>(idle_.size());
-      idle_.clear();
-    }
-    if (const std::string said = error.what(); said != last_error_) {
-      spdlog::warn("job store: {}{}{}", error.sqlstate(), error.sqlstate().empty() ? "" : " ", said);
-      last_error_ = said;
-    }
+    num_open_ -= static_cast<int>(idle_.size());
+    idle_.clear();
   }
+  log_.Failed(fmt::format("job store: {}{}{}", error.sqlstate(), error.sqlstate().empty() ? "" : " ", error.what()));
   return Explain(error);
 }
 

@@ -17,6 +17,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/failure_log.h"
 #include "server/jobs/postgres.h"
 #include "server/jobs/store_timer.h"
 
@@ -59,7 +60,7 @@ class PostgresDatabase {
       auto result = body(connection);
       if (result.ok()) {
         transaction.Commit();
-        if (!healthy_.exchange(true)) Recovered();
+        if (!healthy_.exchange(true)) log_.Recovered();
       }
       return result;
     };
@@ -113,11 +114,11 @@ class PostgresDatabase {
   // Closed where it is of no use any more.
   void GiveBack(std::unique_ptr<PostgresConnection> connection);
   absl::Status Failed(const PostgresError& error);
-  void Recovered();
 
   const PostgresDatabaseOptions options_;
   std::atomic<bool> healthy_ = false;
   std::atomic<bool> was_open_ = false;
+  FailureLog log_;
 
   std::mutex mutex_;
   std::condition_variable given_back_;
@@ -125,7 +126,6 @@ class PostgresDatabase {
   int num_open_ = 0;  // idle, lent, or being made
   std::chrono::steady_clock::time_point next_attempt_{};
   Duration pause_{0};
-  std::string last_error_;  // as it was logged; empty again when all is well
 };
 
 }  // namespace dlcs::jobs

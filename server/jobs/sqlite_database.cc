@@ -5,7 +5,6 @@
 
 #include "fmt/format.h"
 #include "server/jobs/sqlite_schema.h"
-#include "spdlog/spdlog.h"
 
 namespace dlcs::jobs {
 namespace {
@@ -159,7 +158,7 @@ void SqliteDatabase::WriteTogether(const std::vector<Part*>& parts, bool& in_par
   transaction.Commit();
   // A commit into a deleted file is no commit.
   CheckInPlace(*writer_);
-  Recovered();
+  if (!healthy_.exchange(true)) log_.Recovered();
 }
 
 absl::Status SqliteDatabase::OpenWriter() {
@@ -180,7 +179,7 @@ absl::Status SqliteDatabase::OpenWriter() {
   absl::Status status = Migrate(*connection, SqliteMigrations());
   if (!status.ok()) {
     healthy_ = false;
-    Say(std::string(status.message()));
+    log_.Failed(fmt::format("{}: {}", options_.path, std::string(status.message())));
     return status;
   }
   writer_ = std::move(connection);
@@ -213,21 +212,8 @@ absl::Status SqliteDatabase::Failed(const SqliteError& error, std::unique_ptr<Sq
   healthy_ = false;
   if (IsOfTheFile(error.code())) connection.reset();
   const absl::Status status = Explain(error);
-  Say(std::string(status.message()));
+  log_.Failed(fmt::format("{}: {}", options_.path, std::string(status.message())));
   return status;
-}
-
-void SqliteDatabase::Say(const std::string& failure) {
-  const std::lock_guard lock(said_mutex_);
-  if (failure != said_) spdlog::warn("{}: {}", options_.path, failure);
-  said_ = failure;
-}
-
-void SqliteDatabase::Recovered() {
-  healthy_ = true;
-  const std::lock_guard lock(said_mutex_);
-  if (!said_.empty()) spdlog::info("job store: works again");
-  said_.clear();
 }
 
 }  // namespace dlcs::jobs

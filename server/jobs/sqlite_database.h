@@ -20,6 +20,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/failure_log.h"
 #include "server/jobs/sqlite.h"
 #include "server/jobs/store_timer.h"
 
@@ -121,14 +122,10 @@ class SqliteDatabase {
   absl::Status OpenReader();
   static void CheckInPlace(const SqliteConnection& connection);
   absl::Status Failed(const SqliteError& error, std::unique_ptr<SqliteConnection>& connection);
-  // To the log, where it is not what was said last.
-  void Say(const std::string& failure);
-  void Recovered();
 
   const SqliteDatabaseOptions options_;
   std::atomic<bool> healthy_ = false;
-  std::mutex said_mutex_;
-  std::string said_;  // of a failure, to the log; empty while it works
+  FailureLog log_;
   std::mutex group_mutex_;
   std::condition_variable group_changed_;
   std::vector<Part*> waiting_;  // for the next group
