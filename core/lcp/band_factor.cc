@@ -6,190 +6,178 @@
 #include <cstring>
 #include <utility>
 
-#include "core/linalg/simd.h"
-
-// Functions that take or return vectors are inlined, so no caller sees the convention that the warning is about.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace dlcs {
 namespace {
 
-constexpr Index kAlign = 8;
+constexpr Index kSize = EightBlock::kSize;
 
-}  // namespace
+struct BlockRows {
+  Index num_rows, reach;
+  const std::uint8_t* is_used;
+  EightBlock* factors;  // of the first row, on the diagonal
 
-BandFactor::BandFactor(std::shared_ptr<const BandMatrix> M)
-    : M_(std::move(M)),
-      basis_(static_cast<std::size_t>(M_->size()), 0),
-      b_((std::max<Index>(1, M_->bandwidth()) + kAlign - 1) / kAlign * kAlign),
-      rows_(static_cast<std::size_t>(M_->size() * (2 * b_ + 1) + kAlign)),
-      scratch_(static_cast<std::size_t>(b_ + kAlign)),
-      inverse_(static_cast<std::size_t>(M_->size())),
-      padded_(static_cast<std::size_t>(M_->size() + 2 * b_)),
-      former_(static_cast<std::size_t>(b_ * b_)) {}
-
-void BandFactor::Factor(const Basis& basis) {
-  constexpr Index kRows = 32;  // at once: a change dies away within one to three such blocks
-  const Index n = M_->size(), rows_at_once = std::max(kRows, b_);
-  const auto next_change = [&](Index from) {
-    return is_empty_ ? from : std::mismatch(basis.begin() + from, basis.end(), basis_.begin() + from).first - basis.begin();
-  };
-  Index end = 0;
-  for (Index change = next_change(0); change < n; change = next_change(end)) {
-    bool agrees = false;
-    for (Index first = std::max(end, change - b_); first < n && !agrees; first = end) {
-      end = std::min(n, first + rows_at_once);
-      KeepBefore(first, end);
-      Load(basis, first, end);
-      Eliminate(basis, first, end);
-      agrees = !is_empty_ && AgreesBefore(basis, first, end);
-    }
-  }
-  is_empty_ = false;
-  basis_ = basis;
-}
-
-void BandFactor::KeepBefore(Index first, Index end) {
-  double* former = former_.data();
-  for (Index i = std::max(first, end - b_); i < end; ++i, former += b_) std::copy_n(Upper(i), b_, former);
-}
-
-bool BandFactor::AgreesBefore(const Basis& basis, Index first, Index end) const {
-  if (end - first < b_) return false;
-  const double* former = former_.data();
-  for (Index i = end - b_; i < end; ++i, former += b_) {
-    const auto at = static_cast<std::size_t>(i);
-    if (basis[at] != basis_[at]) return false;
-    if (basis[at] && std::memcmp(Upper(i), former, static_cast<std::size_t>(b_) * sizeof(double)) != 0) return false;
-  }
-  return true;
-}
-
-void BandFactor::Load(const Basis& of_rows, Index first, Index end) {
-  RunWide([=, n = M_->size(), width = M_->bandwidth(), all_entries = M_->Row(0), all_rows = rows_.data() + b_,
-           stride = 2 * b_ + 1, basis = of_rows.data()]() DLCS_WIDE {
-    for (Index i = first; i < end; ++i) {
-      if (!basis[i]) continue;
-      const Index from = std::max(-width, -i), count = std::min(width, n - 1 - i) - from + 1;
-      const double* __restrict entries = all_entries + i * (2 * width + 1) + from;
-      const std::uint8_t* __restrict basic = basis + i + from;
-      double* __restrict row = all_rows + i * stride + from;
-      for (Index d = 0; d < count; ++d) row[d] = basic[d] ? entries[d] : 0;
-    }
-  });
-}
-
-namespace {
-
-// A row stands so that its entry of column c is a multiple of eight numbers, and c, from the start of all. So the
-// vectors of a row are the same for eight pivots, from columns that are multiples of eight on. Beside the b entries
-// behind the pivot `upper`, the row of U, is zero, and what stands there in rows before or behind stays what it is.
-struct BandRows {
-  Index first, end, band;
-  const std::uint8_t* basis;
-  double *rows, *inverses, *upper;
+  EightBlock* At(Index row) const { return factors + row * (2 * reach + 1); }
+  Index First(Index row) const { return std::max<Index>(0, row - reach); }
+  Index Last(Index row) const { return std::min(num_rows - 1, row + reach); }
 };
 
-// The rows from `first` up to `end`; kBand is the band where that is known, and otherwise 0.
-template <typename V, Index kBand>
-DLCS_INLINE void EliminateRows(const BandRows& all) {
+// The entries of `row` of M_SS, and of the identity beside S.
+template <typename V>
+DLCS_INLINE void LoadRow(const BlockRows& rows, const EightBlock* of_M, const double* is_basic, Index row) {
   constexpr Index kWidth = sizeof(V) / sizeof(double);
-  const auto [first, end, band, basis, rows, inverses, upper] = all;
-  const Index b = kBand > 0 ? kBand : band;
-  for (Index k = std::max<Index>(0, first - b); k < end; ++k) {
-    if (!basis[k]) continue;
-    const Index begin = (k + 1) / kAlign * kAlign, before = k + 1 - begin;
-    double* const diagonal = rows + k * (2 * b + 1) + b;
-    if (k >= first) {
-      const double inverse = 1 / *diagonal;
-      inverses[k] = inverse;
-      for (Index d = 1; d <= b; ++d) diagonal[d] *= inverse;
-    }
-    for (Index d = 0; d < before; ++d) upper[d] = 0;
-    for (Index d = 0; d < b; ++d) upper[before + d] = diagonal[d + 1];
-    for (Index d = before + b; d < b + kAlign; ++d) upper[d] = 0;
-    const Index last = std::min(k + b, end - 1);
-    for (Index i = std::max(k + 1, first); i <= last; ++i) {
-      if (!basis[i]) continue;
-      const double factor = rows[i * 2 * b + b + k];
-      double* const row = rows + i * 2 * b + b + begin;
-      for (Index d = 0; d < b + kAlign; d += kWidth) {
-        V left, right;
-        std::memcpy(&left, upper + d, sizeof(V));
-        std::memcpy(&right, row + d, sizeof(V));
-        right -= factor * left;
-        std::memcpy(row + d, &right, sizeof(V));
+  const double* const of_row = is_basic + row * kSize;
+  for (Index to = rows.First(row); to <= rows.Last(row); ++to) {
+    if (!rows.is_used[to]) continue;
+    const EightBlock& from = of_M[to - row];
+    EightBlock& block = rows.At(row)[to - row];
+    for (Index j = 0; j < kSize; ++j) {
+      const double of_column = is_basic[to * kSize + j];
+      for (Index part = 0; part < kSize; part += kWidth) {
+        const V kept = Load<V>(of_row + part) * of_column;
+        Store(V(Load<V>(from.column(j) + part) * kept), block.column(j) + part);
       }
+      if (to == row) block.column(j)[j] += 1 - of_column;
     }
   }
 }
 
 template <typename V>
-DLCS_INLINE void EliminateBand(const BandRows& all) {
-  switch (all.band) {
-    case 8:
-      return EliminateRows<V, 8>(all);
-    case 16:
-      return EliminateRows<V, 16>(all);
-    case 24:
-      return EliminateRows<V, 24>(all);
-    default:
-      return EliminateRows<V, 0>(all);
+DLCS_INLINE void EliminateRow(const BlockRows& rows, Index row, double* pivots) {
+  EightBlock* const here = rows.At(row);
+  EightBlock quotient;
+  for (Index above = rows.First(row); above < row; ++above) {
+    if (!rows.is_used[above]) continue;
+    const EightBlock* const pivot = rows.At(above);
+    eight_blocks::Multiply<V, false>(here[above - row], *pivot, quotient);
+    for (Index to = above + 1; to <= rows.Last(above); ++to) {
+      if (rows.is_used[to]) eight_blocks::Multiply<V, true>(quotient, pivot[to - above], here[to - row]);
+    }
+  }
+  eight_blocks::Invert<V>(*here, pivots + row * kSize);
+}
+
+template <typename V>
+DLCS_INLINE void FactorOneRow(const BlockRows& rows, const EightBlock* of_M, const double* is_basic, Index row,
+                              double* pivots) {
+  LoadRow<V>(rows, of_M, is_basic, row);
+  EliminateRow<V>(rows, row, pivots);
+}
+
+using FactorsOneRow = void(const BlockRows&, const EightBlock*, const double*, Index, double*);
+void FactorBaseline(const BlockRows& rows, const EightBlock* of_M, const double* is_basic, Index row, double* pivots) {
+  FactorOneRow<Double2>(rows, of_M, is_basic, row, pivots);
+}
+DLCS_TARGET("avx2")
+void FactorAvx2(const BlockRows& rows, const EightBlock* of_M, const double* is_basic, Index row, double* pivots) {
+  FactorOneRow<Double4>(rows, of_M, is_basic, row, pivots);
+}
+DLCS_TARGET("avx512f")
+void FactorAvx512(const BlockRows& rows, const EightBlock* of_M, const double* is_basic, Index row, double* pivots) {
+  FactorOneRow<Double8>(rows, of_M, is_basic, row, pivots);
+}
+
+// sum := Σ blocks (row, to) x_to over first <= to <= last, those that are used.
+template <typename V>
+DLCS_INLINE void SumOfRow(const BlockRows& rows, Index row, Index first, Index last, const double* x, double* sum) {
+  constexpr Index kWidth = sizeof(V) / sizeof(double);
+  for (Index part = 0; part < kSize; part += kWidth) {
+    V sums[4] = {};
+    for (Index to = first; to <= last; ++to) {
+      if (rows.is_used[to]) eight_blocks::AddTimes<V>(rows.At(row)[to - row], x + to * kSize, part, sums);
+    }
+    Store(eight_blocks::Total<V>(sums), sum + part);
   }
 }
 
-void EliminateBaseline(const BandRows& all) { EliminateBand<Double2>(all); }
-DLCS_TARGET("avx2") void EliminateAvx2(const BandRows& all) { EliminateBand<Double4>(all); }
-DLCS_TARGET("avx512f") void EliminateAvx512(const BandRows& all) { EliminateBand<Double8>(all); }
-
-}  // namespace
-
-void BandFactor::Eliminate(const Basis& basis, Index first, Index end) {
-  static const auto eliminate = ChooseVersion(EliminateBaseline, EliminateAvx2, EliminateAvx512);
-  eliminate({first, end, b_, basis.data(), rows_.data(), inverse_.data(), scratch_.data()});
-}
-
-namespace {
-
-// Σ coefficient[d] z[d] for 3 <= d <= b, b even, with strides of 1 or -1: in two sums, which do not wait for each
-// other.
-template <int stride>
-double SumOfFar(const double* coefficient, const double* z, Index b) {
-  double even = 0, odd = 0;
-  for (Index d = b; d > 2; d -= 2) {
-    even += coefficient[stride * d] * z[stride * d];
-    odd += coefficient[stride * (d - 1)] * z[stride * (d - 1)];
+// z := D⁻¹ (x - L z), x := z - D⁻¹ U x.
+template <typename V>
+DLCS_INLINE void SolveRows(const BlockRows& rows, double* x) {
+  alignas(64) double sum[kSize], right[kSize];
+  for (Index row = 0; row < rows.num_rows; ++row) {
+    if (!rows.is_used[row]) continue;
+    double* const here = x + row * kSize;
+    SumOfRow<V>(rows, row, rows.First(row), row - 1, x, sum);
+    for (Index i = 0; i < kSize; ++i) here[i] -= sum[i];
+    SumOfRow<V>(rows, row, row, row, x, right);
+    for (Index i = 0; i < kSize; ++i) here[i] = right[i];
   }
-  return even + odd;
+  for (Index row = rows.num_rows - 2; row >= 0; --row) {
+    if (!rows.is_used[row]) continue;
+    double* const here = x + row * kSize;
+    SumOfRow<V>(rows, row, row + 1, rows.Last(row), x, sum);
+    std::copy_n(here, kSize, right);
+    std::copy_n(sum, kSize, here);
+    SumOfRow<V>(rows, row, row, row, x, sum);
+    for (Index i = 0; i < kSize; ++i) here[i] = right[i] - sum[i];
+  }
 }
+
+void SolveBaseline(const BlockRows& rows, double* x) { SolveRows<Double2>(rows, x); }
+DLCS_TARGET("avx2") void SolveAvx2(const BlockRows& rows, double* x) { SolveRows<Double4>(rows, x); }
+DLCS_TARGET("avx512f") void SolveAvx512(const BlockRows& rows, double* x) { SolveRows<Double8>(rows, x); }
 
 }  // namespace
 
-// The two nearest neighbours come last, from registers: each entry waits for the one before.
-void BandFactor::Solve(Vector& x) {
-  const Index n = M_->size(), stride = 2 * b_ + 1;
-  double* const z = padded_.data() + b_;
-  double last = 0, before = 0;
+BandFactor::BandFactor(std::shared_ptr<const BandMatrix> M)
+    : M_(std::move(M)),
+      num_rows_((M_->size() + kSize - 1) / kSize),
+      reach_((M_->bandwidth() + kSize - 1) / kSize),
+      of_M_(static_cast<std::size_t>(num_rows_ * (2 * reach_ + 1))),
+      factors_(of_M_.size()),
+      former_(static_cast<std::size_t>(reach_ + 1)),
+      basis_(static_cast<std::size_t>(M_->size()), 0),
+      is_used_(static_cast<std::size_t>(num_rows_), 0),
+      is_basic_(Vector::Zero(num_rows_ * kSize)),
+      pivots_(Vector::Ones(num_rows_ * kSize)),
+      x_(Vector::Zero(num_rows_ * kSize)) {
+  const Index n = M_->size(), b = M_->bandwidth();
   for (Index i = 0; i < n; ++i) {
-    double value = 0;
-    if (basis_[static_cast<std::size_t>(i)]) {
-      const double* const row = rows_.data() + i * stride + b_;
-      value = x[i] - SumOfFar<-1>(row, z + i, b_) - row[-2] * before - row[-1] * last;
-      value *= inverse_[static_cast<std::size_t>(i)];
+    EightBlock* const row = Row(of_M_, i / kSize);
+    for (Index j = std::max<Index>(0, i - b); j <= std::min(n - 1, i + b); ++j) {
+      row[j / kSize - i / kSize].column(j % kSize)[i % kSize] = M_->Row(i)[j - i];
     }
-    before = last;
-    z[i] = last = value;
   }
-  last = before = 0;
-  for (Index i = n - 1; i >= 0; --i) {
-    double value = 0;
-    if (basis_[static_cast<std::size_t>(i)]) {
-      const double* const row = rows_.data() + i * stride + b_;
-      value = z[i] - SumOfFar<1>(row, z + i, b_) - row[2] * before - row[1] * last;
+}
+
+void BandFactor::Factor(const Basis& basis) {
+  if (!is_empty_ && basis == basis_) return;
+  const Index n = M_->size();
+  const auto next_change = [&](Index from) {
+    return is_empty_ ? from : std::mismatch(basis.begin() + from, basis.end(), basis_.begin() + from).first - basis.begin();
+  };
+  for (Index row = 0; row < num_rows_; ++row) {
+    const Index begin = row * kSize, end = std::min(n, begin + kSize);
+    for (Index i = begin; i < end; ++i) is_basic_[i] = basis[static_cast<std::size_t>(i)] ? 1 : 0;
+    is_used_[static_cast<std::size_t>(row)] = is_basic_.segment(begin, end - begin).maxCoeff() > 0;
+  }
+  Index row = 0;
+  for (Index change = next_change(0); change < n; change = next_change(row * kSize)) {
+    row = std::max(row, change / kSize - reach_);  // the first that has a block in its columns
+    for (Index agreeing = 0; row < num_rows_ && agreeing < reach_; ++row) {
+      agreeing = FactorRow(basis, row) ? agreeing + 1 : 0;
     }
-    before = last;
-    x[i] = z[i] = last = value;
+    if (row == num_rows_) break;
   }
+  is_empty_ = false;
+  basis_ = basis;
+}
+
+bool BandFactor::FactorRow(const Basis& basis, Index row) {
+  static const auto factor = ChooseVersion<FactorsOneRow>(FactorBaseline, FactorAvx2, FactorAvx512);
+  const auto begin = basis.begin() + row * kSize, end = basis.begin() + std::min(M_->size(), (row + 1) * kSize);
+  const bool has_same_basis = !is_empty_ && std::equal(begin, end, basis_.begin() + row * kSize);
+  if (!is_used_[static_cast<std::size_t>(row)]) return has_same_basis;
+  EightBlock* const kept = Row(factors_, row);
+  if (has_same_basis) std::copy_n(kept, former_.size(), former_.data());
+  factor({num_rows_, reach_, is_used_.data(), Row(factors_, 0)}, Row(of_M_, row), is_basic_.data(), row, pivots_.data());
+  return has_same_basis && std::memcmp(kept, former_.data(), former_.size() * sizeof(EightBlock)) == 0;
+}
+
+void BandFactor::Solve(Vector& x) {
+  static const auto solve = ChooseVersion(SolveBaseline, SolveAvx2, SolveAvx512);
+  x_.head(x.size()) = x;
+  solve({num_rows_, reach_, is_used_.data(), Row(factors_, 0)}, x_.data());
+  x = x_.head(x.size());
 }
 
 bool BandFactor::IsClearlyMMatrix(const BandMatrix& M) {
@@ -204,8 +192,8 @@ bool BandFactor::IsClearlyMMatrix(const BandMatrix& M) {
   BandFactor factor(std::make_shared<const BandMatrix>(M));
   factor.Factor(Basis(static_cast<std::size_t>(n), 1));
   for (Index i = 0; i < n; ++i) {
-    const double pivot = 1 / factor.inverse_[static_cast<std::size_t>(i)];
-    if (!(pivot > kClearlyPositive * M.Row(i)[0]) || !std::isfinite(1 / pivot)) return false;
+    const double pivot = factor.pivots_[i];
+    if (!(pivot > kClearlyPositive * M.Row(i)[0]) || !std::isfinite(pivot)) return false;
   }
   return true;
 }

@@ -9,14 +9,16 @@
 
 #include "core/lcp/band_matrix.h"
 #include "core/lcp/lcp.h"
+#include "core/linalg/eight_blocks.h"
 
 namespace dlcs {
 
-// LDU factors of M_SS without row exchanges, for a band matrix M that is clearly an M-matrix: then so is every M_SS,
-// and nothing has to be looked at while bases are factored. Rows and columns beside S are left out where they stand, so
-// that the rows before an index that has changed sides keep their factors. Behind it the change dies away: where b rows of
-// U in turn come out as they were, those behind them keep theirs up to the next such index. All have the bits of fresh
-// ones. Cost: b² for each of the others, 4 n b a solve.
+// Factors (L + D) D⁻¹ (D + U) of M_SS by blocks of 8 × 8, D block diagonal, without exchanges, for a band matrix M that
+// is clearly an M-matrix: then so is every M_SS, and nothing has to be looked at while bases are factored. Indices
+// beside S have the rows and columns of the identity, so that the blocks before an index that has changed sides keep
+// their factors. Behind it the change dies away: where as many rows of blocks in turn as the band is wide come out as
+// they were, those behind them keep theirs up to the next such index. All have the bits of fresh ones. Cost: 2 b² for
+// each row of the others, 4 n b a solve, for the b entries beside a diagonal in whole blocks.
 class BandFactor {
  public:
   explicit BandFactor(std::shared_ptr<const BandMatrix> M);
@@ -31,24 +33,24 @@ class BandFactor {
   static bool IsClearlyMMatrix(const BandMatrix& M);
 
  private:
-  // Row i of U behind the diagonal.
-  const double* Upper(Index i) const { return rows_.data() + i * (2 * b_ + 1) + b_ + 1; }
-  // The rows from `first` up to `end` of M_SS, and their factors.
-  void Load(const Basis& basis, Index first, Index end);
-  void Eliminate(const Basis& basis, Index first, Index end);
-  // Keeps the b rows of U before `end`, but for those before `first`; tells later whether they have become others.
-  void KeepBefore(Index first, Index end);
-  bool AgreesBefore(const Basis& basis, Index first, Index end) const;
+  static constexpr Index kSize = EightBlock::kSize;
+
+  // The blocks (row, row + d) for -reach <= d <= reach, at [d].
+  EightBlock* Row(std::vector<EightBlock>& blocks, Index row) { return &blocks[row * (2 * reach_ + 1) + reach_]; }
+  // Factors a row of blocks; returns whether S and the factors are there as they were.
+  bool FactorRow(const Basis& basis, Index row);
 
   std::shared_ptr<const BandMatrix> M_;
-  Basis basis_;  // of the factors
+  Index num_rows_;  // of blocks
+  Index reach_;     // blocks beside the diagonal
+  std::vector<EightBlock> of_M_;
+  std::vector<EightBlock> factors_;  // L, D⁻¹ and U
+  std::vector<EightBlock> former_;   // D⁻¹ and U of one row
+  Basis basis_;                      // of the factors
+  std::vector<std::uint8_t> is_used_;  // whether S has indices of a row of blocks
   bool is_empty_ = true;
-  Index b_;                      // the bandwidth of M, or the next multiple of eight
-  std::vector<double> rows_;     // as in BandMatrix: L D below the diagonal, U - I above it, of no account on it
-  std::vector<double> scratch_;  // a row of U
-  std::vector<double> inverse_;  // of D
-  std::vector<double> padded_;   // x between zeros
-  std::vector<double> former_;   // b rows of U as they were
+  Vector is_basic_;  // 1 in S, otherwise 0; with x and the pivots as long as all blocks are
+  Vector pivots_, x_;
 };
 
 }  // namespace dlcs

@@ -8,9 +8,6 @@
 
 #include "core/linalg/simd.h"
 
-// Functions that take or return vectors are inlined, so no caller sees the convention that the warning is about.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace dlcs {
 namespace {
 
@@ -63,11 +60,13 @@ template <typename V>
 DLCS_INLINE void SumAllNeighbours(const double* t, Index bandwidth, const double* y, Index n, double* product) {
   constexpr int kVectors = 4;
   constexpr Index kWidth = sizeof(V) / sizeof(double);
+  constexpr Index kAtOnce = kVectors * kWidth;
   Index i = 0;
-  for (; i + kVectors * kWidth <= n; i += kVectors * kWidth) {
-    SumNeighbours<V, kVectors>(t, bandwidth, y + i, product + i);
+  for (; i + kAtOnce <= n; i += kAtOnce) SumNeighbours<V, kVectors>(t, bandwidth, y + i, product + i);
+  if (i < n && n >= kAtOnce) {  // some once more
+    i = n;
+    SumNeighbours<V, kVectors>(t, bandwidth, y + n - kAtOnce, product + n - kAtOnce);
   }
-  for (; i + kWidth <= n; i += kWidth) SumNeighbours<V, 1>(t, bandwidth, y + i, product + i);
   for (; i < n; ++i) SumNeighbours<double, 1>(t, bandwidth, y + i, product + i);
 }
 

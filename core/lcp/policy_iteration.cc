@@ -7,10 +7,6 @@
 
 #include "core/linalg/simd.h"
 
-// Functions that take or return vectors are inlined, so no caller sees the convention that the warning is
-// about.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace dlcs {
 namespace {
 

@@ -5,6 +5,8 @@
 #ifndef DLCS_CORE_LINALG_SIMD_H_
 #define DLCS_CORE_LINALG_SIMD_H_
 
+#include <cstring>
+
 #include "core/linalg/wide_loops.h"
 
 // A loop over vectors is a template on the type of vector, inlined into one function per instruction set; which of them
@@ -13,11 +15,25 @@
 // not to be formed.
 #define DLCS_INLINE [[gnu::always_inline]] inline
 
+// Functions that take or return vectors are inlined, so no caller sees the convention that the warning is about.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
 namespace dlcs {
 
 using Double2 = double __attribute__((vector_size(16)));
 using Double4 = double __attribute__((vector_size(32)));
 using Double8 = double __attribute__((vector_size(64)));
+
+template <typename V>
+DLCS_INLINE V Load(const double* from) {
+  V vector;
+  std::memcpy(&vector, from, sizeof(V));
+  return vector;
+}
+template <typename V>
+DLCS_INLINE void Store(const V& vector, double* to) {
+  std::memcpy(to, &vector, sizeof(V));
+}
 
 // The widest of three versions of a function that this processor has the instructions for.
 template <typename Function>

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/wide_loops.h"
+#include "core/realisation/mode_past.h"
 #include "core/realisation/scalar_phi.h"
 
 namespace dlcs {
@@ -39,76 +39,42 @@ ModeRecursion MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
   return made;
 }
 
-// P <- decay P + û, and sum <- Σ_k weights_k P_k in the order of k.
-void AdvanceAndSum(const ModeRecursion& terms, const Vector& input, Matrix& past, Vector& sum) {
-  const Index modes = past.rows(), exponentials = past.cols();
-  const double *const decays = terms.decay.data(), *const weights = terms.past.data(), *const inputs = input.data();
-  double *const pasts = past.data(), *const sums = sum.data();
-  RunWide([=]() DLCS_WIDE {
-    const double* __restrict u = inputs;
-    double* __restrict s = sums;
-    for (Index r = 0; r < modes; ++r) s[r] = 0;
-    for (Index k = 0; k < exponentials; ++k) {
-      const double* __restrict e = decays + k * modes;
-      const double* __restrict w = weights + k * modes;
-      double* __restrict p = pasts + k * modes;
-      for (Index r = 0; r < modes; ++r) {
-        p[r] = e[r] * p[r] + u[r];
-        s[r] += w[r] * p[r];
-      }
-    }
-  });
-}
-
 class KroneckerMemory final : public Memory {
  public:
   KroneckerMemory(const KroneckerKernel& kernel, const Eigen::Ref<const Vector>& y0)
-      : modes_(kernel.modes()), terms_(kernel.terms()), sum_(modes_.num_modes()), input_(modes_.num_modes()) {
-    Load(y0);
-    past_ = terms_.start.array().colwise() * input_.array();
-    // A constant piece takes nothing from y_0; the half hat of a linear one is in terms_.start.
-    if (terms_.start.isZero(0)) input_.setZero();
-    Advance();
-  }
+      // A constant piece takes nothing from y_0; the half hat of a linear one is in `start`.
+      : modes_(kernel.modes()), past_(kernel.terms(), ModesOf(y0), kernel.terms().start.isZero(0)) {}
 
   void Next(Eigen::Ref<Vector> q) override {
-    output_ = sum_;
+    output_ = past_.sum();
     modes_.FromModesInPlace(output_, workspace_);
     modes_.D.Multiply(output_, q);
   }
 
   Matrix History(Index steps) override {
-    const Matrix kept_past = past_;
-    const Vector kept_sum = sum_;
-    Matrix history(sum_.size(), steps);
-    input_.setZero();
+    ModePast future = past_;
+    Matrix history(modes_.num_modes(), steps);
     for (Index j = 0; j < steps; ++j) {
-      history.col(j) = sum_;
-      Advance();
+      history.col(j) = future.sum();
+      future.Push(Vector::Zero(modes_.num_modes()));
     }
-    past_ = kept_past;
-    sum_ = kept_sum;
     return modes_.D.sparse() * modes_.FromModes(std::move(history));
   }
 
-  void Push(const Eigen::Ref<const Vector>& y) override {
-    Load(y);
-    Advance();
-  }
+  void Push(const Eigen::Ref<const Vector>& y) override { past_.Push(ModesOf(y)); }
 
  private:
-  void Load(const Eigen::Ref<const Vector>& y) {
+  const Vector& ModesOf(const Eigen::Ref<const Vector>& y) {
+    input_.resize(modes_.num_modes());
     modes_.C.Multiply(y, input_);
     modes_.ToModesInPlace(input_, workspace_);
+    return input_;
   }
-  void Advance() { AdvanceAndSum(terms_, input_, past_, sum_); }
 
   const KroneckerModes& modes_;
-  const ModeRecursion& terms_;
-  Matrix past_;  // P of the next node
-  Vector sum_;   // of it
-  Vector input_, output_;
   FactorTransform::Workspace workspace_;
+  Vector input_, output_;
+  ModePast past_;
 };
 
 }  // namespace

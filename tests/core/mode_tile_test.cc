@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/linalg/norms.h"
+#include "core/realisation/mode_past.h"
 
 namespace dlcs {
 namespace {
@@ -67,6 +68,27 @@ TEST(ModeTileTest, CarriesAsTheRecursionIsWritten) {
       EXPECT_LE(MaxAbs(nodes - expected.nodes), 1e-13 * MaxAbs(expected.nodes));
       EXPECT_LE(MaxAbs(middles - expected.middles), 1e-13 * MaxAbs(expected.middles));
       EXPECT_LE(MaxAbs(past - expected.past), 1e-13 * MaxAbs(expected.past));
+    }
+  }
+}
+
+TEST(ModePastTest, IsThatOfTheRecursion) {
+  std::srand(7);
+  for (const Index modes : {1, 8, 21}) {
+    for (const bool forgets_first : {false, true}) {
+      constexpr Index kSteps = 30;
+      ModeRecursion recursion = RandomRecursion(modes, 5);
+      recursion.now.setZero();
+      if (forgets_first) recursion.start.setZero();
+      const Matrix inputs = Matrix::Random(modes, kSteps + 1);
+      const Matrix expected = Recur(recursion, inputs, forgets_first).nodes;
+      ModePast past(recursion, inputs.col(0), forgets_first);
+      for (Index j = 1; j <= kSteps; ++j) {
+        EXPECT_LE(MaxAbs(past.sum() - expected.col(j - 1)), 1e-13 * MaxAbs(expected));
+        ModePast other = past;  // a copy takes nothing along
+        other.Push(Vector::Ones(modes));
+        past.Push(inputs.col(j));
+      }
     }
   }
 }
