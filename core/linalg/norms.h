@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <type_traits>
 
 #include "core/types.h"
 
@@ -14,19 +15,38 @@ namespace dlcs {
 // The larger of two numbers; NaN if either is.
 inline double NanMax(double a, double b) { return a > b || std::isnan(a) ? a : b; }
 
+// max |entry| of `rows` × `cols` numbers, columns of which are `stride` apart; 0 where there are none, NaN if any is NaN.
+double MaxAbsOfColumns(const double* values, Index rows, Index cols, Index stride);
+
 // max |entry|; 0 for an empty expression, NaN if any entry is NaN.
 template <typename Derived>
 double MaxAbs(const Eigen::DenseBase<Derived>& values) {
   if (values.size() == 0) return 0;
+  constexpr bool is_in_memory = (Derived::Flags & Eigen::DirectAccessBit) != 0 && !Derived::IsRowMajor &&
+                                std::is_same_v<typename Derived::Scalar, double>;
+  if constexpr (is_in_memory) {
+    const Derived& stored = values.derived();
+    if (stored.innerStride() == 1) {
+      return MaxAbsOfColumns(stored.data(), stored.rows(), stored.cols(), stored.outerStride());
+    }
+  }
   return values.derived().cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
+}
+
+// Raises `sizes` to max |entry| of each row; a NaN stays. Goes by columns, as they lie in memory.
+template <typename Derived>
+void RaiseRowMaxAbs(const Eigen::MatrixBase<Derived>& matrix, Vector& sizes) {
+  for (Index j = 0; j < matrix.cols(); ++j) {
+    sizes = sizes.binaryExpr(matrix.col(j).cwiseAbs(), [](double a, double b) { return a >= b || a != a ? a : b; });
+  }
 }
 
 // max |entry| of each row; NaN for a row that holds one.
 template <typename Derived>
 Vector RowMaxAbs(const Eigen::MatrixBase<Derived>& matrix) {
-  Vector result(matrix.rows());
-  for (Index i = 0; i < matrix.rows(); ++i) result[i] = MaxAbs(matrix.row(i));
-  return result;
+  Vector sizes = Vector::Zero(matrix.rows());
+  RaiseRowMaxAbs(matrix, sizes);
+  return sizes;
 }
 
 // ‖A‖_∞, the largest absolute row sum; NaN if any entry is NaN.

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/row_sizes.h"
 #include "core/methods/consistency.h"
 #include "core/parallel/stop_scope.h"
 

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/row_sizes.h"
 
 namespace dlcs {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "core/analysis/laplace_bounds.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/row_sizes.h"
 #include "core/methods/anderson.h"
 #include "core/methods/steep_step.h"
 #include "core/methods/window_control.h"

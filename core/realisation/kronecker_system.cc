@@ -29,13 +29,13 @@ class Exponentials {
   // i in their order, none left out.
   const Vector& At(Index i) {
     if (i % kFine == 0) coarse_ = Direct(i);
-    value_ = WithoutNothing(coarse_.cwiseProduct(fine_.col(i % kFine)));
+    value_ = coarse_.cwiseProduct(fine_.col(i % kFine));
     return value_;
   }
 
  private:
   static constexpr Index kFine = 32;
-  Vector Direct(Index i) const { return (rates_ * (dt_ * static_cast<double>(i))).array().exp(); }
+  Vector Direct(Index i) const { return WithoutNothing((rates_ * (dt_ * static_cast<double>(i))).array().exp()); }
 
   Vector rates_;
   double dt_;
@@ -230,8 +230,10 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Hol
   Matrix& inputs = motion.modes.inputs;
   Matrix& nodes = motion.modes.nodes;
   Matrix& middles = motion.modes.middles;
-  nodes = middles = Matrix::Zero(modes.num_modes(), steps);
-  if (form_ == SourceForm::kGeneral) {
+  nodes.resize(modes.num_modes(), steps);
+  middles.resize(modes.num_modes(), steps);
+  const bool is_general = form_ == SourceForm::kGeneral;
+  if (is_general) {
     CarrySources(sources, stop, [&](Index j, const Matrix& node, const Matrix& middle) {
       nodes.col(j - 1) = node.transpose() * modes.n;
       middles.col(j - 1) = middle.transpose() * modes.n;
@@ -250,7 +252,13 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Hol
     if (i == 0) continue;
     weights = seen.columns.transpose() * along;
     seen_now.noalias() = across * weights;
-    (i % 2 == 0 ? nodes : middles).col((i - 1) / 2) += seen_now.cwiseProduct(shift);
+    auto at = (i % 2 == 0 ? nodes : middles).col((i - 1) / 2);
+    seen_now.array() *= shift.array();
+    if (is_general) {
+      at += seen_now;
+    } else {
+      at = seen_now;
+    }
   }
 
   motion.nodes.resize(modes.num_modes(), steps + 1);

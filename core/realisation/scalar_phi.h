@@ -24,11 +24,15 @@ struct ScalarPhi {
   static ScalarPhi At(double z) {
     ScalarPhi phi{std::exp(z), 1, 0.5};
     if (std::abs(z) < 0.5) {  // φ_2 = Σ z^k / (k + 2)!, without the cancellation of its definition
-      phi.phi2 = 0;
-      for (int k = 15; k >= 0; --k) phi.phi2 = phi.phi2 * z + kInverseFactorials[k];
+      double even = 0, odd = 0;  // two sums that do not wait for each other
+      for (int k = 14; k >= 0; k -= 2) {
+        even = even * (z * z) + kInverseFactorials[k];
+        odd = odd * (z * z) + kInverseFactorials[k + 1];
+      }
+      phi.phi2 = even + z * odd;
       phi.phi1 = 1 + z * phi.phi2;
     } else {
-      phi.phi1 = std::expm1(z) / z;
+      phi.phi1 = (phi.phi0 - 1) / z;
       phi.phi2 = (phi.phi1 - 1) / z;
     }
     return phi;
