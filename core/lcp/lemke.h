@@ -13,7 +13,7 @@ namespace dlcs {
 
 enum class LemkeEnd { kBasis, kRay, kPivotLimit };
 
-// Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau; ties in the ratio test are broken
+// Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau of the nonbasic columns; ties in the ratio test are broken
 // lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix, positive
 // semidefinite (copositive-plus) or strictly semicopositive, and for many other matrices.
 //
@@ -21,8 +21,8 @@ enum class LemkeEnd { kBasis, kRay, kPivotLimit };
 // problem.
 //         Academic Press. Algorithm 4.4.5, lexicographic rule (4.9).
 //
-// Work space for n is allocated once, 2n² numbers; a pivot costs 2n² and a solve typically takes n to 3n of
-// them. Not safe to share between threads.
+// Work space for n is allocated once, n² numbers; a pivot costs 2n² operations and a solve typically takes n to
+// 3n of them. Not safe to share between threads.
 class Lemke {
  public:
   explicit Lemke(Index n);
@@ -39,7 +39,10 @@ class Lemke {
   Index pivots() const { return pivots_; }  // of the last Run()
 
  private:
-  static constexpr Index kNoRow = -1;
+  static constexpr Index kNone = -1;
+  static constexpr Index kAlign = 8;  // rows are filled up with zeros to as many
+
+  Index right() const { return n_ + 1; }  // the column of the right-hand side
 
   void Load(const ScaledLcp& lcp);
   Index RatioTest(Index entering, double zero);
@@ -48,9 +51,11 @@ class Lemke {
   void RecordRay(Index entering);
 
   Index n_;
-  // Columns: w (n), y (n), z₀, right-hand side. The first n hold the inverse of the basis matrix.
+  // Variables are w (n), y (n) and z₀. Columns: those that are not basic (n + 1), and the right-hand side.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
-  std::vector<Index> basic_;  // the column that is basic in a row
+  std::vector<Index> basic_;     // the variable that is basic in a row
+  std::vector<Index> nonbasic_;  // the variable of a column
+  std::vector<Index> column_;    // of a variable, or kNone
   std::vector<Index> ties_;
   Vector ray_;
   Index pivots_ = 0;
