@@ -15,6 +15,12 @@ using Doubles = google::protobuf::RepeatedField<double>;
 template <typename Dense>
 void Append(const Dense& dense, Doubles& values) {
   values.Reserve(values.size() + static_cast<int>(dense.size()));
+  if constexpr ((Dense::Flags & Eigen::DirectAccessBit) != 0 && !Dense::IsRowMajor) {
+    if (dense.innerStride() == 1 && (dense.outerStride() == dense.rows() || dense.cols() == 1)) {
+      values.Add(dense.data(), dense.data() + dense.size());  // as one block
+      return;
+    }
+  }
   for (Index column = 0; column < dense.cols(); ++column) {
     for (Index row = 0; row < dense.rows(); ++row) values.AddAlreadyReserved(dense(row, column));
   }
