@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "client/names.h"
-#include "client/nearest_name.h"
+#include "proto/nearest_name.h"
 #include "proto/shortened.h"
 
 namespace dlcs::client {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/flags.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -13,6 +15,8 @@
 
 #include "CLI/CLI.hpp"
 #include "fmt/format.h"
+#include "proto/nearest_name.h"
+#include "proto/shortened.h"
 #include "server/config_file.h"
 #include "server/dlcs_server.h"
 #include "server/store_location.h"
@@ -20,6 +24,8 @@
 
 namespace dlcs {
 namespace {
+
+constexpr std::size_t kMaxShownBytes = 80;  // of a name that nobody knows
 
 constexpr const char* kFooter =
     "Every flag is also a variable and a key of the file that --config names: --max-steps 1000, DLCSD_MAX_STEPS=1000,\n"
@@ -143,9 +149,28 @@ std::string VariableOf(const std::string& key) {
   return name;
 }
 
+// Of a name that is no setting: the nearest one that is.
+std::string Proposal(const std::string& name, const std::vector<std::string>& known) {
+  const std::optional<std::string> nearest = NearestName(name, known);
+  return nearest ? fmt::format("did you mean {}?", *nearest) : "dlcsd --help lists all";
+}
+
+// Kubernetes gives every container variables of all services: those of one that is called dlcsd.
+bool IsOfKubernetes(const std::string& variable) {
+  return variable.rfind("DLCSD_SERVICE_", 0) == 0 || variable.rfind("DLCSD_PORT", 0) == 0;
+}
+
 bool IsSet(const std::string& variable) {
   const char* const value = std::getenv(variable.c_str());
   return value != nullptr && *value != '\0';
+}
+
+bool IsSetting(const CLI::Option* option) { return option->get_configurable(); }
+
+std::vector<std::string> KeysOf(const CLI::App& app) {
+  std::vector<std::string> keys;
+  for (const CLI::Option* const option : app.get_options(&IsSetting)) keys.push_back(option->get_single_name());
+  return keys;
 }
 
 bool IsWhole(const CLI::Option& option) { return option.get_type_name().find("INT") != std::string::npos; }
@@ -184,7 +209,8 @@ class SettingsFile final : public CLI::ConfigBase {
       const CLI::Option* const option = app_.get_option_no_throw("--" + setting.key);
       if (option == nullptr || !option->get_configurable()) {
         throw CLI::ConfigError(
-            fmt::format("{}: {}: there is no such setting; dlcsd --help lists all", place, setting.key),
+            fmt::format("{}: {}: there is no such setting; {}", place, Shortened(setting.key, kMaxShownBytes),
+                        Proposal(setting.key, KeysOf(app_))),
             CLI::ExitCodes::ConfigError);
       }
       if (option->count() > 0 || IsSet(option->get_envname())) continue;
@@ -251,12 +277,33 @@ class CommandLine {
       exit_status = Refuse(std::string(valid.message()));
       return false;
     }
-    if (check_only_) Print();
+    WarnOfVariables();
+    if (check_only_) {
+      Print();
+      for (const std::string& warning : flags_.warnings) std::fprintf(stderr, "dlcsd: %s\n", warning.c_str());
+    }
     return !check_only_;
   }
 
  private:
-  static bool IsSetting(const CLI::Option* option) { return option->get_configurable(); }
+  static std::string NoSuchFlag(const std::string& word, const std::vector<std::string>& keys) {
+    const std::string name = word.substr(0, word.find('='));
+    std::vector<std::string> flags = {"--config", "--check-config", "--help", "--version"};
+    for (const std::string& key : keys) flags.push_back("--" + key);
+    return fmt::format("{}: there is no such flag; {}", Shortened(name, kMaxShownBytes), Proposal(name, flags));
+  }
+
+  void WarnOfVariables() {
+    std::vector<std::string> known = {"DLCSD_CONFIG"};
+    for (const std::string& key : KeysOf(app_)) known.push_back(VariableOf(key));
+    for (char** entry = environ; *entry != nullptr; ++entry) {
+      const std::string text = *entry, name = text.substr(0, text.find('='));
+      if (name.rfind("DLCSD_", 0) != 0 || IsOfKubernetes(name)) continue;
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      flags_.warnings.push_back(fmt::format("{} is set, but there is no such setting; {}",
+                                            Shortened(name, kMaxShownBytes), Proposal(name, known)));
+    }
+  }
 
   bool IsFlag(const std::string& name) const {
     return std::any_of(words_.begin(), words_.end(), [flag = "--" + name](const std::string& word) {
@@ -293,7 +340,7 @@ class CommandLine {
   std::string Explain(const CLI::ParseError& error) const {
     switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
       case CLI::ExitCodes::ExtrasError:
-        return fmt::format("{}: there is no such flag; dlcsd --help lists all", app_.remaining().front());
+        return NoSuchFlag(app_.remaining().front(), KeysOf(app_));
       case CLI::ExitCodes::FileError:
         return fmt::format("--config {}: cannot be read", app_.get_config_ptr()->as<std::string>());
       case CLI::ExitCodes::ConversionError:

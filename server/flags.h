@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/access/new_token.h"
 #include "server/server_config.h"
@@ -18,6 +19,7 @@ struct Flags {
   double grace_s = 10;
   std::string log_level = "info";
   std::string log_format = "text";
+  std::vector<std::string> warnings;  // of what was set and counts for nothing
 };
 
 // Reads all settings and checks them. A flag --max-steps is also the variable DLCSD_MAX_STEPS and the key max-steps of

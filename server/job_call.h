@@ -84,7 +84,7 @@ auto Audited(const char* method, const Request& request, Run run) {
         object = result->job();
       }
     }
-    Audit({.user = caller.user, .method = method, .object = object, .outcome = result.status().code()});
+    Audit({.user = caller.user, .method = method, .object = object, .outcome = result.status().code(), .peer = caller.peer});
     return result;
   };
 }

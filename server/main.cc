@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
     return made.ok() ? 0 : 2;
   }
   dlcs::SetUpLog(flags->log_level, flags->log_format == "json" ? dlcs::LogFormat::kJson : dlcs::LogFormat::kText);
+  for (const std::string& warning : flags->warnings) spdlog::warn("{}", warning);
   dlcs::KeepFreedMemory();
 
   // Blocked before any thread exists, so that all inherit it and only this one takes the signals.

@@ -84,7 +84,8 @@ void UploadCall::End(const absl::StatusOr<v1::UploadProblemResponse>& end) {
     Audit({.user = caller_->user,
            .method = "UploadProblem",
            .object = end.ok() ? end->problem().name() : std::string(),
-           .outcome = end.status().code()});
+           .outcome = end.status().code(),
+           .peer = caller_->peer});
   }
   Finish(ToGrpc(end.status()));
 }

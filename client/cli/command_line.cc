@@ -17,7 +17,7 @@
 #include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"
 #include "client/names.h"
-#include "client/nearest_name.h"
+#include "proto/nearest_name.h"
 
 namespace dlcs::client {
 namespace {

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "client/nearest_name.h"
+#include "proto/nearest_name.h"
 
 namespace dlcs::client {
 

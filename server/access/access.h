@@ -26,6 +26,7 @@ namespace dlcs {
 struct Caller {
   std::string user;  // empty where the server knows no users
   Right right = Right::kAdmin;
+  std::string peer = {};  // address, as gRPC writes it: "ipv4:10.0.0.7:40312"
 
   // Whose jobs the caller sees; absent: everybody's.
   std::optional<std::string> SeesJobsOf() const { return right == Right::kAdmin ? std::nullopt : std::optional(user); }

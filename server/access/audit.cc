@@ -21,7 +21,8 @@ void Audit(const AuditRecord& record) {
       {{"user", Printable(record.user)},
        {"method", Printable(record.method)},
        {"object", Printable(record.object)},
-       {"outcome", absl::StatusCodeToString(record.outcome)}});
+       {"outcome", absl::StatusCodeToString(record.outcome)},
+       {"peer", record.peer.empty() ? "" : Printable(record.peer)}});
 }
 
 }  // namespace dlcs

@@ -16,6 +16,7 @@ struct AuditRecord {
   std::string_view method;  // "CreateSolveJob"
   std::string_view object;  // "jobs/...", "problems/..."; empty where it is about none
   absl::StatusCode outcome = absl::StatusCode::kOk;
+  std::string_view peer = {};  // address; empty where a call was refused before gRPC tells it
 };
 
 void Audit(const AuditRecord& record);

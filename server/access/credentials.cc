@@ -103,17 +103,22 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access) {
 }
 
 absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextBase& context) {
-  if (!access.HasUsers()) return Caller{};
+  const auto with_peer = [&](Caller caller) {
+    caller.peer = context.peer();
+    return caller;
+  };
+  if (!access.HasUsers()) return with_peer({});
   std::optional<std::string_view> authorization;
   const auto header = context.client_metadata().find(kAuthorization);
   if (header != context.client_metadata().end()) authorization.emplace(header->second.data(), header->second.size());
   std::vector<std::string> names;
-  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
+  const std::shared_ptr<const grpc::AuthContext> shown = context.auth_context();
   for (const char* kind : kNames) {
-    if (peer == nullptr || !peer->IsPeerAuthenticated()) break;
-    for (const grpc::string_ref& name : peer->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
+    if (shown == nullptr || !shown->IsPeerAuthenticated()) break;
+    for (const grpc::string_ref& name : shown->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
   }
-  return access.Identify(authorization, names);
+  absl::StatusOr<Caller> caller = access.Identify(authorization, names);
+  return caller.ok() ? with_peer(*std::move(caller)) : caller;
 }
 
 std::string UserOf(const Access& access, const grpc::ServerContextBase& context) {

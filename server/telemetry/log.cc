@@ -4,6 +4,7 @@
 #include <chrono>
 #include <ctime>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "fmt/chrono.h"
@@ -90,10 +91,15 @@ class TextLines final : public spdlog::formatter {
   spdlog::pattern_formatter pattern_{"%Y-%m-%d %H:%M:%S.%e %^%l%$ %v"};
 };
 
+// A caller without TLS, or with a certificate of nobody: no fault of this server, and as many lines as callers like.
+bool IsOfHandshake(const gpr_log_func_args& line) {
+  return std::string_view(line.file).find("ssl_transport_security") != std::string_view::npos;
+}
+
 void LogFromGrpc(gpr_log_func_args* args) {
   switch (args->severity) {
     case GPR_LOG_SEVERITY_ERROR:
-      return spdlog::error("gRPC: {}", args->message);
+      return spdlog::log(IsOfHandshake(*args) ? spdlog::level::info : spdlog::level::err, "gRPC: {}", args->message);
     case GPR_LOG_SEVERITY_INFO:
       return spdlog::info("gRPC: {}", args->message);
     case GPR_LOG_SEVERITY_DEBUG:

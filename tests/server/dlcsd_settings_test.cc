@@ -82,7 +82,7 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
     std::string words;
   };
   for (const Case& wrong : std::vector<Case>{
-           {"\nmax-stepz = 3", path_ + ":2: max-stepz: there is no such setting"},
+           {"\nmax-stepz = 3", path_ + ":2: max-stepz: there is no such setting; did you mean max-steps?"},
            {"help = true", path_ + ":1: help: there is no such setting"},
            {"max-steps = 0", "--max-steps 0: must be at least 1 (" + path_ + ":1)"},
            {"max-steps = many", "--max-steps: many is not a whole number"},
@@ -110,6 +110,21 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
   EXPECT_THAT(RunDlcsd({"--config", "/no/such"}).errors, HasSubstr("--config /no/such: cannot be read"));
   EXPECT_EQ(RunDlcsd({"--config", folder_.path().string()}).exit_status, 2);
   EXPECT_EQ(RunDlcsd({}, {"DLCSD_CONFIG=/no/such"}).exit_status, 2);
+}
+
+TEST_F(DlcsdSettingsTest, NamesThatAreNoneAreToldWithTheNearestOne) {
+  const Ended flag = RunDlcsd({"--max-stepps=3"});
+  EXPECT_EQ(flag.exit_status, 2);
+  EXPECT_THAT(flag.errors, HasSubstr("--max-stepps: there is no such flag; did you mean --max-steps?"));
+  EXPECT_THAT(RunDlcsd({"--zzzzzzzzzz"}).errors, HasSubstr("there is no such flag; dlcsd --help lists all"));
+  // Others may set variables: what Kubernetes does for a service that is called dlcsd is nobody's mistake.
+  const Ended variable = RunDlcsd({"--check-config"}, {"DLCSD_MAX_STEP=3", "DLCSD_PORT=tcp://10.0.0.1:50051",
+                                                       "DLCSD_SERVICE_HOST=10.0.0.1", "DLCSD_THREADS=1"});
+  EXPECT_EQ(variable.exit_status, 0);
+  EXPECT_THAT(variable.errors, HasSubstr("DLCSD_MAX_STEP is set, but there is no such setting; did you mean DLCSD_MAX_STEPS?"));
+  EXPECT_THAT(variable.errors, Not(HasSubstr("DLCSD_PORT")));
+  EXPECT_THAT(variable.errors, Not(HasSubstr("DLCSD_SERVICE")));
+  EXPECT_THAT(variable.errors, Not(HasSubstr("DLCSD_THREADS")));
 }
 
 TEST_F(DlcsdSettingsTest, AFileOfAnotherKindIsRefusedForLittleMemory) {

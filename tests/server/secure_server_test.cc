@@ -386,6 +386,19 @@ TEST_F(SecureDlcsdTest, ServesOtherMachinesOnlyWhenAskedTo) {
   EXPECT_NE(encrypted.ReadAddress(), "");
 }
 
+TEST_F(SecureDlcsdTest, ACallerWithoutEncryptionIsNoErrorOfItsOwn) {
+  Tls(authority_.Issue("localhost"));
+  DlcsdProcess dlcsd(
+      {"--listen", "127.0.0.1:0", "--tls-cert", folder_.File("server.pem"), "--tls-key", folder_.File("server.key")});
+  ConnectionOptions plain(dlcsd.ReadAddress());
+  EXPECT_FALSE((*Client::Connect(plain))->Solve(SwitchingRequest(50), {}, {}).ok());
+  dlcsd.Signal(SIGTERM);
+  EXPECT_EQ(dlcsd.Wait(), 0);
+  const std::string log = dlcsd.ReadErrors();
+  EXPECT_THAT(log, HasSubstr("info gRPC: Handshake failed"));
+  EXPECT_THAT(log, Not(HasSubstr("error gRPC: Handshake")));
+}
+
 TEST_F(SecureDlcsdTest, BadFilesEndItWithFlagPathAndRule) {
   Tls(authority_.Issue("localhost"));
   const std::string certificate = folder_.File("server.pem"), key = folder_.File("server.key");
@@ -427,7 +440,7 @@ TEST_F(SecureDlcsdTest, WritesDownWhoChangedWhatAndNoToken) {
   EXPECT_EQ(dlcsd.Wait(), 0);
   const std::string log = dlcsd.ReadErrors();
   for (const std::string& line :
-       {"user=alice method=CreateSolveJob object=" + job + " outcome=OK",
+       {"user=alice method=CreateSolveJob object=" + job + " outcome=OK peer=ipv4:127.0.0.1:",
         "user=bob method=DeleteSolveJob object=" + job + " outcome=NOT_FOUND",
         std::string("user=rita method=DeleteSolveJob object=- outcome=PERMISSION_DENIED"),
         std::string("user=- method=DeleteSolveJob object=- outcome=UNAUTHENTICATED"),

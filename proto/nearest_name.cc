@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/nearest_name.h"
+#include "proto/nearest_name.h"
 
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
 
-namespace dlcs::client {
+namespace dlcs {
 namespace {
 
 // Edits are counted in halves, so that "t" is nearer to "T" than to "f".
@@ -68,4 +68,4 @@ std::optional<std::string> NearestName(const std::string& name, const std::vecto
   return nearest;
 }
 
-}  // namespace dlcs::client
+}  // namespace dlcs

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // "Did you mean": the name closest to a mistyped one.
 
-#ifndef DLCS_CLIENT_NEAREST_NAME_H_
-#define DLCS_CLIENT_NEAREST_NAME_H_
+#ifndef DLCS_PROTO_NEAREST_NAME_H_
+#define DLCS_PROTO_NEAREST_NAME_H_
 
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace dlcs::client {
+namespace dlcs {
 
 // The entry of `known` with the fewest edits from `name` (insert, delete, replace; half an edit each: a change
 // of case or of a separator, two neighbours exchanged, and an abbreviation to three letters or more), or nothing
@@ -16,6 +16,6 @@ namespace dlcs::client {
 // product per entry.
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
 
-}  // namespace dlcs::client
+}  // namespace dlcs
 
-#endif  // DLCS_CLIENT_NEAREST_NAME_H_
+#endif  // DLCS_PROTO_NEAREST_NAME_H_
