@@ -143,7 +143,8 @@ void BandFactor::Factor(const Basis& basis) {
   if (!is_empty_ && basis == basis_) return;
   const Index n = M_->size();
   const auto next_change = [&](Index from) {
-    return is_empty_ ? from : std::mismatch(basis.begin() + from, basis.end(), basis_.begin() + from).first - basis.begin();
+    if (is_empty_) return from;
+    return std::mismatch(basis.begin() + from, basis.end(), basis_.begin() + from).first - basis.begin();
   };
   for (Index row = 0; row < num_rows_; ++row) {
     const Index begin = row * kSize, end = std::min(n, begin + kSize);
@@ -169,7 +170,8 @@ bool BandFactor::FactorRow(const Basis& basis, Index row) {
   if (!is_used_[static_cast<std::size_t>(row)]) return has_same_basis;
   EightBlock* const kept = Row(factors_, row);
   if (has_same_basis) std::copy_n(kept, former_.size(), former_.data());
-  factor({num_rows_, reach_, is_used_.data(), Row(factors_, 0)}, Row(of_M_, row), is_basic_.data(), row, pivots_.data());
+  factor({num_rows_, reach_, is_used_.data(), Row(factors_, 0)}, Row(of_M_, row), is_basic_.data(), row,
+         pivots_.data());
   return has_same_basis && std::memcmp(kept, former_.data(), former_.size() * sizeof(EightBlock)) == 0;
 }
 

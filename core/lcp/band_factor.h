@@ -16,9 +16,9 @@ namespace dlcs {
 // Factors (L + D) D⁻¹ (D + U) of M_SS by blocks of 8 × 8, D block diagonal, without exchanges, for a band matrix M that
 // is clearly an M-matrix: then so is every M_SS, and nothing has to be looked at while bases are factored. Indices
 // beside S have the rows and columns of the identity, so that the blocks before an index that has changed sides keep
-// their factors. Behind it the change dies away: where as many rows of blocks in turn as the band is wide come out as
-// they were, those behind them keep theirs up to the next such index. All have the bits of fresh ones. Cost: 2 b² for
-// each row of the others, 4 n b a solve, for the b entries beside a diagonal in whole blocks.
+// their factors. Behind it the change dies away: where as many rows of blocks in turn as the band is wide come out
+// as they were, those behind them keep theirs up to the next such index. All have the bits of fresh ones. Cost: 2 b²
+// for each row of the others, 4 n b a solve, for the b entries beside a diagonal in whole blocks.
 class BandFactor {
  public:
   explicit BandFactor(std::shared_ptr<const BandMatrix> M);

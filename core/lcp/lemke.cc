@@ -12,7 +12,12 @@
 namespace dlcs {
 
 Lemke::Lemke(Index n)
-    : n_(n), tableau_(n, (n + 2 + kAlign - 1) / kAlign * kAlign), basic_(n), nonbasic_(n + 1), column_(2 * n + 1), ray_(n) {
+    : n_(n),
+      tableau_(n, (n + 2 + kAlign - 1) / kAlign * kAlign),
+      basic_(n),
+      nonbasic_(n + 1),
+      column_(2 * n + 1),
+      ray_(n) {
   ties_.reserve(n);
 }
 
@@ -71,9 +76,9 @@ LemkeEnd Lemke::Run(const ScaledLcp& lcp, double zero, Basis& basis) {
   return LemkeEnd::kPivotLimit;
 }
 
-Index Lemke::RatioTest(Index entering, double zero) {  // the column
+Index Lemke::RatioTest(Index entering_column, double zero) {
   constexpr double kTie = 1e-13;
-  const auto column = tableau_.col(entering);
+  const auto column = tableau_.col(entering_column);
   const auto values = tableau_.col(right());
   const double smallest_pivot = zero * column.cwiseAbs().maxCoeff();
   double step = std::numeric_limits<double>::infinity();
@@ -89,19 +94,19 @@ Index Lemke::RatioTest(Index entering, double zero) {  // the column
     if (basic_[i] == 2 * n_) return i;  // z₀ reaches zero: done
     ties_.push_back(i);
   }
-  BreakTie(entering);
+  BreakTie(entering_column);
   return *std::max_element(ties_.begin(), ties_.end(),
                            [&](Index a, Index b) { return column[a] < column[b]; });
 }
 
 // Keeps those rows of ties_ whose row of the inverse, divided by the entry in the entering column, is
 // lexicographically least. In exact arithmetic that is one row. The inverse stands in the columns of w.
-void Lemke::BreakTie(Index entering) {
+void Lemke::BreakTie(Index entering_column) {
   constexpr double kEqual = 1e-11;
   for (Index k = 0; k < n_ && ties_.size() > 1; ++k) {
     const auto ratio = [&](Index i) {
       const double of_w = column_[k] == kNone ? (basic_[i] == k ? 1 : 0) : tableau_(i, column_[k]);
-      return of_w / tableau_(i, entering);
+      return of_w / tableau_(i, entering_column);
     };
     double least = std::numeric_limits<double>::infinity();
     for (const Index i : ties_) least = std::min(least, ratio(i));

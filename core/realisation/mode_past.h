@@ -10,13 +10,13 @@
 
 namespace dlcs {
 
-// Of a ModeRecursion, whose inputs come one at a time: sum_j = Σ_k past_k P_{j,k}. The exponentials are read and written
-// once in four nodes, and memory is what a march waits for: what they hold then is summed for the next nodes, too, and the
-// inputs in between are added by what they do one to three nodes later,
+// Of a ModeRecursion, whose inputs come one at a time: sum_j = Σ_k past_k P_{j,k}. Memory is what a march waits for
+// here: the exponentials are read and written once in four nodes. What they hold then is summed for the next nodes,
+// too, and the inputs in between are added by what they do one to three nodes later,
 //
-//     sum_{j+m} = Σ_k past_k e_k^m P_{j,k} + Σ_{l=1..m} effect_{m-l} û_{j+l-1},     effect_i = Σ_k past_k e_k^i.
+//     sum_{j+m} = Σ_k past_k e_k^m P_{j,k} + Σ_{l=1..m} effect_{m-l} û_{j+l-1},   effect_i = Σ_k past_k e_k^i.
 //
-// Copies go their own way. Cost of a node: 20 p operations a term, and a quarter of four times p numbers of traffic.
+// Copies go their own way. Cost of a node: 5 operations and one number of traffic for each mode and term.
 class ModePast {
  public:
   // At P_0 = start û_0. Where û_0 counts for nothing afterwards (`start` is zero then), `forgets_first`.
