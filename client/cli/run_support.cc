@@ -17,7 +17,7 @@ namespace dlcs::client {
 namespace {
 
 // Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 29> kOptionNames = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 30> kOptionNames = {{
     {"method", "--method"},
     {"all_basic_solutions", "--all"},
     {"steps", "--steps"},
@@ -35,6 +35,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 29> kOptionN
     {"interpolation", "--interpolation"},
     {"contour.choice", "--contour"},
     {"tolerance", "--iteration-tolerance"},
+    {"error_tolerance", "--tolerance"},
     {"max_iterations", "--max-iterations"},
     {"contour.nodes", "--contour-nodes"},
     {"contour.gamma", "--contour-gamma"},

@@ -49,12 +49,15 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
 }
 
 // What to try next, where an option may help; the engine's message, which knows no options, comes before.
-const char* Advice(v1::Termination termination) {
-  switch (termination) {
+const char* Advice(const v1::Summary& summary) {
+  const bool iterates =
+      summary.method() == v1::METHOD_LAPLACE_ITERATION || summary.method() == v1::METHOD_PAPER_ITERATION;
+  switch (summary.termination()) {
     case v1::INCONSISTENT_STATE:
       return "--project-initial-state lets the state jump";
     case v1::DIVERGED:
     case v1::ITERATION_LIMIT:
+      if (!iterates) return nullptr;
       return "--window auto shrinks windows until they converge, --method exponential-march does not iterate";
     case v1::DEADLINE:
       return "--deadline allows more time, --steps fewer steps";
@@ -89,7 +92,7 @@ void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
   if (summary.termination() == v1::CONVERGED) return;
   const bool table_says_it = command.format == OutputFormat::kTable && command.output.empty();
   if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
-  if (const char* advice = Advice(summary.termination())) fmt::print(stderr, "dlcs: {}\n", advice);
+  if (const char* advice = Advice(summary)) fmt::print(stderr, "dlcs: {}\n", advice);
 }
 
 // Prints to the file if there is one, to standard output otherwise.

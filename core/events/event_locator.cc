@@ -40,7 +40,7 @@ constexpr Index kMostMarchedSteps = 200000;
 EventLocator::EventLocator(SolveContext& context, double tolerance, EventRecord& record)
     : context_(context),
       problem_(context.problem),
-      sampler_(context.sources),
+      sampler_(context.sources, ProbeTimes(context.problem)),
       tolerance_(kSafety * tolerance),
       record_(record),
       search_(problem_, context.selection, sampler_),
@@ -132,13 +132,16 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   const double length = StepLength(end);
   const double step_end = length == end - t_ ? end : t_ + length;  // not beyond a break point by rounding
   sampler_.Sample(t_, step_end, sources_);
-  if (!sources_.finite) {
-    context_.Fail(Termination::kNonFinite, t_,
-                  "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
-    return Progressed::kFailed;
-  }
+  if (!sources_.finite) return FailNonFinite(step_end);
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
-  step_ = TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+  const auto take = [&] {
+    return TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+  };
+  step_ = take();
+  if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
+    if (!sources_.finite) return FailNonFinite(step_end);
+    step_ = take();
+  }
   const double factor = 0.9 * std::pow(step_.error_ratio, -1.0 / (kLegendreDegree - 1));
   if (!(step_.error_ratio <= 1)) return Shorten(length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1));
 
@@ -157,6 +160,12 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   if (lasted <= std::max(kNoModePart * problem_.horizon, 4e-16 * t_)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
   return EndMode(mode_end->s);
+}
+
+EventLocator::Progressed EventLocator::FailNonFinite(double step_end) {
+  context_.Fail(Termination::kNonFinite, t_,
+                "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+  return Progressed::kFailed;
 }
 
 EventLocator::Progressed EventLocator::Shorten(double length) {

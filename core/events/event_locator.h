@@ -41,6 +41,7 @@ class EventLocator {
   bool MarchOn(double end);
 
   Progressed GiveUpMode(const char* why);
+  Progressed FailNonFinite(double step_end);
   Progressed Shorten(double length);
   Progressed EndMode(double s);
   bool Project();

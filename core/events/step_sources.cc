@@ -71,12 +71,55 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   evaluations_ += kLegendreSize + 1;
 }
 
+bool SourceSampler::Probe(StepSources& step) {
+  const double end = step.begin + step.length;
+  bool raised = false;
+  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& largest, Vector& error) {
+    const auto missed = (series * at - true_value_).cwiseAbs() - kRounding * largest;
+    for (Index i = 0; i < error.size(); ++i) {
+      if (missed[i] <= error[i]) continue;
+      error[i] = missed[i];  // a NaN, too
+      raised = true;
+    }
+    step.finite = step.finite && true_value_.allFinite();
+  };
+  for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
+    const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
+    true_value_.resize(sources_.num_states());
+    F(*t, Side::kLeft, true_value_);
+    look(step.f, at, step.f_size, step.f_error);
+    true_value_.resize(sources_.num_constraints());
+    G(*t, Side::kLeft, true_value_);
+    look(step.g, at, step.g_size, step.g_error);
+    ++evaluations_;
+  }
+  return raised;
+}
+
 void SourceSampler::MoveCheck(double s, StepSources& step) {
   const double t = step.begin + step.length * (1 + s) / 2;
   step.check_s = s;
   F(t, Side::kLeft, step.f_at_check);
   G(t, Side::kLeft, step.g_at_check);
   ++evaluations_;
+}
+
+std::vector<double> ProbeTimes(const Problem& problem) {
+  constexpr int kProbes = 128;
+  constexpr double kGoldenRatio = 0.61803398874989484820;
+  const auto is_formula = [](const TimeFunction::Piece& piece) {
+    return std::holds_alternative<FormulaFunction>(piece.function);
+  };
+  const auto has_formulas = [&](const TimeFunction& function) {
+    return std::any_of(function.pieces.begin(), function.pieces.end(), is_formula);
+  };
+  std::vector<double> times;
+  if (!has_formulas(problem.f) && !has_formulas(problem.g)) return times;
+  for (int k = 0; k < kProbes; ++k) {
+    const double shift = kGoldenRatio * k;
+    times.push_back(problem.horizon * (k + (shift - std::floor(shift))) / kProbes);
+  }
+  return times;
 }
 
 std::vector<double> KnownKinks(const Problem& problem) {

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_EVENTS_STEP_SOURCES_H_
 #define DLCS_CORE_EVENTS_STEP_SOURCES_H_
 
+#include <utility>
 #include <vector>
 
 #include "core/events/legendre.h"
@@ -30,11 +31,16 @@ struct StepSources {
 
 class SourceSampler {
  public:
-  // Keeps a reference.
-  explicit SourceSampler(Sources& sources) : sources_(sources) {}
+  // Keeps a reference to `sources`. `probes` are times, increasing, at which Probe() looks.
+  explicit SourceSampler(Sources& sources, std::vector<double> probes = {})
+      : sources_(sources), probes_(std::move(probes)) {}
 
   // Fills `step` for [begin, end]: K + 2 values of f and g, the first a right limit, the last a left one.
   void Sample(double begin, double end, StepSources& step);
+
+  // Raises the errors of `step` to those at the probes inside of it, and sees whether it is finite there; returns whether
+  // anything changed. Nodes may see nothing of a pulse that lies between them.
+  bool Probe(StepSources& step);
 
   // Looks at the sources of `step` at the position `s` instead of check_s; the errors found before stay.
   void MoveCheck(double s, StepSources& step);
@@ -50,9 +56,16 @@ class SourceSampler {
   static double Beside(double t, Side side);
 
   Sources& sources_;
+  std::vector<double> probes_;
   LegendreSeries values_;
+  Vector true_value_;
   Index evaluations_ = 0;
 };
+
+// The times at which steps have to see f and g whatever their length: of every interval of (0, T) that is longer than a
+// 64th of T at least one, in no rhythm that a source could have. None where no source is a formula: what is constant or
+// linear between KnownKinks() has no pulses there.
+std::vector<double> ProbeTimes(const Problem& problem);
 
 // The times in (0, T), increasing, where f or g may be anything but smooth: the break points, and every time
 // of samples between which they are linear.

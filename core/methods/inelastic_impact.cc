@@ -98,7 +98,8 @@ class Impacts {
                                FormatNumber(time) + ": an impact changes velocities, it cannot open a gap.");
     }
     contacts_.clear();
-    return Collide(time, (gap.array() <= tolerance.array()).matrix(), Velocity(x_, f, g_slope), x_);
+    const Vector velocity = Velocity(x_, f, g_slope);
+    return Collide(time, (gap.array() <= tolerance.array()).matrix(), velocity, velocity.cwiseAbs(), x_);
   }
 
   Vector Velocity(const Vector& x, const Vector& f, const Vector& g_slope) const {
@@ -112,14 +113,17 @@ class Impacts {
     Vector x = tools.scheme.state * x_ + tools.scheme.f_before * segment.f.col(j - 1) +
                tools.scheme.f_after * segment.f.col(j);
     Vector y = Vector::Zero(problem_.num_constraints());
+    const Vector without_y = Velocity(x, segment.f.col(j), g_slope);
     if (!contacts_.empty()) {
-      const LcpVerdict verdict =
-          SolveOn(contacts_, tools.force_response, Velocity(x, segment.f.col(j), g_slope), y);
+      const LcpVerdict verdict = SolveOn(contacts_, tools.force_response, without_y, y);
       if (verdict != LcpVerdict::kSolved) return FailLcp(context_, verdict, time, "The LCP of the contact forces");
       x += tools.scheme.y_after * y;
     }
     const Vector gap = problem_.N * x + segment.g.col(j);
-    if (!Collide(time, (gap.array() <= 0).matrix(), Velocity(x, segment.f.col(j), g_slope), x)) return false;
+    const Vector velocity = Velocity(x, segment.f.col(j), g_slope);
+    // At rest the velocity is what rounding leaves of its two parts, without y and by y.
+    const Vector size = velocity.cwiseAbs().cwiseMax(without_y.cwiseAbs());
+    if (!Collide(time, (gap.array() <= 0).matrix(), velocity, size, x)) return false;
     if (!x.allFinite()) return FailLcp(context_, LcpVerdict::kNonFinite, time, "");
     // What a gap has overshot at its impact stays with it while it is in contact.
     allowed_gap_ = allowed_gap_.cwiseMax((-gap).cwiseMax(0));
@@ -128,9 +132,11 @@ class Impacts {
     return true;
   }
 
-  // Lets the gaps that are `closed` and closing collide: `x` jumps by B p. Then sets the contacts.
-  bool Collide(double time, const Eigen::Array<bool, Eigen::Dynamic, 1>& closed, Vector velocity, Vector& x) {
-    const Vector tolerance = kZero * SizeOfSums(NA_, x, velocity);
+  // Lets the gaps that are `closed` and closing collide: `x` jumps by B p. Then sets the contacts. `size` is that of the
+  // numbers that the velocity was summed from.
+  bool Collide(double time, const Eigen::Array<bool, Eigen::Dynamic, 1>& closed, Vector velocity, const Vector& size,
+               Vector& x) {
+    const Vector tolerance = kZero * SizeOfSums(NA_, x, size);
     std::vector<Index> candidates = contacts_;
     bool impact = false;
     for (Index i = 0; i < velocity.size(); ++i) {

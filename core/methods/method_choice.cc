@@ -77,6 +77,14 @@ void JudgeRelativeDegree(const Problem& problem, const Options& options, bool ze
     choice.refusal.clear();
     choice.method = Method::kTimeStepping;
     choice.reason = "relative degree two, solved as inelastic impact, as asked for";
+    if (options.error_tolerance > 0) {
+      choice.refusal = "No error can be asked for (error_tolerance = " + FormatNumber(options.error_tolerance) +
+                       ") of inelastic impacts: they happen at nodes, and x jumps there, so no two grids come near to "
+                       "each other. Give steps, and compare with half of them away from the impacts.";
+    } else if (options.method != Method::kAuto && options.method != Method::kTimeStepping) {
+      choice.refusal = std::string("Inelastic impacts are solved by time-stepping only, and the method asked for is ") +
+                       MethodName(options.method) + ".";
+    }
   } else {
     choice.refusal = "The system has relative degree " + std::to_string(least) +
                      " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(least) +

@@ -3,6 +3,7 @@
 
 #include "core/methods/inelastic_impact.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -65,6 +66,39 @@ TEST(InelasticImpactTest, AMassFallsAndStays) {
     }
     previous_error = error;
   }
+}
+
+// x1'' = y + sin t - 1/2 over a floor: at rest until the push is as large as the weight, and again after one flight.
+TEST(InelasticImpactTest, AMassAtRestIsNotHitByRounding) {
+  Problem problem = FallingMass(0, 0, "0", 6);
+  problem.f = TimeFunction::Formulas({"0", "sin(t)-0.5"});
+  const double leaves = std::numbers::pi / 6, lands = 5.182450;
+  for (const Index steps : {100, 1000, 1002, 2000, 10000}) {
+    const Solution solution = Solved(problem, steps);
+    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    const double h = 6.0 / static_cast<double>(steps);
+    ASSERT_EQ(solution.jumps.size(), 1u) << steps;
+    EXPECT_NEAR(solution.jumps[0].time, lands, 2 * h);
+    for (std::size_t k = 1; k < solution.times.size() && solution.times[k] < leaves; ++k) {
+      EXPECT_NEAR(solution.y(0, static_cast<Index>(k)), 0.5 - std::sin(solution.times[k]), h) << solution.times[k];
+    }
+  }
+}
+
+TEST(InelasticImpactTest, RefusesWhatItCannotPromise) {
+  const auto message = [](const Options& asked) {
+    Options options = asked;
+    options.inelastic_impact = true;
+    const Solution solution = testing::SolveWith(FallingMass(1, 0, "0", 1), options);
+    EXPECT_EQ(solution.termination, Termination::kUnsupported);
+    return solution.message;
+  };
+  Options options;
+  options.error_tolerance = 1e-6;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("No error can be asked for (error_tolerance = 1e-06)"));
+  options = {};
+  options.method = Method::kEventLocated;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("the method asked for is event-located"));
 }
 
 TEST(InelasticImpactTest, AMassOnAShakenTableLeavesItWhenTheTableFallsFaster) {

@@ -139,6 +139,15 @@ TEST(SolveNonlinear, EstimatesItsError) {
 
 // Van der Pol's oscillator against a stop at x1 = 1 that yields like a hardening spring; the second opinion is Runge
 // and Kutta's method with y from its own scalar equation.
+TEST(SolveNonlinear, TakesNoToleranceWithoutKeepingIt) {
+  Options options;
+  options.error_tolerance = 1e-8;
+  Observer silent;
+  const auto solution = SolveNonlinear(WrittenOut(testing::ExampleFourOne()), options, silent, {});
+  EXPECT_EQ(solution.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(solution.status().message()), HasSubstr("error_tolerance: 1e-08; nonlinear problems"));
+}
+
 TEST(SolveNonlinear, AgreesWithRungeKuttaOnAnOscillatorWithAStop) {
   NonlinearProblem problem;
   problem.f = {"x2", "(1 - x1**2)*x2 - x1 - y1"};
