@@ -35,8 +35,12 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   // Why the text is refused by us; empty where the parser or nobody refuses it.
   const std::string& refusal() const { return refusal_; }
   const std::optional<nlohmann::json::parse_error>& syntax_error() const { return syntax_error_; }
-  // Any other error of the parser; empty where there is none.
-  const std::string& other_error() const { return other_error_; }
+  // A number that is larger than all doubles, and how far the parser has read.
+  struct TooLarge {
+    std::string number;
+    std::size_t read = 0;
+  };
+  const TooLarge& too_large() const { return too_large_; }
 
   bool null() override { return Put(nullptr); }
   bool boolean(bool value) override { return Put(value); }
@@ -62,12 +66,12 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
     object.key = std::move(key);
     return true;
   }
-  bool parse_error(std::size_t /*position*/, const std::string& /*token*/,
+  bool parse_error(std::size_t position, const std::string& token,
                    const nlohmann::detail::exception& error) override {
     if (const auto* syntax = dynamic_cast<const nlohmann::json::parse_error*>(&error)) {
       syntax_error_.emplace(*syntax);
     } else {
-      other_error_ = error.what();
+      too_large_ = {token, position};  // nothing else is left
     }
     return false;
   }
@@ -112,7 +116,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   nlohmann::json root_;
   std::vector<Open> open_;
   std::size_t lists_ = 0;
-  std::string refusal_, other_error_;
+  std::string refusal_;
+  TooLarge too_large_;
   std::optional<nlohmann::json::parse_error> syntax_error_;
 };
 
@@ -229,9 +234,12 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
     return absl::InvalidArgumentError(fmt::format("{}: {}", source, reader.refusal()));
   }
   if (reader.syntax_error()) return absl::InvalidArgumentError(Describe(text, source, *reader.syntax_error()));
-  // The only one left is a number such as 1e999.
-  return absl::InvalidArgumentError(fmt::format("{}: {}; every number must be finite in double precision", source,
-                                                Shortened(ReasonOf(reader.other_error()), kMaxShownBytes)));
+  const StrictReader::TooLarge& found = reader.too_large();
+  const Place place = PlaceOf(text, text.rfind(found.number, found.read));
+  return absl::InvalidArgumentError(fmt::format("{}, line {}, column {}: {} is too large; every number must be finite in "
+                                                "double precision",
+                                                source, place.line, place.column,
+                                                Shortened(found.number, kMaxShownBytes)));
 }
 
 }  // namespace dlcs::client

@@ -56,11 +56,12 @@ ordered_json PathJson(const v1::PiecewiseLinearPath& path) {
 }  // namespace
 
 void PrintLcpJson(const v1::SolveLcpResponse& response, std::FILE* out) {
+  const bool solved = response.verdict() == v1::LCP_SOLVED;
   Print({{"verdict", VerdictName(response.verdict())},
          {"message", response.message()},
-         {"y", List(response.y())},
-         {"w", List(response.w())},
-         {"residual", response.residual()},
+         {"y", solved ? ordered_json(List(response.y())) : ordered_json(nullptr)},
+         {"w", solved ? ordered_json(List(response.w())) : ordered_json(nullptr)},
+         {"residual", solved ? ordered_json(response.residual()) : ordered_json(nullptr)},
          {"pivots", response.pivots()},
          {"method", response.method()},
          {"matrix_class", response.matrix_class()},

@@ -50,6 +50,23 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 30> kOptionN
     {"grid_times", "--grid"},
 }};
 
+// Parts of the names of fields in messages, and what stands for them in a file.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFileNames = {{
+    {".sparse.values[", ".entries["},
+    {".sparse.row_indices[", ".entries["},
+    {".sparse.column_indices[", ".entries["},
+    {".kronecker_sum.factors[", ".kronecker_sum["},
+    {"].start:", "].t0:"},
+}};
+
+std::string InWordsOfFiles(std::string line) {
+  for (const auto& [name, in_file] : kFileNames) {
+    const std::size_t begin = line.find(name);
+    if (begin < line.find(' ')) line.replace(begin, name.size(), in_file);
+  }
+  return line;
+}
+
 // "steps: 0; must be above 0" -> "--steps: 0; ...", "x0[1]: ..." -> "problem.json: x0[1]: ...".
 std::string WithPlace(const std::string& line, const std::string& source) {
   const std::size_t end = line.find_first_of(":[");
@@ -57,7 +74,7 @@ std::string WithPlace(const std::string& line, const std::string& source) {
   for (const auto& [name, option] : kOptionNames) {
     if (field == name && end != std::string::npos) return fmt::format("{}{}", option, line.substr(end));
   }
-  return fmt::format("{}: {}", source, line);
+  return fmt::format("{}: {}", source, InWordsOfFiles(line));
 }
 
 }  // namespace

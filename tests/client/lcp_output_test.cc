@@ -16,6 +16,16 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+TEST(LcpOutputTest, PrintsNoSolutionWhereThereIsNone) {
+  v1::SolveLcpResponse response;
+  response.set_verdict(v1::LCP_INFEASIBLE);
+  response.add_y(0);
+  response.add_w(-1);
+  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintLcpJson(response, out); }));
+  EXPECT_EQ(root["verdict"], "INFEASIBLE");
+  for (const char* key : {"y", "w", "residual"}) EXPECT_TRUE(root[key].is_null()) << key;
+}
+
 TEST(LcpOutputTest, PrintsTheSolutionInBothForms) {
   v1::SolveLcpResponse response;
   response.set_verdict(v1::LCP_SOLVED);
