@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -118,9 +119,11 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
           return this->StartWriteAndFinish(&event_, grpc::WriteOptions(), ToGrpc(mailbox_.status()));
         }
         writing_ = true;
-        // While more events wait they travel together: gRPC sends what it holds with the last of them.
-        return this->StartWrite(&event_,
-                                mailbox_.has_more() ? grpc::WriteOptions().set_buffer_hint() : grpc::WriteOptions());
+        // While more events wait they travel together, gRPC sending what it holds with the last of them; but large ones at
+        // once, so that the reader has one to unpack while the next is made.
+        return this->StartWrite(&event_, mailbox_.has_more() && event_.ByteSizeLong() < kLargeBytes
+                                             ? grpc::WriteOptions().set_buffer_hint()
+                                             : grpc::WriteOptions());
       case EventMailbox::Got::kNothing:
         return;
       case EventMailbox::Got::kEnd:
@@ -137,6 +140,7 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
  private:
   // Short for who watches.
   static constexpr std::chrono::milliseconds kGathering{2};
+  static constexpr std::size_t kLargeBytes = std::size_t{1} << 16;
 
   void Begin() {
     if (const absl::Status admitted = lifetime_.Admit(); !admitted.ok()) return this->Finish(ToGrpc(admitted));
