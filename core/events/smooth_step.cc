@@ -102,6 +102,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
 
   step.guard_noise = kRounding * Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size) +
                      mode.guard.state.cwiseAbs() * step.x_noise;
+  if (mode.guard.g.size() > 0) step.guard_noise += mode.guard.g.cwiseAbs() * sources.g_noise;
   const Vector guard_tail = EstimateTail(step.guard, kOfCoefficient * step.guard_noise);
   const Vector guard_size = SizeOf(step.guard);
   step.guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;

@@ -43,7 +43,9 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
-  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, Vector& largest,
+  // t is rounded, and moves the value of a source by that times its slope.
+  const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
+  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, Vector& largest, Vector& noise,
                           Vector& at_check, Vector& error) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
@@ -54,7 +56,9 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     largest = RowMaxAbs(values_);
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
-    error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - kRounding * largest;
+    const LegendreSeries slope = series * (2 / length * basis.derivative);
+    noise = kRounding * largest + 2 * time_rounding * slope.cwiseAbs().rowwise().sum();
+    error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
     error = error.cwiseMax(0);
     return finite;
@@ -62,10 +66,10 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   using Value = Eigen::Ref<Vector>;
   const bool f_finite = sample(
       sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f,
-      step.f_size, step.f_at_check, step.f_error);
+      step.f_size, step.f_noise, step.f_at_check, step.f_error);
   const bool g_finite = sample(
       sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g,
-      step.g_size, step.g_at_check, step.g_error);
+      step.g_size, step.g_noise, step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;
   step.slope = step.g * (2 / length * basis.derivative);
   evaluations_ += kLegendreSize + 1;
@@ -74,8 +78,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
 bool SourceSampler::Probe(StepSources& step) {
   const double end = step.begin + step.length;
   bool raised = false;
-  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& largest, Vector& error) {
-    const auto missed = (series * at - true_value_).cwiseAbs() - kRounding * largest;
+  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& noise, Vector& error) {
+    const auto missed = (series * at - true_value_).cwiseAbs() - noise;
     for (Index i = 0; i < error.size(); ++i) {
       if (missed[i] <= error[i]) continue;
       error[i] = missed[i];  // a NaN, too
@@ -87,10 +91,10 @@ bool SourceSampler::Probe(StepSources& step) {
     const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
     true_value_.resize(sources_.num_states());
     F(*t, Side::kLeft, true_value_);
-    look(step.f, at, step.f_size, step.f_error);
+    look(step.f, at, step.f_noise, step.f_error);
     true_value_.resize(sources_.num_constraints());
     G(*t, Side::kLeft, true_value_);
-    look(step.g, at, step.g_size, step.g_error);
+    look(step.g, at, step.g_noise, step.g_error);
     ++evaluations_;
   }
   return raised;

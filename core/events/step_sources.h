@@ -26,6 +26,7 @@ struct StepSources {
   Vector f_at_check, g_at_check;  // the true values there
   Vector f_error, g_error;        // |polynomial - true value| there, beyond rounding
   Vector f_size, g_size;          // max |f_i|, |g_i| over the nodes
+  Vector f_noise, g_noise;        // what the rounding of values and of their times may be
   bool finite = false;            // every value was
 };
 
