@@ -122,6 +122,11 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   const double factor = located ? 1 : second_order ? 4.0 / 3 : 2.0;
   solution.certificate.estimated_error_x = factor * MaxAbs(solution.x - finer->x);
   solution.certificate.estimated_error_By = factor * MaxAbs(task.problem.B * (solution.y - finer->y));
+  if (task.plan.method.inelastic_impact) {
+    solution.warnings.push_back(
+        "The estimated error is an order of magnitude only: impacts happen at nodes, up to a step late, and how late "
+        "does not shrink evenly with the step.");
+  }
   return absl::OkStatus();
 }
 

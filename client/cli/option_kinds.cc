@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "absl/strings/match.h"
 #include "client/json_text.h"
 
 namespace dlcs::client {
@@ -82,7 +83,7 @@ double ParseBytes(const std::string& text, const std::string& option) {
   const std::string number(text.begin(), letters), unit(letters, text.end());
   if (number.empty()) return CheckedNumber(text, rule, option);
   for (const auto& [name, bytes] : kUnits) {
-    if (unit == name) return bytes * CheckedNumber(number, rule, option);
+    if (absl::EqualsIgnoreCase(unit, name)) return bytes * CheckedNumber(number, rule, option);
   }
   throw CLI::ValidationError(option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
 }

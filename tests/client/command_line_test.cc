@@ -63,6 +63,7 @@ TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
   EXPECT_EQ(options.windows_in_flight(), 3);
   EXPECT_EQ(options.max_memory_bytes(), 1.5e9);
   EXPECT_EQ(Solve({"--max-memory", "2000"}).options.max_memory_bytes(), 2000);
+  EXPECT_EQ(Solve({"--max-memory", "3kb"}).options.max_memory_bytes(), 3000);
   for (const char* text : {"8GX", "5XB", "3kiB", "2b"}) {
     EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", text}),
                 HasSubstr("unknown unit, " + std::string(text + 1) + "; must be in bytes, kB, MB, GB or TB"));

@@ -85,6 +85,16 @@ TEST(InelasticImpactTest, AMassAtRestIsNotHitByRounding) {
   }
 }
 
+TEST(InelasticImpactTest, SaysWhatItsEstimateIsWorth) {
+  Options options;
+  options.num_steps = 500;
+  options.inelastic_impact = true;
+  options.estimate_error = true;
+  const Solution solution = testing::SolveToEnd(FallingMass(1, 0, "0", 1), options);
+  EXPECT_TRUE(solution.certificate.estimated_error_x.has_value());
+  EXPECT_THAT(solution.warnings, ::testing::Contains(::testing::HasSubstr("an order of magnitude only")));
+}
+
 TEST(InelasticImpactTest, RefusesWhatItCannotPromise) {
   const auto message = [](const Options& asked) {
     Options options = asked;
