@@ -90,7 +90,8 @@ bool IsWithoutAnswer(const grpc::Status& status) {
 absl::StatusOr<Connection> Connection::Open(const ConnectionOptions& options) {
   if (!IsHostAndPort(options.address)) {
     return absl::InvalidArgumentError(
-        fmt::format("address: \"{}\" is not HOST:PORT, with a port up to 65535; write for example localhost:50051, or [::1]:50051 for IPv6",
+        fmt::format("address: \"{}\" is not HOST:PORT, with a port up to 65535; write for example localhost:50051, or "
+                    "[::1]:50051 for IPv6",
                     options.address));
   }
   if (absl::Status token = CheckToken(options); !token.ok()) return token;

@@ -57,7 +57,8 @@ bool IsLoopback(const addrinfo& address) {
 
 absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
   const absl::Status malformed = absl::InvalidArgumentError(fmt::format(
-      "\"{}\" is not HOST:PORT with a port up to 65535, for example 127.0.0.1:50051, 0.0.0.0:50051, [::1]:50051 or localhost:0",
+      "\"{}\" is not HOST:PORT with a port up to 65535, for example 127.0.0.1:50051, 0.0.0.0:50051, [::1]:50051 or "
+      "localhost:0",
       text));
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return malformed;

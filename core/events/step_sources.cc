@@ -45,8 +45,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   step.check_s = kCheckPosition;
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
-  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, Vector& largest, Vector& noise,
-                          Vector& at_check, Vector& error) {
+  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, LegendreSeries& slope,
+                          Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
@@ -56,7 +56,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     largest = RowMaxAbs(values_);
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
-    const LegendreSeries slope = series * (2 / length * basis.derivative);
+    slope = series * (2 / length * basis.derivative);
     noise = kRounding * largest + 2 * time_rounding * slope.cwiseAbs().rowwise().sum();
     error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
@@ -66,12 +66,11 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   using Value = Eigen::Ref<Vector>;
   const bool f_finite = sample(
       sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f,
-      step.f_size, step.f_noise, step.f_at_check, step.f_error);
+      f_slope_, step.f_size, step.f_noise, step.f_at_check, step.f_error);
   const bool g_finite = sample(
       sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g,
-      step.g_size, step.g_noise, step.g_at_check, step.g_error);
+      step.slope, step.g_size, step.g_noise, step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;
-  step.slope = step.g * (2 / length * basis.derivative);
   evaluations_ += kLegendreSize + 1;
 }
 
@@ -79,7 +78,7 @@ bool SourceSampler::Probe(StepSources& step) {
   const double end = step.begin + step.length;
   bool raised = false;
   const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& noise, Vector& error) {
-    const auto missed = (series * at - true_value_).cwiseAbs() - noise;
+    const Vector missed = (series * at - true_value_).cwiseAbs() - noise;
     for (Index i = 0; i < error.size(); ++i) {
       if (missed[i] <= error[i]) continue;
       error[i] = missed[i];  // a NaN, too

@@ -58,7 +58,7 @@ class SourceSampler {
 
   Sources& sources_;
   std::vector<double> probes_;
-  LegendreSeries values_;
+  LegendreSeries values_, f_slope_;
   Vector true_value_;
   Index evaluations_ = 0;
 };

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "core/linalg/simd.h"
@@ -41,19 +40,14 @@ std::vector<double> FindReflected(const Matrix& K, Index bandwidth) {
 template <typename V, int kVectors>
 DLCS_INLINE void SumNeighbours(const double* t, Index bandwidth, const double* y, double* product) {
   constexpr Index kWidth = sizeof(V) / sizeof(double);
-  V sums[kVectors], left, right;
-  for (int v = 0; v < kVectors; ++v) {
-    std::memcpy(&sums[v], y + v * kWidth, sizeof(V));
-    sums[v] *= t[0];
-  }
+  V sums[kVectors];
+  for (int v = 0; v < kVectors; ++v) sums[v] = Load<V>(y + v * kWidth) * t[0];
   for (Index d = 1; d <= bandwidth; ++d) {
     for (int v = 0; v < kVectors; ++v) {
-      std::memcpy(&left, y + v * kWidth - d, sizeof(V));
-      std::memcpy(&right, y + v * kWidth + d, sizeof(V));
-      sums[v] += t[d] * (left + right);
+      sums[v] += t[d] * (Load<V>(y + v * kWidth - d) + Load<V>(y + v * kWidth + d));
     }
   }
-  for (int v = 0; v < kVectors; ++v) std::memcpy(product + v * kWidth, &sums[v], sizeof(V));
+  for (int v = 0; v < kVectors; ++v) Store(sums[v], product + v * kWidth);
 }
 
 template <typename V>

@@ -11,24 +11,6 @@
 #include "core/linalg/wide_loops.h"
 
 namespace dlcs {
-namespace {
-
-// The largest entry of y >= 0, in lanes.
-double Largest(const Vector& y) {
-  constexpr Index kLanes = 16;
-  double lanes[kLanes] = {};
-  RunWide([&lanes, y = y.data(), n = y.size()]() DLCS_WIDE {
-    double largest[kLanes] = {};
-    for (Index i = 0; i + kLanes <= n; i += kLanes) {
-      for (Index l = 0; l < kLanes; ++l) largest[l] = y[i + l] > largest[l] ? y[i + l] : largest[l];
-    }
-    for (Index i = n - n % kLanes; i < n; ++i) largest[0] = y[i] > largest[0] ? y[i] : largest[0];
-    for (Index l = 0; l < kLanes; ++l) lanes[l] = largest[l];
-  });
-  return *std::max_element(lanes, lanes + kLanes);
-}
-
-}  // namespace
 
 SplittingLcpSolver::SplittingLcpSolver(BandSplitting splitting)
     : product_(std::move(splitting.product)),
@@ -69,7 +51,7 @@ SplittingLcpSolver::Judgement SplittingLcpSolver::Judge(const Eigen::Ref<const V
                                                         const Eigen::Ref<const Vector>& tolerance) {
   constexpr double kRounding = 1e-14;
   constexpr Index kLanes = 16;
-  const double rounding = kRounding * Largest(y_);
+  const double rounding = kRounding * MaxAbs(y_);
   double misses[kLanes] = {}, moves[kLanes] = {}, nonfinite[kLanes] = {}, residuals[kLanes] = {};
   RunWide([=, &misses, &moves, &nonfinite, &residuals, n = y_.size(), y_data = y_.data(), w_data = w_.data(),
            q_data = q.data(), tolerances = tolerance.data(), sums = row_sums_.data(),

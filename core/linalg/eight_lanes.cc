@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/linalg/eight_lanes.h"
 
-#include <cstring>
-
 #include "core/linalg/simd.h"
 
 namespace dlcs {
@@ -10,23 +8,16 @@ namespace {
 
 constexpr Index kLanes = 8;
 
-DLCS_INLINE Double4 Load(const double* from) {
-  Double4 value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-DLCS_INLINE void Store(const Double4& value, double* to) { std::memcpy(to, &value, sizeof value); }
-
 // to[to_stride i + j] = from[from_stride j + i] for i, j < 4.
 DLCS_INLINE void TransposeFour(const double* from, Index from_stride, double* to, Index to_stride) {
-  const Double4 a = Load(from), b = Load(from + from_stride), c = Load(from + 2 * from_stride),
-                d = Load(from + 3 * from_stride);
+  const Double4 a = Load<Double4>(from), b = Load<Double4>(from + from_stride),
+                c = Load<Double4>(from + 2 * from_stride), d = Load<Double4>(from + 3 * from_stride);
   const Double4 ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
   const Double4 cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  Store(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5), to);
-  Store(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5), to + to_stride);
-  Store(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7), to + 2 * to_stride);
-  Store(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7), to + 3 * to_stride);
+  Store<Double4>(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5), to);
+  Store<Double4>(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5), to + to_stride);
+  Store<Double4>(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7), to + 2 * to_stride);
+  Store<Double4>(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7), to + 3 * to_stride);
 }
 
 DLCS_INLINE void ToLanes(const double* columns, Index stride, Index rows, double* lanes) {

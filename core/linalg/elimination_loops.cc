@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "core/linalg/simd.h"
@@ -32,19 +31,10 @@ template <typename V>
 using Half = typename HalfOf<V>::type;
 
 template <typename V>
-DLCS_INLINE void Load(const double* from, V& value) {
-  std::memcpy(&value, from, sizeof(V));
-}
-
-template <typename V>
 DLCS_INLINE void Multiple(Index count, double factor, const double* x, double* y) {
   Index i = 0;
   for (; i + kWidth<V> <= count; i += kWidth<V>) {
-    V left, right;
-    Load(x + i, left);
-    Load(y + i, right);
-    right -= factor * left;
-    std::memcpy(y + i, &right, sizeof(V));
+    Store(V(Load<V>(y + i) - factor * Load<V>(x + i)), y + i);
   }
   if constexpr (kWidth<V> > 1) Multiple<Half<V>>(count - i, factor, x + i, y + i);
 }
@@ -64,11 +54,11 @@ template <typename V, int kVectors, int kColumns>
 DLCS_INLINE void Tile(const Product& p, Index i, Index j) {
   V sums[kColumns][kVectors];
   for (int c = 0; c < kColumns; ++c) {
-    for (int r = 0; r < kVectors; ++r) Load(p.A + (j + c) * p.A_stride + i + r * kWidth<V>, sums[c][r]);
+    for (int r = 0; r < kVectors; ++r) sums[c][r] = Load<V>(p.A + (j + c) * p.A_stride + i + r * kWidth<V>);
   }
   for (Index k = 0; k < p.depth; ++k) {
     V left[kVectors];
-    for (int r = 0; r < kVectors; ++r) Load(p.L + k * p.L_stride + i + r * kWidth<V>, left[r]);
+    for (int r = 0; r < kVectors; ++r) left[r] = Load<V>(p.L + k * p.L_stride + i + r * kWidth<V>);
     for (int c = 0; c < kColumns; ++c) {
       const double factor = p.U[(j + c) * p.U_stride + k];
       for (int r = 0; r < kVectors; ++r) sums[c][r] -= left[r] * factor;
@@ -76,7 +66,7 @@ DLCS_INLINE void Tile(const Product& p, Index i, Index j) {
   }
   for (int c = 0; c < kColumns; ++c) {
     for (int r = 0; r < kVectors; ++r) {
-      std::memcpy(p.A + (j + c) * p.A_stride + i + r * kWidth<V>, &sums[c][r], sizeof(V));
+      Store(sums[c][r], p.A + (j + c) * p.A_stride + i + r * kWidth<V>);
     }
   }
 }
@@ -109,16 +99,12 @@ struct Combination {
 template <typename V, int kVectors>
 DLCS_INLINE void Rows(const Combination& c, Index i) {
   V sums[kVectors];
-  for (int r = 0; r < kVectors; ++r) Load(c.w + i + r * kWidth<V>, sums[r]);
+  for (int r = 0; r < kVectors; ++r) sums[r] = Load<V>(c.w + i + r * kWidth<V>);
   for (std::size_t k = 0; k < c.columns.size(); ++k) {
     const double* const column = c.M + c.columns[k] * c.rows + i;
-    for (int r = 0; r < kVectors; ++r) {
-      V entries;
-      Load(column + r * kWidth<V>, entries);
-      sums[r] += c.x[k] * entries;
-    }
+    for (int r = 0; r < kVectors; ++r) sums[r] += c.x[k] * Load<V>(column + r * kWidth<V>);
   }
-  for (int r = 0; r < kVectors; ++r) std::memcpy(c.w + i + r * kWidth<V>, &sums[r], sizeof(V));
+  for (int r = 0; r < kVectors; ++r) Store(sums[r], c.w + i + r * kWidth<V>);
 }
 
 template <typename V>

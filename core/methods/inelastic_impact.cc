@@ -99,7 +99,7 @@ class Impacts {
     }
     contacts_.clear();
     const Vector velocity = Velocity(x_, f, g_slope);
-    return Collide(time, (gap.array() <= tolerance.array()).matrix(), velocity, velocity.cwiseAbs(), x_);
+    return Collide(time, (gap.array() <= tolerance.array()).matrix(), velocity, velocity, x_);
   }
 
   Vector Velocity(const Vector& x, const Vector& f, const Vector& g_slope) const {

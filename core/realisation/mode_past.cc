@@ -8,7 +8,7 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kNodes = 4, kModes = 8;
+constexpr Index kNodes = ModePast::kNodes, kModes = ModePast::kModes;
 
 struct Tiles {
   Index tiles, terms;

@@ -19,6 +19,9 @@ namespace dlcs {
 // Copies go their own way. Cost of a node: 5 operations and one number of traffic for each mode and term.
 class ModePast {
  public:
+  static constexpr Index kNodes = 4;
+  static constexpr Index kModes = 8;  // of a tile
+
   // At P_0 = start û_0. Where û_0 counts for nothing afterwards (`start` is zero then), `forgets_first`.
   ModePast(const ModeRecursion& recursion, const Vector& first, bool forgets_first);
 
@@ -28,8 +31,6 @@ class ModePast {
   void Push(const Eigen::Ref<const Vector>& input);
 
  private:
-  static constexpr Index kNodes = 4;
-  static constexpr Index kModes = 8;  // of a tile
   struct alignas(64) Row {
     double mode[kModes] = {};
   };
