@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A square matrix in block triangular form, in units in which its rows and columns are alike.
+
+#ifndef DLCS_CORE_LINALG_BALANCE_H_
+#define DLCS_CORE_LINALG_BALANCE_H_
+
+#include <vector>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+// matrix(k, l) = 2^{exponents[l] - exponents[k]} A(order[k], order[l]), so that x[order[k]] = 2^{exponents[k]} z[k]
+// makes x' = A x to z' = matrix z. Block upper triangular; what stands inside of a block depends on each other.
+struct BalancedMatrix {
+  Matrix matrix;
+  std::vector<Index> order;
+  std::vector<int> exponents;
+  std::vector<Index> begins;  // block b is [begins[b], begins[b + 1]); one more than there are blocks
+
+  Index num_blocks() const { return static_cast<Index>(begins.size()) - 1; }
+  Index size_of_block(Index b) const { return begins[b + 1] - begins[b]; }
+};
+
+// The strongly connected components of the graph i -> j where |A(i, j)| > threshold: the states that i depends on,
+// directly or not, are in its own set or in later ones. Of a triangular A, upper or lower, every state is its own set;
+// an upper one keeps its order. Cost: the entries.
+std::vector<std::vector<Index>> StronglyConnected(const Eigen::Ref<const Matrix>& A, double threshold = 0);
+
+// Sorts the states of `A` into blocks by its nonzero entries, scales each block until no power of two for one state
+// makes rows and columns smaller together [Parlett & Reinsch 1969], sorts its states by falling size of row, and scales
+// the blocks so that no coupling is larger than the blocks that it couples.
+//
+// Only powers of two multiply, so nothing is rounded (but what underflows). Units of the states that are powers of two
+// do not matter inside of a block: the matrix comes out the same to the bit, where the order does; nor does such a unit
+// of time, which is a factor of the whole matrix. Entries that are not finite: no scaling. Cost: some ten passes over
+// the entries. Source: [Parlett & Reinsch 1969] Balancing a matrix for calculation of eigenvalues and eigenvectors.
+// Numer. Math. 13.
+BalancedMatrix Balance(const Matrix& A);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LINALG_BALANCE_H_
