@@ -53,7 +53,7 @@ ResultCollector& EnsembleCollector::Of(std::int64_t member) {
 }
 
 void EnsembleCollector::AddSummary(v1::MemberSummary summary) {
-  const v1::Termination termination = summary.summary().termination();
+  Count(summary.summary());
   Of(summary.member()).AddSummary(std::move(*summary.mutable_summary()));
   absl::StatusOr<SolveResult> result = std::move(*collector_).Finish();
   collector_.reset();
@@ -61,13 +61,15 @@ void EnsembleCollector::AddSummary(v1::MemberSummary summary) {
     if (fault_.empty()) fault_ = fmt::format("member {}: {}", summary.member(), std::string(result.status().message()));
     return;
   }
-  Count(termination);
   if (on_member_) on_member_({summary.member(), summary.label(), *std::move(result)});
 }
 
-void EnsembleCollector::Count(v1::Termination termination) {
-  if (termination == v1::CONVERGED) {
+void EnsembleCollector::Count(const v1::Summary& summary) {
+  const v1::Termination termination = summary.termination();
+  if (summary.verdict().kind() == v1::VERDICT_KIND_SOLVED) {
     counted_.set_solved(counted_.solved() + 1);
+  } else if (summary.verdict().success()) {
+    counted_.set_reached(counted_.reached() + 1);
   } else if (termination == v1::CANCELLED || termination == v1::DEADLINE) {
     counted_.set_stopped(counted_.stopped() + 1);
   } else {
@@ -78,8 +80,8 @@ void EnsembleCollector::Count(v1::Termination termination) {
 absl::StatusOr<v1::EnsembleSummary> EnsembleCollector::Finish() && {
   if (!fault_.empty()) return absl::DataLossError(fault_);
   if (!has_summary_) return absl::DataLossError("the events of the ensemble ended without a summary");
-  const std::int64_t announced = summary_.solved() + summary_.failed() + summary_.stopped();
-  const std::int64_t came = counted_.solved() + counted_.failed() + counted_.stopped();
+  const std::int64_t announced = summary_.solved() + summary_.reached() + summary_.failed() + summary_.stopped();
+  const std::int64_t came = counted_.solved() + counted_.reached() + counted_.failed() + counted_.stopped();
   if (announced != came) {
     return absl::DataLossError(fmt::format("{} members came; {} were announced", came, announced));
   }
@@ -87,7 +89,7 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCollector::Finish() && {
 }
 
 v1::EnsembleSummary EnsembleCollector::Abandon(const std::string& why, double seconds) && {
-  counted_.set_not_begun(members_ - counted_.solved() - counted_.failed() - counted_.stopped());
+  counted_.set_not_begun(members_ - counted_.solved() - counted_.reached() - counted_.failed() - counted_.stopped());
   counted_.set_message(why);
   counted_.set_seconds(seconds);
   return std::move(counted_);

@@ -38,7 +38,7 @@ class EnsembleCollector {
  private:
   ResultCollector& Of(std::int64_t member);
   void AddSummary(v1::MemberSummary summary);
-  void Count(v1::Termination termination);
+  void Count(const v1::Summary& summary);
 
   const MemberCallback& on_member_;
   std::size_t states_;

@@ -142,6 +142,23 @@ std::string TerminationName(v1::Termination termination) {
   return BareName(*v1::Termination_descriptor(), termination, "TERMINATION_");
 }
 
+std::string VerdictName(const v1::Summary& summary) {
+  if (summary.termination() != v1::REACHED_END) return TerminationName(summary.termination());
+  return BareName(*v1::VerdictKind_descriptor(), summary.verdict().kind(), "VERDICT_KIND_");
+}
+
+std::string VerdictText(const v1::Summary& summary) {
+  if (summary.termination() != v1::REACHED_END) return TerminationName(summary.termination());
+  return summary.verdict().text();
+}
+
+std::string AccuracySourceName(v1::AccuracySource source) {
+  if (source == v1::ACCURACY_SOURCE_UNSPECIFIED) return "not estimated";
+  return WordName(*v1::AccuracySource_descriptor(), source, "ACCURACY_SOURCE_");
+}
+
+bool Succeeded(const v1::Summary& summary) { return summary.verdict().success(); }
+
 std::string AnswerName(v1::Answer answer) { return WordName(*v1::Answer_descriptor(), answer, "ANSWER_"); }
 
 std::string ConstantKindName(v1::ConstantKind kind) {

@@ -47,8 +47,16 @@ std::string ContourChoiceName(v1::ContourChoice choice);
 std::optional<v1::ContourChoice> ParseContourChoice(const std::string& name);
 std::vector<std::string> ContourChoiceNames();
 
-// "CONVERGED", "INFEASIBLE", ...
+// "REACHED_END", "INFEASIBLE", ...
 std::string TerminationName(v1::Termination termination);
+// "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN"; of what was not solved how it ended, "INFEASIBLE".
+std::string VerdictName(const v1::Summary& summary);
+// The same for people, with the figure: "SOLVED within an error of 1e-08, estimated error 2e-10".
+std::string VerdictText(const v1::Summary& summary);
+// "not estimated", "compared", "controlled".
+std::string AccuracySourceName(v1::AccuracySource source);
+// Whether the answer may be used.
+bool Succeeded(const v1::Summary& summary);
 
 // "yes", "no", "unknown".
 std::string AnswerName(v1::Answer answer);

@@ -29,17 +29,15 @@ class WindowObserver final : public Observer {
 
 // What the finest trial says of itself.
 void TellError(const Task& task, const ControlledSolution& result, Solution& solution) {
-  if (solution.termination != Termination::kConverged) return;
-  Certificate& certificate = solution.certificate;
-  certificate.estimated_error_x = result.error * certificate.x_scale;
-  if (IsAlwaysLipschitz(task.plan.selection)) {
-    certificate.estimated_error_By = result.error * MaxAbs(task.problem.B * solution.y);
-  }
+  if (solution.termination != Termination::kReachedEnd) return;
+  solution.accuracy.source = AccuracySource::kControlled;
+  solution.accuracy.asked = task.options.error_tolerance;
+  solution.accuracy.error = NanMax(result.error, Accuracy::kLeastError);
   const std::string seen = std::to_string(solution.cost.steps) + " steps, whose error is estimated as " +
                            FormatNumber(result.error) + " of the size of x (order seen " +
                            FormatNumber(std::round(10 * result.order) / 10) + ")";
   if (result.reached) {
-    solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " + seen + ".";
+    solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " + seen + ".";
     return;
   }
   solution.termination = Termination::kIterationLimit;
@@ -96,32 +94,24 @@ absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer) {
 }
 
 absl::Status EstimateError(Task& task, Solution& solution) {
-  if (solution.termination != Termination::kConverged) return absl::OkStatus();
+  if (solution.termination != Termination::kReachedEnd) return absl::OkStatus();
+  if (solution.accuracy.source != AccuracySource::kNotEstimated) return absl::OkStatus();
   const Method method = task.plan.method.method;
-  const bool located = method == Method::kEventLocated;
-  if (solution.certificate.estimated_error_x && !located) return absl::OkStatus();
   Observer silent;
-  const double asked = task.options.error_tolerance;
-  if (located) {
-    const double tolerance = asked > 0 ? asked : kDefaultEventTolerance;
-    task.options.error_tolerance = std::max(tolerance / 100, Options::kLeastErrorTolerance);
-  }
   const auto finer = SolveOnGrid(task, Halve(task.plan.grid), silent);
-  task.options.error_tolerance = asked;
   if (!finer.ok()) return finer.status();
   solution.cost.seconds_total = finer->cost.seconds_total;  // both count from the same start
-  if (finer->termination != Termination::kConverged) {
-    solution.warnings.push_back("No error estimate: with " +
-                                std::string(located ? "a hundredth of the error" : "half the step") +
-                                " the solve ended as " + TerminationName(finer->termination) + ". " + finer->message);
+  if (finer->termination != Termination::kReachedEnd) {
+    solution.accuracy.note = std::string("Not estimated: with half the step the solve ended as ") +
+                             TerminationName(finer->termination) + ". " + finer->message;
     return absl::OkStatus();
   }
   const bool first_order_steps =
       method == Method::kTimeStepping && !task.options.average_y && !task.plan.method.two_stages;
   const bool second_order = !first_order_steps && IsAlwaysLipschitz(task.plan.selection);
-  const double factor = located ? 1 : second_order ? 4.0 / 3 : 2.0;
-  solution.certificate.estimated_error_x = factor * MaxAbs(solution.x - finer->x);
-  solution.certificate.estimated_error_By = factor * MaxAbs(task.problem.B * (solution.y - finer->y));
+  const double factor = second_order ? 4.0 / 3 : 2.0;
+  solution.accuracy.source = AccuracySource::kCompared;
+  solution.accuracy.error = NanMax(factor * RelativeDifference(solution.x, finer->x), Accuracy::kLeastError);
   if (task.plan.method.inelastic_impact) {
     solution.warnings.push_back(
         "The estimated error is an order of magnitude only: impacts happen at nodes, up to a step late, and how late "

@@ -18,8 +18,7 @@ namespace dlcs {
 absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer);
 
 // Estimates the error of the converged `solution` where it has no estimate: from a second solve on half the step, for a
-// method of order p the difference times 2^p / (2^p - 1); of event_located from one with a hundredth of its tolerance.
-// Warns where that one ends early. Errors: as SolveOnGrid(). Cost: twice that of the solve.
+// method of order p the difference times 2^p / (2^p - 1). Says so in its accuracy where that one ends early. Errors: as SolveOnGrid(). Cost: twice that of the solve.
 absl::Status EstimateError(Task& task, Solution& solution);
 
 }  // namespace dlcs

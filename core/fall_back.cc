@@ -62,7 +62,7 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     without_events.error_tolerance = 0;
     auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
     if (!stepped.ok()) return stepped;
-    if (stepped->termination == Termination::kConverged) solution = *std::move(stepped);
+    if (stepped->termination == Termination::kReachedEnd) solution = *std::move(stepped);
   }
   return solution;
 }

@@ -74,8 +74,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .impulsive_rows = task.plan.method.impulsive_rows};
   solution.cost.seconds_setup = context.Seconds();
   if (RunMethod(task.plan.method, context)) {
-    solution.termination = Termination::kConverged;
-    solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
+    solution.termination = Termination::kReachedEnd;
+    solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " +
                        std::to_string(solution.cost.steps) + " steps.";
   }
   const bool stopped = solution.termination == Termination::kCancelled;
@@ -90,7 +90,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   context.recorder.Finish();
   solution.certificate = context.certificate.certificate();
   const bool finite = solution.x.allFinite() && solution.y.allFinite();
-  if (!finite && solution.termination == Termination::kConverged) {
+  if (!finite && solution.termination == Termination::kReachedEnd) {
     context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
   }
   solution.cost.seconds_total = context.Seconds();

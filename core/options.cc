@@ -72,8 +72,8 @@ void CheckIteration(const Options& options, ViolationList& list) {
     list.Add("windows_in_flight", std::to_string(options.windows_in_flight) + "; must be between 1 and " +
                                       std::to_string(kMaxWindowsInFlight));
   }
-  if (!(options.tolerance > 0 && options.tolerance <= 1)) {
-    list.Add("tolerance", NumberText(options.tolerance) + "; must lie in (0, 1]");
+  if (!(options.iteration_tolerance > 0 && options.iteration_tolerance <= 1)) {
+    list.Add("iteration_tolerance", NumberText(options.iteration_tolerance) + "; must lie in (0, 1]");
   }
   if (options.acceleration < 0 || options.acceleration > kMaxAcceleration) {
     list.Add("acceleration", std::to_string(options.acceleration) + "; must be between 0 and " +

@@ -53,11 +53,14 @@ struct Options {
   // costs J of them.
   std::vector<double> grid_times;
 
-  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T] or a
-  // millionth of the largest of all, and of B y where y is a Lipschitz function of x; 0 asks for none. event_located controls
-  // its steps by it; for other methods the step comes from trial solves (core/methods/step_control.h), and the solution
-  // holds the error that was estimated, or says that it was not reached. A grid beside it says only where output is wanted.
+  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T], and
+  // of B y where y is a Lipschitz function of x. event_located controls its steps by it; for other methods the step comes
+  // from trial solves (core/methods/step_control.h), and the solution holds the error that was estimated, or says that it
+  // was not reached. A grid beside it says only where output is wanted. 0: with a grid its steps are taken; without one
+  // the error is kDefaultErrorTolerance, for at most the work of kMostDefaultSteps steps, and missing it is no failure.
   double error_tolerance = 0;
+  static constexpr double kDefaultErrorTolerance = 1e-6;
+  static constexpr Index kMostDefaultSteps = 20'000;
   static constexpr double kLeastErrorTolerance = 1e-13;  // rounding alone is more
 
   // Whether the nodes are asked for.
@@ -106,7 +109,7 @@ struct Options {
 
   // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
   // relative to its own size.
-  double tolerance = 1e-12;
+  double iteration_tolerance = 1e-12;
   // Iterations allowed per window. 0 takes 300 for windows that can shrink and 1000 for those that cannot.
   Index max_iterations = 0;
 
@@ -131,8 +134,9 @@ struct Options {
   // (core/methods/inelastic_impact.h), which is a law of its own and not part of the system.
   bool inelastic_impact = false;
 
-  // Also solve with half the step and report the difference.
-  bool estimate_error = false;
+  // Where steps are given: estimate the error by solves of twice and four times the step (core/error_estimate.h), for three
+  // quarters of the cost. Where memory does not allow it, the solution says so.
+  bool estimate_error = true;
 
   // Upper limit of threads; 0 takes all. The bits of the result do not depend on it.
   int num_threads = 0;

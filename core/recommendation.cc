@@ -111,7 +111,7 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     }
     last = *std::move(solution);
     spent += last.cost.seconds_total;
-    const bool solved = last.termination == Termination::kConverged;
+    const bool solved = last.termination == Termination::kReachedEnd;
     if (solved) {
       if (trials.finest > 0 && previous_x.cols() == last.x.cols()) {
         trials.convergence.Add(RelativeDifference(previous_x, last.x));
@@ -131,12 +131,12 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
   recommendation.options.method = last.method;
   if (!last.reason.empty()) recommendation.reasons.insert(recommendation.reasons.begin(), last.reason + ".");
   KeepNew(last.warnings, recommendation.warnings);
-  if (last.termination != Termination::kConverged && last.termination != Termination::kCancelled) {
+  if (last.termination != Termination::kReachedEnd && last.termination != Termination::kCancelled) {
     recommendation.refusal = last.message;
   }
   if (!has_step) RecommendStep(trials, recommendation);
-  if (controls_steps && last.certificate.estimated_error_x && last.certificate.x_scale > 0) {
-    recommendation.predicted_error = *last.certificate.estimated_error_x / last.certificate.x_scale;
+  if (controls_steps && !std::isnan(last.accuracy.error)) {
+    recommendation.predicted_error = last.accuracy.error;
     recommendation.reasons.push_back("Its error in x should be about " + FormatNumber(*recommendation.predicted_error) +
                                      " of its size.");
   }

@@ -15,8 +15,8 @@ const char* TerminationName(Termination termination) {
   switch (termination) {
     case Termination::kNotSolved:
       return "NOT_SOLVED";
-    case Termination::kConverged:
-      return "CONVERGED";
+    case Termination::kReachedEnd:
+      return "REACHED_END";
     case Termination::kInfeasible:
       return "INFEASIBLE";
     case Termination::kDiverged:

@@ -16,7 +16,7 @@ namespace dlcs {
 
 enum class Termination {
   kNotSolved,          // Solve() was not called
-  kConverged,          // the trajectory covers [0, T]
+  kReachedEnd,         // the trajectory covers [0, T]; core/verdict.h says how good it is
   kInfeasible,         // an LCP has no solution
   kDiverged,           // the iteration diverged where it was not allowed to shrink its window
   kIterationLimit,     // iterations or pivots ran out
@@ -39,10 +39,30 @@ struct Certificate {
   // What the residuals are to be compared with: max over nodes of max(‖y‖_∞, ‖w‖_∞), and max of ‖x'‖_∞.
   double lcp_scale = std::numeric_limits<double>::quiet_NaN();
   double ode_scale = std::numeric_limits<double>::quiet_NaN();
-  // max over common nodes of ‖x_h - x_{h/2}‖_∞, the same for B y, and the largest ‖x‖_∞; with estimate_error only.
-  std::optional<double> estimated_error_x;
-  std::optional<double> estimated_error_By;
+  // The largest ‖x‖_∞.
   double x_scale = std::numeric_limits<double>::quiet_NaN();
+};
+
+// How the error of a trajectory was found.
+enum class AccuracySource {
+  kNotEstimated,
+  kCompared,    // with solves on other grids, for steps that were given
+  kControlled,  // steps were chosen by it
+};
+
+// How far the trajectory is from the solution, as far as that is known. Errors are the largest over the times, relative to the
+// largest value of the component on [0, T], and at least kLeastError.
+struct Accuracy {
+  static constexpr double kLeastError = 16 * std::numeric_limits<double>::epsilon();
+
+  AccuracySource source = AccuracySource::kNotEstimated;
+  double error = std::numeric_limits<double>::quiet_NaN();  // the largest of those below; NaN where it is not known
+  // What the steps were chosen for; 0 where they were given. By default: nobody asked for it (Options::error_tolerance).
+  double asked = 0;
+  bool asked_by_default = false;
+  Vector errors_x;   // of each state; empty where `error` alone is known
+  Vector errors_By;  // of each component of B y, where y is a Lipschitz function of x
+  std::string note;  // one sentence: what was compared, or why there is no estimate
 };
 
 // The state jumped by `dx` = B p at `time`, with multiplier p >= 0.
@@ -167,6 +187,7 @@ struct Solution {
   std::vector<TrajectoryPiece> pieces;  // one after the other from 0 on; with Options::keep_pieces
 
   double step = 0;  // the longest step of the grid
+  Accuracy accuracy;
   Certificate certificate;
   Cost cost;
   std::optional<NewtonRecord> newton;  // with StepSolver::kNewton
@@ -176,7 +197,7 @@ struct Solution {
   std::optional<ContourRecord> contour;  // of paper_iteration
 };
 
-// "CONVERGED", "INFEASIBLE", ...
+// "REACHED_END", "INFEASIBLE", ...
 const char* TerminationName(Termination termination);
 // "laplace-iteration", "time-stepping", ...
 const char* MethodName(Method method);

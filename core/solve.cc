@@ -40,7 +40,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
   if (!solution.ok()) return solution;
 
   solution->cost.predicted_bytes = task.plan.predicted_bytes;
-  if (finds_steps && solution->termination == Termination::kConverged) {
+  if (finds_steps && solution->termination == Termination::kReachedEnd) {
     WarnOfCoupledClass(problem, options, task.plan, solution->step, solution->warnings);
   }
   solution->warnings.insert(solution->warnings.begin(), report.warnings.begin(), report.warnings.end());

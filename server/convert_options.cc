@@ -208,7 +208,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   if (options.windows_in_flight() != 0) result.windows_in_flight = options.windows_in_flight();
   result.realisation = RealisationFromProto(options.realisation(), violations);
   if (options.max_memory_bytes() != 0) result.max_memory = options.max_memory_bytes();
-  if (options.tolerance() != 0) result.tolerance = options.tolerance();
+  if (options.iteration_tolerance() != 0) result.iteration_tolerance = options.iteration_tolerance();
   result.max_iterations = options.max_iterations();
   const v1::Contour& contour = options.contour();
   if (contour.nodes() != 0) result.num_contour_nodes = contour.nodes();
@@ -220,7 +220,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.interpolation = InterpolationFromProto(options.interpolation(), violations);
   result.project_initial_state = options.project_initial_state();
   result.inelastic_impact = options.inelastic_impact();
-  result.estimate_error = options.estimate_error();
+  if (options.has_estimate_error()) result.estimate_error = options.estimate_error();
   result.num_threads = options.threads();
   return result;
 }
@@ -244,7 +244,7 @@ v1::SolveOptions ToProto(const Options& options) {
   if (options.windows_in_flight != 1) result.set_windows_in_flight(options.windows_in_flight);
   result.set_realisation(ToProto(options.realisation));
   if (options.max_memory != Options().max_memory) result.set_max_memory_bytes(options.max_memory);
-  result.set_tolerance(options.tolerance);
+  result.set_iteration_tolerance(options.iteration_tolerance);
   result.set_max_iterations(options.max_iterations);
   v1::Contour& contour = *result.mutable_contour();
   contour.set_nodes(static_cast<int>(options.num_contour_nodes));

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 
+#include "core/verdict.h"
 #include "server/convert.h"
 #include "server/convert_dense.h"
 
 namespace dlcs {
 namespace {
 
+// A summary is one message.
 constexpr int kMostSwitchingTimes = 10000;
+constexpr Index kMostErrors = 10000;
 
 v1::Certificate ToProto(const Certificate& certificate) {
   v1::Certificate result;
@@ -19,8 +23,53 @@ v1::Certificate ToProto(const Certificate& certificate) {
   result.set_lcp_scale(certificate.lcp_scale);
   result.set_ode_scale(certificate.ode_scale);
   result.set_x_scale(certificate.x_scale);
-  if (certificate.estimated_error_x) result.set_estimated_error_x(*certificate.estimated_error_x);
-  if (certificate.estimated_error_By) result.set_estimated_error_by(*certificate.estimated_error_By);
+  return result;
+}
+
+v1::AccuracySource ToProto(AccuracySource source) {
+  switch (source) {
+    case AccuracySource::kNotEstimated:
+      return v1::ACCURACY_SOURCE_UNSPECIFIED;
+    case AccuracySource::kCompared:
+      return v1::ACCURACY_SOURCE_COMPARED;
+    case AccuracySource::kControlled:
+      return v1::ACCURACY_SOURCE_CONTROLLED;
+  }
+  return v1::ACCURACY_SOURCE_UNSPECIFIED;
+}
+
+v1::Accuracy ToProto(const Accuracy& accuracy) {
+  v1::Accuracy result;
+  result.set_source(ToProto(accuracy.source));
+  if (!std::isnan(accuracy.error)) result.set_error(accuracy.error);
+  result.set_asked(accuracy.asked);
+  result.set_asked_by_default(accuracy.asked_by_default);
+  Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMostErrors)), *result.mutable_errors_x());
+  Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMostErrors)), *result.mutable_errors_by());
+  result.set_note(accuracy.note);
+  return result;
+}
+
+v1::VerdictKind ToProto(VerdictKind kind) {
+  switch (kind) {
+    case VerdictKind::kSolved:
+      return v1::VERDICT_KIND_SOLVED;
+    case VerdictKind::kErrorEstimated:
+      return v1::VERDICT_KIND_ERROR_ESTIMATED;
+    case VerdictKind::kErrorUnknown:
+      return v1::VERDICT_KIND_ERROR_UNKNOWN;
+    case VerdictKind::kNotSolved:
+      return v1::VERDICT_KIND_NOT_SOLVED;
+  }
+  return v1::VERDICT_KIND_UNSPECIFIED;
+}
+
+v1::Verdict ToProto(const Verdict& verdict) {
+  v1::Verdict result;
+  result.set_kind(ToProto(verdict.kind));
+  result.set_success(verdict.success);
+  result.set_text(verdict.text);
+  result.mutable_concerns()->Add(verdict.concerns.begin(), verdict.concerns.end());
   return result;
 }
 
@@ -106,8 +155,8 @@ v1::Termination ToProto(Termination termination) {
   switch (termination) {
     case Termination::kNotSolved:
       return v1::TERMINATION_UNSPECIFIED;
-    case Termination::kConverged:
-      return v1::CONVERGED;
+    case Termination::kReachedEnd:
+      return v1::REACHED_END;
     case Termination::kInfeasible:
       return v1::INFEASIBLE;
     case Termination::kDiverged:
@@ -198,6 +247,8 @@ v1::Summary SummaryToProto(const Solution& solution) {
     Append(jump.multiplier, *out.mutable_multiplier());
   }
   result.set_step(solution.step);
+  *result.mutable_accuracy() = ToProto(solution.accuracy);
+  *result.mutable_verdict() = ToProto(JudgeSolution(solution));
   *result.mutable_certificate() = ToProto(solution.certificate);
   *result.mutable_cost() = ToProto(solution.cost);
   result.set_times(static_cast<Index>(solution.times.size()));
@@ -206,7 +257,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
   if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
   result.set_switchings(static_cast<Index>(solution.switching_times.size()));
   for (const SwitchingTime& switching : solution.switching_times) {
-    if (result.switching_times_size() == kMostSwitchingTimes) break;  // a summary is one message
+    if (result.switching_times_size() == kMostSwitchingTimes) break;
     *result.add_switching_times() = ToProto(switching);
   }
   *result.mutable_realisation() = ToProto(solution.realisation);

@@ -8,6 +8,8 @@
 #include <thread>
 #include <variant>
 
+#include "core/verdict.h"
+
 namespace dlcs {
 namespace {
 
@@ -32,9 +34,12 @@ std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& li
 }
 
 void Count(const FinishedSolve& solve, v1::EnsembleSummary& summary) {
+  const Verdict verdict = JudgeSolution(solve.solution());
   switch (solve.termination()) {
-    case v1::CONVERGED:
-      return summary.set_solved(summary.solved() + 1);
+    case v1::REACHED_END:
+      if (verdict.kind == VerdictKind::kSolved) return summary.set_solved(summary.solved() + 1);
+      if (verdict.success) return summary.set_reached(summary.reached() + 1);
+      return summary.set_failed(summary.failed() + 1);
     case v1::CANCELLED:
     case v1::DEADLINE:
       return summary.set_stopped(summary.stopped() + 1);
@@ -92,7 +97,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   if (!status.ok()) return FromEngine(status);
 
   const auto members = static_cast<std::int64_t>(ensemble.members.size());
-  summary.set_not_begun(members - summary.solved() - summary.failed() - summary.stopped());
+  summary.set_not_begun(members - summary.solved() - summary.reached() - summary.failed() - summary.stopped());
   if (summary.stopped() + summary.not_begun() > 0) summary.set_message(StopAdvice(control.cause()));
   summary.set_seconds(std::chrono::duration<double>(Clock::now() - begin).count());
   const SetupCache::Statistics after = setups->statistics();

@@ -31,6 +31,7 @@ LogFields FactsOf(const PreparedEnsemble& prepared, const v1::EnsembleSummary& s
   return {{"states", std::int64_t{base.num_states()}},
           {"constraints", std::int64_t{base.num_constraints()}},
           {"solved", summary.solved()},
+          {"reached", summary.reached()},
           {"failed", summary.failed()},
           {"stopped", summary.stopped()},
           {"not_begun", summary.not_begun()},

@@ -19,6 +19,7 @@
 #include "client/cli/run_support.h"
 #include "client/json_text.h"
 #include "client/members_file.h"
+#include "client/names.h"
 
 namespace dlcs::client {
 namespace {
@@ -39,9 +40,9 @@ class MemberCount {
   MemberCount(const MemberCount&) = delete;
   MemberCount& operator=(const MemberCount&) = delete;
 
-  void Add(v1::Termination termination) {
+  void Add(const v1::Summary& summary) {
     ++finished_;
-    if (termination != v1::CONVERGED) ++unsolved_;
+    if (!Succeeded(summary)) ++unsolved_;
     if (quiet_ || !lines_.Take(LineBudget::Clock::now())) return;
     const std::string unsolved = unsolved_ > 0 ? fmt::format(", {} not solved", unsolved_) : "";
     fmt::print(stderr, "{}{} of {} members{}{}", terminal_ ? "\r" : "dlcs: ", finished_, members_, unsolved,
@@ -132,7 +133,7 @@ ExitCode Run(const EnsembleCommand& command) {
   const auto summary = (*backend)->SolveEnsemble(
       MakeRequest(solve, *input, *members),
       [&](const MemberResult& member) {
-        count->Add(member.result.summary.termination());
+        count->Add(member.result.summary);
         if (solve.format == OutputFormat::kTable) table.Add(member);
         if (solve.format == OutputFormat::kJson) PrintJsonLine(member, out);
         if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(member, out);

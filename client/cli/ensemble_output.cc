@@ -39,9 +39,12 @@ std::string Size(double value) { return std::isnan(value) ? "-" : fmt::format("{
 void EnsembleTable::Add(const MemberResult& member) {
   const SolveResult& result = member.result;
   Row row{.label = member.label,
-          .termination = result.summary.termination(),
+          .success = Succeeded(result.summary),
+          .verdict = VerdictName(result.summary),
           .message = result.summary.message(),
           .time = std::numeric_limits<double>::quiet_NaN(),
+          .error = result.summary.accuracy().has_error() ? result.summary.accuracy().error()
+                                                         : std::numeric_limits<double>::quiet_NaN(),
           .certificate = result.summary.certificate(),
           .x = {}};
   if (!result.times.empty()) {
@@ -66,13 +69,11 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
     columns.push_back(TextColumn("label", rows_, [](std::int64_t, const Row& row) { return row.label; }));
   }
   columns.push_back(
-      TextColumn("", rows_, [](std::int64_t, const Row& row) { return TerminationName(row.termination); }));
+      TextColumn("", rows_, [](std::int64_t, const Row& row) { return row.verdict; }));
   columns.push_back(TextColumn("residual", rows_,
                                [](std::int64_t, const Row& row) { return Size(row.certificate.node_residual()); }));
-  if (any([](const Row& row) { return row.certificate.has_estimated_error_x(); })) {
-    columns.push_back(TextColumn("error", rows_, [](std::int64_t, const Row& row) {
-      return row.certificate.has_estimated_error_x() ? Size(row.certificate.estimated_error_x()) : "-";
-    }));
+  if (any([](const Row& row) { return !std::isnan(row.error); })) {
+    columns.push_back(TextColumn("error", rows_, [](std::int64_t, const Row& row) { return Size(row.error); }));
   }
   columns.push_back(
       TextColumn("t", rows_, [](std::int64_t, const Row& row) { return std::isnan(row.time) ? "-" : Cell(row.time); }));
@@ -88,7 +89,7 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   Paragraphs paper(width, out);
   int told = 0;
   for (const auto& [member, row] : rows_) {
-    if (row.termination == v1::CONVERGED || told == kMostMessages) continue;
+    if (row.success || told == kMostMessages) continue;
     if (told++ == 0) fmt::print(out, "\n");
     paper.Print(fmt::format("Member {}: ", member), row.message);
   }
@@ -103,6 +104,7 @@ std::string CountText(const v1::EnsembleSummary& summary) {
     if (count > 0) parts.push_back(fmt::format("{} {}", count, what));
   };
   add(summary.solved(), "solved");
+  add(summary.reached(), "reached T");
   add(summary.failed(), "failed");
   add(summary.stopped(), "stopped");
   add(summary.not_begun(), "not begun");

@@ -16,7 +16,7 @@
 namespace dlcs::client {
 
 // Keeps a line for each member, and prints them in the order of the members: how it ended, the time reached, the LCP
-// residual at nodes, the estimated error where one was asked for, x (at most its first 12 components) there. Messages
+// residual at nodes, the estimated error, x (at most its first 12 components) there. Messages
 // of those that failed follow. Not thread-safe.
 class EnsembleTable {
  public:
@@ -26,9 +26,11 @@ class EnsembleTable {
  private:
   struct Row {
     std::string label;
-    v1::Termination termination;
+    bool success;
+    std::string verdict;
     std::string message;
     double time;
+    double error;  // NaN where it is not known
     v1::Certificate certificate;
     std::vector<double> x;  // the first components
   };

@@ -10,14 +10,15 @@
 namespace dlcs::client {
 
 enum ExitCode : int {
-  kSolved = 0,
-  kNoAnswer = 1,       // the mathematics has no answer, or the method did not find it
+  kSolved = 0,         // T was reached, and nothing says that the answer is wrong (Verdict.success)
+  kNoAnswer = 1,       // the mathematics has no answer, the method did not find it, or its estimated error is above 30 %
   kBadInput = 2,       // a file, an option or the problem breaks a rule
   kServiceFailed = 3,  // the service failed, or the solve was cancelled or ran out of time
 };
 
-inline ExitCode ExitCodeOf(v1::Termination termination) {
-  if (termination == v1::CONVERGED) return kSolved;
+inline ExitCode ExitCodeOf(const v1::Summary& summary) {
+  if (summary.verdict().success()) return kSolved;
+  const v1::Termination termination = summary.termination();
   const bool stopped = termination == v1::CANCELLED || termination == v1::DEADLINE ||
                        termination == v1::TERMINATION_UNSPECIFIED;
   return stopped ? kServiceFailed : kNoAnswer;

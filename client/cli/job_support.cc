@@ -89,10 +89,8 @@ ExitCode ConcludeJob(const v1::SolveJob& job) {
     return kServiceFailed;
   }
   const v1::Summary& summary = job.summary();
-  if (summary.termination() != v1::CONVERGED) {
-    fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
-  }
-  return ExitCodeOf(summary.termination());
+  if (!Succeeded(summary)) fmt::print(stderr, "dlcs: {}: {}\n", VerdictText(summary), summary.message());
+  return ExitCodeOf(summary);
 }
 
 }  // namespace dlcs::client

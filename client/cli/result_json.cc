@@ -35,9 +35,17 @@ ordered_json CertificateJson(const v1::Certificate& c) {
           {"ode_defect", c.ode_defect()},
           {"lcp_scale", c.lcp_scale()},
           {"ode_scale", c.ode_scale()},
-          {"x_scale", c.x_scale()},
-          {"estimated_error_x", OrNull(c.has_estimated_error_x(), c.estimated_error_x())},
-          {"estimated_error_by", OrNull(c.has_estimated_error_by(), c.estimated_error_by())}};
+          {"x_scale", c.x_scale()}};
+}
+
+ordered_json AccuracyJson(const v1::Accuracy& accuracy) {
+  return {{"source", AccuracySourceName(accuracy.source())},
+          {"error", OrNull(accuracy.has_error(), accuracy.error())},
+          {"asked", OrNull(accuracy.asked() > 0, accuracy.asked())},
+          {"asked_by_default", accuracy.asked_by_default()},
+          {"errors_x", List(accuracy.errors_x())},
+          {"errors_by", List(accuracy.errors_by())},
+          {"note", accuracy.note()}};
 }
 
 ordered_json CostJson(const v1::Cost& c) {
@@ -122,6 +130,8 @@ ordered_json LeftLimitsJson(const SolveResult& result) {
 ordered_json HeadJson(const std::string& name, const SolveResult& result) {
   const v1::Summary& s = result.summary;
   return {{"name", name},
+          {"verdict", VerdictName(s)},
+          {"success", Succeeded(s)},
           {"termination", TerminationName(s.termination())},
           {"message", s.message()},
           {"failure_time", OrNull(s.has_failure_time(), s.failure_time())},
@@ -133,6 +143,8 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"step", s.step()},
           {"iterations", s.cost().iterations()},
           {"seconds", s.cost().seconds_total()},
+          {"concerns", List(s.verdict().concerns())},
+          {"accuracy", AccuracyJson(s.accuracy())},
           {"certificate", CertificateJson(s.certificate())},
           {"cost", CostJson(s.cost())},
           {"kernel", s.has_kernel() ? KernelJson(s.kernel()) : ordered_json(nullptr)},

@@ -17,8 +17,7 @@
 namespace dlcs::client {
 namespace {
 
-// A residual between the nodes above this fraction of its scale is worth a hint.
-constexpr double kCoarse = 1e-2;
+using Doubles = google::protobuf::RepeatedField<double>;
 
 std::vector<Column> MakeColumns(const SolveResult& result) {
   const std::size_t rows = result.times.size();
@@ -70,6 +69,20 @@ void PrintSwitchings(const v1::Summary& summary, std::FILE* out) {
   }
 }
 
+// What the estimate is of, and where it came from.
+void PrintAccuracy(const v1::Accuracy& accuracy, std::FILE* out) {
+  if (accuracy.has_error()) {
+    const auto largest = [](const Doubles& errors) { return *std::max_element(errors.begin(), errors.end()); };
+    std::string parts;
+    if (!accuracy.errors_x().empty()) parts += fmt::format(": {:.1e} of x", largest(accuracy.errors_x()));
+    if (!accuracy.errors_by().empty()) parts += fmt::format(", {:.1e} of B y", largest(accuracy.errors_by()));
+    fmt::print(out, "  estimated error  {:.1e} of the size of each component{}\n", accuracy.error(), parts);
+  } else {
+    fmt::print(out, "  estimated error  none\n");
+  }
+  if (!accuracy.note().empty()) fmt::print(out, "                   {}\n", accuracy.note());
+}
+
 void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
   if (std::isnan(c.node_residual())) return;  // nothing was measured
   fmt::print(out, "\nCertificate\n");
@@ -77,17 +90,10 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
              c.node_residual(), c.midpoint_residual(), c.lcp_scale());
   fmt::print(out, "  complementarity  {:.1e} at nodes, {:.1e} between them\n", c.node_complementarity(),
              c.midpoint_complementarity());
-  fmt::print(out, "  defect of x'     {:.1e} between nodes (size of x': {:.2g})\n", c.ode_defect(),
-             c.ode_scale());
-  if (c.has_estimated_error_x()) {
-    fmt::print(out, "  estimated error  {:.1e} of x (size {:.2g}){}\n", c.estimated_error_x(), c.x_scale(),
-               c.has_estimated_error_by() ? fmt::format(", {:.1e} of B y", c.estimated_error_by()) : "");
-  } else {
-    fmt::print(out, "  estimated error  not asked for (--estimate-error, --tolerance)\n");
-  }
-  if (c.midpoint_residual() > kCoarse * c.lcp_scale()) {
-    fmt::print(out, "  The residual between the nodes is large: take shorter steps to resolve y.\n");
-  }
+  // Where x solves the differential equation for y as it is, this says nothing of y.
+  const bool exact = c.ode_defect() <= 1e-14 * c.ode_scale();
+  fmt::print(out, "  defect of x'     {:.1e} between nodes (size of x': {:.2g}){}\n", c.ode_defect(), c.ode_scale(),
+             exact ? "; for y as it is, whose error it does not see" : "");
 }
 
 // The superlinear fall of the residual where Newton's method had most to do.
@@ -182,7 +188,7 @@ void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
 
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out) {
   const v1::Summary& summary = result.summary;
-  fmt::print(out, "{}: {}\n", name, TerminationName(summary.termination()));
+  fmt::print(out, "{}: {}\n", name, VerdictText(summary));
   Paragraphs paper(width, out);
   if (!summary.message().empty()) paper.Print("", summary.message());
   // A refusal speaks for itself: no method was at work, and no step taken.
@@ -190,13 +196,17 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   if (!refused)
     paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()),
                                 summary.reason().empty() ? "" : ": ", summary.reason()));
+  for (const std::string& concern : summary.verdict().concerns()) paper.Print("Warning: ", concern);
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
   if (!result.times.empty()) {
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
   PrintJumps(summary, out);
   PrintSwitchings(summary, out);
-  if (!result.times.empty()) PrintCertificate(summary.certificate(), out);
+  if (!result.times.empty()) {
+    PrintCertificate(summary.certificate(), out);
+    PrintAccuracy(summary.accuracy(), out);
+  }
   PrintNewton(summary, out);
   PrintContours(summary, out);
   PrintRealisation(summary, width, out);

@@ -89,9 +89,12 @@ void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinea
 }
 
 void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
-  if (summary.termination() == v1::CONVERGED) return;
   const bool table_says_it = command.format == OutputFormat::kTable && command.output.empty();
-  if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", TerminationName(summary.termination()), summary.message());
+  if (!table_says_it && !command.quiet) {
+    for (const std::string& concern : summary.verdict().concerns()) fmt::print(stderr, "dlcs: {}\n", concern);
+  }
+  if (Succeeded(summary)) return;
+  if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", VerdictText(summary), summary.message());
   if (const char* advice = Advice(summary)) fmt::print(stderr, "dlcs: {}\n", advice);
 }
 
@@ -165,7 +168,7 @@ ExitCode Run(const SolveCommand& command) {
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
   if (!command.quiet) PrintUnused(command.options, result->summary.method(), input->is_nonlinear());
   PrintVerdict(command, result->summary);
-  return ExitCodeOf(result->summary.termination());
+  return ExitCodeOf(result->summary);
 }
 
 }  // namespace dlcs::client

@@ -26,7 +26,7 @@ void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
       app, "--step", "H", Positive(), [&](double v) { options.set_step(v); }, "Length of a step, at most");
   CLI::Option* steps = AddNumber(
       app, "--steps", "J", WholeAtLeast("a whole number of at least 1", 1),
-      [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T] (1000)");
+      [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T]");
   steps->excludes(step);
   app.add_option_function<std::string>(
          "--grid",
@@ -43,8 +43,8 @@ void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
       ->excludes(steps);
   AddNumber(
       app, "--tolerance", "E", Within("between 1e-13 and 1", 1e-13, 1), [&](double v) { options.set_error_tolerance(v); },
-      "An error instead of a step: of each component of x, relative to its largest value. Steps are then as short as "
-      "that needs; --step, --steps and --grid only say where output is wanted");
+      "An error instead of a step: of each component of x, relative to its largest value (1e-6 where neither is given). "
+      "Steps are then as short as that needs; --step, --steps and --grid only say where output is wanted");
   app.add_option_function<std::string>(
          "--at",
          [&](const std::string& text) {
@@ -87,7 +87,7 @@ void AddMethod(CLI::App& app, v1::SolveOptions& options) {
       "paper-iteration: y and f between nodes; linear (default) or a cubic spline");
   AddNumber(
       app, "--iteration-tolerance", "TOL", Within("above 0 and at most 1", 1e-300, 1),
-      [&](double v) { options.set_tolerance(v); },
+      [&](double v) { options.set_iteration_tolerance(v); },
       "Iterate until the change that is left is this small, relatively (1e-12)");
   AddNumber(
       app, "--max-iterations", "K", WholeAtLeast("a whole number of at least 1", 1),
@@ -177,8 +177,9 @@ void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& grid,
   AddRule(app, rule);
   AddJumps(app, options);
   app.add_flag_function(
-      "--estimate-error", [&](std::int64_t) { options.set_estimate_error(true); },
-      "Solve with half the step too and compare");
+      "--estimate-error,!--no-estimate-error", [&](std::int64_t count) { options.set_estimate_error(count > 0); },
+      "With --steps, --step or --grid: whether to estimate the error by solves of twice and four times the step (yes; "
+      "three quarters of the cost)");
   AddRealisation(app, options);
   AddContour(app, options);
 }

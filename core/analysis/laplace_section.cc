@@ -122,8 +122,8 @@ class Writer {
     IterationBound bound(contour_, rate, problem_.horizon);
     AddConstant(
         "iterations", "k", "iterations of paper-iteration that are enough",
-        bound.IterationsFor(options_.tolerance), ConstantKind::kUpperBound,
-        "over [0, T] as one window, for an error of " + FormatNumber(options_.tolerance) + " of the first",
+        bound.IterationsFor(options_.iteration_tolerance), ConstantKind::kUpperBound,
+        "over [0, T] as one window, for an error of " + FormatNumber(options_.iteration_tolerance) + " of the first",
         "(2.7a) of [Wu & Chen]");
     const double amplification = bound.LogAmplification() / std::log(10.0);
     AddConstant("log10-amplification", "log₁₀ Σ F_r", "what an error of each iteration can grow by, as a power of ten",
@@ -172,7 +172,7 @@ class Writer {
                 "largest of the first two blocks of the kernel over h = " + FormatNumber(scheme.step), "");
     AddConstant("window", "W", "steps of a window where the iteration contracts from the start", window,
                 ConstantKind::kEstimate, "L κ h W <= 1", "");
-    const auto count = ReducedIterationsFor(rate, window, options_.tolerance);
+    const auto count = ReducedIterationsFor(rate, window, options_.iteration_tolerance);
     AddConstant("window-iterations", "k_W", "iterations of laplace-iteration that are enough for such a window", count,
                 ConstantKind::kEstimate,
                 count ? "(L κ h)^k C(W + k - 1, k) as small as the tolerance"

@@ -306,11 +306,7 @@ void EventLocator::Finish() {
   cost.steps = record_.steps + record_.marched_steps;
   cost.marched_steps = record_.marched_steps;
   cost.lcps += search_.lcps() + march_.lcps();
-  Certificate certificate = output_.certificate();
-  if (context_.options.error_tolerance > 0) {
-    certificate.estimated_error_x = record_.accumulated_error * certificate.x_scale;
-  }
-  context_.certificate.Replace(certificate);
+  context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
 }
 

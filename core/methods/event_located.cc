@@ -45,6 +45,9 @@ bool EventLocated(SolveContext& context) {
   Solution& solution = context.solution;
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);
   solution.step = record.longest_step;
+  solution.accuracy.source = AccuracySource::kControlled;
+  solution.accuracy.asked = tolerance;
+  solution.accuracy.error = std::max(record.accumulated_error, Accuracy::kLeastError);
   return reached && MeetsTolerance(context, tolerance, record);
 }
 

@@ -61,7 +61,7 @@ class Iteration {
                              "here; laplace-iteration takes shorter ones.");
       }
       const double contraction = k > 1 ? change / last_change : 1;
-      const double tolerance = context_.options.tolerance * size;
+      const double tolerance = context_.options.iteration_tolerance * size;
       const bool rounding = change <= 1e-14 * size;
       if (rounding ||
           (k > 1 && contraction < 1 && std::max(change, change * contraction / (1 - contraction)) <= tolerance)) {

@@ -30,7 +30,7 @@ bool FailsForAnyStep(Termination termination) {
     case Termination::kCancelled:
     case Termination::kNotSolved:
       return true;
-    case Termination::kConverged:
+    case Termination::kReachedEnd:
     case Termination::kInfeasible:
     case Termination::kDiverged:
     case Termination::kIterationLimit:
@@ -148,7 +148,7 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(
   while (true) {
     absl::StatusOr<Solution> fine = solve(grid);
     if (!fine.ok()) return fine.status();
-    const bool solved = fine->termination == Termination::kConverged;
+    const bool solved = fine->termination == Termination::kReachedEnd;
     if (solved && coarse) {
       convergence.Add(DifferenceBetween(*coarse, *fine, problem.B, control.y_counts));
       result.error = convergence.error();

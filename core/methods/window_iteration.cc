@@ -132,7 +132,7 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
     report.change = MaxAbs(seen.row_change), report.lcp_residual = seen.residual;
     Report(report, LogBound(rate, first, k, first_change), window, first + 1);
 
-    if (Converged(changes, context_.options.tolerance)) {
+    if (Converged(changes, context_.options.iteration_tolerance)) {
       result.end = WindowEnd::kConverged;
       if (first == steps) window.Finish();
       return result;

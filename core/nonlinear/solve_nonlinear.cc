@@ -10,6 +10,7 @@
 #include "core/analysis/matrix_class.h"
 #include "core/linalg/norms.h"
 #include "core/methods/solve_context.h"
+#include "core/methods/step_control.h"
 #include "core/nonlinear/splitting_iteration.h"
 #include "core/parallel/stop_scope.h"
 #include "core/report.h"
@@ -68,8 +69,8 @@ Solution SolveOnGrid(Task& task, NonlinearFunctions functions, const Grid& grid,
       .started = task.started};
   solution.cost.seconds_setup = context.Seconds();
   if (RunUnlessStopped(context)) {
-    solution.termination = Termination::kConverged;
-    solution.message = "Solved on [0, " + FormatNumber(task.problem.horizon) + "] in " +
+    solution.termination = Termination::kReachedEnd;
+    solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " +
                        std::to_string(solution.cost.steps) + " steps.";
   }
   context.recorder.Finish();
@@ -82,12 +83,13 @@ void EstimateError(Task& task, NonlinearFunctions functions, const Grid& grid, S
   Observer silent;
   const Solution finer = SolveOnGrid(task, std::move(functions), Halve(grid), silent);
   solution.cost.seconds_total = finer.cost.seconds_total;  // both count from the same start
-  if (finer.termination != Termination::kConverged) {
-    solution.warnings.push_back("No error estimate: with half the step the solve ended as " +
-                                std::string(TerminationName(finer.termination)) + ". " + finer.message);
+  if (finer.termination != Termination::kReachedEnd) {
+    solution.accuracy.note = std::string("Not estimated: with half the step the solve ended as ") +
+                             TerminationName(finer.termination) + ". " + finer.message;
     return;
   }
-  solution.certificate.estimated_error_x = 4.0 / 3 * MaxAbs(solution.x - finer.x);
+  solution.accuracy.source = AccuracySource::kCompared;
+  solution.accuracy.error = NanMax(4.0 / 3 * RelativeDifference(solution.x, finer.x), Accuracy::kLeastError);
 }
 
 absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, const Options& options, Observer& observer,
@@ -148,7 +150,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
   Solution solution = SolveOnGrid(task, *std::move(functions), grid, observer);
   solution.reason = report.matrix_class + "; " + solution.reason;
   solution.warnings = report.warnings;
-  if (options.estimate_error && solution.termination == Termination::kConverged) {
+  if (options.estimate_error && solution.termination == Termination::kReachedEnd) {
     auto again = NonlinearFunctions::Create(problem);
     if (!again.ok()) return again.status();
     EstimateError(task, *std::move(again), grid, solution);

@@ -29,8 +29,7 @@ namespace dlcs {
 // does not depend on some y_i there is nothing to determine it: kUnsupported.
 //
 // Verdicts and errors as Solve(); a formula without a finite value ends the solve as kNonFinite with the formula and
-// the time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y), and
-// estimated_error_By absent. Threads: the result has the same bits for any number.
+// the time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y). Threads: the result has the same bits for any number.
 absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                         std::stop_token stop);
 

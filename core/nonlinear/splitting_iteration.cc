@@ -187,7 +187,7 @@ class Iteration {
       report.change = MaxAbs(row_change), report.lcp_residual = residual;
       report.seconds = context_.Seconds();
       context_.observer.OnIterate(report, {times, segment.y});
-      result.converged = Converged(changes, context_.options.tolerance);
+      result.converged = Converged(changes, context_.options.iteration_tolerance);
       if (result.converged) return result;
       if (!std::isfinite(changes.back()) || (!width_is_fixed() && Diverging(changes))) {
         result.termination = Termination::kDiverged;

@@ -181,11 +181,11 @@ def figure_4_4():
     reference = results["iteration", 8]
     spread = max(abs(p - q) for a, b in zip(results["iteration", 6]["y"], reference["y"][::4]) for p, q in zip(a, b))
     ends = {power: results["euler", power] for power in (8, 7, 6)}
-    reached = {power: end["termination"] == "CONVERGED" for power, end in ends.items()}
+    reached = {power: end["termination"] == "REACHED_END" for power, end in ends.items()}
     stop = ends[6]["failure_time"]
     peaks = [max(row[i] for row in reference["y"]) for i in (1, 3)]
     return tell(
-        (spread < 0.05 and all(results["iteration", power]["termination"] == "CONVERGED" for power in (8, 7, 6)),
+        (spread < 0.05 and all(results["iteration", power]["termination"] == "REACHED_END" for power in (8, 7, 6)),
          f"the iteration serves all three steps, y differs by {spread:.1g} between h = 2⁻⁶ and 2⁻⁸"),
         (reached[8] and reached[7] and not reached[6],
          "implicit Euler with the least element breaks down for h = 2⁻⁶ alone, where M^h is no Z-matrix any more" +

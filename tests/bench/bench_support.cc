@@ -30,7 +30,7 @@ double MemoryBytes(const std::string& key) {
 }  // namespace
 
 std::string WhatIsWrong(const Solution& solution, double tolerance) {
-  if (solution.termination != Termination::kConverged) {
+  if (solution.termination != Termination::kReachedEnd) {
     return std::string(TerminationName(solution.termination)) + ": " + solution.message;
   }
   const Certificate& certificate = solution.certificate;

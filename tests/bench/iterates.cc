@@ -58,7 +58,7 @@ Solution SolveFor(const Problem& problem, Method method, Index steps, Index iter
   options.window_steps = Options::kWholeHorizon;
   options.max_iterations = iterations;
   options.num_threads = 1;
-  options.tolerance = 1e-14;
+  options.iteration_tolerance = 1e-14;
   if (problem.A.kronecker_sum() != nullptr) options.realisation = Realisation::kKroneckerSum;
   return Solve(problem, options, observer, {}).value();
 }
@@ -101,7 +101,7 @@ int Main(int argc, char** argv) {
   Observer silent;
   History history;
   const Solution converged = SolveFor(problem, method, steps, 0, history);
-  if (converged.termination != Termination::kConverged) throw std::runtime_error(converged.message);
+  if (converged.termination != Termination::kReachedEnd) throw std::runtime_error(converged.message);
   WriteTrajectory(converged, prefix + "-converged.csv");
   std::printf("%lld\n", static_cast<long long>(converged.cost.iterations));
 

@@ -25,7 +25,7 @@ void Solve(benchmark::State& state, const Problem& problem, const Options& optio
   for (auto _ : state) {
     Observer observer;
     const auto solution = dlcs::Solve(problem, options, observer, {});
-    if (!solution.ok() || solution->termination != Termination::kConverged) {
+    if (!solution.ok() || solution->termination != Termination::kReachedEnd) {
       state.SkipWithError(solution.ok() ? solution->message.c_str() : solution.status().ToString().c_str());
       return;
     }

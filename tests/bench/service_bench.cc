@@ -73,7 +73,7 @@ std::vector<Case> OverheadCases() {
 
 std::string WhatIsWrong(const absl::StatusOr<SolveResult>& result, std::size_t times) {
   if (!result.ok()) return std::string(result.status().message());
-  if (result->summary.termination() != v1::CONVERGED) return result->summary.message();
+  if (result->summary.termination() != v1::REACHED_END) return result->summary.message();
   if (result->times.size() != times) return "times are missing";
   return "";
 }

@@ -116,7 +116,7 @@ double RunEngine(benchmark::State& state, const Problem& problem, const Options&
     const double begin = ProcessorSeconds();
     auto solution = Solve(problem, options, observer, {});
     const double seconds = ProcessorSeconds() - begin;
-    if (!solution.ok() || solution->termination != Termination::kConverged) {
+    if (!solution.ok() || solution->termination != Termination::kReachedEnd) {
       state.SkipWithError(solution.ok() ? solution->message.c_str() : "refused");
       return seconds;
     }
@@ -149,9 +149,9 @@ double RunIteration(benchmark::State& state, const Setting& setting, Index windo
   const Problem problem = ProblemOf(setting);
   Options options = OptionsFor(setting, problem, Method::kLaplaceIteration);
   options.window_steps = window_steps;
-  options.tolerance = ToleranceOf(setting, problem.horizon);
+  options.iteration_tolerance = ToleranceOf(setting, problem.horizon);
   return RunEngine(state, problem, options, [&](const Solution& solution) {
-    ExpectAtMost(state, MaxAbs(solution.y.rightCols(1) - ReferenceOf(setting).y_end), 100 * options.tolerance,
+    ExpectAtMost(state, MaxAbs(solution.y.rightCols(1) - ReferenceOf(setting).y_end), 100 * options.iteration_tolerance,
                  "differs from the march");
   });
 }
@@ -230,8 +230,8 @@ double RunPrinted(benchmark::State& state, const Setting& setting) {
   const Index states = setting.quick ? 4 : 16;
   Options options = OptionsFor(setting, problem, Method::kLaplaceIteration);
   options.window_steps = Options::kWholeHorizon;
-  options.tolerance = ToleranceOf(setting, problem.horizon);
-  const std::optional<Solution> converged = SolveOrSkip(state, problem, options, 10 * options.tolerance);
+  options.iteration_tolerance = ToleranceOf(setting, problem.horizon);
+  const std::optional<Solution> converged = SolveOrSkip(state, problem, options, 10 * options.iteration_tolerance);
   if (!converged) return 0;
   const Matrix input = ReferenceOf(setting).euler_y + SampleObstacle(problem, setting.steps);
   const PrintedIterate iterate(problem, input);

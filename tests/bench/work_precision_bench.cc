@@ -51,7 +51,7 @@ Way PaperWay() {
           [](const KnownSystem& of, Index steps) {
             Options options = OptionsFor(of, Method::kPaperIteration, false, steps);
             options.num_contour_nodes = 100;
-            options.tolerance = 1e-10;
+            options.iteration_tolerance = 1e-10;
             Observer silent;
             return Solve(of.problem, options, silent, {});
           },
@@ -89,7 +89,7 @@ void Run(benchmark::State& state, const KnownSystem& system, const Way& way, Ind
   const double start = ProcessorSeconds();
   for (auto _ : state) solution = way.solve(system, parameter);
   progress.seconds = (ProcessorSeconds() - start) / static_cast<double>(state.iterations());
-  if (way.may_break_down && solution.ok() && solution->termination != Termination::kConverged) {
+  if (way.may_break_down && solution.ok() && solution->termination != Termination::kReachedEnd) {
     return state.SkipWithError(kNotNeeded);
   }
   const std::string wrong =

@@ -291,7 +291,7 @@ TEST_F(BackendTest, AnEnsembleHasTheSameMembersHereAndThere) {
                                                     },
                                                     {});
     ASSERT_TRUE(summary.ok()) << summary.status();
-    EXPECT_EQ(summary->solved(), 3);
+    EXPECT_EQ(summary->solved() + summary->reached(), 3);
     EXPECT_GT(summary->setup_hits(), 0);
   }
   ASSERT_EQ(members[0].size(), 3U);
@@ -325,7 +325,7 @@ TEST_F(BackendTest, AStoppedEnsembleCountsWhatItHas) {
                                                 },
                                                 {.stop = stop.get_token()});
     ASSERT_TRUE(summary.ok()) << summary.status();
-    EXPECT_EQ(summary->solved() + summary->stopped(), came);
+    EXPECT_EQ(summary->solved() + summary->reached() + summary->stopped(), came);
     EXPECT_GT(summary->not_begun(), 0);
     EXPECT_EQ(came + summary->failed() + summary->not_begun(), 1000);
     EXPECT_NE(summary->message(), "");

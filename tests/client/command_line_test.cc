@@ -151,7 +151,7 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
   EXPECT_EQ(command.output, "o.csv");
   EXPECT_TRUE(command.quiet);
   EXPECT_EQ(options.window_steps(), -1);
-  EXPECT_EQ(options.tolerance(), 1e-9);
+  EXPECT_EQ(options.iteration_tolerance(), 1e-9);
   EXPECT_EQ(options.max_iterations(), 70);
   EXPECT_EQ(options.contour().nodes(), 12);
   EXPECT_EQ(options.contour().gamma(), 0.7);

@@ -64,9 +64,9 @@ TEST_F(JobCommandsTest, AJobPrintsWhatASolvePrints) {
   EXPECT_EQ(there.out, here.out);
   const ProgramOutcome table = Dlcs("result " + job);
   EXPECT_EQ(table.code, 0);
-  EXPECT_THAT(table.out, HasSubstr("CONVERGED"));
+  EXPECT_THAT(table.out, HasSubstr("estimated error"));
   const auto json = nlohmann::json::parse(Dlcs("result " + job + " --format json --from 1 --to 2").out);
-  EXPECT_EQ(json["termination"], "CONVERGED");
+  EXPECT_EQ(json["termination"], "REACHED_END");
   EXPECT_EQ(json["times"].front(), 1);
   EXPECT_EQ(json["times"].back(), 2);
 }
@@ -88,7 +88,7 @@ TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
   std::istringstream lines(watched.out);
   nlohmann::json last;
   for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
-  EXPECT_EQ(last["finished"]["summary"]["termination"], "CONVERGED");
+  EXPECT_EQ(last["finished"]["summary"]["termination"], "REACHED_END");
 }
 
 TEST_F(JobCommandsTest, WatchAsksForTheFunctionOfIterates) {

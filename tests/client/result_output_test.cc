@@ -31,7 +31,10 @@ SolveResult Example() {
   result.y = {0, 2.0 / 3, 1e16};
   result.analysis.set_matrix_class("P-matrix");
   v1::Summary& summary = result.summary;
-  summary.set_termination(v1::CONVERGED);
+  summary.set_termination(v1::REACHED_END);
+  summary.mutable_verdict()->set_kind(v1::VERDICT_KIND_ERROR_UNKNOWN);
+  summary.mutable_verdict()->set_success(true);
+  summary.mutable_verdict()->set_text("reached T, error not estimated");
   summary.set_method(v1::METHOD_LAPLACE_ITERATION);
   summary.set_reason("M is a P-matrix");
   summary.set_step(0.1);
@@ -59,7 +62,9 @@ TEST(ResultJsonTest, HoldsEveryPromisedKey) {
         "x", "y", "jumps", "certificate", "iterations", "seconds", "cost"}) {
     EXPECT_TRUE(root.contains(key)) << key;
   }
-  EXPECT_EQ(root["termination"], "CONVERGED");
+  EXPECT_EQ(root["termination"], "REACHED_END");
+  EXPECT_EQ(root["verdict"], "ERROR_UNKNOWN");
+  EXPECT_EQ(root["success"], true);
   EXPECT_EQ(root["method"], "laplace-iteration");
   EXPECT_EQ(root["iterations"], 7);
   EXPECT_EQ(root["seconds"], 0.25);
@@ -128,7 +133,7 @@ TEST(ResultJsonTest, WritesNullForWhatIsNotFinite) {
   EXPECT_TRUE(root["y"][0][0].is_null());
   EXPECT_TRUE(root["failure_time"].is_null());
   EXPECT_TRUE(root["certificate"]["ode_scale"].is_null());
-  EXPECT_TRUE(root["certificate"]["estimated_error_x"].is_null());
+  EXPECT_TRUE(root["accuracy"]["error"].is_null());
 }
 
 TEST(ResultJsonTest, IsSoundWithoutATrajectory) {
@@ -173,7 +178,7 @@ TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
 
 TEST(ResultTableTest, EndsWithACertificateInWords) {
   const std::string table = Printed([](std::FILE* out) { PrintTable("two tanks", Example(), 100, out); });
-  EXPECT_THAT(table, HasSubstr("two tanks: CONVERGED"));
+  EXPECT_THAT(table, HasSubstr("two tanks: reached T, error not estimated"));
   EXPECT_THAT(table, HasSubstr("laplace-iteration"));
   EXPECT_THAT(table, HasSubstr("Warning: a \"quoted\" warning"));
   EXPECT_THAT(table, HasSubstr("LCP residual     3.0e-16 at nodes, 2.0e-07 between them (size of y, w: 12)"));

@@ -55,7 +55,7 @@ TEST(LaplaceIterationTest, ReachesTheClosedFormOfExampleFourOneWithOrderTwo) {
   const Solution coarse = Iterate(testing::ExampleFourOne(), 2000, 0, silent);
   const Solution fine = Iterate(testing::ExampleFourOne(), 4000, 0, silent);
   const Solution finest = Iterate(testing::ExampleFourOne(), 128000, 0, silent);
-  ASSERT_EQ(finest.termination, Termination::kConverged) << finest.message;
+  ASSERT_EQ(finest.termination, Termination::kReachedEnd) << finest.message;
   EXPECT_NEAR(std::log2(ErrorOfExampleFourOne(coarse) / ErrorOfExampleFourOne(fine)), 2, 0.1);
   EXPECT_LT(ErrorOfExampleFourOne(finest), 1e-10);
   // Least element throughout: the second and third multiplier never rise.
@@ -68,7 +68,7 @@ TEST(LaplaceIterationTest, ConvergesOnTheHardFourVariableDataWithWindows) {
   Observer silent;
   for (const Index steps : {64, 256}) {
     const Solution solution = Iterate(testing::FourVariableHard(), steps, 0, silent);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << steps << ": " << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << steps << ": " << solution.message;
     const double error = MaxAbs(solution.x.rightCols(1) - reference);
     EXPECT_LT(error, steps == 256 ? 1e-3 : 2e-2) << steps;
     EXPECT_LT(solution.certificate.node_residual, 1e-9);
@@ -86,7 +86,7 @@ TEST(LaplaceIterationTest, ConvergesSuperlinearlyBelowItsBoundOnTheEasyData) {
   for (const Index steps : {32, 128}) {
     Recording recording;
     const Solution solution = Iterate(testing::FourVariableEasy(), steps, Options::kWholeHorizon, recording);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     const size_t count = recording.iterates.size();
     EXPECT_LE(count, 21u);
     EXPECT_GE(count, 15u);
@@ -116,7 +116,7 @@ TEST(LaplaceIterationTest, AgreesWithTheMarchOnEveryNode) {
     options.num_steps = 512;
     const auto marched = Solve(problem, options, silent, {});
     ASSERT_TRUE(marched.ok());
-    ASSERT_EQ(marched->termination, Termination::kConverged) << marched->message;
+    ASSERT_EQ(marched->termination, Termination::kReachedEnd) << marched->message;
     EXPECT_LT(MaxAbs(iterated.x - marched->x), 1e-10);
     EXPECT_LT(MaxAbs(iterated.y - marched->y), 1e-9);
   }
@@ -137,7 +137,7 @@ TEST(LaplaceIterationTest, GivesTheSameAnswerForAnyWindow) {
   const Solution reference = Iterate(testing::FourVariableEasy(), 300, Options::kWholeHorizon, silent);
   for (const Index window : {1, 7, 64, 200}) {
     const Solution solution = Iterate(testing::FourVariableEasy(), 300, window, silent);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_LT(MaxAbs(reference.x - solution.x), 1e-11) << window;
   }
 }
@@ -198,7 +198,7 @@ TEST(LaplaceIterationTest, TakesWindowsAcrossStepsOfUnequalLength) {
     for (const std::vector<double>& times : {alternating, growing}) {
       const Solution marched = solve(problem, Method::kExponentialMarch, times, 0);
       const Solution found = solve(problem, Method::kLaplaceIteration, times, 0);
-      ASSERT_EQ(found.termination, Termination::kConverged) << found.message;
+      ASSERT_EQ(found.termination, Termination::kReachedEnd) << found.message;
       EXPECT_LT(MaxAbs(found.x - marched.x), 1e-10);
       EXPECT_LT(MaxAbs(found.y - marched.y), 1e-9);
       EXPECT_LT(found.cost.windows, static_cast<Index>(times.size()) / 4);
@@ -213,7 +213,7 @@ TEST(LaplaceIterationTest, TakesWindowsAcrossStepsOfUnequalLength) {
   std::vector<double> alternating;
   for (Index k = 0; k < 32; ++k) alternating.insert(alternating.end(), {k / 32.0, k / 32.0 + 0.01});
   const Solution whole = solve(easy, Method::kLaplaceIteration, alternating, Options::kWholeHorizon);
-  ASSERT_EQ(whole.termination, Termination::kConverged) << whole.message;
+  ASSERT_EQ(whole.termination, Termination::kReachedEnd) << whole.message;
   EXPECT_EQ(whole.cost.windows, 1);
   EXPECT_EQ(solve(easy, Method::kLaplaceIteration, alternating, 16).cost.windows, 4);
 }
@@ -225,7 +225,7 @@ TEST(LaplaceIterationTest, MarchesAStepThatDoesNotConverge) {
   problem.M(0, 0) = 0.1;
   Recording recording;
   const Solution solution = Iterate(problem, 4, 0, recording);
-  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_EQ(solution.cost.marched_steps, 4);
   EXPECT_LT(solution.certificate.node_residual, 1e-13);
 }
@@ -233,13 +233,13 @@ TEST(LaplaceIterationTest, MarchesAStepThatDoesNotConverge) {
 TEST(LaplaceIterationTest, ShowsTheFunctionOfEachIterate) {
   Recording whole;
   const Solution one_window = Iterate(testing::FourVariableEasy(), 64, Options::kWholeHorizon, whole);
-  ASSERT_EQ(one_window.termination, Termination::kConverged);
+  ASSERT_EQ(one_window.termination, Termination::kReachedEnd);
   EXPECT_EQ(whole.times, one_window.times);
   EXPECT_TRUE((whole.y.array() == one_window.y.array()).all());
 
   Recording last;
   const Solution windows = Iterate(testing::FourVariableEasy(), 64, 16, last);
-  ASSERT_EQ(windows.termination, Termination::kConverged);
+  ASSERT_EQ(windows.termination, Termination::kReachedEnd);
   ASSERT_EQ(last.times.size(), 17u);
   EXPECT_EQ(last.times.front(), windows.times[48]);
   EXPECT_TRUE((last.y.array() == windows.y.rightCols(17).array()).all());

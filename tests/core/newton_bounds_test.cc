@@ -195,7 +195,7 @@ TEST(NewtonBoundsTest, SolvesByNewtonOnTheGuaranteedInterval) {
     problem.horizon = interval.interval;
     const double kappa = Kappa(problem);
     const Solution solution = SolveByNewton(problem, std::min(0.3 / kappa, problem.horizon / 10));
-    ASSERT_EQ(solution.termination, Termination::kConverged) << trial << ": " << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << trial << ": " << solution.message;
     EXPECT_EQ(solution.cost.substituted_steps, 0) << trial;
     EXPECT_TRUE(solution.warnings.empty()) << trial << ": " << solution.warnings.front();
     EXPECT_LE(MaxAbs(solution.x.colwise() - problem.x0), interval.gamma) << trial;
@@ -207,7 +207,7 @@ TEST(NewtonBoundsTest, SolvesByNewtonOnTheGuaranteedInterval) {
     Observer silent;
     const auto iterated = Solve(problem, options, silent, {});
     ASSERT_TRUE(iterated.ok());
-    ASSERT_EQ(iterated->termination, Termination::kConverged) << trial << ": " << iterated->message;
+    ASSERT_EQ(iterated->termination, Termination::kReachedEnd) << trial << ": " << iterated->message;
     EXPECT_EQ(iterated->cost.windows, 1);
     EXPECT_LT(MaxAbs(iterated->x - solution.x), 0.1 * interval.gamma) << trial;
   }
@@ -234,7 +234,7 @@ TEST(NewtonBoundsTest, ShortStepsAreNotEnoughAtTheEdgeOfTheFeasibleStates) {
   EXPECT_FALSE((*first)->newton_is_sure());
 
   const Solution solution = SolveByNewton(problem, 1);
-  EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_EQ(solution.cost.substituted_steps, 1);
   EXPECT_NEAR(solution.x(0, 1), 1 / 1.3, 1e-14);  // the step has its solution all the same
 }
@@ -310,7 +310,7 @@ TEST(TimeSteppingSectionTest, AllowsALongStepAndSaysThatItIsUnguaranteed) {
   EXPECT_TRUE(SectionFor(problem, 0.1, StepSolver::kSubstitution).warnings.empty());
 
   const Solution solution = SolveByNewton(problem, 0.1);
-  EXPECT_EQ(solution.termination, Termination::kConverged);
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd);
   ASSERT_FALSE(solution.warnings.empty());
   EXPECT_NE(solution.warnings[0].find("not guaranteed"), std::string::npos);
   // Below 1/24, but the ball of γ_1 = 2 around x0 leaves the feasible states.

@@ -43,7 +43,7 @@ void ExpectAgreement(const Problem& problem, const Solution& newton, const Optio
 void ExpectAgreement(const Problem& problem, Index steps, double theta) {
   const Options options = TimeSteppingBy(StepSolver::kNewton, steps, theta);
   const Solution newton = SolveWith(problem, options);
-  ASSERT_EQ(newton.termination, Termination::kConverged) << newton.message;
+  ASSERT_EQ(newton.termination, Termination::kReachedEnd) << newton.message;
   EXPECT_EQ(newton.cost.substituted_steps, 0);
   EXPECT_GE(newton.cost.newton_iterations, 1);
   ExpectAgreement(problem, newton, options);
@@ -324,7 +324,7 @@ TEST(NewtonStepTest, SolvesACycleBySubstitutionAndSaysSo) {
   problem.x0 = Vector::Constant(1, 1.5);
   problem.horizon = 1;
   const Solution solution = SolveWith(problem, TimeSteppingBy(StepSolver::kNewton, 1));
-  EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_EQ(solution.cost.substituted_steps, 1);
   ASSERT_EQ(solution.warnings.size(), 2u);
   EXPECT_NE(solution.warnings[0].find("not guaranteed"), std::string::npos);

@@ -40,7 +40,7 @@ TEST(OptionsTest, AllowsTheEndsOfEveryRange) {
                 o.output_times = {0, 1, 2};
                 o.theta = 1;
                 o.window_steps = Options::kWholeHorizon;
-                o.tolerance = 1;
+                o.iteration_tolerance = 1;
                 o.num_contour_nodes = 1;
                 o.contour_gamma = 1.5707;
               }),
@@ -106,19 +106,19 @@ TEST(OptionsTest, ChecksTheta) {
 TEST(OptionsTest, ChecksTheIteration) {
   EXPECT_THAT(ComplaintsAfter([](Options& o) {
                 o.window_steps = -2;
-                o.tolerance = 0;
+                o.iteration_tolerance = 0;
                 o.max_iterations = -1;
               }),
               ElementsAre("window_steps: -2; must be at least 1, or 0 to adapt, or -1 for the whole horizon",
                           "tolerance: 0; must lie in (0, 1]",
                           "max_iterations: -1; must be at least 1, or 0 for the default"));
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.tolerance = kNaN; }),
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = kNaN; }),
               ElementsAre("tolerance: nan; must lie in (0, 1]"));
   for (const Index windows : {0, 65}) {
     EXPECT_THAT(ComplaintsAfter([&](Options& o) { o.windows_in_flight = windows; }),
                 ElementsAre("windows_in_flight: " + std::to_string(windows) + "; must be between 1 and 64"));
   }
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.tolerance = 1.5; }),
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = 1.5; }),
               ElementsAre("tolerance: 1.5; must lie in (0, 1]"));
 }
 
@@ -149,7 +149,7 @@ TEST(OptionsTest, NamesMethodsAndTerminations) {
   EXPECT_STREQ(MethodName(Method::kPaperIteration), "paper-iteration");
   EXPECT_STREQ(MethodName(Method::kExponentialMarch), "exponential-march");
   EXPECT_STREQ(MethodName(Method::kTimeStepping), "time-stepping");
-  EXPECT_STREQ(TerminationName(Termination::kConverged), "CONVERGED");
+  EXPECT_STREQ(TerminationName(Termination::kReachedEnd), "REACHED_END");
   EXPECT_STREQ(TerminationName(Termination::kInfeasible), "INFEASIBLE");
   EXPECT_STREQ(TerminationName(Termination::kDiverged), "DIVERGED");
   EXPECT_STREQ(TerminationName(Termination::kIterationLimit), "ITERATION_LIMIT");

@@ -42,7 +42,7 @@ TEST_P(PaperIterationTest, AgreesWithLaplaceIterationToTheAccuracyOfItsContour) 
   const double scale = MaxAbs(reference.x);
   const auto error = [&](Index nodes) {
     const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, steps, nodes));
-    if (solution.termination != Termination::kConverged) return std::nan("");
+    if (solution.termination != Termination::kReachedEnd) return std::nan("");
     return MaxAbs(solution.x - reference.x) / scale;
   };
   // Error C e^{-2.06 √P}: the logarithm falls by 2.06 per unit of √P, measured from P = 9 to 64 (√P by 5), with an
@@ -243,7 +243,7 @@ TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
   ASSERT_TRUE(solution.ok());
   EXPECT_EQ(check.times, solution->times);
   EXPECT_TRUE((check.y.array() == solution->y.array()).all());
-  EXPECT_EQ(solution->termination, Termination::kConverged) << solution->message;
+  EXPECT_EQ(solution->termination, Termination::kReachedEnd) << solution->message;
   EXPECT_GT(check.count, 10);
 }
 

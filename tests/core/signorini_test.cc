@@ -89,7 +89,7 @@ TEST(SignoriniTest, IterationMarchAndPaperAgreeAsInSectionFour) {
     // The printed stop (4.8): min{h, Δx²}/10 from the converged solution, here by the contour with its P
     // = 25.
     options.method = Method::kPaperIteration;
-    options.tolerance = 1e-4;
+    options.iteration_tolerance = 1e-4;
     const Solution paper = SolveToEnd(problem, options);
     EXPECT_LE(MaxAbs(paper.x - march.x), 1e-3) << coefficient;
     // The membrane works both ways: solvent flows somewhere, and is shut off elsewhere.

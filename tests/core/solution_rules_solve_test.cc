@@ -49,7 +49,7 @@ TEST(SolutionRulesInSolvesTest, LeastElementTimeSteppingFollowsTheClosedFormOfEx
   double last = 0;
   for (const Index steps : {200, 400, 800}) {
     const Solution solution = SolveWith(Example41(), Method::kTimeStepping, steps);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_LE(solution.certificate.node_residual, 1e-12);
     for (Index k = 1; k < solution.y.cols(); ++k) {
       const double x1 = solution.x(0, k);
@@ -85,7 +85,7 @@ Vector TwinDiodesAt(double t) { return Vector{{1 - std::exp(-2 * t)}}; }
 // (1.9), step by step: x⁺ = (x + 2h)/(1 + 2h).
 TEST(SolutionRulesInSolvesTest, LeastNormTimeSteppingSharesTheCurrent) {
   const Solution solution = SolveWith(TwinDiodes(), Method::kTimeStepping, 100);
-  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_THAT(solution.warnings, IsEmpty());
   double x = 0;
   const double h = 0.01;
@@ -102,7 +102,7 @@ TEST(SolutionRulesInSolvesTest, LeastNormTimeSteppingSharesTheCurrent) {
 TEST(SolutionRulesInSolvesTest, IterationsServeTheLeastNormWhereItDoesNotJump) {
   for (const Method method : {Method::kLaplaceIteration, Method::kPaperIteration}) {
     const Solution solution = SolveWith(TwinDiodes(), method, 64);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_LE(ErrorOf(solution, TwinDiodesAt), 1e-4);
     for (Index k = 0; k < solution.y.cols(); ++k) {
       EXPECT_NEAR(solution.y(0, k), (2 - solution.x(0, k)) / 2, 1e-9);
@@ -123,7 +123,7 @@ TEST(SolutionRulesInSolvesTest, LeastNormOfIdealDiodesIsThatOfTheCoupledStep) {
   problem.x0 = Vector{{1.0}};
   problem.horizon = 2;
   const Solution solution = SolveWith(problem, Method::kTimeStepping, 100);
-  ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_NEAR(solution.x(0, 100), 0, 1e-12);
   EXPECT_LE((solution.y.col(100) - Vector{{0.5, 0.5}}).norm(), 1e-12);
   ASSERT_THAT(solution.warnings, SizeIs(1));
@@ -152,12 +152,12 @@ TEST(SolutionRulesInSolvesTest, IterationEndsWhereTheLeastNormJumpsAndSaysWhy) {
   EXPECT_THAT(jump.message, HasSubstr("no Lipschitz function of x"));
   for (const double x0 : {0.5, -0.1}) {
     const Solution smooth = SolveWith(JumpingProblem(x0, 0.4), Method::kLaplaceIteration, 50);
-    EXPECT_EQ(smooth.termination, Termination::kConverged) << smooth.message;
+    EXPECT_EQ(smooth.termination, Termination::kReachedEnd) << smooth.message;
     EXPECT_LE(smooth.certificate.node_residual, 1e-12);
   }
   // Coupled steps go through.
   const Solution coupled = SolveWith(JumpingProblem(0.5, 1), Method::kTimeStepping, 100);
-  EXPECT_EQ(coupled.termination, Termination::kConverged) << coupled.message;
+  EXPECT_EQ(coupled.termination, Termination::kReachedEnd) << coupled.message;
   EXPECT_NEAR(coupled.y(0, 100), 1, 1e-12);
 }
 
@@ -181,7 +181,7 @@ TEST(SolutionRulesInSolvesTest, EveryMethodServesTheMinimiserOfExample21) {
   const auto exact = [](double t) { return Vector{{1 - std::exp(-t)}}; };
   for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch, Method::kTimeStepping}) {
     const Solution solution = SolveWith(Example21(SolutionRule::kMinimiser), method, 200);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_THAT(solution.warnings, IsEmpty());
     EXPECT_LE(ErrorOf(solution, exact), method == Method::kLaplaceIteration ? 1e-5 : 5e-3);
     EXPECT_LE(solution.y.row(1).lpNorm<Eigen::Infinity>(), 0);
@@ -224,7 +224,7 @@ TEST(SolutionRulesInSolvesTest, EveryMethodServesTheLeastElementOfAHiddenZMatrix
   for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kPaperIteration,
                               Method::kExponentialMarch, Method::kTimeStepping}) {
     const Solution solution = SolveWith(HiddenZProblem(), method, 100);
-    ASSERT_EQ(solution.termination, Termination::kConverged) << solution.message;
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_THAT(solution.warnings, IsEmpty());
     EXPECT_LE(ErrorOf(solution, exact), method == Method::kTimeStepping ? 5e-3 : 1e-4) << MethodName(solution.method);
     EXPECT_GT(solution.y.row(first ? 1 : 0).lpNorm<Eigen::Infinity>(), 0);
@@ -244,7 +244,7 @@ TEST(SolutionRulesInSolvesTest, NewtonAndSubstitutionAgree) {
     options.step_solver = StepSolver::kNewton;
     const auto newton = Solve(problem, options, silent, {});
     ASSERT_TRUE(substituted.ok() && newton.ok());
-    ASSERT_EQ(newton->termination, Termination::kConverged) << newton->message;
+    ASSERT_EQ(newton->termination, Termination::kReachedEnd) << newton->message;
     EXPECT_EQ(newton->cost.substituted_steps, 0);
     EXPECT_GE(newton->cost.newton_iterations, 50);
     EXPECT_LE((newton->x - substituted->x).lpNorm<Eigen::Infinity>(), 1e-10);
@@ -263,7 +263,7 @@ TEST(SolutionRulesInSolvesTest, NewtonLeavesJumpsToSubstitutionAndRefusesUnknown
   Problem sliding = JumpingProblem(0.5, 1);
   sliding.B = Matrix{{2, 0}};  // x' = -1 + 2 y1: from t = 1/2 on x = 0 and y1 = 1/2, between the two sides of the jump
   const auto newton = Solve(sliding, options, silent, {});
-  ASSERT_EQ(newton->termination, Termination::kConverged) << newton->message;
+  ASSERT_EQ(newton->termination, Termination::kReachedEnd) << newton->message;
   EXPECT_GE(newton->cost.substituted_steps, 49);
   EXPECT_LE(newton->certificate.node_residual, 1e-12);
   EXPECT_NEAR(newton->x(0, 100), 0, 1e-12);

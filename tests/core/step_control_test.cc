@@ -67,7 +67,7 @@ struct MadeUpMethod {
       solution.termination = failure;
       return solution;
     }
-    solution.termination = Termination::kConverged;
+    solution.termination = Termination::kReachedEnd;
     for (const Index node : grid.output_nodes) solution.times.push_back(grid.times[node]);
     const auto nodes = static_cast<Index>(solution.times.size());
     solution.x = Matrix::Constant(1, nodes, 1 + std::pow(grid.longest_step, order));

@@ -123,7 +123,7 @@ TEST(StopScopeTest, FilingByPanelsLosesNothing) {
   const auto by_chunks = Solve(marched.problem, marched.options, nobody, {});
   ASSERT_TRUE(by_panels.ok()) << by_panels.status();
   ASSERT_TRUE(by_chunks.ok()) << by_chunks.status();
-  EXPECT_EQ(by_panels->termination, Termination::kConverged);
+  EXPECT_EQ(by_panels->termination, Termination::kReachedEnd);
   EXPECT_EQ(by_panels->times.size(), 513u);
   EXPECT_TRUE(by_panels->left_limits.empty());
   const Certificate &panels = by_panels->certificate, &chunks = by_chunks->certificate;

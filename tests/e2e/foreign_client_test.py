@@ -92,7 +92,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual(sequences, sorted(set(sequences)))
 
         summary = events[-1].summary
-        self.assertEqual(summary.termination, pb.CONVERGED)
+        self.assertEqual(summary.termination, pb.REACHED_END)
         self.assertEqual(summary.method, pb.METHOD_LAPLACE_ITERATION)
         self.assertLess(summary.certificate.node_residual, 1e-11)
         times, states, multipliers = [], [], []
@@ -204,7 +204,7 @@ class ForeignClientTest(unittest.TestCase):
         kinds = [event.WhichOneof("kind") for event in events]
         self.assertEqual(kinds[-1], "summary")
         self.assertIn("iterate", kinds)
-        self.assertEqual(events[-1].summary.termination, pb.CONVERGED)
+        self.assertEqual(events[-1].summary.termination, pb.REACHED_END)
         chunk = events[kinds.index("trajectory")].trajectory
         self.assertEqual(list(chunk.times), [0.5, 2])
         self.assertAlmostEqual(chunk.x[0], 2 * math.exp(-0.5), delta=1e-6)

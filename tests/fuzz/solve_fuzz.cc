@@ -51,7 +51,7 @@ class CheckingSink final : public SolveSink {
     if (event.has_trajectory()) {
       finite_ = finite_ && AllFinite(event.trajectory().x()) && AllFinite(event.trajectory().y());
     }
-    if (event.has_summary()) Require(finite_ || event.summary().termination() != v1::CONVERGED, "no silent NaN");
+    if (event.has_summary()) Require(finite_ || event.summary().termination() != v1::REACHED_END, "no silent NaN");
     ended_ = event.has_summary();
   }
   bool ended() const { return ended_; }

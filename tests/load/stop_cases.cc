@@ -65,7 +65,7 @@ Options With(Method method, Index steps) {
 }
 
 bool IsStoppedOrDone(const Solution& solution) {
-  return solution.termination == Termination::kCancelled || solution.termination == Termination::kConverged;
+  return solution.termination == Termination::kCancelled || solution.termination == Termination::kReachedEnd;
 }
 
 // A ring of masses on hardening springs, each beside an elastic stop.

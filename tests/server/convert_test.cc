@@ -133,7 +133,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   options.interpolation = Interpolation::kCubicSpline;
   options.contour = ContourChoice::kRemark24;
   options.window_steps = Options::kWholeHorizon;
-  options.tolerance = 1e-9;
+  options.iteration_tolerance = 1e-9;
   options.max_iterations = 12;
   options.num_contour_nodes = 31;
   options.contour_gamma = 0.7;
@@ -159,7 +159,7 @@ TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   EXPECT_EQ(back.interpolation, Interpolation::kCubicSpline);
   EXPECT_EQ(back.contour, ContourChoice::kRemark24);
   EXPECT_EQ(back.window_steps, options.window_steps);
-  EXPECT_EQ(back.tolerance, options.tolerance);
+  EXPECT_EQ(back.iteration_tolerance, options.iteration_tolerance);
   EXPECT_EQ(back.error_tolerance, 1e-7);
   EXPECT_EQ(back.num_threads, options.num_threads);
   EXPECT_TRUE(MessageDifferencer::Equals(ToProto(back), ToProto(options)));
@@ -172,7 +172,7 @@ TEST(ConvertTest, UnsetOptionsAreTheDefaultsOfTheEngine) {
   const Options defaults;
   EXPECT_EQ(options.num_steps, defaults.num_steps);
   EXPECT_EQ(options.step, defaults.step);
-  EXPECT_EQ(options.tolerance, defaults.tolerance);
+  EXPECT_EQ(options.iteration_tolerance, defaults.iteration_tolerance);
   EXPECT_EQ(options.num_contour_nodes, defaults.num_contour_nodes);
   EXPECT_FALSE(options.output_times_only);
 }

@@ -45,7 +45,7 @@ TEST(DlcsdTest, PrintsOneLineWhenReadyAndEndsOnSigterm) {
   const std::string log = dlcsd.ReadErrors();
   EXPECT_THAT(log, HasSubstr("info solve finished solve=" + outcome.events[0].accepted().solve_id() +
                              " states=1 constraints=1 steps=100 method="));
-  EXPECT_THAT(log, HasSubstr(" termination=CONVERGED seconds="));
+  EXPECT_THAT(log, HasSubstr(" termination=REACHED_END seconds="));
 }
 
 // A solve of a server that is to be told to stop; constructed, the engine runs.
@@ -76,7 +76,7 @@ TEST(DlcsdTest, SolvesUnderWayEndWithinTheGracePeriod) {
   const auto stub = NewStub(dlcsd.ReadAddress());
   RunningSolve solve(*stub, 1'000'000);
   dlcsd.Signal(SIGTERM);
-  EXPECT_EQ(solve.ReadToEnd().termination(), v1::CONVERGED);
+  EXPECT_EQ(solve.ReadToEnd().termination(), v1::REACHED_END);
   EXPECT_EQ(dlcsd.Wait(), 0);
 }
 
@@ -130,7 +130,7 @@ TEST(DlcsdTest, AClientThatStopsReadingNeitherStallsTheEngineNorGrowsTheServer) 
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   const v1::Summary& summary = events.back().summary();
-  EXPECT_EQ(summary.termination(), v1::CONVERGED);
+  EXPECT_EQ(summary.termination(), v1::REACHED_END);
   EXPECT_EQ(summary.times(), kSteps + 1);
   if (testing::kSlowness > 1) return;  // too few events to fill anything, and sanitizers keep freed memory
   EXPECT_GT(summary.conflated_iterates(), 0);

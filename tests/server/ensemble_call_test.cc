@@ -86,7 +86,7 @@ TEST_F(EnsembleCallTest, EveryMemberHasTheBitsOfItsOwnSolve) {
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   const auto states = StatesOf(outcome.events);
   ASSERT_EQ(states.size(), 12U);
-  EXPECT_EQ(outcome.summary().solved(), 12);
+  EXPECT_EQ(outcome.summary().solved() + outcome.summary().reached(), 12);
   EXPECT_GT(outcome.summary().setup_hits(), 0);
   for (const auto& [k, x] : states) {
     const v1::EnsembleMember& member = request.members(static_cast<int>(k));
@@ -158,7 +158,7 @@ TEST_F(EnsembleCallTest, ASlowReaderHoldsMembersBackAndTheServersMemoryStaysFlat
   for (v1::EnsembleEvent event; reader->Read(&event);) events.push_back(event);
   EXPECT_TRUE(reader->Finish().ok());
   EXPECT_EQ(StatesOf(events).size(), 12U);
-  EXPECT_EQ(events.back().summary().solved(), 12);
+  EXPECT_EQ(events.back().summary().solved() + events.back().summary().reached(), 12);
 }
 
 TEST_F(EnsembleCallTest, NearTheDeadlineWhatFinishedArrivesAndTheRestIsCounted) {
@@ -169,9 +169,9 @@ TEST_F(EnsembleCallTest, NearTheDeadlineWhatFinishedArrivesAndTheRestIsCounted) 
   const v1::EnsembleSummary& summary = outcome.summary();
   EXPECT_GT(summary.stopped(), 0);
   EXPECT_GT(summary.not_begun(), 0);
-  EXPECT_EQ(summary.solved() + summary.failed() + summary.stopped() + summary.not_begun(), 1000);
+  EXPECT_EQ(summary.solved() + summary.reached() + summary.failed() + summary.stopped() + summary.not_begun(), 1000);
   EXPECT_THAT(summary.message(), HasSubstr("deadline"));
-  EXPECT_EQ(static_cast<std::int64_t>(StatesOf(outcome.events).size()), summary.solved() + summary.stopped());
+  EXPECT_EQ(static_cast<std::int64_t>(StatesOf(outcome.events).size()), summary.solved() + summary.reached() + summary.stopped());
 }
 
 TEST_F(EnsembleCallTest, CancelEndsTheMembersAlsoWhereTheyWaitForTheReader) {
@@ -200,7 +200,7 @@ TEST_F(EnsembleCallTest, AMemberWithoutASolutionIsCountedAndTheOthersSolved) {
   request.mutable_members(1)->mutable_g()->add_pieces()->mutable_formulas()->add_formulas("1-t");
   const Outcome outcome = SolveAll(*stub_, request);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.summary().solved(), 2) << outcome.summary().ShortDebugString();
+  EXPECT_EQ(outcome.summary().solved() + outcome.summary().reached(), 2) << outcome.summary().ShortDebugString();
   EXPECT_EQ(outcome.summary().failed(), 1);
 }
 

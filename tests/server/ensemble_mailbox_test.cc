@@ -29,7 +29,7 @@ PreparedEnsemble Members(int count, int room) {
 
 FinishedSolve Finished(Index times) {
   Solution solution;
-  solution.termination = Termination::kConverged;
+  solution.termination = Termination::kReachedEnd;
   for (Index k = 0; k < times; ++k) solution.times.push_back(static_cast<double>(k));
   solution.x = Matrix::Random(3, times);
   solution.y = Matrix::Random(2, times);

@@ -37,7 +37,7 @@ class Producer {
   }
   void End(Index num_times) {
     Solution solution;
-    solution.termination = Termination::kConverged;
+    solution.termination = Termination::kReachedEnd;
     for (Index k = 0; k < num_times; ++k) solution.times.push_back(static_cast<double>(k));
     solution.x = Matrix::Random(3, num_times);
     solution.y = Matrix::Random(2, num_times);

@@ -77,7 +77,7 @@ TEST_F(JobServiceTest, AJobGivesTheBitsOfASolve) {
     const auto ended = client_->Get(job.name(), {});
     ASSERT_TRUE(ended.ok()) << ended.status();
     EXPECT_EQ(ended->state(), v1::JOB_STATE_SUCCEEDED);
-    EXPECT_EQ(ended->summary().termination(), v1::CONVERGED) << ended->summary().message();
+    EXPECT_EQ(ended->summary().termination(), v1::REACHED_END) << ended->summary().message();
     EXPECT_EQ(ended->progress(), 1);
     testing::ExpectSameTrajectory(testing::ReadAll(*client_, job.name()), testing::SolveHere(request));
   }

@@ -82,7 +82,7 @@ TEST_F(JobSolveTest, GivesTheBitsOfASolveAndNamesItsJobFirst) {
     EXPECT_EQ(accepted.states(), 1);
     EXPECT_EQ(accepted.constraints(), 1);
     EXPECT_EQ(testing::Count(outcome.events, v1::SolveEvent::kAnalysis), 1);
-    EXPECT_EQ(outcome.events.back().summary().termination(), v1::CONVERGED);
+    EXPECT_EQ(outcome.events.back().summary().termination(), v1::REACHED_END);
     EXPECT_EQ(testing::Count(outcome.events, v1::SolveEvent::kSummary), 1);
     std::int64_t last = 0;
     for (const v1::SolveEvent& event : outcome.events) {
@@ -198,7 +198,7 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
     }
     solving.join();
     ASSERT_TRUE(result.ok()) << result.status();
-    EXPECT_EQ(result->summary.termination(), v1::CONVERGED) << result->summary.message();
+    EXPECT_EQ(result->summary.termination(), v1::REACHED_END) << result->summary.message();
     EXPECT_GT(notices, 0);
     EXPECT_EQ(summaries, 1);
     EXPECT_GT(trajectory_events, 0);

@@ -220,7 +220,7 @@ TEST_F(ProblemServiceTest, MayBeLargerThanAMessage) {
   named.mutable_options()->add_output_times(10);
   const auto result = (*client::Client::Connect(server_->address()))->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->summary.termination(), v1::CONVERGED) << result->summary.message();
+  EXPECT_EQ(result->summary.termination(), v1::REACHED_END) << result->summary.message();
   EXPECT_EQ(result->states, 600u);
 }
 
@@ -381,7 +381,7 @@ TEST_F(ProblemServiceTest, AnEarlierProgramsJobsGoOn) {
                                               {.deadline = seconds(120), .stop = {}});
     ASSERT_TRUE(watched.ok()) << watched;
     EXPECT_EQ(testing::WhatIsWrongWithJobEvents(events), "");
-    EXPECT_EQ(jobs_->Get(job.name(), {})->summary().termination(), v1::CONVERGED);
+    EXPECT_EQ(jobs_->Get(job.name(), {})->summary().termination(), v1::REACHED_END);
     EXPECT_GT(testing::ReadAll(*jobs_, job.name()).times.size(), 9u);
   }
 }

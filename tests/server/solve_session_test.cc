@@ -45,7 +45,7 @@ TEST(SolveSessionTest, TellsTheWholeStoryInOrder) {
   EXPECT_EQ(testing::WhatIsWrongWithOrder(sink.events), "");
   EXPECT_EQ(sink.events[0].accepted().solve_id(), "here");
   EXPECT_TRUE(sink.events[1].has_analysis());
-  EXPECT_EQ(sink.events.back().summary().termination(), v1::CONVERGED);
+  EXPECT_EQ(sink.events.back().summary().termination(), v1::REACHED_END);
   EXPECT_GT(testing::Count(sink.events, v1::SolveEvent::kIterate), 0);
   EXPECT_EQ(sink.events.back().summary().times(), sink.events[1].analysis().steps() + 1);
 }

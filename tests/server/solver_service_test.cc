@@ -95,7 +95,7 @@ TEST_F(SolverServiceTest, SolveDeliversAllEventsInOrder) {
   const Outcome outcome = testing::Solve(*stub_, testing::SwitchingRequest(1000));
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::CONVERGED);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::REACHED_END);
   EXPECT_TRUE(outcome.events[1].has_analysis());
   EXPECT_GT(Count(outcome.events, v1::SolveEvent::kIterate), 0);
   EXPECT_EQ(Count(outcome.events, v1::SolveEvent::kWindowStarted),
@@ -323,7 +323,7 @@ TEST_F(SolverServiceTest, StreamsANonlinearSolve) {
   EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
   EXPECT_GT(Count(outcome.events, v1::SolveEvent::kIterate), 0);
   const v1::Summary& summary = outcome.events.back().summary();
-  EXPECT_EQ(summary.termination(), v1::CONVERGED);
+  EXPECT_EQ(summary.termination(), v1::REACHED_END);
   EXPECT_LT(summary.certificate().node_residual(), 1e-9);
   for (const v1::SolveEvent& event : outcome.events) {
     if (!event.has_trajectory()) continue;
@@ -364,7 +364,7 @@ TEST_F(SolverServiceTest, AnalysesAndRecommendsWhatThenSolves) {
   *solve.mutable_options() = analyzed.response.recommendation().options();
   const Outcome outcome = testing::Solve(*stub_, solve);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::CONVERGED);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::REACHED_END);
 }
 
 TEST_F(SolverServiceTest, RefusesToAnalyseWhatIsAboveItsLimits) {
@@ -509,7 +509,7 @@ INSTANTIATE_TEST_SUITE_P(
                     r.mutable_options()->add_output_times(1);
                   }},
         Malformed{"Theta", "theta", [](v1::SolveRequest& r) { r.mutable_options()->set_theta(1.5); }},
-        Malformed{"Tolerance", "tolerance", [](v1::SolveRequest& r) { r.mutable_options()->set_tolerance(-1); }},
+        Malformed{"Tolerance", "iteration_tolerance", [](v1::SolveRequest& r) { r.mutable_options()->set_iteration_tolerance(-1); }},
         Malformed{"Threads", "threads", [](v1::SolveRequest& r) { r.mutable_options()->set_threads(-1); }},
         Malformed{"ContourNodes", "contour.nodes",
                   [](v1::SolveRequest& r) { r.mutable_options()->mutable_contour()->set_nodes(-3); }}),

@@ -175,7 +175,7 @@ TEST_F(TelemetryTest, CountsWhatSolvesAndJobsDid) {
   ASSERT_TRUE(std::regex_search(metrics, found, std::regex("dlcs_solves_total\\{kind=\"call\",method=\"([a-z-]+)\"")));
   for (const char* kind : {"call", "job"}) {
     EXPECT_EQ(Value(metrics, "dlcs_solves_total{kind=\"" + std::string(kind) + "\",method=\"" + found[1].str() +
-                                 "\",termination=\"CONVERGED\"}"),
+                                 "\",termination=\"REACHED_END\"}"),
               1);
   }
   EXPECT_GT(Value(metrics, "dlcs_events_sent_total{method=\"dlcs.v1.JobService/WatchSolveJob\"}"), 3);

@@ -18,7 +18,7 @@ Solution SolveWith(const Problem& problem, const Options& options) {
 
 Solution SolveToEnd(const Problem& problem, const Options& options) {
   Solution solution = SolveWith(problem, options);
-  EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
+  EXPECT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   return solution;
 }
 

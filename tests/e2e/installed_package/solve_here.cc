@@ -10,6 +10,6 @@ int main() {
   const dlcs::Problem problem{zero, one, one, one, f, dlcs::TimeFunction::Zero(1), dlcs::Vector::Ones(1), 2};
   dlcs::Observer observer;
   const auto solution = dlcs::Solve(problem, {}, observer, {});
-  if (!solution.ok() || solution->termination != dlcs::Termination::kConverged) return 1;
+  if (!solution.ok() || solution->termination != dlcs::Termination::kReachedEnd) return 1;
   std::printf("%.17g\n", solution->x(0, solution->x.cols() - 1));
 }
