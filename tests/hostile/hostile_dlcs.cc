@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves random systems and judges the answers by the reference:
+//
+//     hostile_dlcs --seeds 0:400 --tolerance 1e-4,1e-7,1e-10,default
+//
+// Prints a line for each failure, a table, and what the figures of the engine are worth. Exit 1 where an answer was wrong.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/hostile/generator.h"
+#include "tests/hostile/trial.h"
+
+namespace dlcs::hostile {
+namespace {
+
+constexpr double kSlow = 5;  // seconds
+
+struct Arguments {
+  uint64_t begin = 0, end = 100;
+  std::vector<double> tolerances = {1e-4, 1e-7, 1e-10, 0};
+  std::string failures;  // folder for the problems that fail
+  double seconds = 10;
+  bool verbose = false;
+  bool lists_traits = false;
+};
+
+int Usage() {
+  std::fprintf(stderr,
+               "usage: hostile_dlcs [--seeds A:B] [--tolerance T,T,...,default] [--failures FOLDER] [--seconds S] [--verbose]\n"
+               "  --seeds A:B         seeds A to B - 1 (0:100)\n"
+               "  --tolerance LIST    errors to ask for (1e-4,1e-7,1e-10,default)\n"
+               "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
+               "  --seconds S         stop a solve after so long (10)\n"
+               "  --verbose           a line for every trial\n"
+               "  --traits            list the systems and what the reference says of them, and solve none\n");
+  return 2;
+}
+
+bool Parse(int count, char** texts, Arguments& arguments) {
+  for (int k = 1; k < count; ++k) {
+    const std::string name = texts[k];
+    if (name == "--verbose") {
+      arguments.verbose = true;
+      continue;
+    }
+    if (name == "--traits") {
+      arguments.lists_traits = true;
+      continue;
+    }
+    if (++k >= count) return false;
+    const std::string value = texts[k];
+    if (name == "--seeds") {
+      const size_t colon = value.find(':');
+      if (colon == std::string::npos) return false;
+      arguments.begin = std::strtoull(value.c_str(), nullptr, 10);
+      arguments.end = std::strtoull(value.c_str() + colon + 1, nullptr, 10);
+    } else if (name == "--tolerance") {
+      arguments.tolerances.clear();
+      std::istringstream list(value);
+      for (std::string item; std::getline(list, item, ',');) {
+        arguments.tolerances.push_back(item == "default" ? 0 : std::strtod(item.c_str(), nullptr));
+      }
+    } else if (name == "--failures") {
+      arguments.failures = value;
+    } else if (name == "--seconds") {
+      arguments.seconds = std::strtod(value.c_str(), nullptr);
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::string ToleranceText(double tolerance) {
+  if (tolerance == 0) return "default";
+  char text[20];
+  std::snprintf(text, sizeof text, "%g", tolerance);
+  return text;
+}
+
+struct Tally {
+  std::map<Judgement, int> judgements;
+  std::vector<uint64_t> wrong, refused, slow;
+  int ill_conditioned_wrong = 0;
+  std::vector<double> quotients;  // figure over error
+};
+
+void Print(uint64_t seed, const System& system, double tolerance, const Trial& trial) {
+  std::printf("%llu %s %s: error %.1e of x%lld", static_cast<unsigned long long>(seed), ToleranceText(tolerance).c_str(),
+              Name(trial.judgement), trial.error.value_or(NAN), static_cast<long long>(trial.component + 1));
+  if (trial.figure) std::printf(", figure %.1e", *trial.figure);
+  if (trial.condition) std::printf(", condition %.1e", *trial.condition);
+  std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(), system.traits.c_str(),
+              trial.verdict.c_str());
+}
+
+void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
+  if (seeds.empty()) return;
+  std::printf("  %s:", what);
+  for (const uint64_t seed : seeds) std::printf(" %llu", static_cast<unsigned long long>(seed));
+  std::printf("\n");
+}
+
+void PrintTally(double tolerance, Tally& tally) {
+  std::printf("%-8s", ToleranceText(tolerance).c_str());
+  for (const Judgement judgement : {Judgement::kRight, Judgement::kWrong, Judgement::kRefusedWithNeed, Judgement::kRefused,
+                                    Judgement::kNotJudged}) {
+    std::printf("  %s %d", Name(judgement), tally.judgements[judgement]);
+  }
+  std::printf("  slow %zu\n", tally.slow.size());
+  PrintSeeds("wrong", tally.wrong);
+  if (tally.ill_conditioned_wrong > 0) {
+    std::printf("  of these one ulp of the data moves by more than asked: %d\n", tally.ill_conditioned_wrong);
+  }
+  PrintSeeds("refused without need", tally.refused);
+  PrintSeeds("slow", tally.slow);
+  std::vector<double>& quotients = tally.quotients;
+  if (quotients.empty()) return;
+  std::sort(quotients.begin(), quotients.end());
+  const auto below = [&quotients](double limit) {
+    return std::lower_bound(quotients.begin(), quotients.end(), limit) - quotients.begin();
+  };
+  std::printf("  figure over error of %zu: least %.2g, median %.3g; below 1/3: %td, below 1/10: %td\n", quotients.size(),
+              quotients.front(), quotients[quotients.size() / 2], below(1.0 / 3), below(0.1));
+}
+
+int Main(int count, char** texts) {
+  Arguments arguments;
+  if (!Parse(count, texts, arguments)) return Usage();
+  std::map<double, Tally> tallies;
+  for (uint64_t seed = arguments.begin; seed < arguments.end; ++seed) {
+    const System system = MakeSystem(seed);
+    Reference reference;
+    if (!system.several_solutions) reference = Refer(system, ComparisonTimes(system));
+    if (arguments.lists_traits) {
+      std::printf("%llu m = %d, n = %d, %s: %d steps, %d events, to %g of %g %s\n", static_cast<unsigned long long>(seed),
+                  system.num_states(), system.num_pairs(), system.traits.c_str(), reference.steps, reference.events, reference.end,
+                  system.horizon, reference.reason.c_str());
+      continue;
+    }
+    for (const double tolerance : arguments.tolerances) {
+      const Trial trial = Try(system, reference, tolerance, arguments.seconds);
+      Tally& tally = tallies[tolerance];
+      ++tally.judgements[trial.judgement];
+      if (trial.judgement == Judgement::kWrong) {
+        tally.wrong.push_back(seed);
+        const double asked = tolerance > 0 ? tolerance : kDefaultTolerance;
+        if (trial.condition.value_or(0) > asked) ++tally.ill_conditioned_wrong;
+      }
+      if (trial.judgement == Judgement::kRefused) tally.refused.push_back(seed);
+      if (trial.seconds > kSlow) tally.slow.push_back(seed);
+      if (trial.figure && trial.error) tally.quotients.push_back(*trial.figure / *trial.error);
+      const bool failed =
+          trial.judgement == Judgement::kWrong || trial.judgement == Judgement::kRefused || trial.seconds > kSlow;
+      if (failed || arguments.verbose) Print(seed, system, tolerance, trial);
+      if (failed && !arguments.failures.empty()) {
+        std::ofstream(arguments.failures + "/" + std::to_string(seed) + ".json") << ToJson(system);
+      }
+      std::fflush(stdout);
+    }
+  }
+  std::printf("%llu systems\n", static_cast<unsigned long long>(arguments.end - arguments.begin));
+  bool wrong = false;
+  for (auto& [tolerance, tally] : tallies) {
+    PrintTally(tolerance, tally);
+    wrong = wrong || !tally.wrong.empty();
+  }
+  return wrong ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace dlcs::hostile
+
+int main(int count, char** texts) { return dlcs::hostile::Main(count, texts); }

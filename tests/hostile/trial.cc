@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/hostile/trial.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <limits>
+#include <mutex>
+#include <stop_token>
+#include <thread>
+
+#include "core/solve.h"
+
+namespace dlcs::hostile {
+
+namespace {
+
+constexpr double kFloor = 16 * 0x1p-52;  // of errors and figures
+constexpr int kConditionTrials = 3;
+
+// Requests a stop after some seconds, unless it is destroyed before.
+class Deadline {
+ public:
+  explicit Deadline(double seconds)
+      : thread_([this, seconds] {
+          std::unique_lock lock(mutex_);
+          if (!done_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_done_; })) source_.request_stop();
+        }) {}
+  ~Deadline() {
+    {
+      const std::lock_guard lock(mutex_);
+      is_done_ = true;
+    }
+    done_.notify_all();
+    thread_.join();
+  }
+  std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  std::stop_source source_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  bool is_done_ = false;
+  std::thread thread_;
+};
+
+Index ColumnAt(const Solution& solution, double time) {
+  const auto found = std::lower_bound(solution.times.begin(), solution.times.end(), time);
+  return found != solution.times.end() && *found == time ? found - solution.times.begin() : -1;
+}
+
+void Compare(const Solution& solution, const std::vector<double>& times, const Reference& reference, Trial& trial) {
+  double worst = 0;
+  for (size_t k = 0; k < times.size(); ++k) {
+    const Index column = ColumnAt(solution, times[k]);
+    if (column < 0 || std::isnan(reference.x(0, static_cast<Index>(k)))) continue;
+    for (Index i = 0; i < reference.x.rows(); ++i) {
+      const double difference = std::abs(solution.x(i, column) - reference.x(i, static_cast<Index>(k)));
+      if (difference == 0) continue;
+      const double relative = reference.size(i) > 0 ? difference / reference.size(i) : std::numeric_limits<double>::infinity();
+      if (!(relative <= worst)) {
+        worst = relative;
+        trial.component = i;
+      }
+    }
+  }
+  trial.error = std::max(worst, kFloor);
+}
+
+// What the engine says of its error; nothing where it does not know.
+std::optional<double> FigureOf(const Solution& solution) {
+  if (!solution.certificate.estimated_error_x) return std::nullopt;
+  return std::max(*solution.certificate.estimated_error_x / solution.certificate.x_scale, kFloor);
+}
+
+Reference ReplayOf(const System& system, const Solution& solution, const std::vector<double>& times) {
+  Replay replay;
+  for (const SwitchingTime& event : solution.switching_times) {
+    if (event.time > 0 && event.time < system.horizon && event.kind != "break point") replay.decisions.push_back(event.time);
+  }
+  std::vector<double> ends = replay.decisions;
+  for (const Stretch& stretch : Stretches(system)) ends.push_back(ToDouble(stretch.end));
+  std::sort(ends.begin(), ends.end());
+  replay.probe_time = [&solution, &system, ends](double time) {
+    auto end = std::upper_bound(ends.begin(), ends.end(), time + 1e-13 * system.horizon);
+    const double until = end == ends.end() ? system.horizon : *end;
+    const auto node = std::lower_bound(solution.times.begin(), solution.times.end(), time + 0.1 * (until - time));
+    return node == solution.times.end() ? solution.times.back() : *node;
+  };
+  replay.choose = [&solution](double, double probe, const std::vector<Eigen::VectorXd>& states) {
+    const Index column = ColumnAt(solution, probe);
+    const Eigen::VectorXd size = solution.x.rowwise().lpNorm<Eigen::Infinity>();
+    int best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (size_t k = 0; k < states.size(); ++k) {
+      double distance = 0;
+      for (Index i = 0; i < size.size(); ++i) {
+        if (size(i) > 0) distance = std::max(distance, std::abs(states[k](i) - solution.x(i, column)) / size(i));
+      }
+      if (distance < least) {
+        least = distance;
+        best = static_cast<int>(k);
+      }
+    }
+    return best;
+  };
+  return Refer(system, times, {}, &replay);
+}
+
+}  // namespace
+
+const char* Name(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::kRight:
+      return "right";
+    case Judgement::kWrong:
+      return "WRONG";
+    case Judgement::kRefusedWithNeed:
+      return "refused with need";
+    case Judgement::kRefused:
+      return "REFUSED";
+    case Judgement::kNotJudged:
+      return "not judged";
+  }
+  return "";
+}
+
+std::vector<double> ComparisonTimes(const System& system) {
+  std::vector<double> times;
+  for (int k = 1; k <= 16; ++k) times.push_back(system.horizon * k / 16);
+  for (int k = 1; k <= 6; ++k) times.push_back(system.horizon * std::pow(10.0, -k));
+  std::sort(times.begin(), times.end());
+  return times;
+}
+
+Trial Try(const System& system, const Reference& reference, double tolerance, double seconds) {
+  Trial trial;
+  const std::vector<double> times = ComparisonTimes(system);
+  Options options;
+  options.error_tolerance = tolerance;
+  options.output_times = times;
+  options.output_times_only = !system.several_solutions;
+  options.num_threads = 1;
+  const double asked = tolerance > 0 ? tolerance : kDefaultTolerance;
+
+  Observer observer;
+  const auto begin = std::chrono::steady_clock::now();
+  absl::StatusOr<Solution> solved = [&] {
+    const Deadline deadline(seconds);
+    return Solve(ToProblem(system), options, observer, deadline.token());
+  }();
+  trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!solved.ok()) {
+    trial.verdict = std::string(solved.status().message());
+    trial.judgement = Judgement::kRefused;
+    return trial;
+  }
+  const Solution& solution = *solved;
+  trial.verdict = std::string(TerminationName(solution.termination)) + " (" + MethodName(solution.method) + "): " + solution.message;
+  trial.figure = FigureOf(solution);
+  const bool reached = solution.termination == Termination::kConverged;
+  trial.is_good_verdict = reached;
+
+  if (system.several_solutions) {
+    if (!reached) return trial;  // there may be none
+    const Reference replayed = ReplayOf(system, solution, times);
+    if (replayed.status == Reference::Status::kGivenUp) return trial;
+    Compare(solution, times, replayed, trial);
+    if (*trial.error <= asked && replayed.status == Reference::Status::kReached) {
+      trial.judgement = Judgement::kRight;
+    } else if (trial.is_good_verdict && solution.method == Method::kEventLocated) {
+      trial.judgement = Judgement::kWrong;
+      trial.verdict += " [replayed to " + std::to_string(replayed.end) + " " + replayed.reason + "]";
+    }
+    return trial;
+  }
+
+  if (reference.status == Reference::Status::kGivenUp) return trial;
+  Compare(solution, times, reference, trial);
+  if (reference.status == Reference::Status::kNoMode) {
+    const bool ends_there = !reached && std::abs(solution.failure_time - reference.end) <= 1e-3 * system.horizon;
+    trial.judgement = ends_there ? Judgement::kRight : Judgement::kNotJudged;
+    return trial;
+  }
+  if (trial.is_good_verdict) {
+    trial.judgement = *trial.error <= asked ? Judgement::kRight : Judgement::kWrong;
+  } else {
+    trial.judgement = Judgement::kRefused;
+  }
+  if (trial.judgement != Judgement::kRight) {
+    ReferenceLimits limits;
+    limits.seconds = 5;
+    trial.condition = Condition(system, times, reference, kConditionTrials, limits);
+    if (trial.judgement == Judgement::kRefused && *trial.condition > asked) trial.judgement = Judgement::kRefusedWithNeed;
+  }
+  return trial;
+}
+
+}  // namespace dlcs::hostile
