@@ -4,6 +4,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "tests/hostile/transforms.h"
 
 namespace dlcs::hostile {
 
@@ -63,10 +66,10 @@ enum class Class {
   kIndefinite,
   kNegative,
 };
-constexpr const char* kClassNames[] = {"positive definite M", "nonsymmetric P", "nonnegative P", "M-matrix",
-                                       "singular Z",          "semidefinite M", "skew M",        "M = 0",
-                                       "M = 0, reflection",   "mixed rows",     "more pairs than states",
-                                       "copositive M",        "indefinite M",   "N-matrix"};
+constexpr const char* kClassNames[] = {
+    "positive definite M",    "nonsymmetric P", "nonnegative P", "M-matrix",          "singular Z",
+    "semidefinite M",         "skew M",         "M = 0",         "M = 0, reflection", "mixed rows",
+    "more pairs than states", "copositive M",   "indefinite M",  "N-matrix"};
 
 // Whether B y does work on N x as in a network: then x is unique whatever positive semidefinite M is.
 bool IsPassive(Class kind) {
@@ -75,7 +78,8 @@ bool IsPassive(Class kind) {
 }
 
 bool IsLipschitz(Class kind) {
-  return kind == Class::kPositiveDefinite || kind == Class::kNonsymmetricP || kind == Class::kNonnegativeP || kind == Class::kMMatrix;
+  return kind == Class::kPositiveDefinite || kind == Class::kNonsymmetricP || kind == Class::kNonnegativeP ||
+         kind == Class::kMMatrix;
 }
 
 MatrixXd MakeM(Random& random, Class kind, int n) {
@@ -87,7 +91,8 @@ MatrixXd MakeM(Random& random, Class kind, int n) {
     case Class::kNonsymmetricP: {  // positive definite with a large skew part, or a triangle
       if (random.Chance(0.5)) {
         const MatrixXd L = Gaussian(random, n, n), K = Gaussian(random, n, n);
-        return L * L.transpose() / n + 0.2 * MatrixXd::Identity(n, n) + LogUniform(random, 0.3, 10) * (K - K.transpose());
+        return L * L.transpose() / n + 0.2 * MatrixXd::Identity(n, n) +
+               LogUniform(random, 0.3, 10) * (K - K.transpose());
       }
       MatrixXd M = Gaussian(random, n, n) * LogUniform(random, 0.5, 5);
       for (int i = 0; i < n; ++i) {
@@ -177,8 +182,9 @@ enum class Dynamics {
   kCircuit,
   kStiffRotated,
 };
-constexpr const char* kDynamicsNames[] = {"tame A",           "oscillating A",     "unstable A", "defective A", "nilpotent A", "zero A",
-                                          "stiff diagonal A", "stiff triangular A", "graded A",   "circuit A",   "stiff rotated A"};
+constexpr const char* kDynamicsNames[] = {"tame A",      "oscillating A", "unstable A",       "defective A",
+                                          "nilpotent A", "zero A",        "stiff diagonal A", "stiff triangular A",
+                                          "graded A",    "circuit A",     "stiff rotated A"};
 
 // `metric` is set to d > 0 where D⁻¹ A is what damps (rows divided by rates or capacities): B = D Nᵀ is then passive.
 MatrixXd MakeA(Random& random, Dynamics kind, int m, VectorXd& metric) {
@@ -189,7 +195,8 @@ MatrixXd MakeA(Random& random, Dynamics kind, int m, VectorXd& metric) {
     case Dynamics::kTame:
       return G / std::sqrt(m) - random.Uniform(0.3, 1.5) * MatrixXd::Identity(m, m);
     case Dynamics::kOscillating:
-      return random.Uniform(0.5, 3) * (G - G.transpose()) / std::sqrt(m) - LogUniform(random, 1e-3, 0.3) * MatrixXd::Identity(m, m);
+      return random.Uniform(0.5, 3) * (G - G.transpose()) / std::sqrt(m) -
+             LogUniform(random, 1e-3, 0.3) * MatrixXd::Identity(m, m);
     case Dynamics::kUnstable:
       return G / std::sqrt(m) + random.Uniform(0, 0.5) * MatrixXd::Identity(m, m);
     case Dynamics::kDefective:
@@ -204,7 +211,8 @@ MatrixXd MakeA(Random& random, Dynamics kind, int m, VectorXd& metric) {
     case Dynamics::kZero:
       return A;
     case Dynamics::kStiffDiagonal:
-      for (int i = 0; i < m; ++i) A(i, i) = random.Chance(0.5) ? -LogUniform(random, 1e6, 1e14) : -LogUniform(random, 1e-3, 3);
+      for (int i = 0; i < m; ++i)
+        A(i, i) = random.Chance(0.5) ? -LogUniform(random, 1e6, 1e14) : -LogUniform(random, 1e-3, 3);
       return A;
     case Dynamics::kStiffTriangular: {
       const bool lower = random.Chance(0.5);
@@ -244,7 +252,8 @@ MatrixXd MakeA(Random& random, Dynamics kind, int m, VectorXd& metric) {
     }
     case Dynamics::kStiffRotated: {
       VectorXd rates(m);
-      for (int i = 0; i < m; ++i) rates(i) = random.Chance(0.5) ? -LogUniform(random, 1e3, 1e7) : -LogUniform(random, 0.01, 3);
+      for (int i = 0; i < m; ++i)
+        rates(i) = random.Chance(0.5) ? -LogUniform(random, 1e3, 1e7) : -LogUniform(random, 0.01, 3);
       const MatrixXd Q = Orthogonal(random, m);
       return Q * rates.asDiagonal() * Q.transpose();
     }
@@ -321,72 +330,29 @@ void AddKinks(Random& random, System& system, bool g_may_jump, bool g_may_kink) 
   system.traits += ", kinks";
 }
 
-// x = D x', y = Y y', w = W w', t = s t' written into the data.
-void Rescale(System& system, const VectorXd& state_units, const VectorXd& y_units, const VectorXd& w_units, double time_unit) {
-  // New state = unit * old state, and so on.
-  const VectorXd d = state_units, d_inverse = d.cwiseInverse();
-  system.A = d.asDiagonal() * system.A * d_inverse.asDiagonal();
-  system.B = d.asDiagonal() * system.B * y_units.cwiseInverse().asDiagonal();
-  system.N = w_units.asDiagonal() * system.N * d_inverse.asDiagonal();
-  system.M = w_units.asDiagonal() * system.M * y_units.cwiseInverse().asDiagonal();
-  system.x0 = d.asDiagonal() * system.x0;
-  for (MatrixXd& F : system.F) F = d.asDiagonal() * F;
-  for (MatrixXd& G : system.G) G = w_units.asDiagonal() * G;
-  const int m = system.num_states();
-  for (KinkedTerm& kink : system.kinks) kink.factor *= kink.row < m ? d(kink.row) : w_units(kink.row - m);
-  if (time_unit == 1) return;
-  // New time = unit * old time.
-  system.A /= time_unit;
-  system.B /= time_unit;
-  for (MatrixXd& F : system.F) F /= time_unit;
-  for (KinkedTerm& kink : system.kinks) {
-    if (kink.row < m) kink.factor /= time_unit;
-    kink.when *= time_unit;
-  }
-  for (size_t k = 0; k < system.functions.size(); ++k) {
-    SourceFunction& function = system.functions[k];
-    function.rate /= time_unit;
-    const double power = std::pow(time_unit, function.power);
-    for (MatrixXd& F : system.F) F.col(static_cast<Index>(k)) /= power;
-    for (MatrixXd& G : system.G) G.col(static_cast<Index>(k)) /= power;
-  }
-  for (double& start : system.starts) start *= time_unit;
-  system.horizon *= time_unit;
-}
-
-VectorXd Units(Random& random, int count, double decades, bool powers_of_two) {
-  VectorXd units(count);
-  for (int i = 0; i < count; ++i) {
-    const double exponent = random.Uniform(-decades, decades) * std::log2(10.0);
-    units(i) = powers_of_two ? std::exp2(std::round(exponent)) : std::exp2(exponent);
-  }
-  return units;
-}
-
 void ChangeUnits(Random& random, System& system, Class kind) {
   const int m = system.num_states(), n = system.num_pairs();
-  VectorXd states = VectorXd::Ones(m), y = VectorXd::Ones(n), w = VectorXd::Ones(n);
-  double time = 1;
+  UnitChange units = NoUnitChange(system);
   const auto decades_text = [](int decades) { return "1e±" + std::to_string(decades); };
   if (random.Chance(0.4)) {
     const int decades = random.Integer(1, 8);
-    states = Units(random, m, decades, random.Chance(0.5) || system.rank_matters);
+    units.states = RandomUnits(random, m, decades, random.Chance(0.5) || system.rank_matters);
     system.traits += ", states in units " + decades_text(decades);
   }
   if (random.Chance(0.25)) {
     const int decades = random.Integer(1, 8);
     const bool powers = random.Chance(0.5) || system.rank_matters;
-    w = Units(random, n, decades, powers);
+    units.w = RandomUnits(random, n, decades, powers);
     const bool independent = IsLipschitz(kind) || kind == Class::kSingularZ;
-    y = independent ? Units(random, n, decades, powers) : VectorXd(w.cwiseInverse());
+    units.y = independent ? RandomUnits(random, n, decades, powers) : VectorXd(units.w.cwiseInverse());
     system.traits += ", pairs in units " + decades_text(decades);
   }
   if (random.Chance(0.25)) {
     const int decades = random.Integer(1, 9);
-    time = Units(random, 1, decades, random.Chance(0.5) || system.rank_matters)(0);
+    units.time = RandomUnits(random, 1, decades, random.Chance(0.5) || system.rank_matters)(0);
     system.traits += ", time in units " + decades_text(decades);
   }
-  Rescale(system, states, y, w, time);
+  system = Rescaled(std::move(system), units);
 }
 
 // N and B, so that no mode is unstable at the rate of a fast state: such a system outgrows all numbers.
@@ -502,7 +468,8 @@ System MakeSystem(uint64_t seed) {
     for (int p = 1; p < pieces; ++p) {
       system.starts.push_back(Round(system.horizon * (p + random.Uniform(-0.3, 0.3)) / pieces, 1e-4));
       system.F.push_back(system.F[0] + 0.5 * MakeFactors(random, system, m, 1));
-      system.G.push_back(IsLipschitz(kind) ? MatrixXd(system.G[0] + 0.5 * MakeFactors(random, system, n, 1)) : system.G[0]);
+      system.G.push_back(IsLipschitz(kind) ? MatrixXd(system.G[0] + 0.5 * MakeFactors(random, system, n, 1))
+                                           : system.G[0]);
     }
     system.traits += ", pieces";
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random systems that are meant to break solvers: every class of M, every kind of A, any units. Everything is a function of the seed.
+// Random systems that are meant to break solvers: every class of M, every kind of A, any units. Everything is a
+// function of the seed.
 
 #ifndef DLCS_TESTS_HOSTILE_GENERATOR_H_
 #define DLCS_TESTS_HOSTILE_GENERATOR_H_

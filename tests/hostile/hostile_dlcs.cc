@@ -3,7 +3,8 @@
 //
 //     hostile_dlcs --seeds 0:400 --tolerance 1e-4,1e-7,1e-10,default
 //
-// Prints a line for each failure, a table, and what the figures of the engine are worth. Exit 1 where an answer was wrong.
+// Prints a line for each failure, a table, and what the figures of the engine are worth. Exit 1 where an answer was
+// wrong.
 
 #include <algorithm>
 #include <cstdio>
@@ -33,14 +34,15 @@ struct Arguments {
 };
 
 int Usage() {
-  std::fprintf(stderr,
-               "usage: hostile_dlcs [--seeds A:B] [--tolerance T,T,...,default] [--failures FOLDER] [--seconds S] [--verbose]\n"
-               "  --seeds A:B         seeds A to B - 1 (0:100)\n"
-               "  --tolerance LIST    errors to ask for (1e-4,1e-7,1e-10,default)\n"
-               "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
-               "  --seconds S         stop a solve after so long (10)\n"
-               "  --verbose           a line for every trial\n"
-               "  --traits            list the systems and what the reference says of them, and solve none\n");
+  std::fprintf(
+      stderr,
+      "usage: hostile_dlcs [--seeds A:B] [--tolerance T,T,...,default] [--failures FOLDER] [--seconds S] [--verbose]\n"
+      "  --seeds A:B         seeds A to B - 1 (0:100)\n"
+      "  --tolerance LIST    errors to ask for (1e-4,1e-7,1e-10,default)\n"
+      "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
+      "  --seconds S         stop a solve after so long (10)\n"
+      "  --verbose           a line for every trial\n"
+      "  --traits            list the systems and what the reference says of them, and solve none\n");
   return 2;
 }
 
@@ -90,16 +92,18 @@ struct Tally {
   std::map<Judgement, int> judgements;
   std::vector<uint64_t> wrong, refused, slow;
   int ill_conditioned_wrong = 0;
+  int refused_at_end = 0;
   std::vector<double> quotients;  // figure over error
 };
 
 void Print(uint64_t seed, const System& system, double tolerance, const Trial& trial) {
-  std::printf("%llu %s %s: error %.1e of x%lld", static_cast<unsigned long long>(seed), ToleranceText(tolerance).c_str(),
-              Name(trial.judgement), trial.error.value_or(NAN), static_cast<long long>(trial.component + 1));
+  std::printf("%llu %s %s: error %.1e of x%lld", static_cast<unsigned long long>(seed),
+              ToleranceText(tolerance).c_str(), Name(trial.judgement), trial.error.value_or(NAN),
+              static_cast<long long>(trial.component + 1));
   if (trial.figure) std::printf(", figure %.1e", *trial.figure);
   if (trial.condition) std::printf(", condition %.1e", *trial.condition);
-  std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(), system.traits.c_str(),
-              trial.verdict.c_str());
+  std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(),
+              system.traits.c_str(), trial.verdict.c_str());
 }
 
 void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
@@ -111,8 +115,8 @@ void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
 
 void PrintTally(double tolerance, Tally& tally) {
   std::printf("%-8s", ToleranceText(tolerance).c_str());
-  for (const Judgement judgement : {Judgement::kRight, Judgement::kWrong, Judgement::kRefusedWithNeed, Judgement::kRefused,
-                                    Judgement::kNotJudged}) {
+  for (const Judgement judgement : {Judgement::kRight, Judgement::kWrong, Judgement::kRefusedWithNeed,
+                                    Judgement::kRefused, Judgement::kNotJudged}) {
     std::printf("  %s %d", Name(judgement), tally.judgements[judgement]);
   }
   std::printf("  slow %zu\n", tally.slow.size());
@@ -121,6 +125,8 @@ void PrintTally(double tolerance, Tally& tally) {
     std::printf("  of these one ulp of the data moves by more than asked: %d\n", tally.ill_conditioned_wrong);
   }
   PrintSeeds("refused without need", tally.refused);
+  if (!tally.refused.empty())
+    std::printf("  of these T was reached, with an estimated error: %d\n", tally.refused_at_end);
   PrintSeeds("slow", tally.slow);
   std::vector<double>& quotients = tally.quotients;
   if (quotients.empty()) return;
@@ -128,8 +134,8 @@ void PrintTally(double tolerance, Tally& tally) {
   const auto below = [&quotients](double limit) {
     return std::lower_bound(quotients.begin(), quotients.end(), limit) - quotients.begin();
   };
-  std::printf("  figure over error of %zu: least %.2g, median %.3g; below 1/3: %td, below 1/10: %td\n", quotients.size(),
-              quotients.front(), quotients[quotients.size() / 2], below(1.0 / 3), below(0.1));
+  std::printf("  figure over error of %zu: least %.2g, median %.3g; below 1/3: %td, below 1/10: %td\n",
+              quotients.size(), quotients.front(), quotients[quotients.size() / 2], below(1.0 / 3), below(0.1));
 }
 
 int Main(int count, char** texts) {
@@ -141,9 +147,9 @@ int Main(int count, char** texts) {
     Reference reference;
     if (!system.several_solutions) reference = Refer(system, ComparisonTimes(system));
     if (arguments.lists_traits) {
-      std::printf("%llu m = %d, n = %d, %s: %d steps, %d events, to %g of %g %s\n", static_cast<unsigned long long>(seed),
-                  system.num_states(), system.num_pairs(), system.traits.c_str(), reference.steps, reference.events, reference.end,
-                  system.horizon, reference.reason.c_str());
+      std::printf("%llu m = %d, n = %d, %s: %d steps, %d events, to %g of %g %s\n",
+                  static_cast<unsigned long long>(seed), system.num_states(), system.num_pairs(), system.traits.c_str(),
+                  reference.steps, reference.events, reference.end, system.horizon, reference.reason.c_str());
       continue;
     }
     for (const double tolerance : arguments.tolerances) {
@@ -155,7 +161,10 @@ int Main(int count, char** texts) {
         const double asked = tolerance > 0 ? tolerance : kDefaultTolerance;
         if (trial.condition.value_or(0) > asked) ++tally.ill_conditioned_wrong;
       }
-      if (trial.judgement == Judgement::kRefused) tally.refused.push_back(seed);
+      if (trial.judgement == Judgement::kRefused) {
+        tally.refused.push_back(seed);
+        if (trial.reached_end) ++tally.refused_at_end;
+      }
       if (trial.seconds > kSlow) tally.slow.push_back(seed);
       if (trial.figure && trial.error) tally.quotients.push_back(*trial.figure / *trial.error);
       const bool failed =

@@ -137,8 +137,8 @@ RegimeSystem::RegimeSystem(const System& system, const Stretch& stretch)
 
 namespace {
 
-// Rows P y + R z = 0 of the active pairs, eliminated with complete pivoting; rows that lose all of P are constraints of z, and are
-// replaced by their derivative once.
+// Rows P y + R z = 0 of the active pairs, eliminated with complete pivoting; rows that lose all of P are constraints of
+// z, and are replaced by their derivative once.
 class Elimination {
  public:
   Elimination(const RegimeSystem& regime, const std::vector<int>& pairs) : regime_(regime), pairs_(pairs) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One mode of a system: which w are zero and which y, and what the system is there, x and sources together one linear equation.
+// One mode of a system: which w are zero and which y, and what the system is there, x and sources together one linear
+// equation.
 
 #ifndef DLCS_TESTS_HOSTILE_MODE_H_
 #define DLCS_TESTS_HOSTILE_MODE_H_
@@ -13,23 +14,24 @@
 
 namespace dlcs::hostile {
 
-// The system on stretches of one regime, z = (x; s):  x' = A z + B y,  s' = W s,  w = N z + M y. Pairs are scaled by powers of two,
-// rows and columns of M each on their own, which changes no x.
+// The system on stretches of one regime, z = (x; s):  x' = A z + B y,  s' = W s,  w = N z + M y. Pairs are scaled by
+// powers of two, rows and columns of M each on their own, which changes no x.
 struct RegimeSystem {
   RegimeSystem(const System& system, const Stretch& stretch);
 
   int num_states = 0, num_pairs = 0, size = 0;
-  DenseMatrix A;  // m × size
-  DenseMatrix B;  // m × n
-  DenseMatrix N;  // n × size
-  DenseMatrix M;  // n × n
-  DenseMatrix W;  // sources × sources
+  DenseMatrix A;                  // m × size
+  DenseMatrix B;                  // m × n
+  DenseMatrix N;                  // n × size
+  DenseMatrix M;                  // n × n
+  DenseMatrix W;                  // sources × sources
   std::vector<double> unit_of_y;  // y of the system = unit * y here
 };
 
 class Mode {
  public:
-  // Bit i of `active`: w_i = 0 and y_i may be positive. Null where y is not determined by the constraints and their first derivatives.
+  // Bit i of `active`: w_i = 0 and y_i may be positive. Null where y is not determined by the constraints and their
+  // first derivatives.
   static std::shared_ptr<Mode> Create(const RegimeSystem& regime, unsigned active, double horizon);
 
   unsigned active() const { return active_; }

@@ -115,7 +115,8 @@ class Walk {
   Reference Run() {
     started_ = std::chrono::steady_clock::now();
     const int m = system_.num_states();
-    result_.x = Eigen::MatrixXd::Constant(m, static_cast<Index>(times_.size()), std::numeric_limits<double>::quiet_NaN());
+    result_.x =
+        Eigen::MatrixXd::Constant(m, static_cast<Index>(times_.size()), std::numeric_limits<double>::quiet_NaN());
     result_.Bx_y = result_.x;
     result_.size = system_.x0.cwiseAbs();
     z_.assign(m + system_.functions.size(), 0);
@@ -153,14 +154,25 @@ class Walk {
     return found->second;
   }
 
+  // Of z_, waves with their size over the solve: what rounding is measured against.
+  Column Sizes() const {
+    Column sizes = z_;
+    for (size_t k = 0; k < system_.functions.size(); ++k) {
+      if (system_.functions[k].kind == SourceFunction::Kind::kSine) sizes[system_.num_states() + k] = 1;
+    }
+    return sizes;
+  }
+
   // Whether y and w of `mode` are lexicographically nonnegative from z on.
   bool CanFollow(const Mode& mode, double zero) const {
     if (system_.least_element && !mode.has_least_element()) return false;
     for (const Column& invariant : mode.invariants()) {
-      if (std::abs(ToDouble(Dot(invariant.data(), z_))) > std::max(zero, 1e-18) * ToDouble(AbsoluteDot(invariant.data(), z_)))
+      if (std::abs(ToDouble(Dot(invariant.data(), z_))) >
+          std::max(zero, 1e-18) * ToDouble(AbsoluteDot(invariant.data(), z_)))
         return false;
     }
     std::vector<Column> derivatives = {z_}, sizes = {z_};
+    if (zero == kZeroAtStart) sizes[0] = Sizes();
     for (int i = 0; i < mode.signs().rows(); ++i) {
       for (int k = 0; k < kDerivatives; ++k) {
         if (static_cast<int>(derivatives.size()) <= k) {
@@ -225,12 +237,13 @@ class Walk {
     const RegimeSystem& s = regime_->system;
     Column q = s.N * z_;
     size_of_q_.clear();
-    for (const Real& size : AbsoluteProduct(s.N, z_)) size_of_q_.push_back(ToDouble(size));
+    for (const Real& size : AbsoluteProduct(s.N, Sizes())) size_of_q_.push_back(ToDouble(size));
     const unsigned count = 1u << s.num_pairs;
     std::vector<unsigned> order(count);
     for (unsigned k = 0; k < count; ++k) order[k] = k ^ before;
-    std::stable_sort(order.begin(), order.end(),
-                     [before](unsigned a, unsigned b) { return std::popcount(a ^ before) < std::popcount(b ^ before); });
+    std::stable_sort(order.begin(), order.end(), [before](unsigned a, unsigned b) {
+      return std::popcount(a ^ before) < std::popcount(b ^ before);
+    });
     std::vector<std::shared_ptr<Mode>> result;
     for (const double zero : {kZero, kZeroAtStart}) {
       for (const unsigned active : order) {
@@ -278,7 +291,8 @@ class Walk {
       const Column z = mode.After(z_before, offset);
       for (int i = 0; i < system_.num_states(); ++i) result_.x(i, static_cast<Index>(next_output_)) = ToDouble(z[i]);
       const Column By = regime_->system.B * (mode.y() * z);
-      for (int i = 0; i < system_.num_states(); ++i) result_.Bx_y(i, static_cast<Index>(next_output_)) = ToDouble(By[i]);
+      for (int i = 0; i < system_.num_states(); ++i)
+        result_.Bx_y(i, static_cast<Index>(next_output_)) = ToDouble(By[i]);
       ++next_output_;
     }
   }
@@ -289,13 +303,15 @@ class Walk {
   }
 
   void Measure(const Column& z) {
-    for (Index i = 0; i < result_.size.size(); ++i) result_.size(i) = std::max(result_.size(i), std::abs(ToDouble(z[i])));
+    for (Index i = 0; i < result_.size.size(); ++i)
+      result_.size(i) = std::max(result_.size(i), std::abs(ToDouble(z[i])));
   }
 
   // The whole of `stretch`, from its begin; false where the walk ends.
   bool Cross(const Stretch& stretch) {
     auto found = regimes_.find(stretch.regime);
-    if (found == regimes_.end()) found = regimes_.emplace(stretch.regime, Regime{RegimeSystem(system_, stretch), {}}).first;
+    if (found == regimes_.end())
+      found = regimes_.emplace(stretch.regime, Regime{RegimeSystem(system_, stretch), {}}).first;
     regime_ = &found->second;
     time_ = stretch.begin;
     const Column sources = SourceValues(system_, time_);
@@ -481,7 +497,8 @@ class Walk {
 
 }  // namespace
 
-Reference Refer(const System& system, const std::vector<double>& times, const ReferenceLimits& limits, const Replay* replay) {
+Reference Refer(const System& system, const std::vector<double>& times, const ReferenceLimits& limits,
+                const Replay* replay) {
   return Walk(system, times, limits, replay).Run();
 }
 

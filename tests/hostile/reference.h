@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The second opinion: from event to event with exact exponentials of the modes, in 106 bits, from the stored doubles exactly. Nothing of
-// the engine is used.
+// The second opinion: from event to event with exact exponentials of the modes, in 106 bits, from the stored doubles
+// exactly. Nothing of the engine is used.
 //
-// In a mode x and the sources obey one linear equation z' = A z; its exponential is squared up from a short series, all powers kept, so
-// that z is known at every dyadic fraction of a step. A step is accepted where polynomials through 17 values agree with 16 others to
-// 1e-18 of the numbers that were summed (exponential sums that are that smooth hide nothing between); what must stay nonnegative is
-// searched for its first zero by Bernstein coefficients, and the zero is refined on exact values. The mode behind an event, at 0 and
-// behind a kink of the sources is the first, in the order of changes to the one before, whose y and w are lexicographically
-// nonnegative with their derivatives. Modes are found by enumeration.
+// In a mode x and the sources obey one linear equation z' = A z; its exponential is squared up from a short series, all
+// powers kept, so that z is known at every dyadic fraction of a step. A step is accepted where polynomials through 17
+// values agree with 16 others to 1e-18 of the numbers that were summed (exponential sums that are that smooth hide
+// nothing between); what must stay nonnegative is searched for its first zero by Bernstein coefficients, and the zero
+// is refined on exact values. The mode behind an event, at 0 and behind a kink of the sources is the first, in the
+// order of changes to the one before, whose y and w are lexicographically nonnegative with their derivatives. Modes are
+// found by enumeration.
 
 #ifndef DLCS_TESTS_HOSTILE_REFERENCE_H_
 #define DLCS_TESTS_HOSTILE_REFERENCE_H_
@@ -23,9 +24,9 @@ namespace dlcs::hostile {
 
 struct Reference {
   enum class Status {
-    kReached,   // [0, T] is covered
-    kNoMode,    // at `end` no mode can follow: no solution without a jump, as far as modes with first derivatives know
-    kGivenUp,   // no claim: too many steps or events, or a zero that could not be refined
+    kReached,  // [0, T] is covered
+    kNoMode,   // at `end` no mode can follow: no solution without a jump, as far as modes with first derivatives know
+    kGivenUp,  // no claim: too many steps or events, or a zero that could not be refined
   };
   Status status = Status::kGivenUp;
   std::string reason;
@@ -46,8 +47,8 @@ struct ReferenceLimits {
   double seconds = 20;
 };
 
-// Where solutions are several: of the modes that can follow at `time` (the x' of each, in `slopes`), which one is meant; -1 for none.
-// Called also at the `decisions`, times where the mode may change though it need not.
+// Where solutions are several: of the modes that can follow at `time` (the x' of each, in `slopes`), which one is
+// meant; -1 for none. Called also at the `decisions`, times where the mode may change though it need not.
 struct Replay {
   std::vector<double> decisions;
   // For each candidate, x after a while `probe` behind `time`.
@@ -59,8 +60,8 @@ struct Replay {
 Reference Refer(const System& system, const std::vector<double>& times, const ReferenceLimits& limits = {},
                 const Replay* replay = nullptr);
 
-// The largest change of x, relative to the size of each component, when all data are changed by one ulp: of `trials` random ones.
-// Infinite where one of them ends otherwise.
+// The largest change of x, relative to the size of each component, when all data are changed by one ulp: of `trials`
+// random ones. Infinite where one of them ends otherwise.
 double Condition(const System& system, const std::vector<double>& times, const Reference& reference, int trials,
                  const ReferenceLimits& limits = {});
 

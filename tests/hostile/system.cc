@@ -26,7 +26,9 @@ double Random::Normal() {
   return sum;
 }
 
-int Random::Integer(int low, int high) { return low + static_cast<int>(Next() % static_cast<uint64_t>(high - low + 1)); }
+int Random::Integer(int low, int high) {
+  return low + static_cast<int>(Next() % static_cast<uint64_t>(high - low + 1));
+}
 
 namespace {
 
@@ -117,7 +119,8 @@ std::pair<double, double> KinkFactors(const System& system, const KinkedTerm& ki
 
 int ConstantFunctionOf(const System& system) {
   for (size_t k = 0; k < system.functions.size(); ++k) {
-    if (system.functions[k].kind == SourceFunction::Kind::kPower && system.functions[k].power == 0) return static_cast<int>(k);
+    if (system.functions[k].kind == SourceFunction::Kind::kPower && system.functions[k].power == 0)
+      return static_cast<int>(k);
   }
   return -1;
 }
@@ -249,12 +252,14 @@ std::string MatrixText(const Eigen::MatrixXd& matrix) {
 }  // namespace
 
 std::string ToJson(const System& system) {
-  std::string json = "{\"name\": \"hostile " + std::to_string(system.seed) + "\", \"about\": \"" + system.traits + "\",\n";
+  std::string json =
+      "{\"name\": \"hostile " + std::to_string(system.seed) + "\", \"about\": \"" + system.traits + "\",\n";
   json += "\"A\": " + MatrixText(system.A) + ",\n\"B\": " + MatrixText(system.B) + ",\n\"N\": " + MatrixText(system.N) +
-          ",\n\"M\": " + MatrixText(system.M) + ",\n\"x0\": " + RowText(system.x0) + ",\n\"T\": " + Text(system.horizon) + ",\n";
+          ",\n\"M\": " + MatrixText(system.M) + ",\n\"x0\": " + RowText(system.x0) +
+          ",\n\"T\": " + Text(system.horizon) + ",\n";
   const auto sources = [&system](size_t p) {
-    return "\"f\": " + Quoted(Formulas(system, system.F[p], 0)) + ",\n\"g\": " +
-           Quoted(Formulas(system, system.G[p], system.num_states()));
+    return "\"f\": " + Quoted(Formulas(system, system.F[p], 0)) +
+           ",\n\"g\": " + Quoted(Formulas(system, system.G[p], system.num_states()));
   };
   if (system.starts.size() == 1) return json + sources(0) + "}\n";
   json += "\"pieces\": [";

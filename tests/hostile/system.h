@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A differential linear complementarity system as the generator makes it and the reference reads it: matrices of doubles, and sources
-// that are exact sums of powers, waves and exponentials on pieces, so that a mode with its sources is x' = A x with a larger A.
+// A differential linear complementarity system as the generator makes it and the reference reads it: matrices of
+// doubles, and sources that are exact sums of powers, waves and exponentials on pieces, so that a mode with its sources
+// is x' = A x with a larger A.
 
 #ifndef DLCS_TESTS_HOSTILE_SYSTEM_H_
 #define DLCS_TESTS_HOSTILE_SYSTEM_H_
@@ -29,8 +30,8 @@ class Random {
   uint64_t state_;
 };
 
-// One function of time. A system lists them so that their derivatives are sums of those listed: powers from t^0 upwards, each sine
-// followed by its cosine.
+// One function of time. A system lists them so that their derivatives are sums of those listed: powers from t^0
+// upwards, each sine followed by its cosine.
 struct SourceFunction {
   enum class Kind { kPower, kSine, kCosine, kExponential };
   Kind kind = Kind::kPower;
@@ -41,7 +42,12 @@ struct SourceFunction {
 
 // A term with kinks or jumps, of one component of f (row < m) or g (row - m).
 struct KinkedTerm {
-  enum class Kind { kPositivePart, kAbsolute, kSign, kAfter };  // max(0, s), abs(s), sign(s), (t > when); s the sine `function`
+  enum class Kind {
+    kPositivePart,
+    kAbsolute,
+    kSign,
+    kAfter
+  };  // max(0, s), abs(s), sign(s), (t > when); s the sine `function`
   Kind kind = Kind::kAfter;
   int row = 0;
   double factor = 0;
@@ -81,7 +87,8 @@ std::vector<Stretch> Stretches(const System& system);
 // The values s(t).
 Column SourceValues(const System& system, Real t);
 
-// Each nonzero number of the data times 1 ± 2^-52, the signs random; those of M only where its rank does not depend on them.
+// Each nonzero number of the data times 1 ± 2^-52, the signs random; those of M only where its rank does not depend on
+// them.
 System Perturbed(const System& system, Random& random);
 
 // For the engine, and for its command line.

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "core/solve.h"
+#include "core/verdict.h"
 
 namespace dlcs::hostile {
 
@@ -25,7 +26,8 @@ class Deadline {
   explicit Deadline(double seconds)
       : thread_([this, seconds] {
           std::unique_lock lock(mutex_);
-          if (!done_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_done_; })) source_.request_stop();
+          if (!done_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_done_; }))
+            source_.request_stop();
         }) {}
   ~Deadline() {
     {
@@ -58,7 +60,8 @@ void Compare(const Solution& solution, const std::vector<double>& times, const R
     for (Index i = 0; i < reference.x.rows(); ++i) {
       const double difference = std::abs(solution.x(i, column) - reference.x(i, static_cast<Index>(k)));
       if (difference == 0) continue;
-      const double relative = reference.size(i) > 0 ? difference / reference.size(i) : std::numeric_limits<double>::infinity();
+      const double relative =
+          reference.size(i) > 0 ? difference / reference.size(i) : std::numeric_limits<double>::infinity();
       if (!(relative <= worst)) {
         worst = relative;
         trial.component = i;
@@ -70,14 +73,16 @@ void Compare(const Solution& solution, const std::vector<double>& times, const R
 
 // What the engine says of its error; nothing where it does not know.
 std::optional<double> FigureOf(const Solution& solution) {
-  if (!solution.certificate.estimated_error_x) return std::nullopt;
-  return std::max(*solution.certificate.estimated_error_x / solution.certificate.x_scale, kFloor);
+  if (solution.accuracy.source == AccuracySource::kNotEstimated || std::isnan(solution.accuracy.error))
+    return std::nullopt;
+  return std::max(solution.accuracy.error, kFloor);
 }
 
 Reference ReplayOf(const System& system, const Solution& solution, const std::vector<double>& times) {
   Replay replay;
   for (const SwitchingTime& event : solution.switching_times) {
-    if (event.time > 0 && event.time < system.horizon && event.kind != "break point") replay.decisions.push_back(event.time);
+    if (event.time > 0 && event.time < system.horizon && event.kind != "break point")
+      replay.decisions.push_back(event.time);
   }
   std::vector<double> ends = replay.decisions;
   for (const Stretch& stretch : Stretches(system)) ends.push_back(ToDouble(stretch.end));
@@ -134,6 +139,12 @@ std::vector<double> ComparisonTimes(const System& system) {
   return times;
 }
 
+absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, double seconds) {
+  Observer observer;
+  const Deadline deadline(seconds);
+  return Solve(ToProblem(system), options, observer, deadline.token());
+}
+
 Trial Try(const System& system, const Reference& reference, double tolerance, double seconds) {
   Trial trial;
   const std::vector<double> times = ComparisonTimes(system);
@@ -144,12 +155,8 @@ Trial Try(const System& system, const Reference& reference, double tolerance, do
   options.num_threads = 1;
   const double asked = tolerance > 0 ? tolerance : kDefaultTolerance;
 
-  Observer observer;
   const auto begin = std::chrono::steady_clock::now();
-  absl::StatusOr<Solution> solved = [&] {
-    const Deadline deadline(seconds);
-    return Solve(ToProblem(system), options, observer, deadline.token());
-  }();
+  const absl::StatusOr<Solution> solved = SolveFor(system, options, seconds);
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!solved.ok()) {
     trial.verdict = std::string(solved.status().message());
@@ -157,10 +164,12 @@ Trial Try(const System& system, const Reference& reference, double tolerance, do
     return trial;
   }
   const Solution& solution = *solved;
-  trial.verdict = std::string(TerminationName(solution.termination)) + " (" + MethodName(solution.method) + "): " + solution.message;
+  const Verdict verdict = JudgeSolution(solution);
+  trial.verdict = std::string(MethodName(solution.method)) + ": " + verdict.text + ". " + solution.message;
   trial.figure = FigureOf(solution);
-  const bool reached = solution.termination == Termination::kConverged;
-  trial.is_good_verdict = reached;
+  const bool reached = solution.termination == Termination::kReachedEnd;
+  trial.reached_end = reached;
+  trial.is_good_verdict = verdict.kind == VerdictKind::kSolved;
 
   if (system.several_solutions) {
     if (!reached) return trial;  // there may be none
@@ -192,7 +201,8 @@ Trial Try(const System& system, const Reference& reference, double tolerance, do
     ReferenceLimits limits;
     limits.seconds = 5;
     trial.condition = Condition(system, times, reference, kConditionTrials, limits);
-    if (trial.judgement == Judgement::kRefused && *trial.condition > asked) trial.judgement = Judgement::kRefusedWithNeed;
+    if (trial.judgement == Judgement::kRefused && *trial.condition > asked)
+      trial.judgement = Judgement::kRefusedWithNeed;
   }
   return trial;
 }

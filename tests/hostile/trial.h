@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/options.h"
 #include "core/solution.h"
 #include "tests/hostile/reference.h"
 #include "tests/hostile/system.h"
@@ -15,23 +17,24 @@
 namespace dlcs::hostile {
 
 enum class Judgement {
-  kRight,             // a good verdict and no further from the reference than asked; or rightly no solution
-  kWrong,             // a good verdict and further from the reference than asked
-  kRefusedWithNeed,   // no good verdict, and one ulp of the data moves the answer by more than asked
-  kRefused,           // no good verdict, although there is an answer
-  kNotJudged,         // the reference makes no claim, or stops where the engine goes on
+  kRight,            // a good verdict and no further from the reference than asked; or rightly no solution
+  kWrong,            // a good verdict and further from the reference than asked
+  kRefusedWithNeed,  // no good verdict, and one ulp of the data moves the answer by more than asked
+  kRefused,          // no good verdict, although there is an answer
+  kNotJudged,        // the reference makes no claim, or stops where the engine goes on
 };
 const char* Name(Judgement judgement);
 
 struct Trial {
   Judgement judgement = Judgement::kNotJudged;
-  bool is_good_verdict = false;
+  bool is_good_verdict = false;  // solved within the error that was asked for
+  bool reached_end = false;
   std::optional<double> error;      // largest over times and components, relative to the size of each
   Index component = -1;             // that it belongs to
   std::optional<double> figure;     // what the engine says of it, in the same measure
   std::optional<double> condition;  // where it was looked at
   double seconds = 0;
-  std::string verdict;              // termination, method and message of the engine
+  std::string verdict;  // termination, method and message of the engine
 };
 
 // What is asked where nothing is: the default of the engine.
@@ -40,8 +43,11 @@ constexpr double kDefaultTolerance = 1e-6;
 // Times for the comparison: T, even ones, and some that cluster at 0.
 std::vector<double> ComparisonTimes(const System& system);
 
-// Solves with `tolerance`, or by default where it is 0, for at most `seconds`. `reference` is at ComparisonTimes(); where solutions are
-// several it is not looked at, and the answer is replayed.
+// Solves, for at most `seconds`; then it is kCancelled.
+absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, double seconds);
+
+// Solves with `tolerance`, or by default where it is 0, for at most `seconds`. `reference` is at ComparisonTimes();
+// where solutions are several it is not looked at, and the answer is replayed.
 Trial Try(const System& system, const Reference& reference, double tolerance, double seconds);
 
 }  // namespace dlcs::hostile
