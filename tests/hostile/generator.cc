@@ -433,6 +433,7 @@ System MakeSystem(uint64_t seed) {
   }
   system.traits = std::string(kClassNames[static_cast<int>(kind)]) + ", " + kDynamicsNames[static_cast<int>(dynamics)];
   system.horizon = Round(LogUniform(random, 0.5, 20), 1e-3);
+  system.is_lipschitz = IsLipschitz(kind);
   system.least_element = kind == Class::kSingularZ;
   system.several_solutions = kind == Class::kCopositive || kind == Class::kIndefinite || kind == Class::kNegative;
   system.rank_matters = IsPassive(kind) || kind == Class::kSingularZ || kind == Class::kZeroReflection;

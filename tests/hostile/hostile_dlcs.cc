@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Solves random systems and judges the answers by the reference:
 //
-//     hostile_dlcs --seeds 0:400 --tolerance 1e-4,1e-7,1e-10,default
+//     hostile_dlcs --seeds 0:400 --tolerance 1e-4,1e-7,1e-10,default,steps=1000
 //
 // Prints a line for each failure, a table, and what the figures of the engine are worth. Exit 1 where an answer was
 // wrong.
@@ -26,7 +26,7 @@ constexpr double kSlow = 5;  // seconds
 
 struct Arguments {
   uint64_t begin = 0, end = 100;
-  std::vector<double> tolerances = {1e-4, 1e-7, 1e-10, 0};
+  std::vector<Asked> asked = {{1e-4, 0}, {1e-7, 0}, {1e-10, 0}, {0, 0}};
   std::string failures;  // folder for the problems that fail
   double seconds = 10;
   bool verbose = false;
@@ -34,15 +34,15 @@ struct Arguments {
 };
 
 int Usage() {
-  std::fprintf(
-      stderr,
-      "usage: hostile_dlcs [--seeds A:B] [--tolerance T,T,...,default] [--failures FOLDER] [--seconds S] [--verbose]\n"
-      "  --seeds A:B         seeds A to B - 1 (0:100)\n"
-      "  --tolerance LIST    errors to ask for (1e-4,1e-7,1e-10,default)\n"
-      "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
-      "  --seconds S         stop a solve after so long (10)\n"
-      "  --verbose           a line for every trial\n"
-      "  --traits            list the systems and what the reference says of them, and solve none\n");
+  std::fprintf(stderr,
+               "usage: hostile_dlcs [--seeds A:B] [--tolerance T,...,default,steps=N] [--failures FOLDER] [--seconds "
+               "S] [--verbose]\n"
+               "  --seeds A:B         seeds A to B - 1 (0:100)\n"
+               "  --tolerance LIST    errors to ask for, or fixed steps (1e-4,1e-7,1e-10,default)\n"
+               "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
+               "  --seconds S         stop a solve after so long (10)\n"
+               "  --verbose           a line for every trial\n"
+               "  --traits            list the systems and what the reference says of them, and solve none\n");
   return 2;
 }
 
@@ -65,10 +65,17 @@ bool Parse(int count, char** texts, Arguments& arguments) {
       arguments.begin = std::strtoull(value.c_str(), nullptr, 10);
       arguments.end = std::strtoull(value.c_str() + colon + 1, nullptr, 10);
     } else if (name == "--tolerance") {
-      arguments.tolerances.clear();
+      arguments.asked.clear();
       std::istringstream list(value);
       for (std::string item; std::getline(list, item, ',');) {
-        arguments.tolerances.push_back(item == "default" ? 0 : std::strtod(item.c_str(), nullptr));
+        const bool has_steps = item.rfind("steps=", 0) == 0;
+        Asked asked;
+        if (has_steps) {
+          asked.steps = std::strtol(item.c_str() + 6, nullptr, 10);
+        } else if (item != "default") {
+          asked.tolerance = std::strtod(item.c_str(), nullptr);
+        }
+        arguments.asked.push_back(asked);
       }
     } else if (name == "--failures") {
       arguments.failures = value;
@@ -81,10 +88,11 @@ bool Parse(int count, char** texts, Arguments& arguments) {
   return true;
 }
 
-std::string ToleranceText(double tolerance) {
-  if (tolerance == 0) return "default";
+std::string Text(const Asked& asked) {
+  if (asked.steps > 0) return "steps=" + std::to_string(asked.steps);
+  if (asked.tolerance == 0) return "default";
   char text[20];
-  std::snprintf(text, sizeof text, "%g", tolerance);
+  std::snprintf(text, sizeof text, "%g", asked.tolerance);
   return text;
 }
 
@@ -96,11 +104,11 @@ struct Tally {
   std::vector<double> quotients;  // figure over error
 };
 
-void Print(uint64_t seed, const System& system, double tolerance, const Trial& trial) {
-  std::printf("%llu %s %s: error %.1e of x%lld", static_cast<unsigned long long>(seed),
-              ToleranceText(tolerance).c_str(), Name(trial.judgement), trial.error.value_or(NAN),
-              static_cast<long long>(trial.component + 1));
+void Print(uint64_t seed, const System& system, const Asked& asked, const Trial& trial) {
+  std::printf("%llu %s %s: error %.1e of x%lld", static_cast<unsigned long long>(seed), Text(asked).c_str(),
+              Name(trial.judgement), trial.error.value_or(NAN), static_cast<long long>(trial.component + 1));
   if (trial.figure) std::printf(", figure %.1e", *trial.figure);
+  if (trial.error_By) std::printf(", of B y %.1e", *trial.error_By);
   if (trial.condition) std::printf(", condition %.1e", *trial.condition);
   std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(),
               system.traits.c_str(), trial.verdict.c_str());
@@ -113,8 +121,8 @@ void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
   std::printf("\n");
 }
 
-void PrintTally(double tolerance, Tally& tally) {
-  std::printf("%-8s", ToleranceText(tolerance).c_str());
+void PrintTally(const Asked& asked, Tally& tally) {
+  std::printf("%-8s", Text(asked).c_str());
   for (const Judgement judgement : {Judgement::kRight, Judgement::kWrong, Judgement::kRefusedWithNeed,
                                     Judgement::kRefused, Judgement::kNotJudged}) {
     std::printf("  %s %d", Name(judgement), tally.judgements[judgement]);
@@ -141,7 +149,7 @@ void PrintTally(double tolerance, Tally& tally) {
 int Main(int count, char** texts) {
   Arguments arguments;
   if (!Parse(count, texts, arguments)) return Usage();
-  std::map<double, Tally> tallies;
+  std::vector<Tally> tallies(arguments.asked.size());
   for (uint64_t seed = arguments.begin; seed < arguments.end; ++seed) {
     const System system = MakeSystem(seed);
     Reference reference;
@@ -152,14 +160,14 @@ int Main(int count, char** texts) {
                   reference.steps, reference.events, reference.end, system.horizon, reference.reason.c_str());
       continue;
     }
-    for (const double tolerance : arguments.tolerances) {
-      const Trial trial = Try(system, reference, tolerance, arguments.seconds);
-      Tally& tally = tallies[tolerance];
+    for (size_t k = 0; k < arguments.asked.size(); ++k) {
+      const Asked& asked = arguments.asked[k];
+      const Trial trial = Try(system, reference, asked, arguments.seconds);
+      Tally& tally = tallies[k];
       ++tally.judgements[trial.judgement];
       if (trial.judgement == Judgement::kWrong) {
         tally.wrong.push_back(seed);
-        const double asked = tolerance > 0 ? tolerance : kDefaultTolerance;
-        if (trial.condition.value_or(0) > asked) ++tally.ill_conditioned_wrong;
+        if (trial.condition.value_or(0) > asked.error()) ++tally.ill_conditioned_wrong;
       }
       if (trial.judgement == Judgement::kRefused) {
         tally.refused.push_back(seed);
@@ -169,7 +177,7 @@ int Main(int count, char** texts) {
       if (trial.figure && trial.error) tally.quotients.push_back(*trial.figure / *trial.error);
       const bool failed =
           trial.judgement == Judgement::kWrong || trial.judgement == Judgement::kRefused || trial.seconds > kSlow;
-      if (failed || arguments.verbose) Print(seed, system, tolerance, trial);
+      if (failed || arguments.verbose) Print(seed, system, asked, trial);
       if (failed && !arguments.failures.empty()) {
         std::ofstream(arguments.failures + "/" + std::to_string(seed) + ".json") << ToJson(system);
       }
@@ -178,9 +186,9 @@ int Main(int count, char** texts) {
   }
   std::printf("%llu systems\n", static_cast<unsigned long long>(arguments.end - arguments.begin));
   bool wrong = false;
-  for (auto& [tolerance, tally] : tallies) {
-    PrintTally(tolerance, tally);
-    wrong = wrong || !tally.wrong.empty();
+  for (size_t k = 0; k < tallies.size(); ++k) {
+    PrintTally(arguments.asked[k], tallies[k]);
+    wrong = wrong || !tallies[k].wrong.empty();
   }
   return wrong ? 1 : 0;
 }

@@ -117,7 +117,7 @@ class Walk {
     const int m = system_.num_states();
     result_.x =
         Eigen::MatrixXd::Constant(m, static_cast<Index>(times_.size()), std::numeric_limits<double>::quiet_NaN());
-    result_.Bx_y = result_.x;
+    result_.By = result_.x;
     result_.size = system_.x0.cwiseAbs();
     z_.assign(m + system_.functions.size(), 0);
     for (int i = 0; i < m; ++i) z_[i] = system_.x0(i);
@@ -291,8 +291,7 @@ class Walk {
       const Column z = mode.After(z_before, offset);
       for (int i = 0; i < system_.num_states(); ++i) result_.x(i, static_cast<Index>(next_output_)) = ToDouble(z[i]);
       const Column By = regime_->system.B * (mode.y() * z);
-      for (int i = 0; i < system_.num_states(); ++i)
-        result_.Bx_y(i, static_cast<Index>(next_output_)) = ToDouble(By[i]);
+      for (int i = 0; i < system_.num_states(); ++i) result_.By(i, static_cast<Index>(next_output_)) = ToDouble(By[i]);
       ++next_output_;
     }
   }

@@ -36,7 +36,7 @@ struct Reference {
   std::vector<double> event_times;
   // At the times asked for, up to `end`: columns.
   Eigen::MatrixXd x;
-  Eigen::MatrixXd Bx_y;  // B y, the left limit at T and else the right one
+  Eigen::MatrixXd By;  // the left limit at T, and else the right one
   // The largest |x_i| on [0, end].
   Eigen::VectorXd size;
 };

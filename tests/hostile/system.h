@@ -68,6 +68,7 @@ struct System {
   std::vector<Eigen::MatrixXd> F, G;
   std::vector<KinkedTerm> kinks;
 
+  bool is_lipschitz = false;   // M is a P-matrix: y is a Lipschitz function of x
   bool least_element = false;  // y is the least element, M a Z-matrix
   bool several_solutions = false;
   bool rank_matters = false;  // M is singular by its exact entries: Perturbed() leaves them

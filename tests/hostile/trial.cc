@@ -71,6 +71,24 @@ void Compare(const Solution& solution, const std::vector<double>& times, const R
   trial.error = std::max(worst, kFloor);
 }
 
+// Relative to the largest |(B y)_i| at the times compared.
+void CompareForces(const System& system, const Solution& solution, const std::vector<double>& times,
+                   const Reference& reference, Trial& trial) {
+  double worst = 0;
+  for (Index i = 0; i < reference.By.rows(); ++i) {
+    double difference = 0, size = 0;
+    for (size_t k = 0; k < times.size(); ++k) {
+      const Index column = ColumnAt(solution, times[k]);
+      const double expected = reference.By(i, static_cast<Index>(k));
+      if (column < 0 || std::isnan(expected)) continue;
+      difference = std::max(difference, std::abs(system.B.row(i).dot(solution.y.col(column)) - expected));
+      size = std::max(size, std::abs(expected));
+    }
+    if (difference > 0) worst = std::max(worst, difference / size);
+  }
+  trial.error_By = std::max(worst, kFloor);
+}
+
 // What the engine says of its error; nothing where it does not know.
 std::optional<double> FigureOf(const Solution& solution) {
   if (solution.accuracy.source == AccuracySource::kNotEstimated || std::isnan(solution.accuracy.error))
@@ -145,15 +163,15 @@ absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, 
   return Solve(ToProblem(system), options, observer, deadline.token());
 }
 
-Trial Try(const System& system, const Reference& reference, double tolerance, double seconds) {
+Trial Try(const System& system, const Reference& reference, const Asked& asked, double seconds) {
   Trial trial;
   const std::vector<double> times = ComparisonTimes(system);
   Options options;
-  options.error_tolerance = tolerance;
+  options.error_tolerance = asked.tolerance;
+  options.num_steps = asked.steps;
   options.output_times = times;
   options.output_times_only = !system.several_solutions;
   options.num_threads = 1;
-  const double asked = tolerance > 0 ? tolerance : kDefaultTolerance;
 
   const auto begin = std::chrono::steady_clock::now();
   const absl::StatusOr<Solution> solved = SolveFor(system, options, seconds);
@@ -176,7 +194,7 @@ Trial Try(const System& system, const Reference& reference, double tolerance, do
     const Reference replayed = ReplayOf(system, solution, times);
     if (replayed.status == Reference::Status::kGivenUp) return trial;
     Compare(solution, times, replayed, trial);
-    if (*trial.error <= asked && replayed.status == Reference::Status::kReached) {
+    if (*trial.error <= asked.error() && replayed.status == Reference::Status::kReached) {
       trial.judgement = Judgement::kRight;
     } else if (trial.is_good_verdict && solution.method == Method::kEventLocated) {
       trial.judgement = Judgement::kWrong;
@@ -187,13 +205,16 @@ Trial Try(const System& system, const Reference& reference, double tolerance, do
 
   if (reference.status == Reference::Status::kGivenUp) return trial;
   Compare(solution, times, reference, trial);
+  if (system.is_lipschitz) CompareForces(system, solution, times, reference, trial);
   if (reference.status == Reference::Status::kNoMode) {
     const bool ends_there = !reached && std::abs(solution.failure_time - reference.end) <= 1e-3 * system.horizon;
     trial.judgement = ends_there ? Judgement::kRight : Judgement::kNotJudged;
     return trial;
   }
-  if (trial.is_good_verdict) {
-    trial.judgement = *trial.error <= asked ? Judgement::kRight : Judgement::kWrong;
+  if (asked.steps > 0 && reached) {
+    trial.judgement = trial.figure && *trial.figure < *trial.error / 10 ? Judgement::kWrong : Judgement::kRight;
+  } else if (trial.is_good_verdict) {
+    trial.judgement = *trial.error <= asked.error() ? Judgement::kRight : Judgement::kWrong;
   } else {
     trial.judgement = Judgement::kRefused;
   }
@@ -201,7 +222,7 @@ Trial Try(const System& system, const Reference& reference, double tolerance, do
     ReferenceLimits limits;
     limits.seconds = 5;
     trial.condition = Condition(system, times, reference, kConditionTrials, limits);
-    if (trial.judgement == Judgement::kRefused && *trial.condition > asked)
+    if (trial.judgement == Judgement::kRefused && *trial.condition > asked.error())
       trial.judgement = Judgement::kRefusedWithNeed;
   }
   return trial;

@@ -29,16 +29,25 @@ struct Trial {
   Judgement judgement = Judgement::kNotJudged;
   bool is_good_verdict = false;  // solved within the error that was asked for
   bool reached_end = false;
-  std::optional<double> error;      // largest over times and components, relative to the size of each
-  Index component = -1;             // that it belongs to
+  std::optional<double> error;  // largest over times and components, relative to the size of each
+  Index component = -1;         // that it belongs to
+  std::optional<double>
+      error_By;  // the same of B y at the times compared, where y is a Lipschitz function of x; not judged
   std::optional<double> figure;     // what the engine says of it, in the same measure
   std::optional<double> condition;  // where it was looked at
   double seconds = 0;
   std::string verdict;  // termination, method and message of the engine
 };
 
-// What is asked where nothing is: the default of the engine.
-constexpr double kDefaultTolerance = 1e-6;
+// What is asked of a solve: an error; or `steps` of equal length; or, where both are 0, nothing.
+struct Asked {
+  double tolerance = 0;
+  Index steps = 0;
+
+  // The error that a good verdict promises: kDefaultTolerance where nothing is asked.
+  double error() const { return tolerance > 0 ? tolerance : kDefaultTolerance; }
+  static constexpr double kDefaultTolerance = 1e-6;
+};
 
 // Times for the comparison: T, even ones, and some that cluster at 0.
 std::vector<double> ComparisonTimes(const System& system);
@@ -46,9 +55,9 @@ std::vector<double> ComparisonTimes(const System& system);
 // Solves, for at most `seconds`; then it is kCancelled.
 absl::StatusOr<Solution> SolveFor(const System& system, const Options& options, double seconds);
 
-// Solves with `tolerance`, or by default where it is 0, for at most `seconds`. `reference` is at ComparisonTimes();
-// where solutions are several it is not looked at, and the answer is replayed.
-Trial Try(const System& system, const Reference& reference, double tolerance, double seconds);
+// Solves for at most `seconds`. `reference` is at ComparisonTimes(); where solutions are several it is not looked at,
+// and the answer is replayed. With steps an answer is wrong where the figure is below a tenth of the error.
+Trial Try(const System& system, const Reference& reference, const Asked& asked, double seconds);
 
 }  // namespace dlcs::hostile
 
