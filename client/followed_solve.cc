@@ -22,6 +22,7 @@ v1::TrajectoryChunk Behind(std::int64_t taken, const v1::TrajectoryChunk& chunk)
   *result.mutable_times() = rest(chunk.times());
   *result.mutable_x() = rest(chunk.x());
   *result.mutable_y() = rest(chunk.y());
+  *result.mutable_w() = rest(chunk.w());
   for (const v1::LeftLimit& limit : chunk.left_limits()) {
     if (limit.index() >= result.first()) *result.add_left_limits() = limit;
   }

@@ -83,7 +83,8 @@ absl::Status JobClient::ReadTrajectory(const v1::ReadTrajectoryRequest& request,
     Call call(insistence_.connection(), left);
     const auto reader = stub_->ReadTrajectory(call.context(), rest);
     for (v1::TrajectoryPage page; reader->Read(&page);) {
-      if (page.crc32() != TrajectoryCrc(page.chunk())) {
+      const bool w_arrived = page.chunk().w().empty() || page.w_crc32() == TrajectoryWCrc(page.chunk());
+      if (page.crc32() != TrajectoryCrc(page.chunk()) || !w_arrived) {
         call.context()->TryCancel();
         reader->Finish();
         return grpc::Status(grpc::StatusCode::UNAVAILABLE, "a page of the trajectory arrived damaged");

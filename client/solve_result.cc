@@ -20,6 +20,7 @@ bool LimitsFit(const v1::TrajectoryChunk& chunk, std::size_t constraints) {
   for (const v1::LeftLimit& limit : chunk.left_limits()) {
     const bool is_inside = limit.index() >= chunk.first() && limit.index() < chunk.first() + chunk.times_size();
     if (!is_inside || static_cast<std::size_t>(limit.y_size()) != constraints) return false;
+    if (!limit.w().empty() && limit.w_size() != limit.y_size()) return false;
   }
   return true;
 }
@@ -85,20 +86,22 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
 // Room for the trajectory, so that it is not copied as it grows; pages that are not filled cost nothing.
 void ResultCollector::Reserve() {
   constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // whatever a server announces
-  const std::size_t most = kMostBytes / (sizeof(double) * (1 + result_.states + result_.constraints));
+  const std::size_t most = kMostBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints));
   const std::int64_t announced = asked_times_ > 0 ? asked_times_ : result_.analysis.steps() + 1;
   const std::size_t times = std::min(static_cast<std::size_t>(std::max(announced, std::int64_t{0})), most);
   result_.times.reserve(times);
   result_.x.reserve(times * result_.states);
   result_.y.reserve(times * result_.constraints);
+  result_.w.reserve(times * result_.constraints);
 }
 
 void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   const auto count = static_cast<std::size_t>(chunk.times_size());
+  sends_w_ = received_times_ > 0 ? sends_w_ : !chunk.w().empty();
   const bool fits = static_cast<std::size_t>(chunk.first()) == received_times_ &&
                     static_cast<std::size_t>(chunk.x_size()) == count * result_.states &&
                     static_cast<std::size_t>(chunk.y_size()) == count * result_.constraints &&
-                    LimitsFit(chunk, result_.constraints);
+                    chunk.w_size() == (sends_w_ ? chunk.y_size() : 0) && LimitsFit(chunk, result_.constraints);
   if (!fits && fault_.empty()) {
     fault_ = fmt::format("the chunk of the trajectory at index {} does not continue it at {}", chunk.first(),
                          received_times_);
@@ -109,6 +112,7 @@ void ResultCollector::AddChunk(const v1::TrajectoryChunk& chunk) {
   Append(chunk.times(), result_.times);
   Append(chunk.x(), result_.x);
   Append(chunk.y(), result_.y);
+  Append(chunk.w(), result_.w);
   result_.left_limits.insert(result_.left_limits.end(), chunk.left_limits().begin(), chunk.left_limits().end());
 }
 

@@ -23,10 +23,15 @@ struct SolveResult {
   std::vector<double> times;
   std::vector<double> x;  // `states` values per time
   std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
+  std::vector<double> w;  // as y; empty from servers that do not send it
   std::vector<v1::LeftLimit> left_limits;  // where they differ, in the order of time
 
   std::span<const double> x_at(std::size_t k) const { return {x.data() + k * states, states}; }
   std::span<const double> y_at(std::size_t k) const { return {y.data() + k * constraints, constraints}; }
+  bool has_w() const { return !w.empty(); }
+  std::span<const double> w_at(std::size_t k) const {
+    return has_w() ? std::span(w.data() + k * constraints, constraints) : std::span<const double>();
+  }
 };
 
 // Puts the events of one solve together, in their order. Not thread-safe.
@@ -62,6 +67,7 @@ class ResultCollector {
   std::int64_t asked_times_ = 0;  // 0: all nodes
   bool accepted_ = false;
   bool has_summary_ = false;
+  bool sends_w_ = false;  // the server, from the first chunk on
   std::string fault_;  // the first chunk that did not fit
   v1::WindowStarted window_;
   v1::Iterate iterate_;

@@ -14,8 +14,8 @@ namespace dlcs {
 // What stands fast of a solve under way. Made at the end of windows, and of blocks of steps in marches.
 struct Checkpoint {
   double time;  // solved up to here
-  // Columns first ... first + count - 1 of `solution` (times, x, y, left_limits) have come since the checkpoint before
-  // and will not change any more. Perhaps none.
+  // Columns first ... first + count - 1 of `solution` (times, x, y, w, left_limits) have come since the checkpoint
+  // before and will not change any more. Perhaps none.
   const Solution& solution;
   Index first;
   Index count;
@@ -27,6 +27,7 @@ struct ResumePoint {
   std::string state;
   Matrix x;  // m × columns
   Matrix y;  // n × columns
+  Matrix w;  // n × columns
 };
 
 }  // namespace dlcs

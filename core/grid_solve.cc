@@ -89,7 +89,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
   solution.certificate = context.certificate.certificate();
-  const bool finite = solution.x.allFinite() && solution.y.allFinite();
+  const bool finite = solution.x.allFinite() && solution.y.allFinite() && solution.w.allFinite();
   if (!finite && solution.termination == Termination::kReachedEnd) {
     context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
   }

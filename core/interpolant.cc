@@ -9,6 +9,15 @@
 #include "core/linalg/phi_functions.h"
 
 namespace dlcs {
+namespace {
+
+Vector SourceAt(TimeFunctionEvaluator& function, double time, Side side) {
+  Vector value(function.size());
+  function.Evaluate(time, side, value);
+  return value;
+}
+
+}  // namespace
 
 absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const Solution& solution) {
   const bool dense = solution.dense_output || !solution.pieces.empty();
@@ -21,18 +30,21 @@ absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const So
   }
   auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states());
   if (!f.ok()) return f.status();
-  return Interpolant(problem, solution, *std::move(f));
+  auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints());
+  if (!g.ok()) return g.status();
+  return Interpolant(problem, solution, *std::move(f), *std::move(g));
 }
 
-Interpolant::Interpolant(const Problem& problem, const Solution& solution, TimeFunctionEvaluator f)
-    : problem_(problem), solution_(solution), f_(std::move(f)) {}
+Interpolant::Interpolant(const Problem& problem, const Solution& solution, TimeFunctionEvaluator f,
+                         TimeFunctionEvaluator g)
+    : problem_(problem), solution_(solution), f_(std::move(f)), g_(std::move(g)) {}
 
 Interpolant::Point Interpolant::At(double time) {
   const std::vector<double>& times = solution_.times;
   const auto node = std::lower_bound(times.begin(), times.end(), time);
   if (node == times.end() || *node != time) return Limit(time, Side::kLeft);
   const Index k = node - times.begin();
-  return {solution_.x.col(k), solution_.y.col(k)};
+  return {solution_.x.col(k), solution_.y.col(k), solution_.w.col(k)};
 }
 
 Interpolant::Point Interpolant::Limit(double time, Side side) {
@@ -44,7 +56,9 @@ Interpolant::Point Interpolant::Limit(double time, Side side) {
                                        : std::upper_bound(times.begin(), times.end(), time);
   const Index last = static_cast<Index>(times.size()) - 1;
   const Index k = std::clamp<Index>(end - times.begin() - 1, 0, last - 1);
-  return InStep(k, time - times[k]);
+  Point point = InStep(k, time - times[k]);
+  point.w = SourceAt(g_, time, side) + problem_.N * point.x + problem_.M * point.y;
+  return point;
 }
 
 Interpolant::Point Interpolant::InStep(Index k, double tau) {
@@ -57,7 +71,7 @@ Interpolant::Point Interpolant::InStep(Index k, double tau) {
     point.x = (1 - part) * x_begin + part * LeftState(k + 1);
     return point;
   }
-  const Vector f_begin = SourceAt(begin, Side::kRight), f_end = SourceAt(end, Side::kLeft);
+  const Vector f_begin = SourceAt(f_, begin, Side::kRight), f_end = SourceAt(f_, end, Side::kLeft);
   const Vector s_begin = problem_.B * (solution_.dense_output->y_is_linear ? y_begin : y_end) + f_begin;
   const Vector s = problem_.B * point.y + (1 - part) * f_begin + part * f_end;
   const PhiFunctions phi = ComputePhiFunctions(tau * problem_.A.Dense());
@@ -74,7 +88,8 @@ Interpolant::Point Interpolant::InPiece(double time, Side side) const {
   auto piece = std::lower_bound(pieces.begin(), pieces.end(), time, ends_before);
   if (piece == pieces.end()) --piece;
   const LegendreVector values = LegendreValues(std::clamp(2 * (time - piece->begin) / piece->length - 1, -1.0, 1.0));
-  return {piece->x * values.head(piece->x.cols()), (piece->y * values.head(piece->y.cols())).cwiseMax(0)};
+  return {piece->x * values.head(piece->x.cols()), (piece->y * values.head(piece->y.cols())).cwiseMax(0),
+          (piece->w * values.head(piece->w.cols())).cwiseMax(0)};
 }
 
 Vector Interpolant::LeftState(Index k) const {
@@ -90,12 +105,6 @@ Vector Interpolant::LeftY(Index k) const {
   const auto limit = std::lower_bound(limits.begin(), limits.end(), k,
                                       [](const LeftLimit& a, Index column) { return a.column < column; });
   return limit != limits.end() && limit->column == k ? limit->y : Vector(solution_.y.col(k));
-}
-
-Vector Interpolant::SourceAt(double time, Side side) {
-  Vector value(problem_.num_states());
-  f_.Evaluate(time, side, value);
-  return value;
 }
 
 }  // namespace dlcs

@@ -22,6 +22,7 @@ namespace dlcs {
 //     paper_iteration          as laplace_iteration; its nodes differ from that by the error of the contour
 //     event_located            the polynomials of its steps (Options::keep_pieces), as accurate as the nodes
 //
+// and w = N x + g + M y of these x and y; of event_located its own polynomials.
 // Keeps references to problem and solution. Not safe to share between threads, as TimeFunctionEvaluator.
 class Interpolant {
  public:
@@ -30,7 +31,7 @@ class Interpolant {
   static absl::StatusOr<Interpolant> Create(const Problem& problem, const Solution& solution);
 
   struct Point {
-    Vector x, y;
+    Vector x, y, w;
   };
 
   // The limits at `time` from `side`, which differ where the state jumps, at nodes where y is constant on steps, and at
@@ -42,18 +43,17 @@ class Interpolant {
   Point At(double time);
 
  private:
-  Interpolant(const Problem& problem, const Solution& solution, TimeFunctionEvaluator f);
+  Interpolant(const Problem& problem, const Solution& solution, TimeFunctionEvaluator f, TimeFunctionEvaluator g);
 
-  // At t_{k} + tau, 0 <= tau <= the step, inside the step from node k to k + 1.
+  // x and y at t_{k} + tau, 0 <= tau <= the step, inside the step from node k to k + 1.
   Point InStep(Index k, double tau);
   Point InPiece(double time, Side side) const;
   Vector LeftState(Index k) const;  // x(t_k⁻)
   Vector LeftY(Index k) const;      // y(t_k⁻)
-  Vector SourceAt(double time, Side side);
 
   const Problem& problem_;
   const Solution& solution_;
-  TimeFunctionEvaluator f_;
+  TimeFunctionEvaluator f_, g_;
 };
 
 }  // namespace dlcs

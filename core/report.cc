@@ -57,6 +57,7 @@ Solution Refusal(const Problem& problem, const Plan& plan, const AnalysisReport&
   refused.cost.predicted_bytes = plan.predicted_bytes;
   refused.x.resize(problem.num_states(), 0);
   refused.y.resize(problem.num_constraints(), 0);
+  refused.w.resize(problem.num_constraints(), 0);
   return refused;
 }
 
@@ -67,6 +68,7 @@ Solution StoppedBeforeTheStart(Index num_states, Index num_constraints) {
   stopped.failure_time = 0;
   stopped.x.resize(num_states, 0);
   stopped.y.resize(num_constraints, 0);
+  stopped.w.resize(num_constraints, 0);
   return stopped;
 }
 

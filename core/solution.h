@@ -80,10 +80,12 @@ struct DenseOutput {
   bool y_is_linear = false;
 };
 
-// y(t⁻) at times[column], where the limits of y differ: the trajectory itself holds y(t⁺) there.
+// y(t⁻) and w(t⁻) at times[column], where the limits of y differ, or at a break point those of w: the trajectory itself
+// holds the limits from the right there.
 struct LeftLimit {
   Index column = 0;
   Vector y;
+  Vector w;
 };
 
 // Where indices enter or leave the active set (w_i = 0 while y_i may be positive); at 0 those enter that are active at the start.
@@ -94,14 +96,15 @@ struct SwitchingTime {
   std::string kind;             // "start", "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
 };
 
-// x and y of event_located on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in
-// s = 2 (t - begin)/length - 1, which runs from -1 to at most 1. y below zero, by rounding, means zero.
+// x, y and w of event_located on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in
+// s = 2 (t - begin)/length - 1, which runs from -1 to at most 1. y or w below zero, by rounding, means zero.
 struct TrajectoryPiece {
   double begin = 0;
   double end = 0;
   double length = 0;  // end - begin, or more where an event cut the step short
   Matrix x;
   Matrix y;
+  Matrix w;
 };
 
 // How x0, f and y were carried to N x.
@@ -174,11 +177,14 @@ struct Solution {
   std::string reason;             // why that one
   std::vector<std::string> warnings;
 
-  // Trajectory up to T, or up to the failure: column k is at times[k]. y at time 0 and at break points is
-  // the right limit, at T the left one; x at a jump is the state after it.
+  // Trajectory up to T, or up to the failure: column k is at times[k]. y and w at time 0 and at break points are the
+  // right limits, at T the left ones; x at a jump is the state after it. w = N x + g + M y (nonlinear: g(t, x, y)) of
+  // this x and y; of event_located what its step has, with w_i = 0 for the active i and y_i = 0 for the others, bit for
+  // bit.
   std::vector<double> times;
   Matrix x;  // m × times
   Matrix y;  // n × times
+  Matrix w;  // n × times
   std::vector<StateJump> jumps;
   std::vector<LeftLimit> left_limits;  // in the order of time; none at 0
   // Absent where the trajectory is not dense: output times only, a nonlinear problem, or paper_iteration with splines; and

@@ -146,6 +146,7 @@ v1::LeftLimit ToProto(const LeftLimit& limit) {
   v1::LeftLimit result;
   result.set_index(limit.column);
   result.mutable_y()->Add(limit.y.begin(), limit.y.end());
+  result.mutable_w()->Add(limit.w.begin(), limit.w.end());
   return result;
 }
 
@@ -226,6 +227,7 @@ v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index co
   result.mutable_times()->Add(solution.times.begin() + first, solution.times.begin() + first + count);
   Append(solution.x.middleCols(first, count), *result.mutable_x());
   Append(solution.y.middleCols(first, count), *result.mutable_y());
+  Append(solution.w.middleCols(first, count), *result.mutable_w());
   for (const LeftLimit& limit : solution.left_limits) {
     if (limit.column >= first && limit.column < first + count) *result.add_left_limits() = ToProto(limit);
   }

@@ -148,7 +148,7 @@ v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
 
 double CountSteps(const PreparedSolve& prepared) {
   const double bytes_per_time =
-      sizeof(double) * static_cast<double>(1 + prepared.num_states() + prepared.num_constraints());
+      sizeof(double) * static_cast<double>(1 + prepared.num_states() + 2 * prepared.num_constraints());
   const Options& options = prepared.options;
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared.system);
   if (options.step > 0) return std::ceil(horizon / options.step);
@@ -199,6 +199,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
     stored = trajectory->x.cols();
     point.x = std::move(trajectory->x);
     point.y = std::move(trajectory->y);
+    point.w = std::move(trajectory->w);
   }
   const std::optional<std::string> state = ContentOf(run.resume_state(), kEngineState);
   if (state) point.state = *state;

@@ -27,8 +27,10 @@ absl::Status Damaged(const jobs::JobId& id, std::int64_t part) {
 bool Parse(const jobs::Chunk& part, v1::TrajectoryChunk& chunk) {
   if (!chunk.ParseFromString(part.data)) return false;
   const int times = chunk.times_size();
-  return times > 0 ? chunk.x_size() % times == 0 && chunk.y_size() % times == 0
-                   : chunk.x_size() == 0 && chunk.y_size() == 0;
+  // A part that an earlier version stored holds no w.
+  const bool w_fits = chunk.w_size() == chunk.y_size() || chunk.w_size() == 0;
+  return w_fits && (times > 0 ? chunk.x_size() % times == 0 && chunk.y_size() % times == 0
+                              : chunk.x_size() == 0 && chunk.y_size() == 0);
 }
 
 // Appends components `wanted` (all where it is empty) of `size` values from `source` on.
@@ -49,12 +51,12 @@ absl::Status CheckComponents(const char* field, const google::protobuf::Repeated
 }  // namespace
 
 Index MostTimesInChunk(Index states, Index constraints) {
-  return std::max<Index>(kMostChunkDoubles / (1 + states + constraints), 1);
+  return std::max<Index>(kMostChunkDoubles / (1 + states + 2 * constraints), 1);
 }
 
 absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, const jobs::JobId& id, std::int64_t parts,
                                                       Index states, Index constraints) {
-  std::vector<double> x, y;
+  std::vector<double> x, y, w;
   Index times = 0;
   for (std::int64_t part = 0; part < parts;) {
     const auto chunks = store.ReadChunks(id, part, kReadAheadBytes);
@@ -65,16 +67,18 @@ absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, con
       v1::TrajectoryChunk chunk;
       const bool fits = Parse(stored, chunk) && chunk.first() == times &&
                         chunk.x_size() == chunk.times_size() * states &&
-                        chunk.y_size() == chunk.times_size() * constraints;
+                        chunk.y_size() == chunk.times_size() * constraints && chunk.w_size() == chunk.y_size();
       if (!fits) return Damaged(id, part);
       times += chunk.times_size();
       x.insert(x.end(), chunk.x().begin(), chunk.x().end());
       y.insert(y.end(), chunk.y().begin(), chunk.y().end());
+      w.insert(w.end(), chunk.w().begin(), chunk.w().end());
       ++part;
     }
   }
   return StoredTrajectory{Eigen::Map<const Matrix>(x.data(), states, times),
-                          Eigen::Map<const Matrix>(y.data(), constraints, times)};
+                          Eigen::Map<const Matrix>(y.data(), constraints, times),
+                          Eigen::Map<const Matrix>(w.data(), constraints, times)};
 }
 
 absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store, std::optional<std::string> owner,
@@ -112,12 +116,16 @@ absl::StatusOr<v1::TrajectoryChunk> TrajectoryReader::Select(const v1::Trajector
       Take(chunk.x().data() + std::ptrdiff_t{k} * m, m, request_.x_components(), *selected.mutable_x());
     if (!request_.omit_y())
       Take(chunk.y().data() + std::ptrdiff_t{k} * n, n, request_.y_components(), *selected.mutable_y());
+    if (!request_.omit_w() && !chunk.w().empty())
+      Take(chunk.w().data() + std::ptrdiff_t{k} * n, n, request_.y_components(), *selected.mutable_w());
   }
   for (const v1::LeftLimit& limit : chunk.left_limits()) {
-    if (request_.omit_y() || !is_wanted(limit.index())) continue;
+    if ((request_.omit_y() && request_.omit_w()) || !is_wanted(limit.index())) continue;
     v1::LeftLimit& kept = *selected.add_left_limits();
     kept.set_index(limit.index());
-    Take(limit.y().data(), limit.y_size(), request_.y_components(), *kept.mutable_y());
+    if (!request_.omit_y()) Take(limit.y().data(), limit.y_size(), request_.y_components(), *kept.mutable_y());
+    if (!request_.omit_w() && !limit.w().empty())
+      Take(limit.w().data(), limit.w_size(), request_.y_components(), *kept.mutable_w());
   }
   return selected;
 }
@@ -139,6 +147,7 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
     if (read_.empty()) {
       page.set_resume_token(std::to_string(next_part_));
       page.set_crc32(TrajectoryCrc(page.chunk()));
+      page.set_w_crc32(TrajectoryWCrc(page.chunk()));
       page.set_complete(!may_grow);
       ended_ = true;
       return page;
@@ -152,6 +161,7 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
     if (selected->times().empty()) continue;
     *page.mutable_chunk() = *std::move(selected);
     page.set_crc32(TrajectoryCrc(page.chunk()));
+    page.set_w_crc32(TrajectoryWCrc(page.chunk()));
     page.set_resume_token(std::to_string(next_part_));
     return page;
   }

@@ -22,6 +22,7 @@ Index MostTimesInChunk(Index states, Index constraints);
 struct StoredTrajectory {
   Matrix x;  // m × times
   Matrix y;  // n × times
+  Matrix w;  // n × times
 };
 
 // The first `parts` parts. Errors: DataLoss where they do not fit together; those of the store.

@@ -170,7 +170,7 @@ absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, Nonlin
                                               const Options& options, const SessionLimits& limits) {
   const double steps = std::visit([&](const auto& problem) { return CountSteps(problem, options); }, system);
   const auto doubles_per_time = std::visit(
-      [](const auto& problem) { return static_cast<double>(1 + problem.num_states() + problem.num_constraints()); },
+      [](const auto& problem) { return static_cast<double>(1 + problem.num_states() + 2 * problem.num_constraints()); },
       system);
   const bool outputs_alone = options.output_times_only && std::holds_alternative<Problem>(system);
   const double times = outputs_alone ? static_cast<double>(options.output_times.size()) : steps + 1;

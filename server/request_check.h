@@ -26,8 +26,8 @@ struct SessionLimits {
   std::int64_t max_dense_states = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_constraints = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
-  // Bytes of the trajectory, (1 + m + n) doubles a time: at the output times where those are asked for, else at all nodes; of a
-  // nonlinear problem at all nodes anyway, which the engine holds while it solves.
+  // Bytes of the trajectory, (1 + m + 2n) doubles a time: at the output times where those are asked for, else at all
+  // nodes; of a nonlinear problem at all nodes anyway, which the engine holds while it solves.
   std::int64_t max_result_bytes = std::numeric_limits<std::int64_t>::max();
   // Bytes of the answer of a call that is not streamed.
   std::int64_t max_answer_bytes = std::numeric_limits<std::int64_t>::max();

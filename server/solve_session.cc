@@ -140,7 +140,7 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
   v1::SolveEvent event;
   const auto num_times = static_cast<Index>(solution_.times.size());
   if (next_time_ < num_times) {
-    const Index per_time = 1 + solution_.x.rows() + solution_.y.rows();
+    const Index per_time = 1 + solution_.x.rows() + 2 * solution_.y.rows();
     const Index count = std::clamp<Index>(kMaxChunkDoubles / per_time, 1, num_times - next_time_);
     *event.mutable_trajectory() = ChunkToProto(solution_, next_time_, count);
     next_time_ += count;

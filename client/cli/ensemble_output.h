@@ -43,7 +43,7 @@ std::string CountText(const v1::EnsembleSummary& summary);
 // One object on one line: member, label, the keys of PrintJson() without those of the analysis.
 void PrintJsonLine(const MemberResult& member, std::FILE* out);
 
-// A header member,label,t,x1,...,xm,y1,...,yn, and a line for each time of a member.
+// A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, and a line for each time of a member.
 void PrintMemberCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out);
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out);
 

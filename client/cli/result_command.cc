@@ -27,6 +27,7 @@ void Append(const v1::TrajectoryChunk& chunk, std::int64_t stride, SolveResult& 
   result.times.insert(result.times.end(), chunk.times().begin(), chunk.times().end());
   result.x.insert(result.x.end(), chunk.x().begin(), chunk.x().end());
   result.y.insert(result.y.end(), chunk.y().begin(), chunk.y().end());
+  result.w.insert(result.w.end(), chunk.w().begin(), chunk.w().end());
   for (v1::LeftLimit limit : chunk.left_limits()) {
     // Counted in what is printed.
     limit.set_index(at + (limit.index() - chunk.first()) / stride);
@@ -42,11 +43,13 @@ void Thin(SolveResult& result) {
   few.times.clear();
   few.x.clear();
   few.y.clear();
+  few.w.clear();
   for (std::size_t k = 0; k < kTableRows; ++k) {
     const std::size_t row = k * (times - 1) / (kTableRows - 1);
     few.times.push_back(result.times[row]);
     few.x.insert(few.x.end(), result.x_at(row).begin(), result.x_at(row).end());
     few.y.insert(few.y.end(), result.y_at(row).begin(), result.y_at(row).end());
+    few.w.insert(few.w.end(), result.w_at(row).begin(), result.w_at(row).end());
   }
   result = std::move(few);
 }
@@ -83,7 +86,9 @@ absl::Status ReadPages(JobClient& client, const ResultCommand& command, const Ca
         const auto columns = [&](const auto& values) {
           return static_cast<std::size_t>(values.size() / chunk.times_size());
         };
-        if (!std::exchange(has_header, true)) PrintCsvHeader(columns(chunk.x()), columns(chunk.y()), out);
+        if (!std::exchange(has_header, true)) {
+          PrintCsvHeader(columns(chunk.x()), columns(chunk.y()), !chunk.w().empty(), out);
+        }
         PrintCsvLines(chunk, out);
       },
       limits);

@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "client/cli/ensemble_output.h"
 #include "client/cli/result_output.h"
@@ -20,11 +22,12 @@ void AppendFields(std::span<const double> numbers, fmt::memory_buffer& line) {
 }
 
 void PrintLine(std::string_view begin, double time, std::span<const double> x, std::span<const double> y,
-               std::FILE* out) {
+               std::span<const double> w, std::FILE* out) {
   fmt::memory_buffer line;
   fmt::format_to(std::back_inserter(line), "{}{}", begin, time);
   AppendFields(x, line);
   AppendFields(y, line);
+  AppendFields(w, line);
   line.push_back('\n');
   std::fwrite(line.data(), 1, line.size(), out);
 }
@@ -39,10 +42,11 @@ std::string Quoted(const std::string& text) {
 
 }  // namespace
 
-void PrintCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out) {
+void PrintCsvHeader(std::size_t states, std::size_t constraints, bool has_w, std::FILE* out) {
   fmt::print(out, "t");
   for (std::size_t i = 1; i <= states; ++i) fmt::print(out, ",x{}", i);
   for (std::size_t i = 1; i <= constraints; ++i) fmt::print(out, ",y{}", i);
+  for (std::size_t i = 1; has_w && i <= constraints; ++i) fmt::print(out, ",w{}", i);
   fmt::print(out, "\n");
 }
 
@@ -52,21 +56,25 @@ void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   const std::size_t states = static_cast<std::size_t>(chunk.x_size()) / times;
   const std::size_t constraints = static_cast<std::size_t>(chunk.y_size()) / times;
   for (std::size_t k = 0; k < times; ++k) {
-    PrintLine("", chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
-              {chunk.y().data() + k * constraints, constraints}, out);
+    PrintLine(
+        "", chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
+        {chunk.y().data() + k * constraints, constraints},
+        chunk.w().empty() ? std::span<const double>() : std::span(chunk.w().data() + k * constraints, constraints),
+        out);
   }
 }
 
 void PrintMemberCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out) {
   fmt::print(out, "member,label,");
-  PrintCsvHeader(states, constraints, out);
+  PrintCsvHeader(states, constraints, /*has_w=*/true, out);
 }
 
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
   const SolveResult& result = member.result;
   const std::string begin = fmt::format("{},{},", member.member, Quoted(member.label));
+  const std::vector<double> unknown(result.constraints, std::numeric_limits<double>::quiet_NaN());
   for (std::size_t k = 0; k < result.times.size(); ++k) {
-    PrintLine(begin, result.times[k], result.x_at(k), result.y_at(k), out);
+    PrintLine(begin, result.times[k], result.x_at(k), result.y_at(k), result.has_w() ? result.w_at(k) : unknown, out);
   }
 }
 

@@ -122,7 +122,9 @@ ordered_json SwitchingsJson(const v1::Summary& summary) {
 ordered_json LeftLimitsJson(const SolveResult& result) {
   ordered_json limits = ordered_json::array();
   for (const v1::LeftLimit& limit : result.left_limits) {
-    limits.push_back({{"time", result.times[static_cast<std::size_t>(limit.index())]}, {"y", List(limit.y())}});
+    limits.push_back({{"time", result.times[static_cast<std::size_t>(limit.index())]},
+                      {"y", List(limit.y())},
+                      {"w", List(limit.w())}});
   }
   return limits;
 }
@@ -211,6 +213,9 @@ void PrintJson(const std::string& name, const SolveResult& result, std::FILE* ou
       "x", result.times.size(), [&](std::size_t k) { return result.x_at(k); }, out);
   PrintPerTime(
       "y", result.times.size(), [&](std::size_t k) { return result.y_at(k); }, out);
+  if (result.has_w() || result.times.empty())
+    PrintPerTime(
+        "w", result.times.size(), [&](std::size_t k) { return result.w_at(k); }, out);
   fmt::print(out, "\n}}\n");
 }
 
@@ -228,6 +233,9 @@ void PrintJsonLine(const MemberResult& member, std::FILE* out) {
       "x", result.times.size(), [&](std::size_t k) { return result.x_at(k); }, line);
   AppendPerTime(
       "y", result.times.size(), [&](std::size_t k) { return result.y_at(k); }, line);
+  if (result.has_w() || result.times.empty())
+    AppendPerTime(
+        "w", result.times.size(), [&](std::size_t k) { return result.w_at(k); }, line);
   fmt::format_to(std::back_inserter(line), "}}\n");
   Write(line, out);
 }

@@ -30,6 +30,8 @@ std::vector<Column> MakeColumns(const SolveResult& result) {
   for (std::size_t i = 0; i < result.constraints; ++i) {
     columns.push_back(
         MakeColumn(fmt::format("y{}", i + 1), rows, [&](std::size_t k) { return result.y_at(k)[i]; }));
+    if (!result.has_w()) continue;
+    columns.push_back(MakeColumn(fmt::format("w{}", i + 1), rows, [&](std::size_t k) { return result.w_at(k)[i]; }));
   }
   return columns;
 }

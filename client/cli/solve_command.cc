@@ -43,7 +43,9 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
       PrintJson(name, result, out);
       break;
     case OutputFormat::kCsv:
-      if (result.times.empty() && result.summary.times() == 0) PrintCsvHeader(result.states, result.constraints, out);
+      if (result.times.empty() && result.summary.times() == 0) {
+        PrintCsvHeader(result.states, result.constraints, /*has_w=*/true, out);
+      }
       break;  // was written as it came
   }
 }
@@ -130,7 +132,9 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
     if (!command.quiet) view.OnEvent(event);
     if (!as_it_comes || !event.has_trajectory()) return;
     const v1::TrajectoryChunk& chunk = event.trajectory();
-    if (chunk.first() == 0) PrintCsvHeader(ColumnsOf(chunk.x(), chunk), ColumnsOf(chunk.y(), chunk), out);
+    if (chunk.first() == 0) {
+      PrintCsvHeader(ColumnsOf(chunk.x(), chunk), ColumnsOf(chunk.y(), chunk), !chunk.w().empty(), out);
+    }
     PrintCsvLines(chunk, out);
   };
   return backend.Solve(request, show,

@@ -48,7 +48,8 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, EventRecord&
       output_(problem_, context.grid, context.options.keep_pieces),
       progress_(context),
       x_(problem_.x0),
-      y_(Vector::Zero(problem_.num_constraints())) {
+      y_(Vector::Zero(problem_.num_constraints())),
+      w_(y_) {
   magnitudes_.x = x_.cwiseAbs();
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
 }
@@ -64,7 +65,7 @@ bool EventLocator::Run() {
     if (may_jump && !Start(t_)) return false;
     if (!Cross(end)) return false;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
-    if (may_jump || end == problem_.horizon) HandOver(output_.EndStretch(end, x_, y_));
+    if (may_jump || end == problem_.horizon) HandOver(output_.EndStretch(end, x_, y_, w_));
   }
   progress_.Finish(problem_.horizon);
   return true;
@@ -213,7 +214,7 @@ bool EventLocator::Project() {
 // Takes the part of the step up to `end`, at position `s_end`.
 void EventLocator::Accept(double end, double s_end) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
-  output_.AddSmooth(sources_, step_, end, s_end);
+  output_.AddSmooth(sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   const LegendreVector at = LegendreValues(s_end);
   record_.accumulated_error += step_.error_ratio * tolerance_ * Share(sources_.length);
@@ -222,9 +223,9 @@ void EventLocator::Accept(double end, double s_end) {
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
-  Vector w = step_.guard * at;
-  for (const Index i : mode_->active) w[i] = 0;
-  magnitudes_.w = magnitudes_.w.cwiseMax(w);
+  w_ = (step_.guard * at).cwiseMax(0);
+  for (const Index i : mode_->active) w_[i] = 0;
+  magnitudes_.w = magnitudes_.w.cwiseMax(w_);
   ++record_.steps;
   attempt_ = 0;
   gap_.reset();
@@ -277,6 +278,7 @@ bool EventLocator::MarchOn(double end) {
     record_.accumulated_error += ratio * allowed;
     x_ = step.x;
     y_ = step.y;
+    w_ = step.w;
     t_ = step_end;
     magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
     ++record_.marched_steps;
@@ -293,9 +295,10 @@ bool EventLocator::MarchOn(double end) {
   return true;
 }
 
-void EventLocator::HandOver(const Segment& segment) {
+void EventLocator::HandOver(const EventOutput::Stretch& stretch) {
+  const Segment& segment = stretch.segment;
   if (segment.steps < 0) return;
-  context_.recorder.Add(segment);
+  context_.recorder.Add(segment, stretch.w);
   context_.NoteImpulses(segment, 0, segment.steps);
 }
 

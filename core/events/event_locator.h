@@ -47,7 +47,7 @@ class EventLocator {
   bool Project();
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
-  void HandOver(const Segment& segment);
+  void HandOver(const EventOutput::Stretch& stretch);
   double StepLength(double end) const;
   double Share(double length) const;  // of the tolerance, for a step
 
@@ -64,6 +64,7 @@ class EventLocator {
   double t_ = 0;
   Vector x_;
   Vector y_;
+  Vector w_;
   Magnitudes magnitudes_;
   const Mode* mode_ = nullptr;
   int attempt_ = 0;

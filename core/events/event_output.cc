@@ -15,19 +15,23 @@ EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pi
       num_nodes_(static_cast<Index>(grid.times.size())) {
   segment_.x.resize(problem.num_states(), num_nodes_);
   segment_.y.resize(problem.num_constraints(), num_nodes_);
+  w_.resize(problem.num_constraints(), num_nodes_);
   Certificate& c = certificate_;
   c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
   c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
 }
 
-void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end) {
+void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, const std::vector<Index>& active,
+                            double end, double s_end) {
+  LegendreSeries w_series = step.guard;
+  for (const Index i : active) w_series.row(i).setZero();
   while (HasNodeBefore(end)) {
     const double s =
         std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
     const LegendreVector at = LegendreValues(s);
-    Record(step.x * at, (step.y * at).cwiseMax(0));
+    Record(step.x * at, (step.y * at).cwiseMax(0), (w_series * at).cwiseMax(0));
   }
-  if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y});
+  if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y, std::move(w_series)});
 
   const LegendreVector at_end = LegendreValues(s_end);
   const Vector x = step.x * at_end;
@@ -52,12 +56,12 @@ void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, co
                              const Vector& y, const Vector& w) {
   while (HasNodeBefore(end)) {
     const double part = (grid_.times[next_node_] - begin) / (end - begin);
-    Record((1 - part) * x_begin + part * x_end, y);
+    Record((1 - part) * x_begin + part * x_end, y, w);
   }
   if (keeps_pieces_) {
     Matrix line(x_begin.size(), 2);
     line << (x_begin + x_end) / 2, (x_end - x_begin) / 2;
-    pieces_.push_back({begin, end, end - begin, std::move(line), y});
+    pieces_.push_back({begin, end, end - begin, std::move(line), y, w});
   }
   Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
   RaiseScale(x_begin);
@@ -66,28 +70,32 @@ void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, co
 
 void EventOutput::RaiseScale(const Vector& x) { certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x)); }
 
-Segment EventOutput::EndStretch(double end, const Vector& x, const Vector& y) {
+EventOutput::Stretch EventOutput::EndStretch(double end, const Vector& x, const Vector& y, const Vector& w) {
   const bool has_node = next_node_ < num_nodes_ && grid_.times[next_node_] == end;
-  if (has_node) Record(x, y);
-  Segment segment = Finish();
+  if (has_node) Record(x, y, w);
+  Stretch stretch = Finish();
   if (has_node) --next_node_;  // it is the first node of the next stretch, too
   segment_.first_node = next_node_;
-  return segment;
+  return stretch;
 }
 
-Segment EventOutput::Finish() const {
+EventOutput::Stretch EventOutput::Finish() const {
   const Index nodes = next_node_ - segment_.first_node;
-  Segment segment;
+  Stretch stretch;
+  Segment& segment = stretch.segment;
   segment.first_node = segment_.first_node;
   segment.steps = nodes - 1;
   segment.x = segment_.x.leftCols(nodes);
   segment.y = segment_.y.leftCols(nodes);
-  return segment;
+  stretch.w = w_.leftCols(nodes);
+  return stretch;
 }
 
-void EventOutput::Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
+void EventOutput::Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                         const Eigen::Ref<const Vector>& w) {
   segment_.x.col(next_node_ - segment_.first_node) = x;
   segment_.y.col(next_node_ - segment_.first_node) = y;
+  w_.col(next_node_ - segment_.first_node) = w;
   ++next_node_;
 }
 

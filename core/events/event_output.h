@@ -19,20 +19,26 @@ namespace dlcs {
 
 class EventOutput {
  public:
+  // The nodes of a stretch, sources left out, and w at them.
+  struct Stretch {
+    Segment segment;
+    Matrix w;
+  };
+
   // Keeps references. `keeps_pieces`: the polynomials of all steps too, for dense output.
   EventOutput(const Problem& problem, const Grid& grid, bool keeps_pieces);
 
   // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value
-  // at an event is that behind it.
-  void AddSmooth(const StepSources& sources, const SmoothStep& step, double end, double s_end);
+  // at an event is that behind it. `active` are the pairs whose guard is y_i.
+  void AddSmooth(const StepSources& sources, const SmoothStep& step, const std::vector<Index>& active, double end,
+                 double s_end);
   // A step of the coupled march: x linear, y constant. `w` is that at the end.
   void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                   const Vector& w);
-  // The left limits at the end of a stretch, where sources and state may jump. Gives the nodes of the stretch
-  // as columns, sources left out.
-  Segment EndStretch(double end, const Vector& x, const Vector& y);
+  // The left limits at the end of a stretch, where sources and state may jump. Gives the nodes of the stretch.
+  Stretch EndStretch(double end, const Vector& x, const Vector& y, const Vector& w);
   // The nodes of a stretch that has not come to its end; no steps where there are less than two.
-  Segment Finish() const;
+  Stretch Finish() const;
 
   // What AddSmooth() and AddMarched() were given, as polynomials: where x is linear and y constant, of degree 1 and 0.
   std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }
@@ -43,7 +49,7 @@ class EventOutput {
  private:
   bool HasNodeBefore(double end) const { return next_node_ < num_nodes_ && grid_.times[next_node_] < end; }
   void RaiseScale(const Vector& x);
-  void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
+  void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w);
   void Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
                double& complementarity);
 
@@ -52,6 +58,7 @@ class EventOutput {
   const bool keeps_pieces_;
   const Index num_nodes_;
   Segment segment_;
+  Matrix w_;  // at its nodes
   Index next_node_ = 0;
   Certificate certificate_;
   std::vector<TrajectoryPiece> pieces_;

@@ -49,7 +49,8 @@ void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eige
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 
-void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme, Index begin, Index end) {
+void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, const Scheme& scheme,
+                             Index begin, Index end) {
   const Index steps = end - begin;
   if (steps == 0) return;
   const auto x = segment.x.middleCols(begin, steps + 1);
@@ -57,9 +58,6 @@ void CertificateBuilder::Add(const Segment& segment, const Scheme& scheme, Index
   const auto f = segment.f.middleCols(begin, steps + 1);
   const auto f_mid = segment.f_mid.middleCols(begin, steps);
 
-  Matrix w = segment.g.middleCols(begin, steps + 1);
-  w.noalias() += problem_.N * x;
-  w.noalias() += problem_.M * y;
   const Index first = begin > 0 || segment.first_y_is_solution ? 0 : 1;
   const Index nodes = steps + 1 - first;
   AddNodes(y.rightCols(nodes), w.rightCols(nodes));

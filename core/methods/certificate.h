@@ -15,10 +15,10 @@ class CertificateBuilder {
  public:
   explicit CertificateBuilder(const Problem& problem);
 
-  // Adds the nodes and midpoints of the steps [begin, end) of `segment`, whose states follow `scheme`. Independent of
-  // how y was found: w is formed anew from x and y. Cost: a few products of m × m, m × n and n × n matrices with as
-  // many columns as steps.
-  void Add(const Segment& segment, const Scheme& scheme, Index begin, Index end);
+  // Adds the nodes and midpoints of the steps [begin, end) of `segment`, whose states follow `scheme`; the columns of
+  // `w`, formed anew from x and y whatever way y was found, are the nodes begin..end. Cost: a few products of m × m, m
+  // × n and n × n matrices with as many columns as steps.
+  void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, const Scheme& scheme, Index begin, Index end);
 
   // The parts of Add(), for stretches whose states are not kept: y and w at nodes; both, and what the interpolation of f misses, at
   // midpoints; and a state with its slope A x + B y + f.

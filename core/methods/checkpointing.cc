@@ -11,7 +11,7 @@ namespace dlcs {
 namespace {
 
 // To be raised whenever what a method carries changes, or the bits that follow from it.
-constexpr Index kVersion = 1;
+constexpr Index kVersion = 2;
 
 // What tells one solve from another, as far as a state can be mistaken.
 std::vector<Index> Fingerprint(const SolveContext& context) {
@@ -38,7 +38,7 @@ void CarryFields(StateArchive& state, Cost& c) {
         c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear);
 }
 void CarryFields(StateArchive& state, StateJump& jump) { state(jump.time, jump.dx, jump.multiplier); }
-void CarryFields(StateArchive& state, LeftLimit& limit) { state(limit.column, limit.y); }
+void CarryFields(StateArchive& state, LeftLimit& limit) { state(limit.column, limit.y, limit.w); }
 void CarryFields(StateArchive& state, DenseOutput& dense) { state(dense.x_is_linear, dense.y_is_linear); }
 void CarryFields(StateArchive& state, KernelRecord& kernel) {
   state(kernel.blocks_by_recursion, kernel.blocks_by_contour, kernel.contours, kernel.factorizations,
@@ -65,11 +65,12 @@ void CarryLastColumn(StateArchive& state, SolveContext& context) {
   const Index recorded = context.recorder.recorded();
   if (recorded == 0) return;
   Solution& solution = context.solution;
-  Vector x = solution.x.col(recorded - 1), y = solution.y.col(recorded - 1);
-  state(x, y);
+  Vector x = solution.x.col(recorded - 1), y = solution.y.col(recorded - 1), w = solution.w.col(recorded - 1);
+  state(x, y, w);
   if (!state.ok()) return;
   solution.x.col(recorded - 1) = x;
   solution.y.col(recorded - 1) = y;
+  solution.w.col(recorded - 1) = w;
 }
 
 }  // namespace
@@ -88,12 +89,14 @@ bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
   const ResumePoint& earlier = *resume_;
   Solution& solution = context.solution;
   const bool fits = state.ok() && recorded <= solution.x.cols() && earlier.x.cols() >= parted_ &&
-                    earlier.y.cols() >= parted_ && earlier.x.rows() == solution.x.rows() &&
-                    earlier.y.rows() == solution.y.rows();
+                    earlier.y.cols() >= parted_ && earlier.w.cols() >= parted_ &&
+                    earlier.x.rows() == solution.x.rows() && earlier.y.rows() == solution.y.rows() &&
+                    earlier.w.rows() == solution.w.rows();
   if (!fits) return false;
   for (Index k = 0; k < recorded; ++k) solution.times[k] = context.grid.times[context.grid.output_nodes[k]];
   solution.x.leftCols(parted_) = earlier.x.leftCols(parted_);
   solution.y.leftCols(parted_) = earlier.y.leftCols(parted_);
+  solution.w.leftCols(parted_) = earlier.w.leftCols(parted_);
   CarryLastColumn(state, context);
   carry(state);
   resumed_ = state.at_end();

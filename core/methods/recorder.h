@@ -15,16 +15,19 @@ class Recorder {
   // Allocates the output of `grid` in `solution`; both must outlive the recorder.
   Recorder(const Grid& grid, Index num_states, Index num_constraints, Solution& solution);
 
-  // Takes over the output nodes of `segment`. Segments come in order; the first node of one overwrites the last
-  // node of the one before, so a break point keeps its right limits; where y differs the left one is kept beside them.
-  void Add(const Segment& segment);
-  // The same piece by piece: the steps [begin, end), the first piece with begin = 0.
-  void Add(const Segment& segment, Index begin, Index end);
+  // Takes over the output nodes of `segment`; the columns of `w` are its nodes. Segments come in order; the first node
+  // of one overwrites the last node of the one before, so a break point keeps its right limits; where y differs, or w
+  // at a break point, the left ones are kept beside them.
+  void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w) { Add(segment, w, 0, segment.steps); }
+  // The same piece by piece: the steps [begin, end), the first piece with begin = 0. The columns of `w` are the nodes
+  // begin..end.
+  void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, Index begin, Index end);
 
-  // The same for a stretch whose states were made at some nodes only: begins at `first_node` with its right limit y, ...
-  void Begin(Index first_node, const Eigen::Ref<const Vector>& y);
+  // The same for a stretch whose states were made at some nodes only: begins at `first_node` with its right limits, ...
+  void Begin(Index first_node, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w);
   // ... and goes on to `node`, the next output node.
-  void Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y);
+  void Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+            const Eigen::Ref<const Vector>& w);
 
   Index recorded() const { return recorded_; }
   // The time of the last node that was recorded; 0 where none was.
@@ -38,6 +41,8 @@ class Recorder {
   void Finish();
 
  private:
+  bool IsBreak(Index node) const;
+
   const Grid& grid_;
   Solution& solution_;
   Index recorded_ = 0;  // output nodes

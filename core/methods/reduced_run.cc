@@ -151,11 +151,12 @@ void File(SolveContext& context, const ReducedRun& run, const std::vector<Index>
   CertificateBuilder& certificate = context.certificate;
   const Matrix& y = run.y;
   // States are made in another way than N x was: they are its witnesses.
-  context.recorder.Begin(run.run.first_node, y.col(0));
+  const Vector w_of_start = problem.N * start + run.g.col(0) + problem.M * y.col(0);
+  context.recorder.Begin(run.run.first_node, y.col(0), w_of_start);
   const auto is_output = [&](Index node) {
     return std::binary_search(context.grid.output_nodes.begin(), context.grid.output_nodes.end(), node);
   };
-  if (is_output(run.run.first_node)) context.recorder.Take(run.run.first_node, start, y.col(0));
+  if (is_output(run.run.first_node)) context.recorder.Take(run.run.first_node, start, y.col(0), w_of_start);
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     LookForStop();
     const Index j = nodes[k];
@@ -168,7 +169,7 @@ void File(SolveContext& context, const ReducedRun& run, const std::vector<Index>
     slope += problem.f.is_lifted() ? Vector(problem.f.lift * psi) : Vector(psi);
     certificate.AddStates(x, slope);
     const Index node = run.run.first_node + j;
-    if (is_output(node)) context.recorder.Take(node, x, y.col(j));
+    if (is_output(node)) context.recorder.Take(node, x, y.col(j), w_of_state);
   }
 }
 

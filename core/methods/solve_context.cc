@@ -17,13 +17,17 @@ void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
   }
   const Index m = problem.num_states(), n = problem.num_constraints();
   const Index panel = PanelWidth(4 * ((problem.A.is_dense() ? m * m : m) + n * n));
+  Matrix w;
   Index begin = 0;
   do {
     if (begin > 0) LookForStop();
     const StopScope to_the_end(nullptr);  // a step is filed as a whole
     const Index end = std::min(begin + panel, segment.steps);
-    certificate.Add(segment, scheme, begin, end);
-    recorder.Add(segment, begin, end);
+    w = segment.g.middleCols(begin, end - begin + 1);
+    w.noalias() += problem.N * segment.x.middleCols(begin, end - begin + 1);
+    w.noalias() += problem.M * segment.y.middleCols(begin, end - begin + 1);
+    certificate.Add(segment, w, scheme, begin, end);
+    recorder.Add(segment, w, begin, end);
     NoteImpulses(segment, begin, end);
     begin = end;
   } while (begin < segment.steps);

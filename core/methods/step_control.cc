@@ -185,11 +185,12 @@ void KeepTimes(const std::vector<double>& wanted, Solution& solution) {
     times.push_back(solution.times[kept[k]]);
     while (limit != solution.left_limits.end() && limit->column < kept[k]) ++limit;
     if (limit != solution.left_limits.end() && limit->column == kept[k]) {
-      left_limits.push_back({static_cast<Index>(k), std::move(limit->y)});
+      left_limits.push_back({static_cast<Index>(k), std::move(limit->y), std::move(limit->w)});
     }
   }
   solution.x = Matrix(solution.x(Eigen::all, kept));
   solution.y = Matrix(solution.y(Eigen::all, kept));
+  solution.w = Matrix(solution.w(Eigen::all, kept));
   solution.dense_output.reset();
   solution.times = std::move(times);
   solution.left_limits = std::move(left_limits);

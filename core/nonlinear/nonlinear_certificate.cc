@@ -9,8 +9,9 @@
 
 namespace dlcs {
 
-void AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const Matrix& W, const Segment& segment,
-                      const std::vector<double>& times, Certificate& certificate) {
+Matrix AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const Matrix& W, const Segment& segment,
+                        const std::vector<double>& times, Certificate& certificate) {
+  Matrix values(segment.y.rows(), segment.steps + 1);
   Certificate& c = certificate;
   if (std::isnan(c.node_residual) && std::isnan(c.x_scale)) {
     c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
@@ -19,6 +20,7 @@ void AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const
   for (Index j = 0; j <= segment.steps; ++j) {
     LookForStop();
     const Vector x = segment.x.col(j), y = segment.y.col(j), w = functions.G(times[j], x, y);
+    values.col(j) = w;
     c.node_residual = NanMax(c.node_residual, NaturalResidual(y, w));
     c.node_complementarity = NanMax(c.node_complementarity, std::abs(y.dot(w)));
     c.lcp_scale = NanMax(c.lcp_scale, NanMax(MaxAbs(y), MaxAbs(w)));
@@ -37,6 +39,7 @@ void AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const
     c.midpoint_complementarity = NanMax(c.midpoint_complementarity, std::abs(y.dot(w)));
     c.ode_defect = NanMax(c.ode_defect, MaxAbs(slope - functions.F(t, x, y)));
   }
+  return values;
 }
 
 }  // namespace dlcs

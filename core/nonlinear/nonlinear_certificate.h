@@ -15,9 +15,10 @@ namespace dlcs {
 
 // Raises `certificate` (all NaN before the first segment) by the nodes and midpoints of `segment`, with f and g
 // evaluated anew at x and y. segment.f holds the sources s = f - W x that the states follow by `scheme`; `times` the
-// node times. At midpoints x solves x' = W x + s with s linear over the step, and y is linear. Not for the inner loop.
-void AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const Matrix& W, const Segment& segment,
-                      const std::vector<double>& times, Certificate& certificate);
+// node times. Returns g(t, x, y) at the nodes, a column for each. At midpoints x solves x' = W x + s with s linear over
+// the step, and y is linear. Not for the inner loop.
+Matrix AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const Matrix& W, const Segment& segment,
+                        const std::vector<double>& times, Certificate& certificate);
 
 }  // namespace dlcs
 

@@ -138,6 +138,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
     refused.warnings = report.warnings;
     refused.x.resize(problem.num_states(), 0);
     refused.y.resize(problem.num_constraints(), 0);
+    refused.w.resize(problem.num_constraints(), 0);
     return refused;
   }
   Task task{.problem = problem,

@@ -238,8 +238,8 @@ class Iteration {
   }
 
   void Accept(const std::vector<double>& times, const Segment& segment) {
-    AddToCertificate(context_.functions, scheme_, W_, segment, times, context_.solution.certificate);
-    context_.recorder.Add(segment);
+    const Matrix w = AddToCertificate(context_.functions, scheme_, W_, segment, times, context_.solution.certificate);
+    context_.recorder.Add(segment, w);
     context_.solution.cost.steps += segment.steps;
     x_ = segment.x.col(segment.steps);
     y_ = segment.y.col(segment.steps);

@@ -173,7 +173,7 @@ TEST(DlcsProgramTest, WritesTheFileAndSaysWhere) {
   std::ifstream stream(path);
   const std::string content(std::istreambuf_iterator<char>(stream), {});
   EXPECT_EQ(std::count(content.begin(), content.end(), '\n'), 12);
-  EXPECT_THAT(content, HasSubstr("t,x1,y1\n0,1,"));
+  EXPECT_THAT(content, HasSubstr("t,x1,y1,w1\n0,1,"));
   std::filesystem::remove(path);
 }
 
@@ -519,7 +519,7 @@ TEST(DlcsProgramTest, AnEnsembleGivesProgramsALineForEachMemberOrTime) {
   const ProgramOutcome csv = RunDlcs(kRectifierEnsemble + "--steps 10 --at 0,1 --format csv --quiet");
   EXPECT_EQ(csv.code, 0);
   EXPECT_EQ(csv.err, "");
-  EXPECT_THAT(csv.out, AllOf(HasSubstr("member,label,t,x1,y1\n"), HasSubstr("\n2,charged before,0,8,")));
+  EXPECT_THAT(csv.out, AllOf(HasSubstr("member,label,t,x1,y1,w1\n"), HasSubstr("\n2,charged before,0,8,")));
 }
 
 TEST(DlcsProgramTest, AnEnsembleSaysWhatIsWrongWithAMember) {

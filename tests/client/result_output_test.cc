@@ -29,6 +29,7 @@ SolveResult Example() {
   result.times = {0, 0.1, 1.0 / 3};
   result.x = {1, 0.1 + 0.2, -1e-300, 5e-324, 1.7976931348623157e308, -0.0};
   result.y = {0, 2.0 / 3, 1e16};
+  result.w = {0.7, 0, -0.0};
   result.analysis.set_matrix_class("P-matrix");
   v1::Summary& summary = result.summary;
   summary.set_termination(v1::REACHED_END);
@@ -57,9 +58,8 @@ SolveResult Example() {
 TEST(ResultJsonTest, HoldsEveryPromisedKey) {
   const auto root =
       nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("two tanks", Example(), out); }));
-  for (const char* key :
-       {"name", "termination", "message", "method", "reason", "warnings", "step", "failure_time", "times",
-        "x", "y", "jumps", "certificate", "iterations", "seconds", "cost"}) {
+  for (const char* key : {"name", "termination", "message", "method", "reason", "warnings", "step", "failure_time",
+                          "times", "x", "y", "w", "jumps", "certificate", "iterations", "seconds", "cost"}) {
     EXPECT_TRUE(root.contains(key)) << key;
   }
   EXPECT_EQ(root["termination"], "REACHED_END");
@@ -86,6 +86,7 @@ SolveResult WithSwitchings() {
   v1::LeftLimit& limit = result.left_limits.emplace_back();
   limit.set_index(1);
   limit.add_y(0.5);
+  limit.add_w(0.25);
   return result;
 }
 
@@ -98,6 +99,7 @@ TEST(ResultJsonTest, HoldsSwitchingTimesAndLeftLimits) {
   EXPECT_TRUE(root["switching_times"][1]["leaving"].empty());
   EXPECT_EQ(root["left_limits"][0]["time"], 0.1);
   EXPECT_EQ(root["left_limits"][0]["y"][0], 0.5);
+  EXPECT_EQ(root["left_limits"][0]["w"][0], 0.25);
 }
 
 TEST(ResultTableTest, ListsSwitchingTimesByTheNamesOfItsColumns) {
@@ -120,6 +122,7 @@ TEST(ResultJsonTest, GivesBackTheSameBits) {
       EXPECT_EQ(std::signbit(read), std::signbit(result.x_at(k)[i])) << k << " " << i;
     }
     EXPECT_EQ(root["y"][k][0].get<double>(), result.y_at(k)[0]);
+    EXPECT_EQ(root["w"][k][0].get<double>(), result.w_at(k)[0]);
   }
 }
 
@@ -153,27 +156,34 @@ TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
     part.mutable_times()->Add(result.times.begin() + first, result.times.begin() + end);
     part.mutable_x()->Add(result.x.begin() + first * result.states, result.x.begin() + end * result.states);
     part.mutable_y()->Add(result.y.begin() + first * result.constraints, result.y.begin() + end * result.constraints);
+    part.mutable_w()->Add(result.w.begin() + first * result.constraints, result.w.begin() + end * result.constraints);
     return part;
   };
   std::istringstream lines(Printed([&](std::FILE* out) {
-    PrintCsvHeader(result.states, result.constraints, out);
+    PrintCsvHeader(result.states, result.constraints, /*has_w=*/true, out);
     for (const auto& [first, end] : {std::pair<std::size_t, std::size_t>(0, 2), {2, 2}, {2, 3}}) {
       PrintCsvLines(chunk(first, end), out);
     }
   }));
   std::string line;
   std::getline(lines, line);
-  EXPECT_EQ(line, "t,x1,x2,y1");
+  EXPECT_EQ(line, "t,x1,x2,y1,w1");
   for (std::size_t k = 0; k < 3; ++k) {
     ASSERT_TRUE(std::getline(lines, line));
     std::istringstream fields(line);
     std::vector<double> numbers;
     for (std::string field; std::getline(fields, field, ',');)
       numbers.push_back(std::strtod(field.c_str(), nullptr));
-    EXPECT_THAT(numbers, testing::ElementsAre(result.times[k], result.x_at(k)[0], result.x_at(k)[1],
-                                              result.y_at(k)[0]));
+    EXPECT_THAT(numbers, testing::ElementsAre(result.times[k], result.x_at(k)[0], result.x_at(k)[1], result.y_at(k)[0],
+                                              result.w_at(k)[0]));
   }
   EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(ResultTableTest, HasWBesideY) {
+  const std::string table = Printed([](std::FILE* out) { PrintTable("", Example(), 100, out); });
+  EXPECT_THAT(table, ::testing::ContainsRegex("t +x1 +x2 +y1 +w1\n"));
+  EXPECT_THAT(table, ::testing::ContainsRegex("0 +1 +0\\.3 +0 +0\\.7\n"));
 }
 
 TEST(ResultTableTest, EndsWithACertificateInWords) {

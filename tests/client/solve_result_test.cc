@@ -80,6 +80,28 @@ TEST_F(FakeServerTest, JoinsChunks) {
   EXPECT_THAT(result->times, ElementsAre(0, 1, 2));
   EXPECT_THAT(result->x, ElementsAre(10, 11, 12));
   EXPECT_EQ(result->y_at(2)[0], 22);
+  EXPECT_FALSE(result->has_w()) << "an older server sends none";
+  EXPECT_TRUE(result->w_at(2).empty());
+}
+
+TEST_F(FakeServerTest, JoinsW) {
+  SendChunk(0, {0, 1}, {10, 11}, {20, 21});
+  for (const double w : {30, 31}) service_.events.back().mutable_trajectory()->add_w(w);
+  SendChunk(2, {2}, {12}, {22});
+  service_.events.back().mutable_trajectory()->add_w(32);
+  SendSummary(3);
+  const auto result = Solve();
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(result->w, ElementsAre(30, 31, 32));
+  EXPECT_EQ(result->w_at(1)[0], 31);
+}
+
+TEST_F(FakeServerTest, NoticesAChunkWithoutItsW) {
+  SendChunk(0, {0, 1}, {10, 11}, {20, 21});
+  for (const double w : {30, 31}) service_.events.back().mutable_trajectory()->add_w(w);
+  SendChunk(2, {2}, {12}, {22});
+  SendSummary(3);
+  EXPECT_EQ(Solve().status().code(), absl::StatusCode::kDataLoss);
 }
 
 TEST_F(FakeServerTest, NoticesAMissingChunk) {

@@ -48,8 +48,10 @@ class Taker final : public Observer {
     const Index columns = checkpoint.first + checkpoint.count;
     point.x.conservativeResize(checkpoint.solution.x.rows(), columns);
     point.y.conservativeResize(checkpoint.solution.y.rows(), columns);
+    point.w.conservativeResize(checkpoint.solution.w.rows(), columns);
     point.x.rightCols(checkpoint.count) = checkpoint.solution.x.middleCols(checkpoint.first, checkpoint.count);
     point.y.rightCols(checkpoint.count) = checkpoint.solution.y.middleCols(checkpoint.first, checkpoint.count);
+    point.w.rightCols(checkpoint.count) = checkpoint.solution.w.middleCols(checkpoint.first, checkpoint.count);
     point.state = checkpoint.state;
   }
 
@@ -66,6 +68,7 @@ void ExpectSame(const Solution& resumed, const Solution& whole) {
   EXPECT_EQ(resumed.times, whole.times);
   EXPECT_TRUE(SameBits(resumed.x, whole.x));
   EXPECT_TRUE(SameBits(resumed.y, whole.y));
+  EXPECT_TRUE(SameBits(resumed.w, whole.w));
   EXPECT_EQ(resumed.certificate.node_residual, whole.certificate.node_residual);
   EXPECT_EQ(resumed.certificate.midpoint_residual, whole.certificate.midpoint_residual);
   EXPECT_EQ(resumed.certificate.ode_defect, whole.certificate.ode_defect);
@@ -79,6 +82,7 @@ void ExpectSame(const Solution& resumed, const Solution& whole) {
   for (std::size_t k = 0; k < whole.left_limits.size(); ++k) {
     EXPECT_EQ(resumed.left_limits[k].column, whole.left_limits[k].column);
     EXPECT_EQ(resumed.left_limits[k].y, whole.left_limits[k].y);
+    EXPECT_EQ(resumed.left_limits[k].w, whole.left_limits[k].w);
   }
   EXPECT_EQ(resumed.jumps.size(), whole.jumps.size());
   EXPECT_EQ(resumed.kernel.has_value(), whole.kernel.has_value());
@@ -265,7 +269,7 @@ TEST(ResumeTest, RefusesWhatIsNotOfThisSolve) {
   EXPECT_EQ(resume(good, With(Method::kExponentialMarch, 1501)).code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(resume(good, With(Method::kPaperIteration, 200)).code(), absl::StatusCode::kInvalidArgument);
 
-  const ResumePoint without_trajectory{good.state, {}, {}};
+  const ResumePoint without_trajectory{good.state, {}, {}, {}};
   EXPECT_EQ(resume(without_trajectory, options).code(), absl::StatusCode::kInvalidArgument);
   for (std::size_t k = 0; k < good.state.size(); k += 7) {
     ResumePoint changed = good;

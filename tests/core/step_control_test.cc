@@ -138,15 +138,19 @@ TEST(KeepTimesTest, TakesLeftLimitsAlong) {
   solution.times = {0, 0.5, 1, 2};
   solution.x = Matrix{{1, 2, 3, 4}};
   solution.y = Matrix{{5, 6, 7, 8}};
-  solution.left_limits = {{1, Vector::Constant(1, 9)}, {2, Vector::Constant(1, 10)}};
+  solution.w = Matrix{{50, 60, 70, 80}};
+  solution.left_limits = {{1, Vector::Constant(1, 9), Vector::Constant(1, 90)},
+                          {2, Vector::Constant(1, 10), Vector::Constant(1, 100)}};
   solution.dense_output = DenseOutput{};
   KeepTimes({0, 1}, solution);
   EXPECT_EQ(solution.times, (std::vector<double>{0, 1}));
   EXPECT_EQ(solution.x, (Matrix{{1, 3}}));
   EXPECT_EQ(solution.y, (Matrix{{5, 7}}));
+  EXPECT_EQ(solution.w, (Matrix{{50, 70}}));
   ASSERT_EQ(solution.left_limits.size(), 1u);
   EXPECT_EQ(solution.left_limits[0].column, 1);
   EXPECT_EQ(solution.left_limits[0].y[0], 10);
+  EXPECT_EQ(solution.left_limits[0].w[0], 100);
   EXPECT_FALSE(solution.dense_output.has_value());
 }
 

@@ -95,19 +95,38 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual(summary.termination, pb.REACHED_END)
         self.assertEqual(summary.method, pb.METHOD_LAPLACE_ITERATION)
         self.assertLess(summary.certificate.node_residual, 1e-11)
-        times, states, multipliers = [], [], []
+        times, states, multipliers, slacks = [], [], [], []
         for event in events:
             if event.WhichOneof("kind") == "trajectory":
                 self.assertEqual(event.trajectory.first, len(times))
                 times += event.trajectory.times
                 states += event.trajectory.x
                 multipliers += event.trajectory.y
+                slacks += event.trajectory.w
         self.assertEqual(len(times), 4001)
         self.assertEqual(summary.times, 4001)
         for k, t in enumerate(times):
             for computed, expected in zip(states[2 * k:2 * k + 2], exact(t)):
                 self.assertAlmostEqual(computed, expected, delta=1e-6)
             self.assertEqual(multipliers[4 * k + 1:4 * k + 3], [0, 0])  # the least element
+        self.assertEqual(len(slacks), len(multipliers))
+        for y, w in zip(multipliers, slacks):
+            self.assertAlmostEqual(min(y, w), 0, delta=1e-11)
+            self.assertAlmostEqual(y * w, 0, delta=1e-11)
+
+    def test_located_events_are_complementary_bit_for_bit(self):
+        options = pb.SolveOptions(error_tolerance=1e-8, method=pb.METHOD_EVENT_LOCATED)
+        events = list(self.stub.Solve(pb.SolveRequest(problem=example_four_one(), options=options), timeout=60))
+        chunks = [event.trajectory for event in events if event.WhichOneof("kind") == "trajectory"]
+        pairs = [pair for chunk in chunks for pair in zip(chunk.y, chunk.w)]
+        self.assertEqual(len(pairs), 4 * events[-1].summary.times)
+        self.assertTrue(all(y * w == 0 and min(y, w) == 0 for y, w in pairs))
+        self.assertTrue(any(y > 0 for y, w in pairs) and any(w > 0 for y, w in pairs))
+        for chunk in chunks:
+            for k in range(len(chunk.times)):
+                (x1, x2), y, w = chunk.x[2 * k:2 * k + 2], chunk.y[4 * k:4 * k + 4], chunk.w[4 * k:4 * k + 4]
+                for computed, expected in zip(w, (y[0] - x1, x2 - y[2], x2 - y[1], x1 + y[3])):
+                    self.assertAlmostEqual(computed, expected, delta=1e-7)
 
     def test_solves_by_newtons_method(self):
         options = pb.SolveOptions(steps=100, output_times=[1], method=pb.METHOD_TIME_STEPPING)

@@ -30,10 +30,12 @@ std::string Part(int number) {
     chunk.add_times(time);
     for (const double value : {time, -time}) chunk.add_x(value);
     chunk.add_y(2 * time);
+    chunk.add_w(3 * time);
   }
   v1::LeftLimit& limit = *chunk.add_left_limits();
   limit.set_index(chunk.first() + 1);
   limit.add_y(-1);
+  limit.add_w(-2);
   return chunk.SerializeAsString();
 }
 

@@ -247,11 +247,13 @@ TEST(ConvertTest, ChunkHoldsTheTimesAskedFor) {
   solution.times = {0, 1, 2, 3};
   solution.x = Matrix::Random(2, 4);
   solution.y = Matrix::Random(1, 4);
+  solution.w = Matrix::Random(1, 4);
   const v1::TrajectoryChunk chunk = ChunkToProto(solution, 1, 2);
   EXPECT_EQ(chunk.first(), 1);
   EXPECT_THAT(chunk.times(), ElementsAre(1, 2));
   EXPECT_THAT(chunk.x(), ElementsAre(solution.x(0, 1), solution.x(1, 1), solution.x(0, 2), solution.x(1, 2)));
   EXPECT_THAT(chunk.y(), ElementsAre(solution.y(0, 1), solution.y(0, 2)));
+  EXPECT_THAT(chunk.w(), ElementsAre(solution.w(0, 1), solution.w(0, 2)));
 }
 
 TEST(ConvertTest, LeftLimitsTravelWithTheChunkThatHoldsTheirTime) {
@@ -259,11 +261,14 @@ TEST(ConvertTest, LeftLimitsTravelWithTheChunkThatHoldsTheirTime) {
   solution.times = {0, 1, 2, 3};
   solution.x = Matrix::Random(2, 4);
   solution.y = Matrix::Random(1, 4);
-  solution.left_limits = {{1, Vector::Constant(1, 5)}, {3, Vector::Constant(1, 6)}};
+  solution.w = Matrix::Random(1, 4);
+  solution.left_limits = {{1, Vector::Constant(1, 5), Vector::Constant(1, 50)},
+                          {3, Vector::Constant(1, 6), Vector::Constant(1, 60)}};
   const v1::TrajectoryChunk chunk = ChunkToProto(solution, 2, 2);
   ASSERT_EQ(chunk.left_limits_size(), 1);
   EXPECT_EQ(chunk.left_limits(0).index(), 3);
   EXPECT_THAT(chunk.left_limits(0).y(), ElementsAre(6));
+  EXPECT_THAT(chunk.left_limits(0).w(), ElementsAre(60));
 }
 
 TEST(ConvertTest, SwitchingTimesAreToldUpToABound) {

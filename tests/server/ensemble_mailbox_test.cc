@@ -33,6 +33,7 @@ FinishedSolve Finished(Index times) {
   for (Index k = 0; k < times; ++k) solution.times.push_back(static_cast<double>(k));
   solution.x = Matrix::Random(3, times);
   solution.y = Matrix::Random(2, times);
+  solution.w = Matrix::Random(2, times);
   return FinishedSolve(std::move(solution), StopCause::kNone, 1);
 }
 

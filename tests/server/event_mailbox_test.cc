@@ -41,6 +41,7 @@ class Producer {
     for (Index k = 0; k < num_times; ++k) solution.times.push_back(static_cast<double>(k));
     solution.x = Matrix::Random(3, num_times);
     solution.y = Matrix::Random(2, num_times);
+    solution.w = Matrix::Random(2, num_times);
     mailbox_.Close(FinishedSolve(std::move(solution), StopCause::kNone, next_sequence_));
   }
   std::int64_t put() const { return next_sequence_ - 1; }

@@ -109,7 +109,7 @@ TEST_F(JobAdmissionTest, WhatIsTooLargeForThisServerIsNeverTaken) {
   config.max_job_core_seconds = 0.02;
   Start(config);
   // 0.96 MB of result, held twice, and what the engine works with.
-  Told told = Create(MarchingRequest(39'000));
+  Told told = Create(MarchingRequest(30'000));
   ExpectRefused(told, "max_job_memory_bytes", false);
   EXPECT_EQ(told.value, "2000000");
   told = Create(MarchingRequest(17'000));

@@ -14,6 +14,7 @@ void Append(const v1::TrajectoryChunk& chunk, Trajectory& all) {
   all.times.insert(all.times.end(), chunk.times().begin(), chunk.times().end());
   all.x.insert(all.x.end(), chunk.x().begin(), chunk.x().end());
   all.y.insert(all.y.end(), chunk.y().begin(), chunk.y().end());
+  all.w.insert(all.w.end(), chunk.w().begin(), chunk.w().end());
 }
 
 bool SameBits(const std::vector<double>& a, const std::vector<double>& b) {
@@ -63,6 +64,7 @@ void ExpectSameTrajectory(const Trajectory& found, const Trajectory& expected) {
   EXPECT_TRUE(SameBits(found.times, expected.times));
   EXPECT_TRUE(SameBits(found.x, expected.x));
   EXPECT_TRUE(SameBits(found.y, expected.y));
+  EXPECT_TRUE(SameBits(found.w, expected.w));
 }
 
 }  // namespace dlcs::testing

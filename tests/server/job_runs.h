@@ -14,7 +14,7 @@
 namespace dlcs::testing {
 
 struct Trajectory {
-  std::vector<double> times, x, y;
+  std::vector<double> times, x, y, w;
 };
 
 // The whole stored trajectory of a job. The test fails where a page does not follow the one before, or the last one

@@ -264,6 +264,7 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
   request.set_end_time(7.5);
   request.set_stride(3);
   request.set_omit_y(true);
+  request.set_omit_w(true);
   std::vector<double> times, x;
   bool complete = false;
   ASSERT_TRUE(client_
@@ -273,19 +274,34 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
                                                   page.chunk().times().end());
                                      x.insert(x.end(), page.chunk().x().begin(), page.chunk().x().end());
                                      EXPECT_EQ(page.chunk().y_size(), 0);
+                                     EXPECT_EQ(page.chunk().w_size(), 0);
                                      complete = page.complete();
                                    },
                                    {})
                   .ok());
   EXPECT_TRUE(complete);
-  std::vector<double> expected_times, expected_x;
+  std::vector<double> expected_times, expected_x, expected_w;
   for (std::size_t k = 0; k < all.times.size(); k += 3) {
     if (all.times[k] < 2.5 || all.times[k] > 7.5) continue;
     expected_times.push_back(all.times[k]);
     expected_x.push_back(all.x[k]);
+    expected_w.push_back(all.w[k]);
   }
   EXPECT_EQ(times, expected_times);
   EXPECT_EQ(x, expected_x);
+  request.set_omit_x(true);
+  request.set_omit_w(false);
+  std::vector<double> w;
+  ASSERT_TRUE(client_
+                  ->ReadTrajectory(request,
+                                   [&](const v1::TrajectoryPage& page) {
+                                     w.insert(w.end(), page.chunk().w().begin(), page.chunk().w().end());
+                                     EXPECT_EQ(page.chunk().x_size() + page.chunk().y_size(), 0);
+                                   },
+                                   {})
+                  .ok());
+  EXPECT_EQ(w, expected_w);
+  request.set_omit_x(false);
   request.add_x_components(1);
   EXPECT_EQ(client_->ReadTrajectory(request, [](const v1::TrajectoryPage&) {}, {}).code(),
             absl::StatusCode::kInvalidArgument);

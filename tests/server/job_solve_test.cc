@@ -51,6 +51,7 @@ testing::Trajectory TrajectoryOf(const std::vector<v1::SolveEvent>& events) {
     result.times.insert(result.times.end(), chunk.times().begin(), chunk.times().end());
     result.x.insert(result.x.end(), chunk.x().begin(), chunk.x().end());
     result.y.insert(result.y.end(), chunk.y().begin(), chunk.y().end());
+    result.w.insert(result.w.end(), chunk.w().begin(), chunk.w().end());
   }
   return result;
 }
@@ -202,7 +203,7 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
     EXPECT_GT(notices, 0);
     EXPECT_EQ(summaries, 1);
     EXPECT_GT(trajectory_events, 0);
-    testing::ExpectSameTrajectory({result->times, result->x, result->y}, testing::SolveHere(request));
+    testing::ExpectSameTrajectory({result->times, result->x, result->y, result->w}, testing::SolveHere(request));
     EXPECT_TRUE((*JobClient::Connect(listen))->List({}, 10, {})->empty()) << "of no use any more";
   }
 }

@@ -91,10 +91,10 @@ TEST(SolveSessionTest, NamesTheLimit) {
   SessionLimits steps;
   steps.max_steps = 999;
   SessionLimits bytes;
-  bytes.max_result_bytes = 1001 * 3 * 8 - 1;
+  bytes.max_result_bytes = 1001 * 4 * 8 - 1;
   SessionLimits states;
   states.max_states = 0;
-  for (const auto& [limits, name] : {std::pair(steps, "max_steps = 1000"), std::pair(bytes, "max_result_bytes = 24024"),
+  for (const auto& [limits, name] : {std::pair(steps, "max_steps = 1000"), std::pair(bytes, "max_result_bytes = 32032"),
                                      std::pair(states, "max_states = 1")}) {
     const absl::Status status = PrepareSolve(request, limits).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
@@ -108,12 +108,12 @@ TEST(SolveSessionTest, CountsTheTrajectoryAtTheTimesAskedFor) {
   v1::SolveRequest request = testing::SwitchingRequest(1'000'000);
   for (const double t : {1.0, 2.5}) request.mutable_options()->add_output_times(t);
   SessionLimits limits;
-  limits.max_result_bytes = 2 * 3 * 8;
+  limits.max_result_bytes = 2 * 4 * 8;
   const auto prepared = PrepareSolve(request, limits);
   ASSERT_TRUE(prepared.ok()) << prepared.status();
-  EXPECT_EQ(prepared->result_bytes, 48);
+  EXPECT_EQ(prepared->result_bytes, 64);
   limits.max_result_bytes -= 1;
-  EXPECT_THAT(std::string(PrepareSolve(request, limits).status().message()), HasSubstr("max_result_bytes = 48"));
+  EXPECT_THAT(std::string(PrepareSolve(request, limits).status().message()), HasSubstr("max_result_bytes = 64"));
 }
 
 TEST(SolveSessionTest, CountsTheNodesGiven) {

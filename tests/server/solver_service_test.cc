@@ -230,12 +230,12 @@ TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
 TEST_F(SolverServiceTest, RefusesResultsThatDoNotFitIntoMemoryTogether) {
   ServerConfig config;
   config.max_concurrent_solves = 4;
-  config.max_result_bytes = 100'000'000;
-  config.max_held_result_bytes = 100'000'000;
+  config.max_result_bytes = 130'000'000;
+  config.max_held_result_bytes = 130'000'000;
   StartServer(config);
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(100));
-  const auto running = stub_->Solve(&context, testing::MarchingRequest(4'000'000));  // 96 MB
+  const auto running = stub_->Solve(&context, testing::MarchingRequest(4'000'000));  // 128 MB
   v1::SolveEvent event;
   ASSERT_TRUE(running->Read(&event));
   EXPECT_TRUE(testing::Solve(*stub_, testing::SwitchingRequest(1000)).status.ok());
@@ -243,7 +243,7 @@ TEST_F(SolverServiceTest, RefusesResultsThatDoNotFitIntoMemoryTogether) {
   EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(refused.status.error_message(), HasSubstr("max_held_result_bytes"));
   const Outcome too_large = testing::Solve(*stub_, testing::SwitchingRequest(5'000'000));
-  EXPECT_THAT(too_large.status.error_message(), HasSubstr("max_result_bytes = 120000024"));
+  EXPECT_THAT(too_large.status.error_message(), HasSubstr("max_result_bytes = 160000032"));
   context.TryCancel();
 }
 
