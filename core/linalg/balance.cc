@@ -237,8 +237,24 @@ BalancedMatrix Balance(const Matrix& A) {
   constexpr int kLargestExponent = 900;
   if (std::any_of(e.begin(), e.end(), [](int exponent) { return std::abs(exponent) > kLargestExponent; }))
     e.assign(m, 0);
-  balanced.matrix = Scaled(A(balanced.order, balanced.order), e);
+  balanced.matrix = InUnitsOf(balanced, A);
   return balanced;
+}
+
+Matrix InUnitsOf(const BalancedMatrix& balanced, const Matrix& given) {
+  return Scaled(given(balanced.order, balanced.order), balanced.exponents);
+}
+
+Matrix InGivenUnits(const Matrix& matrix, const BalancedMatrix& balanced) {
+  const Index m = matrix.rows();
+  Matrix given(m, m);
+  for (Index l = 0; l < m; ++l) {
+    for (Index k = 0; k < m; ++k) {
+      given(balanced.order[k], balanced.order[l]) =
+          std::ldexp(matrix(k, l), balanced.exponents[k] - balanced.exponents[l]);
+    }
+  }
+  return given;
 }
 
 }  // namespace dlcs

@@ -38,6 +38,10 @@ std::vector<std::vector<Index>> StronglyConnected(const Eigen::Ref<const Matrix>
 // Numer. Math. 13.
 BalancedMatrix Balance(const Matrix& A);
 
+// Another matrix of the same states, in the order and units of `balanced`; and back.
+Matrix InUnitsOf(const BalancedMatrix& balanced, const Matrix& given);
+Matrix InGivenUnits(const Matrix& matrix, const BalancedMatrix& balanced);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_LINALG_BALANCE_H_

@@ -2,8 +2,11 @@
 
 #include "core/methods/scheme.h"
 
+#include <cmath>
 #include <limits>
+#include <utility>
 
+#include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
@@ -13,15 +16,14 @@ namespace dlcs {
 namespace {
 
 // The weights of s_{j-1} and s_j after a step, and at its middle, for a source linear over the step; the two
-// sets share one evaluation of the φ-functions, at h/2, and a doubling.
+// sets share one evaluation of the φ-functions.
 struct ExponentialWeights {
   Matrix state, before, after;
   Matrix mid_state, mid_before, mid_after;
 };
 
 ExponentialWeights ComputeWeights(const Matrix& A, double step) {
-  const PhiFunctions half = ComputePhiFunctions(step / 2 * A);
-  const PhiFunctions full = DoublePhiFunctions(half);
+  const auto [half, full] = ComputePhiFunctionsOfStep(step * A);
   ExponentialWeights weights;
   weights.state = full.phi0;
   weights.before = step * (full.phi1 - full.phi2);
@@ -43,6 +45,48 @@ Scheme WithSources(const ExponentialWeights& weights, double step) {
   scheme.mid_f_before = weights.mid_before;
   scheme.mid_f_after = weights.mid_after;
   return scheme;
+}
+
+// matrix⁻¹ and matrix⁻¹ right; no product where `right` is empty.
+struct Solved {
+  Matrix inverse, product;
+  bool is_regular = false;
+};
+
+// Units of the rows and columns must not count: ill-conditioned matrices are tried once more in balanced ones, with
+// rows of size one, where zeros below blocks and small entries beside large ones are kept.
+Solved SolveBalanced(const Matrix& matrix, const Matrix& right) {
+  const BalancedMatrix balanced = Balance(matrix);
+  const Index m = matrix.rows();
+  Matrix rows = balanced.matrix;
+  Vector scale(m);
+  for (Index k = 0; k < m; ++k) {
+    const double size = rows.row(k).cwiseAbs().maxCoeff();
+    scale[k] = size > 0 && std::isfinite(size) ? std::ldexp(1.0, -std::ilogb(size)) : 1;
+    rows.row(k) *= scale[k];
+  }
+  const PanelLu factor(rows);
+  const Matrix inverse = factor.Solve(Matrix(scale.asDiagonal()));
+  Solved solved;
+  // [Skeel 1979]: what changes of one ulp of each entry do.
+  const double condition = InfinityNorm(Product(inverse.cwiseAbs(), balanced.matrix.cwiseAbs()));
+  solved.is_regular = condition < 1 / std::numeric_limits<double>::epsilon();
+  solved.inverse = InGivenUnits(inverse, balanced);
+  if (right.size() > 0) {
+    solved.product = InGivenUnits(factor.Solve(scale.asDiagonal() * InUnitsOf(balanced, right)), balanced);
+  }
+  return solved;
+}
+
+Solved Solve(const Matrix& matrix, const Matrix& right) {
+  constexpr double kWellConditioned = 128;
+  const PanelLu factor(matrix);
+  Solved solved;
+  solved.inverse = factor.Solve(Matrix::Identity(matrix.rows(), matrix.cols()));
+  solved.is_regular = InfinityNorm(matrix) * InfinityNorm(solved.inverse) < kWellConditioned;
+  if (!solved.is_regular) return SolveBalanced(matrix, right);
+  if (right.size() > 0) solved.product = factor.Solve(right);
+  return solved;
 }
 
 }  // namespace
@@ -70,18 +114,14 @@ Scheme ExponentialPiecewiseConstant(const Problem& problem, double step) {
 Scheme ThetaScheme(const Problem& problem, double step, double theta) {
   const Matrix identity = Matrix::Identity(problem.num_states(), problem.num_states());
   const Matrix implicit = identity - step * (1 - theta) * problem.A.Dense();
-  const PanelLu factor(implicit);
+  Solved solved = Solve(implicit, theta == 0 ? Matrix() : Matrix(identity + step * theta * problem.A.Dense()));
   Scheme scheme;
   scheme.step = step;
-  const Matrix inverse = factor.Solve(identity);
-  scheme.state = theta == 0 ? inverse : factor.Solve(identity + step * theta * problem.A.Dense());
-  scheme.f_after = step * inverse;
+  scheme.state = theta == 0 ? solved.inverse : std::move(solved.product);
+  scheme.f_after = step * solved.inverse;
   scheme.y_after = Product(scheme.f_after, problem.B.Dense());
   scheme.x_is_linear = true;
-  const double condition = InfinityNorm(implicit) * InfinityNorm(inverse);
-  if (!(condition < 1 / std::numeric_limits<double>::epsilon())) {
-    scheme.state.setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
+  if (!solved.is_regular) scheme.state.setConstant(std::numeric_limits<double>::quiet_NaN());
   return scheme;
 }
 
