@@ -59,6 +59,7 @@ absl::StatusOr<json> ParseObject(const std::string& text, const std::string& sou
 
 FileKind KindOf(const json& root) {
   const auto has = [&root](const char* key) { return root.contains(key); };
+  if (has("members") && !has("A")) return FileKind::kMembers;
   if (root.contains("kind") || (has("N") && has("x0"))) return FileKind::kSystem;
   if (has("C") && has("d")) return FileKind::kModel;
   if (has("M") && has("q")) return root["q"].is_object() ? FileKind::kDcp : FileKind::kLcp;
@@ -88,9 +89,16 @@ absl::Status CheckKind(const json& root, FileKind kind, const std::string& sourc
     case FileKind::kModel:
       what = "an input-output model; make a problem of it with dlcs model input-output";
       break;
+    case FileKind::kMembers:
+      what = "the members of an ensemble; run dlcs ensemble with a problem and with it";
+      break;
   }
   if (found == kind || what == nullptr) return absl::OkStatus();
-  return absl::InvalidArgumentError(fmt::format("{}: holds {}", source, what));
+  const char* wanted =
+      kind == FileKind::kMembers
+          ? "; members are wanted here, as in [{\"x0\": [1, 0]}, {\"T\": 2}], or a table of initial states"
+          : "";
+  return absl::InvalidArgumentError(fmt::format("{}: holds {}{}", source, what, wanted));
 }
 
 }  // namespace dlcs::client

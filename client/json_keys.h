@@ -20,7 +20,7 @@ absl::StatusOr<nlohmann::json> ParseObject(const std::string& text, const std::s
                                            const std::string& holds);
 
 // What a file holds, as far as its keys tell.
-enum class FileKind { kUnknown, kSystem, kLcp, kDcp, kPath, kModel };
+enum class FileKind { kUnknown, kSystem, kLcp, kDcp, kPath, kModel, kMembers };
 FileKind KindOf(const nlohmann::json& root);
 // OK unless `root` is clearly of another kind than `kind`; the error says which command takes it.
 absl::Status CheckKind(const nlohmann::json& root, FileKind kind, const std::string& source);

@@ -5,8 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "client/names.h"
 #include "proto/nearest_name.h"
@@ -17,6 +20,24 @@ namespace {
 
 constexpr std::size_t kMaxRefusals = 20;
 constexpr std::size_t kMaxShownBytes = 40;
+
+// What people call the notes that a file has.
+std::optional<std::string> NoteMeantBy(const std::string& key) {
+  constexpr std::array kMeant = {
+      std::pair("title", "name"),           std::pair("label", "name"),        std::pair("note", "about"),
+      std::pair("notes", "about"),          std::pair("comment", "about"),     std::pair("comments", "about"),
+      std::pair("description", "about"),    std::pair("info", "about"),        std::pair("unit", "about"),
+      std::pair("units", "about"),          std::pair("author", "source"),     std::pair("reference", "source"),
+      std::pair("constants", "parameters"), std::pair("params", "parameters"), std::pair("variables", "states"),
+      std::pair("schema", "$schema")};
+  std::string lower = key;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const auto& [word, meant] : kMeant) {
+    if (lower == word) return meant;
+  }
+  return std::nullopt;
+}
 
 bool LooksLikeANumber(const nlohmann::json& value) {
   if (!value.is_string()) return false;
@@ -55,6 +76,11 @@ std::string DescribeJson(const nlohmann::json& value) {
   return "not JSON";
 }
 
+const std::vector<std::string>& NoteKeys() {
+  static const std::vector<std::string> keys = {"name", "about", "source", "$schema"};
+  return keys;
+}
+
 void JsonReader::Refuse(const std::string& path, const std::string& rule) {
   if (refusals_.size() == kMaxRefusals) {
     ++more_;
@@ -65,18 +91,22 @@ void JsonReader::Refuse(const std::string& path, const std::string& rule) {
 
 void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
                                    const std::string& path, const std::vector<std::string>& notes) {
+  std::vector<std::string> told = known;
+  if (path.empty()) told.insert(told.end(), NoteKeys().begin(), NoteKeys().end());
   for (const auto& [key, value] : object.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    if (std::find(told.begin(), told.end(), key) != told.end()) continue;
     if (std::find(notes.begin(), notes.end(), key) != notes.end()) continue;
     if (refusals_.size() == kMaxRefusals) {  // what nobody will read is not looked for
       ++more_;
       continue;
     }
-    const std::optional<std::string> nearest = NearestName(key, known);
+    std::optional<std::string> nearest = NoteMeantBy(key);
+    if (nearest && std::find(told.begin(), told.end(), *nearest) == told.end()) nearest.reset();
+    if (!nearest) nearest = NearestName(key, told);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
     Refuse(fmt::format("\"{}\"", Shortened(key, kMaxShownBytes)),
            nearest ? fmt::format("is not a known key{}; did you mean \"{}\"?", where, *nearest)
-                   : fmt::format("is not a known key{}; known are {}", where, fmt::join(known, ", ")));
+                   : fmt::format("is not a known key{}; known are {}", where, fmt::join(told, ", ")));
   }
 }
 
@@ -161,13 +191,21 @@ std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& valu
   return matrix;
 }
 
-std::optional<v1::SolutionRule> JsonReader::ReadRule(const nlohmann::json& value, const std::string& path) {
+std::optional<std::string> JsonReader::ReadWord(const nlohmann::json& value, const std::string& path,
+                                                const std::vector<std::string>& words) {
   const auto text = ReadString(value, path);
-  if (!text) return std::nullopt;
-  const auto rule = ParseRule(*text);
-  if (!rule)
-    Refuse(path, fmt::format("is \"{}\"; must be one of {}", Shortened(*text, kMaxShownBytes), fmt::join(RuleNames(), ", ")));
-  return rule;
+  if (!text || std::find(words.begin(), words.end(), *text) != words.end()) return text;
+  const std::string shown = Shortened(*text, kMaxShownBytes);
+  const std::optional<std::string> nearest = NearestName(shown, words);
+  Refuse(path, nearest ? fmt::format("is \"{}\"; did you mean \"{}\"? It must be one of {}", shown, *nearest,
+                                     fmt::join(words, ", "))
+                       : fmt::format("is \"{}\"; must be one of {}", shown, fmt::join(words, ", ")));
+  return std::nullopt;
+}
+
+std::optional<v1::SolutionRule> JsonReader::ReadRule(const nlohmann::json& value, const std::string& path) {
+  const auto word = ReadWord(value, path, RuleNames());
+  return word ? ParseRule(*word) : std::nullopt;
 }
 
 absl::Status JsonReader::status() const {

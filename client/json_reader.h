@@ -29,8 +29,8 @@ class JsonReader {
   // Notes that `path` breaks a rule, both in the user's words: "x0[1]", "is a string; must be a number".
   void Refuse(const std::string& path, const std::string& rule);
 
-  // Notes every key of `object` that is not `known`, with the nearest known one. `path` is empty at the top.
-  // `notes` may stand there too, and are not told.
+  // Notes every key of `object` that is not `known`, with the nearest known one. `path` is empty at the top, where the
+  // keys of NoteKeys() are known too. `notes` may stand there besides, and are not told.
   void RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
                          const std::string& path, const std::vector<std::string>& notes = {});
 
@@ -43,7 +43,10 @@ class JsonReader {
   std::optional<std::vector<double>> ReadNumbers(const nlohmann::json& value, const std::string& path);
   // A list of rows, all of one length, at least one entry.
   std::optional<v1::DenseMatrix> ReadMatrix(const nlohmann::json& value, const std::string& path);
-  // "auto", "unique" or "least-element".
+  // One of `words`, with the nearest one where it is none of them.
+  std::optional<std::string> ReadWord(const nlohmann::json& value, const std::string& path,
+                                      const std::vector<std::string>& words);
+  // "auto", "unique", ...
   std::optional<v1::SolutionRule> ReadRule(const nlohmann::json& value, const std::string& path);
 
   // OK, or InvalidArgument with one "source: path rule" per line. After 20 the rest is only counted.
@@ -54,6 +57,9 @@ class JsonReader {
   std::vector<std::string> refusals_;
   std::size_t more_ = 0;  // refused beyond the ones that are kept
 };
+
+// What every file may say of itself at the top: its name, what it is about, where it comes from, its schema.
+const std::vector<std::string>& NoteKeys();
 
 // "a string ("abc")", "a list (of 3)", "a number (4)": what stands there, shortened.
 std::string DescribeJson(const nlohmann::json& value);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
@@ -182,12 +183,118 @@ std::string ReasonOf(const std::string& what) {
   return prefix == std::string::npos ? what : what.substr(prefix + 2);
 }
 
+// A file that is no text at all, by its first bytes.
+struct Signature {
+  std::string_view bytes;
+  const char* what;
+};
+constexpr std::array kSignatures = {
+    Signature{"\x7f"
+              "ELF",
+              "a program"},
+    Signature{"\x1f\x8b", "compressed by gzip; unpack it first"},
+    Signature{"PK\x03\x04", "a zip archive (.zip, .npz, .xlsx); unpack or export it first"},
+    Signature{"BZh", "compressed by bzip2; unpack it first"},
+    Signature{"\xfd"
+              "7zXZ",
+              "compressed by xz; unpack it first"},
+    Signature{"\x89HDF", "an HDF5 file"},
+    Signature{"MATLAB", "a file of MATLAB"},
+    Signature{"\x93NUMPY", "an array of NumPy (.npy)"},
+    Signature{"%PDF", "a PDF document"},
+    Signature{"\x89PNG", "a picture"},
+    Signature{"SQLite format 3", "a database of SQLite"}};
+
+// The first byte of `text` that belongs to no letter in UTF-8; npos where there is none.
+std::size_t FindNoUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[at]);
+    const std::size_t length = lead < 0x80   ? 1
+                               : lead < 0xc2 ? 0
+                               : lead < 0xe0 ? 2
+                               : lead < 0xf0 ? 3
+                               : lead < 0xf5 ? 4
+                                             : 0;
+    if (length == 0 || at + length > text.size()) return at;
+    for (std::size_t k = 1; k < length; ++k) {
+      if ((static_cast<unsigned char>(text[at + k]) & 0xc0) != 0x80) return at;
+    }
+    at += length;
+  }
+  return std::string_view::npos;
+}
+
+// "UTF-16" and the like, where `text` is that: by its byte order mark, or because every other byte of its begin is
+// zero.
+std::string WideEncoding(std::string_view text) {
+  using namespace std::string_view_literals;
+  if (text.starts_with("\xff\xfe\0\0"sv) || text.starts_with("\0\0\xfe\xff"sv)) return "UTF-32";
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) return "UTF-16";
+  const std::string_view begin = text.substr(0, 64);
+  std::size_t zeros[2] = {0, 0};
+  for (std::size_t k = 0; k < begin.size(); ++k) zeros[k % 2] += begin[k] == '\0';
+  const std::size_t half = begin.size() / 2;
+  if (half >= 2 && zeros[0] == 0 && 2 * zeros[1] > half) return "UTF-16LE";
+  if (half >= 2 && zeros[1] == 0 && 2 * zeros[0] > half) return "UTF-16BE";
+  return "";
+}
+
+// What `text` is instead of text in UTF-8; empty where it is that.
+std::string ExplainEncoding(const std::string& text) {
+  constexpr const char* kWanted = "a text file with JSON in UTF-8 is wanted here";
+  if (const std::string wide = WideEncoding(text); !wide.empty()) {
+    return fmt::format(": is text in {0}; save it as UTF-8, or convert it with iconv -f {0} -t UTF-8", wide);
+  }
+  for (const Signature& signature : kSignatures) {
+    if (text.starts_with(signature.bytes)) return fmt::format(": is {}; {}", signature.what, kWanted);
+  }
+  if (const std::size_t zero = text.find('\0'); zero != std::string::npos) {
+    return fmt::format(": is a binary file (byte {} is zero); {}", zero + 1, kWanted);
+  }
+  const std::size_t at = FindNoUtf8(text);
+  if (at == std::string::npos) return "";
+  const auto byte = static_cast<unsigned char>(text[at]);
+  const std::string letter = byte >= 0xa0
+                                 ? fmt::format(" (in Latin-1 it is \"{}{}\")", static_cast<char>(0xc0 | byte >> 6),
+                                               static_cast<char>(0x80 | (byte & 0x3f)))
+                                 : "";
+  const Place place = PlaceOf(text, at);
+  return fmt::format(
+      ", line {}, column {}: the byte {:#04x} is not UTF-8{}; save the file as UTF-8, or convert it with "
+      "iconv -f LATIN1 -t UTF-8",
+      place.line, place.column, byte, letter);
+}
+
+// Where the parser found a value behind a value: the begin of the second one.
+std::optional<std::size_t> FindMissingComma(std::string_view text, std::size_t offset, const std::string& reason) {
+  const auto has = [&reason](const char* part) { return reason.find(part) != std::string::npos; };
+  if (!has("expected '}'") && !has("expected ']'")) return std::nullopt;
+  if (has("unexpected '['") || has("unexpected '{'")) return offset;
+  if (has("unexpected string literal")) {
+    const std::size_t quote = offset > 0 ? text.rfind('"', offset - 1) : std::string_view::npos;
+    return quote == std::string_view::npos ? offset : quote;
+  }
+  if (!has("unexpected number literal")) return std::nullopt;
+  while (offset > 0 && std::string_view("+-.eE0123456789").find(text[offset - 1]) != std::string_view::npos) --offset;
+  return offset;
+}
+
 std::string Describe(const std::string& text, const std::string& source,
                      const nlohmann::json::parse_error& error) {
-  const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
+  std::size_t offset = std::min(error.byte > 0 ? error.byte - 1 : 0, text.size());
+  const std::string reason = ReasonOf(error.what());
+  std::string why;
+  if (const auto second = FindMissingComma(text, offset, reason)) {
+    offset = *second;
+    why = fmt::format("a comma is missing before {}",
+                      Shortened(text.substr(offset, text.find_first_of(" \t\r\n,]}:", offset + 1) - offset), 40));
+  } else if (reason.find("expected ':'") != std::string::npos) {
+    why = "a colon is missing behind the key";
+  } else {
+    why = Explain(text, offset);
+  }
   const Place place = PlaceOf(text, offset);
-  std::string why = Explain(text, offset);
-  if (why.empty()) why = Shortened(ReasonOf(error.what()), kMaxShownBytes);
+  if (why.empty()) why = Shortened(reason, kMaxShownBytes);
   return fmt::format("{}, line {}, column {}: {}", source, place.line, place.column, why);
 }
 
@@ -232,6 +339,9 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   if (nlohmann::json::sax_parse(text, &reader)) return std::move(reader.value());
   if (!reader.refusal().empty()) {
     return absl::InvalidArgumentError(fmt::format("{}: {}", source, reader.refusal()));
+  }
+  if (const std::string encoding = ExplainEncoding(text); !encoding.empty()) {
+    return absl::InvalidArgumentError(source + encoding);
   }
   if (reader.syntax_error()) return absl::InvalidArgumentError(Describe(text, source, *reader.syntax_error()));
   const StrictReader::TooLarge& found = reader.too_large();

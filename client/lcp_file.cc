@@ -49,8 +49,7 @@ absl::StatusOr<v1::SolveLcpRequest> ParseLcp(const std::string& text, const std:
 
   v1::SolveLcpRequest request;
   JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, {"M", "q", "rule", "selector", "name", "about", "source", "why", "expect"},
-                           "");
+  reader.RefuseUnknownKeys(*root, {"M", "q", "rule", "selector"}, "", {"why", "expect"});
   ReadMatrixKey(*root, "M", "the n rows of the matrix of 0 <= y ⟂ q + M y >= 0", reader,
                 *request.mutable_m());
   ReadNumbersKey(*root, "q", "the n values of the vector of 0 <= y ⟂ q + M y >= 0", reader,
@@ -78,7 +77,7 @@ absl::StatusOr<v1::SolveDcpRequest> ParseDcp(const std::string& text, const std:
 
   v1::SolveDcpRequest request;
   JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, {"M", "q", "name", "about", "source"}, "");
+  reader.RefuseUnknownKeys(*root, {"M", "q"}, "");
   ReadMatrixKey(*root, "M", "the n rows of the matrix of w = q + M v", reader, *request.mutable_m());
   if (const json* q =
           reader.Require(*root, "q", "the path q, as in {\"times\": [0, 1], \"values\": [[0], [-1]]}")) {

@@ -262,7 +262,8 @@ std::optional<v1::Matrix> ReadAnyMatrix(const json& value, const std::string& pa
     if (value.contains("kronecker_sum")) return ReadSum(value, path, reader);
     if (value.contains("matrix_market")) return ReadMarket(value, path, reader);
   }
-  reader.Refuse(path, fmt::format("is {}; {}", DescribeJson(value), kForms));
+  const std::string scalar = value.is_number() ? fmt::format("; a 1 x 1 matrix is written [[{}]]", value.dump()) : "";
+  reader.Refuse(path, fmt::format("is {}; {}{}", DescribeJson(value), kForms, scalar));
   return std::nullopt;
 }
 

@@ -39,7 +39,7 @@ absl::StatusOr<v1::EnsembleMember> ReadMember(const json& value, const std::stri
     return absl::InvalidArgumentError(
         fmt::format("{}: is {}; must be an object, as in {{\"x0\": [1, 0]}}", source, DescribeJson(value)));
   }
-  reader.RefuseUnknownKeys(value, {"x0", "f", "g", "pieces", "T", "break_points", "label"}, "");
+  reader.RefuseUnknownKeys(value, {"x0", "f", "g", "pieces", "T", "break_points", "label"}, "a member");
   if (value.contains("x0")) ReadNumbersKey(value, "x0", "", reader, *member.mutable_x0());
   if (value.contains("T")) {
     if (const auto number = reader.ReadNumber(value["T"], "T")) member.set_horizon(*number);
@@ -113,8 +113,9 @@ absl::StatusOr<Members> ParseMembers(const std::string& text, const std::string&
   const auto root = ParseJson(text, source);
   if (!root.ok()) return root.status();
   if (root->is_array()) return ReadList(*root, source, states, constraints);
+  if (absl::Status kind = CheckKind(*root, FileKind::kMembers, source); !kind.ok()) return kind;
   JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, {"members"}, "", {"name", "about", "source"});
+  reader.RefuseUnknownKeys(*root, {"members"}, "");
   const json* members = reader.Require(*root, "members", "a list of objects, as in [{\"x0\": [1, 0]}, {\"T\": 2}]");
   if (members != nullptr && !members->is_array()) {
     reader.Refuse("members", fmt::format("is {}; must be a list of objects", DescribeJson(*members)));

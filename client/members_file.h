@@ -13,7 +13,7 @@
 namespace dlcs::client {
 
 // Reads a list of objects, or an object with that list under "members". Each says what its member has in place of the
-// problem's, in the forms of problem files: x0, f, g, pieces (which replaces both), T, break_points; and "label", a
+// problem's, in the forms of problem files: x0, f, g, pieces (in place of both), T, break_points; and "label", a
 // name for people. A text that does not begin as JSON is a table: an initial state a line, numbers between commas; a
 // first line of names is passed over.
 //

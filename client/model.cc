@@ -98,7 +98,7 @@ absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const 
   }
   if (absl::Status kind = CheckKind(*root, FileKind::kModel, source); !kind.ok()) return kind;
   JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f", "name", "about", "source"}, "");
+  reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f"}, "");
   const InputOutputModel model = ReadModel(*root, reader);
   if (absl::Status status = reader.status(); !status.ok()) return status;
   const auto problem = MakeInputOutputProblem(model);

@@ -40,6 +40,7 @@ const std::vector<std::string>& AnnotationKeys() {
   static const std::vector<std::string> keys = {"name",
                                                 "about",
                                                 "source",
+                                                "$schema",
                                                 "M_class",
                                                 "refs",
                                                 "switchings",
@@ -63,6 +64,30 @@ void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
   }
   if (root.contains("break_points")) {
     ReadNumbersKey(root, "break_points", "", reader, *problem.mutable_break_points());
+  }
+}
+
+// Whether a comma stands between two digits of `text`, as in 1,5, where others have a space behind them.
+bool HasDecimalComma(const std::string& text) {
+  if (text.find(", ") == std::string::npos) return false;
+  const auto is_digit = [&text](std::size_t at) { return text[at] >= '0' && text[at] <= '9'; };
+  for (std::size_t at = text.find(',', 1); at != std::string::npos && at + 1 < text.size();
+       at = text.find(',', at + 1)) {
+    if (is_digit(at - 1) && is_digit(at + 1)) return true;
+  }
+  return false;
+}
+
+// Too many numbers where a decimal comma may have made two of one; other shapes are the engine's to judge.
+void RefuseDecimalCommas(const std::string& text, const v1::Problem& problem, JsonReader& reader) {
+  constexpr const char* kCommas = "JSON reads 1,5 as two numbers; a decimal is written 1.5";
+  const v1::DenseMatrix& a = problem.a().dense();
+  if (a.columns() > a.rows() && HasDecimalComma(text)) {
+    reader.Refuse("A",
+                  fmt::format("is {} x {}; must be square, m x m for m states. {}", a.rows(), a.columns(), kCommas));
+  } else if (a.rows() > 0 && problem.x0_size() > a.rows() && HasDecimalComma(text)) {
+    reader.Refuse("x0", fmt::format("has {} values; must have one for each of the {} states. {}", problem.x0_size(),
+                                    a.rows(), kCommas));
   }
 }
 
@@ -112,11 +137,7 @@ void ReadNonlinear(const json& root, JsonReader& reader, v1::NonlinearProblem& p
 
 // Whether `root` describes a nonlinear problem.
 bool IsNonlinear(const json& root, JsonReader& reader) {
-  if (!root.contains("kind") || root["kind"] == "linear") return false;
-  if (root["kind"] == "nonlinear") return true;
-  reader.Refuse("kind",
-                fmt::format("is {}; must be \"linear\" or \"nonlinear\"", DescribeJson(root["kind"])));
-  return false;
+  return root.contains("kind") && reader.ReadWord(root["kind"], "kind", {"linear", "nonlinear"}) == "nonlinear";
 }
 
 }  // namespace
@@ -135,6 +156,7 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
     ReadNonlinear(*root, reader, file.nonlinear.emplace());
   } else {
     ReadLinear(*root, reader, file.problem);
+    RefuseDecimalCommas(text, file.problem, reader);
   }
 
   file.annotations = json::object();

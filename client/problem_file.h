@@ -27,7 +27,7 @@ struct ProblemFile {
 // ...
 //
 // Matrices take the forms of matrix_json.h, f and g those of time_function_json.h; a source that is missing
-// is zero. Where `pieces` is given it replaces both. Only what this format promises is judged here: types,
+// is zero, and `pieces` stand in place of both. Only what this format promises is judged here: types,
 // equal row lengths, known keys. Whether shapes fit together and formulas make sense is the engine's to say,
 // so that a file is refused with the same words here and by a server.
 //

@@ -223,6 +223,11 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
     ReadFunction(root, "g", constraints, zeros, reader, g);
     return;
   }
+  for (const char* key : {"f", "g"}) {
+    if (root.contains(key)) {
+      reader.Refuse(key, "is given beside pieces, which hold f and g; put it into the pieces, or leave the pieces out");
+    }
+  }
   if (!pieces->is_array() || pieces->empty()) {
     reader.Refuse("pieces",
                   fmt::format("is {}; must be a list of objects {{\"t0\": ..., \"f\": ..., \"g\": ...}}",

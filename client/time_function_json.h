@@ -16,7 +16,8 @@ namespace dlcs::client {
 //     {"times": [t_0, ...], "values": [[...], ...]}     samples, one row per time
 //     {"breaks": [...], "coefficients": [p_0, ...]}     piecewise polynomials; p_i is a list of rows, row k
 //                                                       the factors of (t - breaks[i])^k
-//     "pieces": [{"t0": 0, "f": ..., "g": ...}, ...]    replaces both; each holds from its t0 to the next
+//     "pieces": [{"t0": 0, "f": ..., "g": ...}, ...]    in place of both, never beside them;
+//                                                       each holds from its t0 to the next
 // f and g themselves may also be
 //     {"matrix": F, "of": s}                            F (a matrix as in matrix_json.h) times s, one of the
 //     first three forms

@@ -12,6 +12,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string WhyNot(const std::string& text) {
   return std::string(ParseMembers(text, "m.json", 2, 1).status().message());
@@ -59,6 +60,11 @@ TEST(MembersFileTest, NamesMemberAndPlaceOfEveryMistake) {
             HasSubstr("m.json: members[2]: is a number"), HasSubstr("members[3]: label")));
   EXPECT_THAT(WhyNot(R"({"member": []})"), HasSubstr("\"members\""));
   EXPECT_THAT(WhyNot(R"({"members": 3})"), HasSubstr("must be a list of objects"));
+  EXPECT_THAT(WhyNot(R"({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 1})"),
+              AllOf(HasSubstr("m.json: holds a system of differential equations"), HasSubstr("members are wanted here"),
+                    Not(HasSubstr("is not a known key"))));
+  EXPECT_THAT(WhyNot(R"([{"name": "first"}])"), HasSubstr("\"name\" is not a known key in a member"));
+  EXPECT_TRUE(ParseMembers(R"({"$schema": "members.schema.json", "members": [{}]})", "m.json", 2, 1).ok());
   EXPECT_THAT(WhyNot("[{]"), HasSubstr("m.json, line 1, column 3"));
 }
 

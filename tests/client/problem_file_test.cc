@@ -85,9 +85,11 @@ TEST(ProblemFileTest, ReadsPolynomialsLowestDegreeFirst) {
 }
 
 TEST(ProblemFileTest, ReplacesSourcesByPieces) {
-  const auto file = ParseProblem(
-      Example({{"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
-      "p.json");
+  const auto file =
+      ParseProblem(Example({{"f", nullptr},
+                            {"g", nullptr},
+                            {"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
+                   "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   const v1::Problem& problem = file->problem;
   ASSERT_EQ(problem.f().pieces_size(), 2);
@@ -152,10 +154,42 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"Empty", " \n ", {"the file is empty"}},
         Broken{"NotAnObject", "[1, 2]", {"holds a list (of 2)", "must be one object", "x0"}},
         Broken{"CutOff", "{\"A\": [[1, 2]", {"line 1, column 14", "ends in the middle"}},
-        Broken{"MissingComma", "{\n  \"T\": 1\n  \"A\": 2}", {"line 3, column 5"}},
-        Broken{"TrailingComma",
-               "{\n  \"T\": [1, 2,]}",
-               {"line 2, column 14", "comma stands before the closing ']'"}},
+        Broken{"MissingComma", "{\n  \"T\": 1\n  \"A\": 2}", {"line 3, column 3: a comma is missing before \"A\""}},
+        Broken{"MissingCommaInAList", "{\"x0\": [1 25.5]}", {"line 1, column 11: a comma is missing before 25.5"}},
+        Broken{"MissingCommaBetweenRows", "{\"A\": [[1] [2]]}", {"column 12: a comma is missing before [2"}},
+        Broken{"MissingColon", "{\"T\" 2}", {"a colon is missing behind the key"}},
+        Broken{"Utf16", std::string("\xff\xfe{\0\"\0T\0\"\0", 12), {"is text in UTF-16", "save it as UTF-8"}},
+        Broken{"Utf16WithoutAMark", std::string("{\0\"\0T\0\"\0:\0", 10), {"is text in UTF-16LE"}},
+        Broken{"Utf16BigEnd", std::string("\0{\0\"\0T\0\"\0:", 10), {"is text in UTF-16BE"}},
+        Broken{"Utf32", std::string("\xff\xfe\0\0{\0\0\0", 8), {"is text in UTF-32"}},
+        Broken{"Latin1",
+               With("\"name\": \"caf\xe9\""),
+               {"line 1, column 14: the byte 0xe9 is not UTF-8 (in Latin-1 it is \"é\")"}},
+        Broken{"AProgram",
+               std::string("\x7f"
+                           "ELF\2\1\1\0",
+                           8),
+               {"p.json: is a program", "JSON in UTF-8 is wanted"}},
+        Broken{"Gzip", "\x1f\x8b\x08 and so on", {"compressed by gzip"}},
+        Broken{"OtherBytes", std::string("{\"T\": \0 1}", 11), {"is a binary file (byte 7 is zero)"}},
+        Broken{"Scalar", Example({{"A", -1}}), {"A is a number (-1)", "a 1 x 1 matrix is written [[-1]]"}},
+        Broken{"DecimalComma",
+               R"({"A": [[-1,5]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0], "T": 1})",
+               {"A is 1 x 2; must be square", "JSON reads 1,5 as two numbers; a decimal is written 1.5"}},
+        Broken{"DecimalCommaInTheState",
+               R"({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0,5], "T": 1})",
+               {"x0 has 2 values", "a decimal is written 1.5"}},
+        Broken{"PiecesBesideF",
+               Example({{"f", {"0", "0"}}, {"pieces", {{{"t0", 0}, {"g", {1}}}}}}),
+               {"f is given beside pieces, which hold f and g"}},
+        Broken{"PiecesBesideG", Example({{"g", {"0"}}, {"pieces", {{{"t0", 0}}}}}), {"g is given beside pieces"}},
+        Broken{"Title", Example({{"title", "x"}}), {"\"title\" is not a known key; did you mean \"name\"?"}},
+        Broken{"Notes", Example({{"notes", "x"}}), {"\"notes\" is not a known key; did you mean \"about\"?"}},
+        Broken{"RuleNear",
+               Example({{"rule", "leastelement"}}),
+               {"rule is \"leastelement\"; did you mean \"least-element\"?", "one of auto, unique"}},
+        Broken{"KindNear", Example({{"kind", "nonlinera"}}), {"kind is \"nonlinera\"; did you mean \"nonlinear\"?"}},
+        Broken{"TrailingComma", "{\n  \"T\": [1, 2,]}", {"line 2, column 14", "comma stands before the closing ']'"}},
         Broken{"NotANumber", "{\"T\": NaN}", {"line 1, column 7", "NaN", "must be finite"}},
         Broken{"NegativeInfinity", "{\"x0\": [0, -Infinity]}", {"line 1", "Infinity", "must be finite"}},
         Broken{"Overflow", "{\"T\": 1e999}", {"line 1, column 7: 1e999 is too large", "must be finite"}},
@@ -165,11 +199,8 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"BareFormula", "{\"f\": [sin(t)]}", {"line 1", "sin", "double quotes"}},
         Broken{"TextAfterTheEnd", Example() + " 7", {"line 1, column 109", "expected end of input"}},
         Broken{"KeyTwice", With("\"T\": 2"), {"key \"T\" is given twice"}},
-        Broken{"KeyTwiceInside",
-               With("\"pieces\": [{\"t0\": 0, \"t0\": 1}]"),
-               {"\"t0\"", "twice", "\"pieces\""}},
-        Broken{
-            "TooDeep", With("\"refs\": " + std::string(50, '[') + std::string(50, ']')), {"deeper than 32"}},
+        Broken{"KeyTwiceInside", With("\"pieces\": [{\"t0\": 0, \"t0\": 1}]"), {"\"t0\"", "twice", "\"pieces\""}},
+        Broken{"TooDeep", With("\"refs\": " + std::string(50, '[') + std::string(50, ']')), {"deeper than 32"}},
         Broken{"MissingKey", Example({{"N", nullptr}}), {"\"N\" is missing", "row per complementarity pair"}},
         Broken{"UnknownKeyNear",
                Example({{"breakpoints", {0.5}}}),
@@ -177,32 +208,20 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"UnknownKeyCase", Example({{"t", 3}}), {"\"t\" is not a known key", "did you mean \"T\"?"}},
         Broken{"UnknownKeyFar",
                Example({{"zzzzzz", 3}}),
-               {"\"zzzzzz\" is not a known key; known are A, B, N, M, x0"}},
-        Broken{"StringForNumber",
-               Example({{"x0", {1, "abc"}}}),
-               {"x0[1] is a string (\"abc\"); must be a number"}},
+               {"\"zzzzzz\" is not a known key; known are A, B, N, M, x0", "name, about, source, $schema"}},
+        Broken{"StringForNumber", Example({{"x0", {1, "abc"}}}), {"x0[1] is a string (\"abc\"); must be a number"}},
         Broken{"QuotedNumber", Example({{"T", "1.5"}}), {"T is a string (\"1.5\")", "without quotes"}},
-        Broken{
-            "NullInMatrix", With("\"break_points\": [null]"), {"break_points[0] is null; must be a number"}},
+        Broken{"NullInMatrix", With("\"break_points\": [null]"), {"break_points[0] is null; must be a number"}},
         Broken{"BooleanHorizon", Example({{"T", true}}), {"T is true; must be a number"}},
         Broken{"ScalarState", Example({{"x0", 1}}), {"x0 is a number (1); must be a list of numbers"}},
-        Broken{"RaggedRows",
-               Example({{"A", {{1, 2}, {3}}}}),
-               {"A[1] has 1 values but A[0] has 2", "same length"}},
+        Broken{"RaggedRows", Example({{"A", {{1, 2}, {3}}}}), {"A[1] has 1 values but A[0] has 2", "same length"}},
         Broken{"ColumnAsList", Example({{"B", {1, 2}}}), {"B[0] is a number (1)", "[[1], [2]]"}},
-        Broken{
-            "EmptyMatrix", Example({{"M", nlohmann::json::array()}}), {"M is an empty list", "list of rows"}},
+        Broken{"EmptyMatrix", Example({{"M", nlohmann::json::array()}}), {"M is an empty list", "list of rows"}},
         Broken{"EmptyRow", Example({{"N", {nlohmann::json::array()}}}), {"N is a list of empty rows"}},
-        Broken{"TextInMatrix",
-               Example({{"A", {{1, "x"}, {0, 1}}}}),
-               {"A[0][1] is a string (\"x\"); must be a number"}},
-        Broken{"FormulaWithoutList",
-               Example({{"f", "sin(t)"}}),
-               {"f is a string (\"sin(t)\")", "list with a formula"}},
+        Broken{"TextInMatrix", Example({{"A", {{1, "x"}, {0, 1}}}}), {"A[0][1] is a string (\"x\"); must be a number"}},
+        Broken{"FormulaWithoutList", Example({{"f", "sin(t)"}}), {"f is a string (\"sin(t)\")", "list with a formula"}},
         Broken{"FormulaIsAList", Example({{"g", {{1}}}}), {"g[0] is a list (of 1)", "formula in t"}},
-        Broken{"SamplesWithoutTimes",
-               Example({{"f", {{"values", {{1, 2}}}}}}),
-               {"\"times\" is missing", "f needs"}},
+        Broken{"SamplesWithoutTimes", Example({{"f", {{"values", {{1, 2}}}}}}), {"\"times\" is missing", "f needs"}},
         Broken{"SamplesTooFew",
                Example({{"f", {{"times", {0, 1}}, {"values", {{1, 2}}}}}}),
                {"f.values has 1 rows but f.times has 2"}},
@@ -215,9 +234,7 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"PolynomialMistyped",
                Example({{"f", {{"breaks", {0, 1}}, {"coeffs", {{{1, 2}}}}}}}),
                {"\"coeffs\" is not a known key in f; did you mean", "\"coefficients\" is missing"}},
-        Broken{"PiecesNotAList",
-               Example({{"pieces", 3}}),
-               {"pieces is a number (3); must be a list of objects"}},
+        Broken{"PiecesNotAList", Example({{"pieces", 3}}), {"pieces is a number (3); must be a list of objects"}},
         Broken{"PieceWithoutStart", Example({{"pieces", {{{"g", {1}}}}}}), {"pieces[0] has no \"t0\""}},
         Broken{"PieceUnknownKey",
                Example({{"pieces", {{{"t0", 0}, {"t1", 1}}}}}),
@@ -283,7 +300,7 @@ TEST(NonlinearFileTest, NamesWhatIsWrong) {
   EXPECT_THAT(error_with({{"g", "y1"}}), HasSubstr("p.json: g is a string"));
   EXPECT_THAT(error_with({{"f", {"x2", true}}}), HasSubstr("f[1]"));
   EXPECT_THAT(error_with({{"M", {{1}}}}), HasSubstr("\"M\" is not a known key"));
-  EXPECT_THAT(error_with({{"kind", "odd"}}), HasSubstr("kind is a string (\"odd\"); must be"));
+  EXPECT_THAT(error_with({{"kind", "odd"}}), HasSubstr("kind is \"odd\"; must be"));
   EXPECT_THAT(ErrorOf(Example({{"kind", "linear"}, {"W", {{1}}}})), HasSubstr("\"W\" is not a known key"));
 }
 

@@ -82,6 +82,14 @@ class ProblemSchemaTest(unittest.TestCase):
             with self.subTest(key=key, value=value):
                 self.assertFalse(passes({"M": [[1]], "q": [1], key: value}, LCP))
 
+    def test_every_file_may_name_its_schema(self):
+        for schema, content in ((SCHEMA, EXAMPLE), (LCP, {"M": [[1]], "q": [1]}), (MEMBERS, {"members": [{}]}),
+                                (DCP, {"M": [[1]], "q": {"times": [0], "values": [[0]]}}),
+                                (NONLINEAR, {"kind": "nonlinear", "f": ["y1"], "g": ["y1"], "x0": [1], "T": 1})):
+            with self.subTest(schema=schema["title"]):
+                self.assertTrue(passes({**content, "$schema": "a.schema.json"}, schema))
+                self.assertFalse(passes({**content, "$schema": 7}, schema))
+
     def test_mistakes_in_a_dcp_do_not_pass(self):
         example = {"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}
         self.assertTrue(passes(example, DCP))
@@ -112,6 +120,9 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertTrue(passes({**EXAMPLE, "f": source}))
                 self.assertTrue(passes({**EXAMPLE, "rule": "minimiser", "selector": {"C": [[1]], "b": [0]}}))
                 self.assertTrue(passes({**EXAMPLE, "pieces": [{"t0": 0, "g": source}]}))
+                for key in ("f", "g"):
+                    self.assertFalse(passes({**EXAMPLE, "pieces": [{"t0": 0, "g": source}], key: source}))
+                    self.assertFalse(passes([{"pieces": [{"t0": 0, "g": source}], key: source}], MEMBERS))
 
     def test_forms_of_matrices_pass(self):
         entries = {"rows": 1, "columns": 1, "entries": [[0, 0, 2.5]]}
