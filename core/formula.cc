@@ -1,198 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/formula.h"
 
-#include <muParser.h>
-
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstring>
-#include <functional>
 #include <limits>
-#include <optional>
-#include <string_view>
 #include <utility>
 
-#include "absl/status/status.h"
-#include "core/formula_syntax.h"
-
 namespace dlcs {
-namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double Sign(double v) { return std::isnan(v) ? v : (v > 0) - (v < 0); }
-
-// std::min and std::max drop a NaN, depending on its place; a formula without a value must not look like one
-// with.
-template <typename Better>
-double Best(const double* values, int count) {
-  double best = values[0];
-  for (int i = 1; i < count; ++i) {
-    if (std::isnan(values[i]) || Better{}(values[i], best)) best = values[i];
-    if (std::isnan(best)) break;
-  }
-  return best;
+absl::StatusOr<Formula> Formula::Parse(const std::string& text, const FormulaVariables& variables) {
+  absl::StatusOr<FormulaTree> tree = ReadFormula(text, variables);
+  if (!tree.ok()) return tree.status();
+  auto analysed = std::make_shared<AnalysedFormula>();
+  analysed->tree = *std::move(tree);
+  return Formula(std::move(analysed), {});
 }
 
-bool Holds(double a, Comparison comparison, double b) {
-  switch (comparison) {
-    case Comparison::kLess:
-      return a < b;
-    case Comparison::kLessEqual:
-      return a <= b;
-    case Comparison::kGreater:
-      return a > b;
-    case Comparison::kGreaterEqual:
-      return a >= b;
-    case Comparison::kEqual:
-      return a == b;
-    case Comparison::kNotEqual:
-      return a != b;
-  }
-  return false;
-}
-
-// a, comparison, b, comparison, c, ...: whether all hold.
-double Chain(const double* values, int count) {
-  bool holds = true;
-  for (int i = 0; i + 2 < count; i += 2) {
-    holds =
-        holds && Holds(values[i], static_cast<Comparison>(static_cast<int>(values[i + 1])), values[i + 2]);
-  }
-  return holds;
-}
-
-using OneArgument = double (*)(double);
-using ManyArguments = double (*)(const double*, int);
-
-OneArgument FunctionOfOne(std::string_view name) {
-  static constexpr std::pair<std::string_view, OneArgument> kTable[] = {
-      {"sin", [](double v) { return std::sin(v); }},
-      {"cos", [](double v) { return std::cos(v); }},
-      {"tan", [](double v) { return std::tan(v); }},
-      {"asin", [](double v) { return std::asin(v); }},
-      {"acos", [](double v) { return std::acos(v); }},
-      {"atan", [](double v) { return std::atan(v); }},
-      {"sinh", [](double v) { return std::sinh(v); }},
-      {"cosh", [](double v) { return std::cosh(v); }},
-      {"tanh", [](double v) { return std::tanh(v); }},
-      {"exp", [](double v) { return std::exp(v); }},
-      {"log", [](double v) { return std::log(v); }},
-      {"log10", [](double v) { return std::log10(v); }},
-      {"sqrt", [](double v) { return std::sqrt(v); }},
-      {"abs", [](double v) { return std::fabs(v); }},
-      {"floor", [](double v) { return std::floor(v); }},
-      {"ceil", [](double v) { return std::ceil(v); }},
-      {"sign", Sign},
+Formula::Formula(std::shared_ptr<const AnalysedFormula> analysed, const TimeAxis& axis)
+    : analysed_(std::move(analysed)), values_(analysed_->tree.steps.size()) {
+  const std::vector<FormulaStep>& steps = analysed_->tree.steps;
+  states_.resize(states().size());
+  constraints_.resize(constraints().size());
+  const auto place = [](const std::vector<Index>& indices, Index i) {
+    return std::find(indices.begin(), indices.end(), i) - indices.begin();
   };
-  const auto entry =
-      std::find_if(std::begin(kTable), std::end(kTable), [&](const auto& e) { return e.first == name; });
-  return entry == std::end(kTable) ? nullptr : entry->second;
-}
-
-ManyArguments FunctionOfMany(std::string_view name) {
-  if (name == "min") return Best<std::less<>>;
-  if (name == "max") return Best<std::greater<>>;
-  if (name == kChainFunction) return Chain;
-  return nullptr;
-}
-
-// Reads the number at the head of `text` for muParser. Its own reader copies the rest of the text into a
-// stream at every token, quadratic in the length of the formula.
-int ReadNumber(const char* text, int* position, double* value) {
-  if (*text != '.' && (*text < '0' || *text > '9')) return 0;
-  constexpr std::size_t kLongestNumber = 32;  // NumberText() writes at most 24 characters
-  const auto [end, error] = std::from_chars(text, text + strnlen(text, kLongestNumber), *value);
-  if (error != std::errc()) return 0;
-  *position += static_cast<int>(end - text);
-  return 1;
-}
-
-// muParser with our language instead of its own: the variables and the functions that `syntax` needs. (To
-// define all of them costs more than the rest of the translation.)
-class Parser final : public mu::ParserBase {
- public:
-  // `variables` holds t, then the states and the constraints that occur in `syntax`.
-  Parser(const FormulaSyntax& syntax, double* variables) {
-    DefineNameChars("0123456789abcdefghijklmnopqrstuvwxyz");
-    DefineOprtChars("+-*^/<>=!");
-    DefineInfixOprtChars("-");
-    DefineInfixOprt("-", [](double v) { return -v; });
-    // The optimizer reorders sums and products, (t + 1e16) - 1e16 to t, which Python does not; it saves 5 ns.
-    EnableOptimizer(false);
-    AddValIdent(ReadNumber);
-    for (const std::string_view function : syntax.functions) {
-      if (const ManyArguments many = FunctionOfMany(function)) {
-        DefineFun(std::string(function), many);
-      } else {
-        DefineFun(std::string(function), FunctionOfOne(function));
-      }
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const int index = static_cast<int>(i);
+    switch (steps[i].operation) {
+      case FormulaOperation::kNumber:
+        values_[i] = steps[i].number;
+        break;
+      case FormulaOperation::kTime:
+        time_ = index;
+        break;
+      case FormulaOperation::kState:
+        states_[static_cast<std::size_t>(place(states(), steps[i].index))] = index;
+        break;
+      case FormulaOperation::kConstraint:
+        constraints_[static_cast<std::size_t>(place(constraints(), steps[i].index))] = index;
+        break;
+      default:
+        computed_.push_back(index);
     }
-    DefineVar("t", variables++);
-    for (const Index i : syntax.states) DefineVar("x" + std::to_string(i + 1), variables++);
-    for (const Index i : syntax.constraints) DefineVar("y" + std::to_string(i + 1), variables++);
-    SetExpr(syntax.muparser_text);
   }
-
- private:
-  void InitCharSets() override {}
-  void InitFun() override {}
-  void InitConst() override {}
-  void InitOprt() override {}
-};
-
-}  // namespace
-
-struct Formula::Impl {
-  std::vector<double> variables;  // t, then the states and the constraints that occur
-  bool depends_on_t = false;
-  std::vector<Index> states;
-  std::vector<Index> constraints;
-  double constant = kNaN;        // the value where there is no parser
-  std::optional<Parser> parser;  // holds addresses in `variables`; only where the formula depends on one
-};
-
-absl::StatusOr<Formula> Formula::Parse(const std::string& text, FormulaVariables variables) {
-  const absl::StatusOr<FormulaSyntax> syntax = ReadFormula(text, variables);
-  if (!syntax.ok()) return syntax.status();
-  auto impl = std::make_unique<Impl>();
-  try {
-    impl->depends_on_t = syntax->depends_on_t;
-    impl->states = syntax->states;
-    impl->constraints = syntax->constraints;
-    impl->variables.assign(1 + impl->states.size() + impl->constraints.size(), 0);
-    impl->parser.emplace(*syntax, impl->variables.data());
-    impl->constant = impl->parser->Eval();  // muParser translates at the first evaluation
-  } catch (const mu::ParserError& error) {
-    return absl::InternalError("muParser refused '" + syntax->muparser_text + "': " + error.GetMsg());
-  }
-  if (!impl->depends_on_t && impl->variables.size() == 1) impl->parser.reset();
-  return Formula(std::move(impl));
+  for (const double time : analysed_->switching.times) switching_times_.push_back(axis.Nearest(time));
+  has_stretches_ = !analysed_->switching.inside.empty() &&
+                   std::any_of(steps.begin(), steps.end(),
+                               [](const auto& step) { return step.of_time_alone && IsSwitch(step.operation); });
+  if (has_stretches_) decisions_.resize(steps.size());
 }
 
-Formula::Formula(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Formula::Formula(Formula&&) noexcept = default;
-Formula& Formula::operator=(Formula&&) noexcept = default;
-Formula::~Formula() = default;
-
-bool Formula::DependsOnTime() const { return impl_->depends_on_t; }
-const std::vector<Index>& Formula::states() const { return impl_->states; }
-const std::vector<Index>& Formula::constraints() const { return impl_->constraints; }
-
-double Formula::Evaluate(double t) {
-  if (!impl_->parser) return impl_->constant;
-  impl_->variables[0] = t;
-  return impl_->parser->Eval();
+double Formula::Evaluate(double t, Side side) {
+  return computed_.empty() && time_ < 0 ? values_.back() : EvaluateAt(t, side);
 }
 
-double Formula::Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y) {
-  if (!impl_->parser) return impl_->constant;
-  double* variable = impl_->variables.data();
-  *variable++ = t;
-  for (const Index i : impl_->states) *variable++ = x[i];
-  for (const Index i : impl_->constraints) *variable++ = y[i];
-  return impl_->parser->Eval();
+double Formula::Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, Side side) {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    values_[static_cast<std::size_t>(states_[k])] = x[analysed_->tree.states[k]];
+  }
+  for (std::size_t k = 0; k < constraints_.size(); ++k) {
+    values_[static_cast<std::size_t>(constraints_[k])] = y[analysed_->tree.constraints[k]];
+  }
+  return EvaluateAt(t, side);
+}
+
+double Formula::EvaluateAt(double t, Side side) {
+  const auto& [tree, switching] = *analysed_;
+  if (has_stretches_) {
+    const auto behind = side == Side::kRight ? std::upper_bound(switching_times_.begin(), switching_times_.end(), t)
+                                             : std::lower_bound(switching_times_.begin(), switching_times_.end(), t);
+    const auto stretch = static_cast<std::size_t>(behind - switching_times_.begin());
+    if (!has_entered_ || stretch != stretch_) EnterStretch(stretch);
+    if (!is_decided_ && std::binary_search(switching_times_.begin(), switching_times_.end(), t)) {
+      t = std::nextafter(t, side == Side::kRight ? HUGE_VAL : -HUGE_VAL);
+    }
+  }
+  for (const FormulaGap& gap : switching.gaps) {
+    if (gap.jumps && gap.from <= t && t <= gap.to) return side == Side::kLeft ? gap.left : gap.right;
+  }
+  if (time_ >= 0) values_[static_cast<std::size_t>(time_)] = t;
+  for (const int index : computed_) {
+    const auto i = static_cast<std::size_t>(index);
+    const FormulaStep& step = tree.steps[i];
+    const double a = values_[static_cast<std::size_t>(step.a)];
+    const double b = step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)];
+    values_[i] = is_decided_ && step.of_time_alone && IsSwitch(step.operation)
+                     ? DecidedValue(step.operation, decisions_[i], a, b)
+                     : ValueOf(step.operation, a, b);
+  }
+  const double value = values_.back();
+  if (std::isfinite(value) || switching.gaps.empty()) return value;
+  for (const FormulaGap& gap : switching.gaps) {
+    if (gap.from <= t && t <= gap.to) return side == Side::kLeft ? gap.left : gap.right;
+  }
+  return value;
+}
+
+// Takes the decisions of the switches in `stretch`.
+void Formula::EnterStretch(std::size_t stretch) {
+  const auto& [tree, switching] = *analysed_;
+  stretch_ = stretch;
+  has_entered_ = true;
+  const double inside = switching.inside[stretch];
+  is_decided_ = !std::isnan(inside);
+  if (!is_decided_) return;
+  values_[static_cast<std::size_t>(time_)] = inside;
+  for (const int index : computed_) {
+    const auto i = static_cast<std::size_t>(index);
+    const FormulaStep& step = tree.steps[i];
+    if (!step.of_time_alone) continue;
+    if (IsSwitch(step.operation)) decisions_[i] = DecisionOf(step, values_);
+    values_[i] = ValueOf(step.operation, values_[static_cast<std::size_t>(step.a)],
+                         step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)]);
+  }
 }
 
 }  // namespace dlcs

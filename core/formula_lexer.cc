@@ -27,8 +27,7 @@ struct Advice {
   std::string_view advice;
 };
 
-constexpr std::string_view kAdviceAnd =
-    "write a product of comparisons, (0 < t)*(t < 1), or the chain 0 < t < 1";
+constexpr std::string_view kAdviceAnd = "write a product of comparisons, (0 < t)*(t < 1), or the chain 0 < t < 1";
 constexpr std::string_view kAdviceOr = "write max(a, b) of two comparisons";
 constexpr std::string_view kAdviceNot = "write a == 0 for 'not a'";
 constexpr std::string_view kAdviceIf = "write a sum of products with comparisons, (t < 1)*a + (t >= 1)*b";
@@ -114,10 +113,8 @@ constexpr std::array kLookalikes = {
 };
 
 FormulaToken Invalid(std::string_view text, std::size_t position, std::size_t size, std::string advice) {
-  return {.kind = Kind::kInvalid,
-          .text = text.substr(position, size),
-          .position = position,
-          .advice = std::move(advice)};
+  return {
+      .kind = Kind::kInvalid, .text = text.substr(position, size), .position = position, .advice = std::move(advice)};
 }
 
 // Length in bytes of the UTF-8 sequence at `begin`, 0 when it is none; its code point in `code_point`.
@@ -151,8 +148,7 @@ FormulaToken ReadStrangeCharacter(std::string_view text, std::size_t begin) {
   }
   std::uint32_t code_point = 0;
   const std::size_t size = DecodeUtf8(text, begin, code_point);
-  if (size == 0)
-    return Invalid(text, begin, 0, Hexadecimal("the byte 0x%02X is neither ASCII nor UTF-8", byte));
+  if (size == 0) return Invalid(text, begin, 0, Hexadecimal("the byte 0x%02X is neither ASCII nor UTF-8", byte));
   std::string advice = Hexadecimal("this is U+%04X, and formulas are plain ASCII", code_point);
   for (const Lookalike& lookalike : kLookalikes) {
     if (lookalike.code_point == code_point) advice.append("; ").append(lookalike.advice);
@@ -200,8 +196,7 @@ FormulaToken ReadNumber(std::string_view text, std::size_t begin) {
   FormulaToken token{.kind = Kind::kNumber, .text = text.substr(begin, end - begin), .position = begin};
   // Abseil's reading is correctly rounded, knows no locale, and gives 0 or infinity outside the range of a
   // double.
-  if (!absl::SimpleAtod({token.text.data(), token.text.size()}, &token.value) ||
-      !std::isfinite(token.value)) {
+  if (!absl::SimpleAtod({token.text.data(), token.text.size()}, &token.value) || !std::isfinite(token.value)) {
     return invalid("this number is beyond the range of a double, 1.8e308");
   }
   return token;
@@ -219,8 +214,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
         continue;
       }
       best = std::min({distance[i - 1][j] + 1, distance[i][j - 1] + 1, distance[i - 1][j - 1] + !same(i, j)});
-      if (i > 1 && j > 1 && same(i, j - 1) && same(i - 1, j))
-        best = std::min(best, distance[i - 2][j - 2] + 1);
+      if (i > 1 && j > 1 && same(i, j - 1) && same(i - 1, j)) best = std::min(best, distance[i - 2][j - 2] + 1);
     }
   }
   return distance[a.size()][b.size()];
@@ -254,11 +248,17 @@ FormulaToken NextFormulaToken(std::string_view text, std::size_t begin) {
   return ReadStrangeCharacter(text, begin);
 }
 
-std::string AdviceForUnknownName(std::string_view name, FormulaVariables variables) {
+std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& variables) {
   std::string lower(name);
   std::transform(lower.begin(), lower.end(), lower.begin(), Lower);
   for (const Advice& foreign : kForeignNames) {
     if (foreign.found == lower) return std::string(foreign.advice);
+  }
+  const bool has_index =
+      lower.size() > 1 && (lower[0] == 'x' || lower[0] == 'y') && std::all_of(lower.begin() + 1, lower.end(), IsDigit);
+  if (has_index && variables.states == 0 && variables.constraints == 0) {
+    return "formulas in states and constraints need \"kind\": \"nonlinear\"; in a linear problem f and g depend on t "
+           "alone";
   }
   // A name is near when a third of its letters are wrong at most; T is near t, but x is not.
   std::size_t best = name.size() / 3 + 1;
@@ -275,6 +275,10 @@ std::string AdviceForUnknownName(std::string_view name, FormulaVariables variabl
   if (variables.constraints > 0) all += " y1 ... y" + std::to_string(variables.constraints);
   all += " pi e";
   for (std::string_view constant : {"t", "pi", "e"}) consider(constant);
+  for (const auto& [parameter, value] : variables.parameters) {
+    consider(parameter);
+    all += " " + parameter;
+  }
   for (const FormulaName& function : kFormulaFunctions) {
     consider(function.name);
     all.append(" ").append(function.name);

@@ -33,7 +33,7 @@ FormulaToken NextFormulaToken(std::string_view text, std::size_t begin);
 
 // The advice for a word of another language that is not a name of ours ("ln", "and", "np"): what to write
 // instead, or the nearest of our names, or the list of all of them.
-std::string AdviceForUnknownName(std::string_view name, FormulaVariables variables = {});
+std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& variables = {});
 
 }  // namespace dlcs
 

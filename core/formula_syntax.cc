@@ -9,7 +9,6 @@
 
 #include "absl/status/status.h"
 #include "core/formula_lexer.h"
-#include "core/number_text.h"
 
 namespace dlcs {
 namespace {
@@ -19,15 +18,14 @@ using Kind = FormulaToken::Kind;
 constexpr std::size_t kMaxTextSize = 64 * 1024;
 // Deep enough for any formula that a person or a program writes down, shallow for the stack.
 constexpr int kMaxDepth = 100;
-// muParser refuses a text of 20,000 characters or more.
-constexpr std::size_t kMaxMuparserTextSize = 19'999;
 
-constexpr std::pair<std::string_view, Comparison> kComparisons[] = {
-    {"<", Comparison::kLess},          {"<=", Comparison::kLessEqual}, {">", Comparison::kGreater},
-    {">=", Comparison::kGreaterEqual}, {"==", Comparison::kEqual},     {"!=", Comparison::kNotEqual},
+using enum FormulaOperation;
+
+constexpr std::pair<std::string_view, FormulaOperation> kComparisons[] = {
+    {"<", kLess}, {"<=", kLessEqual}, {">", kGreater}, {">=", kGreaterEqual}, {"==", kEqual}, {"!=", kNotEqual},
 };
 
-std::optional<Comparison> ComparisonOf(const FormulaToken& token) {
+std::optional<FormulaOperation> ComparisonOf(const FormulaToken& token) {
   if (token.kind != Kind::kOperator) return std::nullopt;
   for (const auto& [text, comparison] : kComparisons) {
     if (token.text == text) return comparison;
@@ -41,158 +39,152 @@ std::string Quoted(std::string_view text) {
   return "'" + std::string(text.substr(0, kMaxQuote)) + "...'";
 }
 
-// Recursive descent, one function per rule of the grammar; each returns the text for muParser. The first
+// 'x' or 'y' where `name` is that letter and a number.
+std::optional<char> IndexedVariable(std::string_view name) {
+  if (name.size() < 2 || (name[0] != 'x' && name[0] != 'y')) return std::nullopt;
+  const bool digits = name.find_first_not_of("0123456789", 1) == std::string_view::npos;
+  return digits ? std::optional(name[0]) : std::nullopt;
+}
+
+const FormulaName* FunctionOf(std::string_view name) {
+  const auto function = std::find_if(kFormulaFunctions.begin(), kFormulaFunctions.end(),
+                                     [&](const FormulaName& f) { return f.name == name; });
+  return function == kFormulaFunctions.end() ? nullptr : &*function;
+}
+
+bool IsWordOperator(std::string_view name) {
+  return name == "and" || name == "or" || name == "if" || name == "else" || name == "not";
+}
+
+// Recursive descent, one function per rule of the grammar; each returns the step of its value. The first
 // error wins: it turns the current token into the end, so that every loop stops by itself.
 class Reader {
  public:
-  Reader(std::string_view text, FormulaVariables variables) : text_(text), variables_(variables) {}
+  Reader(std::string_view text, const FormulaVariables& variables) : text_(text), variables_(variables) {}
 
-  absl::StatusOr<FormulaSyntax> Read() {
+  absl::StatusOr<FormulaTree> Read() {
     if (text_.size() > kMaxTextSize) {
       return absl::InvalidArgumentError("the formula has " + std::to_string(text_.size()) +
                                         " bytes; at most 65536 are read");
     }
     Advance();
     if (token_.kind == Kind::kEnd && error_.empty()) Fail(0, "the formula is empty; write 0 for none");
-    syntax_.muparser_text = ReadComparison();
+    const int root = ReadComparison();
     if (token_.kind != Kind::kEnd) FailUnexpected(IsOperator(")") ? "')' closes nothing" : "");
-    if (error_.empty() && syntax_.muparser_text.size() > kMaxMuparserTextSize) {
-      Fail(0, "the formula is too long: " + std::to_string(syntax_.muparser_text.size()) +
-                  " characters without its blanks; at most " + std::to_string(kMaxMuparserTextSize) +
-                  " are allowed");
-    }
     if (!error_.empty()) return absl::InvalidArgumentError(error_);
-    return std::move(syntax_);
+    return std::move(tree_).Take(root);
   }
 
  private:
-  std::string ReadComparison() {
-    std::string left = ReadSum();
-    std::string op;
-    std::string right;
-    std::string chain;  // operators and operands after `left`, as arguments
-    int links = 0;
-    while (const std::optional<Comparison> comparison = ComparisonOf(token_)) {
-      op = token_.text;
+  int ReadComparison() {
+    int left = ReadSum();
+    std::optional<int> chain;
+    while (const std::optional<FormulaOperation> comparison = ComparisonOf(token_)) {
       Advance();
-      right = ReadSum();
-      chain += "," + std::to_string(static_cast<int>(*comparison)) + "," + right;
-      ++links;
+      const int right = ReadSum();
+      const int holds = tree_.Operation(*comparison, left, right);
+      chain = chain ? tree_.Operation(kMultiply, *chain, holds) : holds;
+      left = right;
     }
-    if (links == 0) return left;
-    if (links == 1) return left + op + right;  // muParser's own comparisons are faster than a call
-    Use(kChainFunction);
-    return std::string(kChainFunction) + "(" + left + chain + ")";
+    return chain.value_or(left);
   }
 
-  std::string ReadSum() {
-    std::string result = ReadProduct();
+  int ReadSum() {
+    int result = ReadProduct();
     while (IsOperator("+") || IsOperator("-")) {
-      result += token_.text;
+      const FormulaOperation operation = token_.text == "+" ? kAdd : kSubtract;
       Advance();
-      result += ReadProduct();
+      result = tree_.Operation(operation, result, ReadProduct());
     }
     return result;
   }
 
-  std::string ReadProduct() {
-    std::string result = ReadSigned();
+  int ReadProduct() {
+    int result = ReadSigned();
     while (IsOperator("*") || IsOperator("/")) {
-      result += token_.text;
+      const FormulaOperation operation = token_.text == "*" ? kMultiply : kDivide;
       Advance();
-      result += ReadSigned();
+      result = tree_.Operation(operation, result, ReadSigned());
     }
     return result;
   }
 
-  std::string ReadSigned() {
+  int ReadSigned() {
     bool negative = false;
     while (IsOperator("+") || IsOperator("-")) {
       negative ^= token_.text == "-";
       Advance();
     }
-    std::string power = ReadPower();
-    return negative ? "(-" + power + ")" : power;
+    const int power = ReadPower();
+    return negative ? tree_.Operation(kNegate, power) : power;
   }
 
-  std::string ReadPower() {
-    std::string base = ReadPrimary();
+  int ReadPower() {
+    const int base = ReadPrimary();
     if (!IsOperator("**") && !IsOperator("^")) return base;
     const std::size_t position = token_.position;
     Advance();
-    return base + "^(" + Nested(position, [this] { return ReadSigned(); }) + ")";
+    return tree_.Operation(kPower, base, Nested(position, [this] { return ReadSigned(); }));
   }
 
-  std::string ReadPrimary() {
+  int ReadPrimary() {
     const FormulaToken token = token_;
     if (token.kind == Kind::kNumber) {
       Advance();
-      return NumberText(token.value);
+      return tree_.Number(token.value);
     }
     if (token.kind == Kind::kName) return ReadName();
     if (IsOperator("(")) {
       Advance();
-      std::string inner = Nested(token.position, [this] { return ReadComparison(); });
+      const int inner = Nested(token.position, [this] { return ReadComparison(); });
       Close(token.position);
-      return "(" + inner + ")";
+      return inner;
     }
     constexpr std::string_view kExpected = "a number, a name or '(' is expected here";
     if (token.kind == Kind::kEnd) {
-      Fail(token.position, "the formula ends, but " + std::string(kExpected));
-    } else {
-      Fail(token.position, "found " + Quoted(token.text) + ", but " + std::string(kExpected));
+      return Fail(token.position, "the formula ends, but " + std::string(kExpected));
     }
-    return {};
+    return Fail(token.position, "found " + Quoted(token.text) + ", but " + std::string(kExpected));
   }
 
-  std::string ReadName() {
+  int ReadName() {
     const FormulaToken name = token_;
-    const auto function = std::find_if(kFormulaFunctions.begin(), kFormulaFunctions.end(),
-                                       [&](const FormulaName& f) { return f.name == name.text; });
-    const bool is_function = function != kFormulaFunctions.end();
-    if (const std::optional<char> kind = IndexedVariable(name.text)) return ReadVariable(*kind, name);
-    if (!is_function && name.text != "t" && name.text != "pi" && name.text != "e") {
-      Fail(name.position, "unknown name " + Quoted(name.text) + "; " + AdviceForUnknownName(name.text, variables_));
-      return {};
+    const bool has_variables = variables_.states > 0 || variables_.constraints > 0;
+    if (has_variables && IndexedVariable(name.text)) return ReadVariable(name);
+    const FormulaName* function = FunctionOf(name.text);
+    const auto parameter = variables_.parameters.find(name.text);
+    const bool is_parameter = parameter != variables_.parameters.end();
+    if (!function && !is_parameter && name.text != "t" && name.text != "pi" && name.text != "e") {
+      return Fail(name.position,
+                  "unknown name " + Quoted(name.text) + "; " + AdviceForUnknownName(name.text, variables_));
     }
     Advance();
-    if (is_function) return ReadCall(*function, name);
-    if (RefuseCall(name)) return {};
-    if (name.text == "pi") return NumberText(std::numbers::pi);
-    if (name.text == "e") return NumberText(std::numbers::e);
-    syntax_.depends_on_t = true;
-    return "t";
+    if (function) return ReadCall(*function, name);
+    if (RefuseCall(name)) return tree_.Number(0);
+    if (name.text == "t") return tree_.Time();
+    if (name.text == "pi") return tree_.Number(std::numbers::pi);
+    if (name.text == "e") return tree_.Number(std::numbers::e);
+    return tree_.Number(parameter->second);
   }
 
-  // 'x' or 'y' where `name` is that letter and a number, and there are variables besides t.
-  std::optional<char> IndexedVariable(std::string_view name) const {
-    if (variables_.states == 0 && variables_.constraints == 0) return std::nullopt;
-    if (name.size() < 2 || (name[0] != 'x' && name[0] != 'y')) return std::nullopt;
-    const bool digits = name.find_first_not_of("0123456789", 1) == std::string_view::npos;
-    return digits ? std::optional(name[0]) : std::nullopt;
-  }
-
-  std::string ReadVariable(char kind, const FormulaToken& name) {
-    const bool is_state = kind == 'x';
+  int ReadVariable(const FormulaToken& name) {
+    const bool is_state = name.text[0] == 'x';
     const Index count = is_state ? variables_.states : variables_.constraints;
     const std::string what = is_state ? "states" : "constraints";
     Index number = 0;
     const char* end = name.text.data() + name.text.size();
     const bool in_range = std::from_chars(name.text.data() + 1, end, number).ec == std::errc();
     if (name.text[1] == '0') {
-      Fail(name.position, std::string(name.text) + ": " + what + " are counted from 1, without leading zeros");
-      return {};
+      return Fail(name.position, std::string(name.text) + ": " + what + " are counted from 1, without leading zeros");
     }
     if (!in_range || number > count) {
-      Fail(name.position, std::string(name.text) + ": there " + (count == 1 ? "is" : "are") + " only " +
-                              std::to_string(count) + " " + (count == 1 ? what.substr(0, what.size() - 1) : what));
-      return {};
+      return Fail(name.position, std::string(name.text) + ": there " + (count == 1 ? "is" : "are") + " only " +
+                                     std::to_string(count) + " " +
+                                     (count == 1 ? what.substr(0, what.size() - 1) : what));
     }
-    std::vector<Index>& used = is_state ? syntax_.states : syntax_.constraints;
-    if (std::find(used.begin(), used.end(), number - 1) == used.end()) used.push_back(number - 1);
     Advance();
-    if (RefuseCall(name)) return {};
-    return std::string(name.text);
+    if (RefuseCall(name)) return tree_.Number(0);
+    return is_state ? tree_.State(number - 1) : tree_.Constraint(number - 1);
   }
 
   // Whether `name`, which was just read and is no function, is called like one.
@@ -202,43 +194,34 @@ class Reader {
     return true;
   }
 
-  std::string ReadCall(const FormulaName& function, const FormulaToken& name) {
+  int ReadCall(const FormulaName& function, const FormulaToken& name) {
     if (!IsOperator("(")) {
-      Fail(name.position, "the function " + Quoted(name.text) + " needs its argument in parentheses, " +
-                              std::string(name.text) + "(t)");
-      return {};
+      return Fail(name.position, "the function " + Quoted(name.text) + " needs its argument in parentheses, " +
+                                     std::string(name.text) + "(t)");
     }
     const std::size_t opened = token_.position;
     Advance();
     if (IsOperator(")")) Fail(token_.position, "the function " + Quoted(name.text) + " needs an argument");
-    Use(function.name);
-    std::string result(name.text);
-    result += "(" + Nested(opened, [this] { return ReadComparison(); });
+    int result = Nested(opened, [this] { return ReadComparison(); });
+    if (!function.takes_many) result = tree_.Operation(function.operation, result);
     while (IsOperator(",")) {
       if (!function.takes_many) {
-        Fail(token_.position, "the function " + Quoted(name.text) + " takes one argument");
-        break;
+        return Fail(token_.position, "the function " + Quoted(name.text) + " takes one argument");
       }
       Advance();
-      result += "," + Nested(opened, [this] { return ReadComparison(); });
+      result = tree_.Operation(function.operation, result, Nested(opened, [this] { return ReadComparison(); }));
     }
     Close(opened);
-    return result + ")";
-  }
-
-  void Use(std::string_view function) {
-    std::vector<std::string_view>& used = syntax_.functions;
-    if (std::find(used.begin(), used.end(), function) == used.end()) used.push_back(function);
+    return result;
   }
 
   template <typename Rule>
-  std::string Nested(std::size_t position, Rule rule) {
+  int Nested(std::size_t position, Rule rule) {
     if (depth_ == kMaxDepth) {
-      Fail(position, "nested deeper than " + std::to_string(kMaxDepth) + " levels");
-      return {};
+      return Fail(position, "nested deeper than " + std::to_string(kMaxDepth) + " levels");
     }
     ++depth_;
-    std::string result = rule();
+    const int result = rule();
     --depth_;
     return result;
   }
@@ -253,16 +236,13 @@ class Reader {
     }
   }
 
-  bool IsOperator(std::string_view text) const {
-    return token_.kind == Kind::kOperator && token_.text == text;
-  }
+  bool IsOperator(std::string_view text) const { return token_.kind == Kind::kOperator && token_.text == text; }
 
   void Advance() {
     if (!error_.empty()) return;
     token_ = NextFormulaToken(text_, token_.position + token_.text.size());
     if (token_.kind != Kind::kInvalid) return;
-    Fail(token_.position,
-         token_.text.empty() ? token_.advice : "found " + Quoted(token_.text) + "; " + token_.advice);
+    Fail(token_.position, token_.text.empty() ? token_.advice : "found " + Quoted(token_.text) + "; " + token_.advice);
   }
 
   // The current token can not follow a complete operand.
@@ -280,27 +260,40 @@ class Reader {
     Fail(token_.position, message);
   }
 
-  static bool IsWordOperator(std::string_view name) {
-    return name == "and" || name == "or" || name == "if" || name == "else" || name == "not";
-  }
-
-  void Fail(std::size_t position, const std::string& reason) {
+  // A step to go on with, until the loops have seen that the text has ended.
+  int Fail(std::size_t position, const std::string& reason) {
     if (error_.empty()) error_ = "at position " + std::to_string(position + 1) + ": " + reason;
     token_ = {.kind = Kind::kEnd, .position = text_.size()};
+    return tree_.Number(0);
   }
 
   const std::string_view text_;
-  const FormulaVariables variables_;
+  const FormulaVariables& variables_;
   FormulaToken token_;
   int depth_ = 0;
-  FormulaSyntax syntax_;
+  FormulaTreeBuilder tree_;
   std::string error_;
 };
 
 }  // namespace
 
-absl::StatusOr<FormulaSyntax> ReadFormula(std::string_view text, FormulaVariables variables) {
+absl::StatusOr<FormulaTree> ReadFormula(std::string_view text, const FormulaVariables& variables) {
   return Reader(text, variables).Read();
+}
+
+std::string FaultOfParameterName(std::string_view name) {
+  const FormulaToken token = NextFormulaToken(name, 0);
+  if (token.kind != Kind::kName || token.text.size() != name.size()) {
+    return "must be a letter or _, and then letters, digits and _";
+  }
+  if (name == "t") return "t is the time; must be another name";
+  if (name == "pi" || name == "e") return std::string(name) + " is a number already; must be another name";
+  if (FunctionOf(name)) return std::string(name) + " is a function; must be another name";
+  if (IsWordOperator(name)) return std::string(name) + " is a word of Python; must be another name";
+  if (IndexedVariable(name)) {
+    return "x and y with a number are states and constraints; must be another name";
+  }
+  return {};
 }
 
 }  // namespace dlcs

@@ -28,7 +28,7 @@ absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const So
   if (solution.x.rows() != problem.num_states() || solution.y.rows() != problem.num_constraints()) {
     return absl::InvalidArgumentError("the solution is not one of this problem");
   }
-  auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states());
+  auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states(), AxisOf(problem));
   if (!f.ok()) return f.status();
   auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints());
   if (!g.ok()) return g.status();

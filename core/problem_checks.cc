@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/problem_checks.h"
 
+#include <cmath>
+
+#include "core/number_text.h"
+
 namespace dlcs {
 
 namespace {
@@ -52,6 +56,14 @@ void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, 
     }
   }
   CheckAnySquareMatrix(matrix, rule, field, list);
+}
+
+void CheckParameters(const FormulaParameters& parameters, ViolationList& list) {
+  for (const auto& [name, value] : parameters) {
+    const std::string fault = FaultOfParameterName(name);
+    if (!fault.empty()) list.Add("parameters." + name, fault);
+    if (!std::isfinite(value)) list.Add("parameters." + name, NumberText(value) + "; must be finite");
+  }
 }
 
 void CheckInitialState(const Vector& x0, Index m, ViolationList& list) {

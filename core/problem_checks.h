@@ -31,6 +31,9 @@ void CheckInitialState(const Vector& x0, Index m, ViolationList& list);
 // Whether `selector` is given exactly where `rule` needs it, C is k × n, b has k components, and all are finite.
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);
 
+// Names (FaultOfParameterName()) and finite values, as parameters.NAME.
+void CheckParameters(const FormulaParameters& parameters, ViolationList& list);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_PROBLEM_CHECKS_H_

@@ -33,6 +33,7 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
     }
     WarnOfCoupledClass(problem, options, plan, plan.grid.longest_step, report.warnings);
   }
+  for (std::string& warning : SourceWarnings(problem)) report.warnings.push_back(std::move(warning));
   if (plan.method.inelastic_impact) {
     report.warnings.push_back(
         "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "core/formula.h"
+#include "core/formula_switching.h"
 
 namespace dlcs {
 namespace {
@@ -17,8 +19,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A stretch of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
 struct Stretch {
-  double start = 0;
-  const TimePiece* piece = nullptr;
+  double start = 0, end = 0;
+  std::size_t piece = 0;
+  const TimePiece* function = nullptr;
   std::size_t polynomial = 0;
 };
 
@@ -35,7 +38,7 @@ std::vector<Stretch> Stretches(const TimeFunction& function) {
     for (std::size_t p = 0; p < count; ++p) {
       const double from = p == 0 ? begin : std::max(begin, polynomials->breaks[p]);
       const double to = p + 1 == count ? end : std::min(end, polynomials->breaks[p + 1]);
-      if (from < to) stretches.push_back({from, &piece, p});
+      if (from < to) stretches.push_back({from, to, k, &piece, p});
     }
   }
   return stretches;
@@ -75,12 +78,19 @@ class Finder {
   std::size_t last_ = 0;
 };
 
+// A formula on the part of `stretch` in [0, horizon]; without a horizon nothing is asked of it but its values.
+absl::StatusOr<std::shared_ptr<const AnalysedFormula>> AnalyseOn(const std::string& text,
+                                                                 const FormulaParameters& parameters,
+                                                                 const Stretch& stretch, double horizon) {
+  return AnalyseFormula(text, {.parameters = parameters}, std::max(0.0, stretch.start), std::min(horizon, stretch.end));
+}
+
 // The compiled forms of the four kinds of pieces; each writes its value at t to `out`.
 
 class CompiledConstant {
  public:
   explicit CompiledConstant(const ConstantFunction& function) : value_(function.value) {}
-  void Evaluate(double /*t*/, Eigen::Ref<Vector> out) { out = value_; }
+  void Evaluate(double /*t*/, Side /*side*/, Eigen::Ref<Vector> out) { out = value_; }
 
  private:
   Vector value_;
@@ -88,7 +98,8 @@ class CompiledConstant {
 
 class CompiledFormulas {
  public:
-  static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function) {
+  static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function, const Stretch& stretch,
+                                                 const TimeAxis& axis) {
     CompiledFormulas compiled;
     compiled.constants_ = Vector::Zero(static_cast<Index>(function.formulas.size()));
     std::map<std::string_view, std::size_t> known;  // grids have the same formula at many points
@@ -98,22 +109,23 @@ class CompiledFormulas {
         compiled.varying_[found->second].components.push_back(i);
         continue;
       }
-      absl::StatusOr<Formula> formula = Formula::Parse(text);
-      if (!formula.ok()) return formula.status();
-      if (formula->DependsOnTime()) {
+      auto analysed = AnalyseOn(text, function.parameters, stretch, axis.horizon);
+      if (!analysed.ok()) return analysed.status();
+      Formula formula(*std::move(analysed), axis);
+      if (formula.DependsOnTime()) {
         known.emplace(text, compiled.varying_.size());
-        compiled.varying_.push_back({std::move(*formula), {i}});
+        compiled.varying_.push_back({std::move(formula), {i}});
       } else {
-        compiled.constants_(i) = formula->Evaluate(0);
+        compiled.constants_(i) = formula.Evaluate(0);
       }
     }
     return compiled;
   }
 
-  void Evaluate(double t, Eigen::Ref<Vector> out) {
+  void Evaluate(double t, Side side, Eigen::Ref<Vector> out) {
     out = constants_;
     for (Varying& varying : varying_) {
-      const double value = varying.formula.Evaluate(t);
+      const double value = varying.formula.Evaluate(t, side);
       for (const Index i : varying.components) out(i) = value;
     }
   }
@@ -132,7 +144,7 @@ class CompiledSamples {
   explicit CompiledSamples(const SampledFunction& function)
       : finder_(function.times), values_(function.values) {}
 
-  void Evaluate(double t, Eigen::Ref<Vector> out) {
+  void Evaluate(double t, Side /*side*/, Eigen::Ref<Vector> out) {
     const std::size_t k = finder_.Find(t, Side::kRight);
     const std::vector<double>& times = finder_.times();
     const auto column = static_cast<Index>(k);
@@ -155,7 +167,7 @@ class CompiledPolynomial {
   CompiledPolynomial(double origin, const Matrix& coefficients)
       : origin_(origin), coefficients_(coefficients) {}
 
-  void Evaluate(double t, Eigen::Ref<Vector> out) {
+  void Evaluate(double t, Side /*side*/, Eigen::Ref<Vector> out) {
     const double s = t - origin_;
     Index k = coefficients_.cols() - 1;
     out = coefficients_.col(k);
@@ -169,14 +181,14 @@ class CompiledPolynomial {
 
 using CompiledPiece = std::variant<CompiledConstant, CompiledFormulas, CompiledSamples, CompiledPolynomial>;
 
-absl::StatusOr<CompiledPiece> Compile(const Stretch& stretch) {
-  if (const auto* constant = std::get_if<ConstantFunction>(stretch.piece)) return CompiledConstant(*constant);
-  if (const auto* samples = std::get_if<SampledFunction>(stretch.piece)) return CompiledSamples(*samples);
-  if (const auto* polynomials = std::get_if<PiecewisePolynomial>(stretch.piece)) {
+absl::StatusOr<CompiledPiece> Compile(const Stretch& stretch, const TimeAxis& axis) {
+  if (const auto* constant = std::get_if<ConstantFunction>(stretch.function)) return CompiledConstant(*constant);
+  if (const auto* samples = std::get_if<SampledFunction>(stretch.function)) return CompiledSamples(*samples);
+  if (const auto* polynomials = std::get_if<PiecewisePolynomial>(stretch.function)) {
     const std::size_t p = stretch.polynomial;
     return CompiledPolynomial(polynomials->breaks[p], polynomials->coefficients[p]);
   }
-  return CompiledFormulas::Create(std::get<FormulaFunction>(*stretch.piece));
+  return CompiledFormulas::Create(std::get<FormulaFunction>(*stretch.function), stretch, axis);
 }
 
 TimeFunction OnePiece(TimePiece piece) {
@@ -208,12 +220,12 @@ struct TimeFunctionEvaluator::Impl {
 
   void EvaluatePieces(double t, Side side, Eigen::Ref<Vector> out) {
     CompiledPiece& piece = pieces[starts.Find(t, side)];
-    std::visit([&](auto& compiled) { compiled.Evaluate(t, out); }, piece);
+    std::visit([&](auto& compiled) { compiled.Evaluate(t, side, out); }, piece);
   }
 };
 
 absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFunction& function,
-                                                                    Index size) {
+                                                                    Index size, const TimeAxis& axis) {
   const std::vector<Violation> violations = Validate(function, size, "function");
   if (!violations.empty()) {
     return absl::InvalidArgumentError(violations.front().field + ": " + violations.front().description);
@@ -221,9 +233,9 @@ absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFu
   std::vector<double> starts;
   std::vector<CompiledPiece> pieces;
   for (const Stretch& stretch : Stretches(function)) {
-    absl::StatusOr<CompiledPiece> piece = Compile(stretch);
+    absl::StatusOr<CompiledPiece> piece = Compile(stretch, axis);
     if (!piece.ok()) return piece.status();
-    starts.push_back(stretch.start);
+    starts.push_back(axis.Nearest(stretch.start));
     pieces.push_back(std::move(*piece));
   }
   return TimeFunctionEvaluator(std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces),
@@ -243,11 +255,37 @@ void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out
   impl_->lift.Multiply(impl_->inner, out);
 }
 
+std::vector<AnalysedComponent> AnalyseFormulas(const TimeFunction& function, double horizon) {
+  constexpr int kMostRefused = 8;  // each of them may have taken a second
+  int refused = 0;
+  std::vector<AnalysedComponent> analysed;
+  for (const Stretch& stretch : Stretches(function)) {
+    const auto* formulas = std::get_if<FormulaFunction>(stretch.function);
+    if (!formulas) continue;
+    std::set<std::string_view> known;
+    for (std::size_t i = 0; i < formulas->formulas.size(); ++i) {
+      if (!known.insert(formulas->formulas[i]).second) continue;
+      auto formula = AnalyseOn(formulas->formulas[i], formulas->parameters, stretch, horizon);
+      if (!formula.ok()) continue;
+      analysed.push_back({stretch.piece, static_cast<Index>(i), *std::move(formula)});
+      refused += !analysed.back().formula->switching.refusal.empty();
+      if (refused == kMostRefused) return analysed;
+    }
+  }
+  return analysed;
+}
+
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {
   std::vector<double> points;
   for (const Stretch& stretch : Stretches(function)) {
     if (stretch.start > 0 && stretch.start < horizon) points.push_back(stretch.start);
   }
+  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+    const std::vector<double>& times = component.formula->switching.times;
+    points.insert(points.end(), times.begin(), times.end());
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
 

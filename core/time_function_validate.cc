@@ -43,8 +43,8 @@ struct PieceRules {
     std::set<std::string_view> sound;  // grids have the same formula at many points
     for (std::size_t i = 0; i < function.formulas.size() && !list.full(); ++i) {
       if (sound.count(function.formulas[i]) > 0) continue;
-      // The grammar decides; to translate for evaluation costs ten times as much.
-      const absl::StatusOr<FormulaSyntax> formula = ReadFormula(function.formulas[i]);
+      const absl::StatusOr<FormulaTree> formula =
+          ReadFormula(function.formulas[i], {.parameters = function.parameters});
       if (formula.ok()) {
         sound.insert(function.formulas[i]);
       } else {

@@ -112,7 +112,7 @@ double CountSteps(const Problem& problem, const Options& options) {
   return CountSteps(problem.horizon, BreakPoints(problem).size(), options);
 }
 double CountSteps(const NonlinearProblem& problem, const Options& options) {
-  return CountSteps(problem.horizon, problem.break_points.size(), options);
+  return CountSteps(problem.horizon, BreakPoints(problem).size(), options);
 }
 
 }  // namespace

@@ -22,9 +22,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 class SpeedAtStart {
  public:
   static absl::StatusOr<SpeedAtStart> Create(const Problem& problem, const SolutionChoice& choice) {
-    auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states());
+    const TimeAxis axis = AxisOf(problem);
+    auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states(), axis);
     if (!f.ok()) return f.status();
-    auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints());
+    auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints(), axis);
     if (!g.ok()) return g.status();
     return SpeedAtStart(problem, choice, *std::move(f), *std::move(g));
   }

@@ -125,7 +125,7 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
   const Matrix& M = problem.M;
   AddConstants(M, matrix_class, selection, section);
 
-  auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints());
+  auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints(), AxisOf(problem));
   if (!g.ok()) return section;  // a sound problem has none such
   Vector q(problem.num_constraints());
   g->Evaluate(0, Side::kRight, q);

@@ -63,7 +63,7 @@ class Writer {
   }
 
   void WriteInteriorPoint() {
-    auto g = TimeFunctionEvaluator::Create(problem_.g, problem_.num_constraints());
+    auto g = TimeFunctionEvaluator::Create(problem_.g, problem_.num_constraints(), AxisOf(problem_));
     Finding finding{"interior-point", "The constraints at the start have an interior point", {}, Source("(4.1)")};
     if (g.ok()) {
       Vector g0(problem_.num_constraints());

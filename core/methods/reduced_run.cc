@@ -37,7 +37,7 @@ bool AreSameFormulas(const TimeFunction& one, const TimeFunction& other) {
   if (one.pieces.size() != 1 || other.pieces.size() != 1) return false;
   const auto* formulas = std::get_if<FormulaFunction>(&one.pieces[0].function);
   const auto* others = std::get_if<FormulaFunction>(&other.pieces[0].function);
-  return formulas && others && formulas->formulas == others->formulas;
+  return formulas && others && formulas->formulas == others->formulas && formulas->parameters == others->parameters;
 }
 
 // ψ and g at nodes and middles. Lifts are multiplied for all times at once, and a ψ that f and g share is evaluated
@@ -48,9 +48,11 @@ class ReducedSources {
       : lift_(problem.f.is_lifted() ? NonzeroRows(problem.f.lift.Sparse()) : StructuredMatrix()),
         g_lift_(problem.g.lift),
         shared_(problem.g.is_lifted() && AreSameFormulas(problem.f, problem.g)),
-        psi_(*TimeFunctionEvaluator::Create(problem.f.Inner(), problem.f.inner_size(problem.num_states()))) {
+        psi_(*TimeFunctionEvaluator::Create(problem.f.Inner(), problem.f.inner_size(problem.num_states()),
+                                            AxisOf(problem))) {
     if (shared_) return;
-    g_.emplace(*TimeFunctionEvaluator::Create(problem.g.Inner(), problem.g.inner_size(problem.num_constraints())));
+    g_.emplace(*TimeFunctionEvaluator::Create(problem.g.Inner(), problem.g.inner_size(problem.num_constraints()),
+                                              AxisOf(problem)));
   }
 
   // Fills sources, g, g_mid and f_defect of `run`; returns where a value was not finite.

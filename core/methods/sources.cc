@@ -25,9 +25,10 @@ std::optional<Sources::NonFinite> FindNonFinite(const char* name, const Matrix& 
 }  // namespace
 
 absl::StatusOr<Sources> Sources::Create(const Problem& problem) {
-  auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states());
+  const TimeAxis axis = AxisOf(problem);
+  auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states(), axis);
   if (!f.ok()) return f.status();
-  auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints());
+  auto g = TimeFunctionEvaluator::Create(problem.g, problem.num_constraints(), axis);
   if (!g.ok()) return g.status();
   return Sources(*std::move(f), *std::move(g));
 }

@@ -14,13 +14,13 @@ namespace dlcs {
 namespace {
 
 absl::StatusOr<std::vector<Formula>> Compile(const std::vector<std::string>& texts,
-                                             FormulaVariables variables) {
+                                             const FormulaVariables& variables, const TimeAxis& axis) {
   std::vector<Formula> formulas;
   for (const std::string& text : texts) {
     LookForStop();
-    absl::StatusOr<Formula> formula = Formula::Parse(text, variables);
-    if (!formula.ok()) return formula.status();
-    formulas.push_back(*std::move(formula));
+    auto analysed = AnalyseFormula(text, variables, 0, axis.horizon);
+    if (!analysed.ok()) return analysed.status();
+    formulas.emplace_back(*std::move(analysed), axis);
   }
   return formulas;
 }
@@ -44,10 +44,11 @@ double Difference(Value value, double& variable) {
 }  // namespace
 
 absl::StatusOr<NonlinearFunctions> NonlinearFunctions::Create(const NonlinearProblem& problem) {
-  const FormulaVariables variables{problem.num_states(), problem.num_constraints()};
-  auto f = Compile(problem.f, variables);
+  const FormulaVariables variables{problem.num_states(), problem.num_constraints(), problem.parameters};
+  const TimeAxis axis{problem.horizon, BreakPoints(problem)};
+  auto f = Compile(problem.f, variables, axis);
   if (!f.ok()) return f.status();
-  auto g = Compile(problem.g, variables);
+  auto g = Compile(problem.g, variables, axis);
   if (!g.ok()) return g.status();
   NonlinearFunctions functions;
   functions.f_ = *std::move(f);

@@ -18,7 +18,7 @@ namespace dlcs {
 // between threads: a formula holds its variables.
 class NonlinearFunctions {
  public:
-  // Errors: InvalidArgument where a formula does not parse. Cost: about 15 µs per formula.
+  // Errors: InvalidArgument where a formula does not parse. Cost: about 5 µs per formula.
   static absl::StatusOr<NonlinearFunctions> Create(const NonlinearProblem& problem);
 
   Vector F(double t, const Vector& x, const Vector& y) { return Values(f_, t, x, y); }

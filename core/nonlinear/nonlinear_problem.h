@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/formula_parameters.h"
 #include "core/options.h"
 #include "core/types.h"
 
@@ -26,6 +27,7 @@ struct NonlinearProblem {
   // The matrix of the splitting (5.2), m × m; zero gives the iteration of Picard. Absent: chosen from the
   // Jacobians of f and g at the start of each window (core/nonlinear/splitting.h).
   std::optional<Matrix> W;
+  FormulaParameters parameters = {};  // numbers that the formulas call by a name
 
   Index num_states() const { return x0.size(); }
   Index num_constraints() const { return static_cast<Index>(g.size()); }
@@ -33,8 +35,14 @@ struct NonlinearProblem {
 
 // Every rule that `problem` breaks, in the order of the fields; empty when it is sound. m is the number of
 // entries of x0, n the number of formulas in g, neither 0. Fields are named f[i] g[i] x0 T break_points
-// W[i][j]. Values of formulas are not looked at: where one has none is for the solve to say.
+// W[i][j] parameters.NAME. Values of formulas are not looked at: where one has none is for the solve to say.
 std::vector<Violation> Validate(const NonlinearProblem& problem);
+
+// The break points of the (sound) problem and the switching times of those parts of its formulas that depend on t alone,
+// merged as those of a linear problem (core/problem.h).
+std::vector<double> BreakPoints(const NonlinearProblem& problem);
+// What the search for the latter could not find out.
+std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);
 
 // OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of
 // the methods only kAuto and kLaplaceIteration solve nonlinear problems.

@@ -109,7 +109,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
     selection = *SelectRule(SolutionRule::kAuto, matrix_class);
     report.matrix_class = "g_y at the start: " + matrix_class.description;
   }
-  const Grid grid = MakeGrid(problem.horizon, problem.break_points, options);
+  const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   report.method = Method::kLaplaceIteration;
   report.reason = "(5.1) is solved by the splitting (5.2)";
   report.num_states = problem.num_states();
@@ -123,6 +123,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
     report.warnings.push_back("g_y at the start is neither a P-matrix nor a Z-matrix without a zero row: y need not be "
                               "a function of x, and any solution is taken; judge by the midpoint residual.");
   }
+  for (std::string& warning : SourceWarnings(problem)) report.warnings.push_back(std::move(warning));
   observer.OnAnalysis(report);
 
   const std::vector<Index> free = functions->ConstraintsAbsentFromG();

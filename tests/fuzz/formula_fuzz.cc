@@ -42,6 +42,16 @@ void Try(const std::string& input) {
       Require(SameBits(value, first) || (value != value && first != first), "without t the value is one");
     }
   }
+  constexpr double kEnd = 2;
+  const auto analysed = AnalyseFormula(input.substr(2), {.states = m, .constraints = n}, 0, kEnd);
+  Require(analysed.ok(), "what is read is analysed");
+  const auto& [times, inside, gaps, refusal, warnings] = (*analysed)->switching;
+  Require(std::is_sorted(times.begin(), times.end()) && (times.empty() || (times.front() > 0 && times.back() < kEnd)),
+          "switching times are inside");
+  Require(!refusal.empty() || inside.empty() || inside.size() == times.size() + 1, "every stretch has a time inside");
+  Formula decided(*analysed, {kEnd, times});
+  for (const double t : {0.0, 0.7, times.empty() ? kEnd : times.front()}) decided.Evaluate(t, x, y, Side::kLeft);
+
   const double again = formula->Evaluate(0.25, x, y);
   Require(SameBits(again, first) || (again != again && first != first), "a formula remembers nothing");
 }
