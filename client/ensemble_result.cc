@@ -14,6 +14,7 @@ EnsembleCollector::EnsembleCollector(const v1::SolveEnsembleRequest& request, co
     : on_member_(on_member),
       states_(static_cast<std::size_t>(ShapeOf(request.problem().a()).rows)),
       constraints_(static_cast<std::size_t>(ShapeOf(request.problem().m()).rows)),
+      names_(NamesIn(request.problem())),
       keep_trajectory_(keep_trajectory),
       members_(request.members_size()) {}
 
@@ -25,6 +26,7 @@ void EnsembleCollector::Add(v1::EnsembleEvent event) {
       if (states_ == 0) {
         states_ = static_cast<std::size_t>(event.accepted().states());
         constraints_ = static_cast<std::size_t>(event.accepted().constraints());
+        names_ = NamesIn(event.accepted());
       }
       break;
     case v1::EnsembleEvent::kTrajectory:
@@ -47,7 +49,7 @@ ResultCollector& EnsembleCollector::Of(std::int64_t member) {
   if (member != member_ && collector_ && fault_.empty()) {
     fault_ = fmt::format("the events of member {} end without its summary", member_);
   }
-  if (member != member_ || !collector_) collector_.emplace(states_, constraints_, keep_trajectory_);
+  if (member != member_ || !collector_) collector_.emplace(states_, constraints_, names_, keep_trajectory_);
   member_ = member;
   return *collector_;
 }

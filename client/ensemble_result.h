@@ -43,6 +43,7 @@ class EnsembleCollector {
   const MemberCallback& on_member_;
   std::size_t states_;
   std::size_t constraints_;
+  ComponentNames names_;
   bool keep_trajectory_;
   std::int64_t members_;
   std::int64_t member_ = -1;  // whose events come

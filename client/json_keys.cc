@@ -9,16 +9,17 @@
 
 #include "client/json_text.h"
 #include "client/matrix_json.h"
+#include "proto/shortened.h"
 
 namespace dlcs::client {
 
 using nlohmann::json;
 
 void ReadMatrixKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
-                   v1::Matrix& matrix) {
+                   v1::Matrix& matrix, bool may_have_formulas) {
   const json* value = reader.Require(root, key, rule);
   if (value == nullptr) return;
-  if (auto read = ReadAnyMatrix(*value, key, reader)) matrix = *std::move(read);
+  if (auto read = ReadAnyMatrix(*value, key, reader, may_have_formulas)) matrix = *std::move(read);
 }
 
 void ReadNumbersKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
@@ -26,6 +27,22 @@ void ReadNumbersKey(const json& root, const std::string& key, const std::string&
   const json* value = reader.Require(root, key, rule);
   if (value == nullptr) return;
   if (const auto list = ReadAnyVector(*value, key, reader)) numbers.Add(list->begin(), list->end());
+}
+
+void ReadParameters(const json& value, const std::string& path, JsonReader& reader,
+                    google::protobuf::RepeatedPtrField<v1::Parameter>& parameters) {
+  if (!value.is_object()) {
+    return reader.Refuse(path,
+                         fmt::format("is {}; must be an object with a number for each name, as in {{\"omega\": 314}}",
+                                     DescribeJson(value)));
+  }
+  for (const auto& [name, number] : value.items()) {
+    const auto read = reader.ReadNumber(number, fmt::format("{}.{}", path, Shortened(name, 40)));
+    if (!read) continue;
+    v1::Parameter& parameter = *parameters.Add();
+    parameter.set_name(name);
+    parameter.set_value(*read);
+  }
 }
 
 void ReadSelectorKey(const json& root, JsonReader& reader, v1::Selector& selector) {

@@ -25,11 +25,15 @@ FileKind KindOf(const nlohmann::json& root);
 // OK unless `root` is clearly of another kind than `kind`; the error says which command takes it.
 absl::Status CheckKind(const nlohmann::json& root, FileKind kind, const std::string& source);
 
-// Each reads a key that must be there; `rule` says what it means.
-void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std::string& rule,
-                   JsonReader& reader, v1::Matrix& matrix);
+// Each reads a key that must be there; `rule` says what it means. Formulas as ReadAnyMatrix().
+void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std::string& rule, JsonReader& reader,
+                   v1::Matrix& matrix, bool may_have_formulas = false);
 void ReadNumbersKey(const nlohmann::json& root, const std::string& key, const std::string& rule,
                     JsonReader& reader, google::protobuf::RepeatedField<double>& numbers);
+
+// An object with a number for each name, as in {"omega": 314}.
+void ReadParameters(const nlohmann::json& value, const std::string& path, JsonReader& reader,
+                    google::protobuf::RepeatedPtrField<v1::Parameter>& parameters);
 
 // The keys `rule` and `selector` of a problem or an LCP, where there are any.
 void ReadSelectorKey(const nlohmann::json& root, JsonReader& reader, v1::Selector& selector);

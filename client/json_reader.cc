@@ -151,7 +151,15 @@ std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json&
   return numbers;
 }
 
-std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& value, const std::string& path) {
+std::optional<double> JsonReader::ReadEntry(const nlohmann::json& value, const std::string& path,
+                                            std::string& formula) {
+  if (!value.is_string() || LooksLikeANumber(value)) return ReadNumber(value, path);
+  formula = value.get<std::string>();
+  return 0;
+}
+
+std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& value, const std::string& path,
+                                                      bool may_have_formulas) {
   if (!value.is_array() || value.empty() || value[0] == nlohmann::json::array()) {
     const bool empty_row = value.is_array() && !value.empty();
     Refuse(path, fmt::format("is {}; must be a list of rows, each a list of at least one number",
@@ -172,7 +180,20 @@ std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& valu
                                    DescribeJson(value[i])));
       return std::nullopt;
     }
-    const auto row = ReadNumbers(value[i], row_path);
+    const bool has_text = may_have_formulas && value[i].is_array() &&
+                          std::any_of(value[i].begin(), value[i].end(), [](const auto& v) { return v.is_string(); });
+    nlohmann::json numbers;  // of a row with formulas, with 0 in their places
+    if (has_text) numbers = value[i];
+    for (std::size_t j = 0; j < numbers.size(); ++j) {
+      if (!numbers[j].is_string()) continue;
+      std::string formula;
+      sound = ReadEntry(numbers[j], fmt::format("{}[{}]", row_path, j), formula) && sound;
+      numbers[j] = 0;
+      v1::EntryFormula& entry = *matrix.add_formulas();
+      entry.set_index(matrix.values_size() + static_cast<int>(j));
+      entry.set_formula(std::move(formula));
+    }
+    const auto row = ReadNumbers(has_text ? numbers : value[i], row_path);
     if (!row) {
       sound = false;
       continue;

@@ -41,8 +41,11 @@ class JsonReader {
   std::optional<double> ReadNumber(const nlohmann::json& value, const std::string& path);
   std::optional<std::string> ReadString(const nlohmann::json& value, const std::string& path);
   std::optional<std::vector<double>> ReadNumbers(const nlohmann::json& value, const std::string& path);
-  // A list of rows, all of one length, at least one entry.
-  std::optional<v1::DenseMatrix> ReadMatrix(const nlohmann::json& value, const std::string& path);
+  // A list of rows, all of one length, at least one entry. Texts are entries where `may_have_formulas`.
+  std::optional<v1::DenseMatrix> ReadMatrix(const nlohmann::json& value, const std::string& path,
+                                            bool may_have_formulas = false);
+  // A number, or a formula, for which `formula` is set and 0 returned.
+  std::optional<double> ReadEntry(const nlohmann::json& value, const std::string& path, std::string& formula);
   // One of `words`, with the nearest one where it is none of them.
   std::optional<std::string> ReadWord(const nlohmann::json& value, const std::string& path,
                                       const std::vector<std::string>& words);

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -59,7 +61,8 @@ void AddEntry(std::int32_t row, std::int32_t column, double value, v1::SparseMat
   matrix.add_values(value);
 }
 
-std::optional<v1::SparseMatrix> ReadEntries(const json& object, const std::string& path, JsonReader& reader) {
+std::optional<v1::SparseMatrix> ReadEntries(const json& object, const std::string& path, JsonReader& reader,
+                                            bool may_have_formulas) {
   reader.RefuseUnknownKeys(object, {"rows", "columns", "entries"}, path);
   auto matrix = ReadShape(object, path, reader);
   const json& entries = object["entries"];
@@ -80,8 +83,15 @@ std::optional<v1::SparseMatrix> ReadEntries(const json& object, const std::strin
     }
     const auto row = ReadWhole(entry[0], 0, matrix->rows(), entry_path + "[0]", reader);
     const auto column = ReadWhole(entry[1], 0, matrix->columns(), entry_path + "[1]", reader);
-    const auto value = reader.ReadNumber(entry[2], entry_path + "[2]");
+    std::string formula;
+    const auto value = may_have_formulas ? reader.ReadEntry(entry[2], entry_path + "[2]", formula)
+                                         : reader.ReadNumber(entry[2], entry_path + "[2]");
     sound = sound && row && column && value;
+    if (sound && !formula.empty()) {
+      v1::EntryFormula& by_formula = *matrix->add_formulas();
+      by_formula.set_index(matrix->values_size());
+      by_formula.set_formula(std::move(formula));
+    }
     if (sound) AddEntry(*row, *column, *value, *matrix);
   }
   if (!sound) return std::nullopt;
@@ -204,7 +214,8 @@ std::optional<v1::Matrix> ReadMarket(const json& object, const std::string& path
   return std::nullopt;
 }
 
-std::optional<v1::Matrix> ReadSum(const json& object, const std::string& path, JsonReader& reader) {
+std::optional<v1::Matrix> ReadSum(const json& object, const std::string& path, JsonReader& reader,
+                                  bool may_have_formulas) {
   reader.RefuseUnknownKeys(object, {"kronecker_sum"}, path);
   const json& factors = object["kronecker_sum"];
   const std::string place = path + ".kronecker_sum";
@@ -219,7 +230,7 @@ std::optional<v1::Matrix> ReadSum(const json& object, const std::string& path, J
       reader.Refuse(factor_path, "is a Kronecker sum; name all factors in one list");
       return std::nullopt;
     }
-    auto factor = ReadAnyMatrix(factors[k], factor_path, reader);
+    auto factor = ReadAnyMatrix(factors[k], factor_path, reader, may_have_formulas);
     if (!factor) return std::nullopt;
     *sum.mutable_kronecker_sum()->add_factors() = *std::move(factor);
   }
@@ -233,33 +244,60 @@ std::optional<v1::Matrix> AsMatrix(std::optional<v1::SparseMatrix> sparse) {
   return matrix;
 }
 
+// The formulas of `matrix` by the indices of their values.
+template <typename AnyMatrix>
+std::map<int, std::string> FormulasOf(const AnyMatrix& matrix) {
+  std::map<int, std::string> formulas;
+  for (const v1::EntryFormula& entry : matrix.formulas()) formulas.emplace(entry.index(), entry.formula());
+  return formulas;
+}
+
 ordered_json RowsJson(const v1::DenseMatrix& dense) {
+  const std::map<int, std::string> formulas = FormulasOf(dense);
   ordered_json rows = ordered_json::array();
   for (int i = 0; i < dense.rows(); ++i) {
     ordered_json row = ordered_json::array();
     for (int j = 0; j < dense.columns(); ++j) {
-      row.push_back(dense.values(i * dense.columns() + j) + 0.0);  // -0.0 becomes 0.0
+      const int k = i * dense.columns() + j;
+      const auto formula = formulas.find(k);
+      if (formula != formulas.end()) {
+        row.push_back(formula->second);
+      } else {
+        row.push_back(dense.values(k) + 0.0);  // -0.0 becomes 0.0
+      }
     }
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
+ordered_json EntriesJson(const v1::SparseMatrix& sparse) {
+  const std::map<int, std::string> formulas = FormulasOf(sparse);
+  ordered_json entries = ordered_json::array();
+  for (int k = 0; k < sparse.values_size(); ++k) {
+    const auto formula = formulas.find(k);
+    ordered_json value = formula != formulas.end() ? ordered_json(formula->second) : ordered_json(sparse.values(k));
+    entries.push_back({sparse.row_indices(k), sparse.column_indices(k), std::move(value)});
+  }
+  return {{"rows", sparse.rows()}, {"columns", sparse.columns()}, {"entries", std::move(entries)}};
+}
+
 }  // namespace
 
-std::optional<v1::Matrix> ReadAnyMatrix(const json& value, const std::string& path, JsonReader& reader) {
+std::optional<v1::Matrix> ReadAnyMatrix(const json& value, const std::string& path, JsonReader& reader,
+                                        bool may_have_formulas) {
   if (value.is_array()) {
-    auto dense = reader.ReadMatrix(value, path);
+    auto dense = reader.ReadMatrix(value, path, may_have_formulas);
     if (!dense) return std::nullopt;
     v1::Matrix matrix;
     *matrix.mutable_dense() = *std::move(dense);
     return matrix;
   }
   if (value.is_object()) {
-    if (value.contains("entries")) return AsMatrix(ReadEntries(value, path, reader));
+    if (value.contains("entries")) return AsMatrix(ReadEntries(value, path, reader, may_have_formulas));
     if (value.contains("values")) return AsMatrix(ReadValues(value, path, reader));
     if (value.contains("diagonals")) return AsMatrix(ReadDiagonals(value, path, reader));
-    if (value.contains("kronecker_sum")) return ReadSum(value, path, reader);
+    if (value.contains("kronecker_sum")) return ReadSum(value, path, reader, may_have_formulas);
     if (value.contains("matrix_market")) return ReadMarket(value, path, reader);
   }
   const std::string scalar = value.is_number() ? fmt::format("; a 1 x 1 matrix is written [[{}]]", value.dump()) : "";
@@ -300,6 +338,7 @@ ordered_json MatrixJson(const v1::Matrix& matrix) {
     return {{"kronecker_sum", std::move(factors)}};
   }
   const v1::SparseMatrix& sparse = matrix.sparse();
+  if (!sparse.formulas().empty()) return EntriesJson(sparse);
   return {{"rows", sparse.rows()},
           {"columns", sparse.columns()},
           {"row_indices", sparse.row_indices()},

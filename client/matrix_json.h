@@ -24,9 +24,10 @@ namespace dlcs::client {
 //     {"kronecker_sum": [F1, F2]}                                       F1 ⊗ I + I ⊗ F2, each in one of the
 //     forms above
 //     {"matrix_market": "A.mtx"}                                        a file, beside the one that is read
-// `path` is the place for messages. Nothing, and a note, where it is none of them.
-std::optional<v1::Matrix> ReadAnyMatrix(const nlohmann::json& value, const std::string& path,
-                                        JsonReader& reader);
+// `path` is the place for messages. Nothing, and a note, where it is none of them. Where `may_have_formulas` an entry
+// of rows and of "entries" may be a formula, in double quotes.
+std::optional<v1::Matrix> ReadAnyMatrix(const nlohmann::json& value, const std::string& path, JsonReader& reader,
+                                        bool may_have_formulas = false);
 
 // A list of numbers, or {"matrix_market": "x0.mtx"} of one column.
 std::optional<std::vector<double>> ReadAnyVector(const nlohmann::json& value, const std::string& path,

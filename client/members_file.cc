@@ -39,7 +39,7 @@ absl::StatusOr<v1::EnsembleMember> ReadMember(const json& value, const std::stri
     return absl::InvalidArgumentError(
         fmt::format("{}: is {}; must be an object, as in {{\"x0\": [1, 0]}}", source, DescribeJson(value)));
   }
-  reader.RefuseUnknownKeys(value, {"x0", "f", "g", "pieces", "T", "break_points", "label"}, "a member");
+  reader.RefuseUnknownKeys(value, {"x0", "f", "g", "pieces", "T", "break_points", "parameters", "label"}, "a member");
   if (value.contains("x0")) ReadNumbersKey(value, "x0", "", reader, *member.mutable_x0());
   if (value.contains("T")) {
     if (const auto number = reader.ReadNumber(value["T"], "T")) member.set_horizon(*number);
@@ -48,6 +48,8 @@ absl::StatusOr<v1::EnsembleMember> ReadMember(const json& value, const std::stri
     ReadNumbersKey(value, "break_points", "", reader, *member.mutable_break_points()->mutable_times());
   }
   if (value.contains("label")) member.set_label(reader.ReadString(value["label"], "label").value_or(""));
+  if (value.contains("parameters"))
+    ReadParameters(value["parameters"], "parameters", reader, *member.mutable_parameters());
   v1::TimeFunction f;
   v1::TimeFunction g;
   ReadSources(value, states, constraints, reader, f, g);

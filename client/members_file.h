@@ -13,9 +13,9 @@
 namespace dlcs::client {
 
 // Reads a list of objects, or an object with that list under "members". Each says what its member has in place of the
-// problem's, in the forms of problem files: x0, f, g, pieces (in place of both), T, break_points; and "label", a
-// name for people. A text that does not begin as JSON is a table: an initial state a line, numbers between commas; a
-// first line of names is passed over.
+// problem's, in the forms of problem files: x0, f, g, pieces (in place of both), T, break_points, parameters; and
+// "label", a name for people. A text that does not begin as JSON is a table: an initial state a line, numbers between
+// commas; a first line of names is passed over.
 //
 // The problem has m = `states` states and n = `constraints` pairs. `source` is the file's name for messages. Errors:
 // InvalidArgument with one "source: members[3]: place rule" per line.

@@ -26,13 +26,15 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 const std::vector<std::string>& ProblemKeys() {
-  static const std::vector<std::string> keys = {"A", "B",      "N",    "M",        "x0",           "T",   "f",
-                                                "g", "pieces", "rule", "selector", "break_points", "kind"};
+  static const std::vector<std::string> keys = {
+      "A",          "B",      "N",    "M",        "x0",           "T",   "f", "g", "states", "pairs",
+      "parameters", "pieces", "rule", "selector", "break_points", "kind"};
   return keys;
 }
 
 const std::vector<std::string>& NonlinearKeys() {
-  static const std::vector<std::string> keys = {"kind", "f", "g", "x0", "T", "break_points", "W"};
+  static const std::vector<std::string> keys = {"kind",   "f",     "g",          "x0",           "T",
+                                                "states", "pairs", "parameters", "break_points", "W"};
   return keys;
 }
 
@@ -56,6 +58,9 @@ const std::vector<std::string>& AnnotationKeys() {
   return keys;
 }
 
+// In matrices of problems entries may be formulas of the parameters.
+constexpr bool kFormulas = true;
+
 // T and the break points, which both kinds of problems have.
 template <typename Problem>
 void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
@@ -65,6 +70,30 @@ void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
   if (root.contains("break_points")) {
     ReadNumbersKey(root, "break_points", "", reader, *problem.mutable_break_points());
   }
+}
+
+// A list of names, one for each of what `key` calls; how many there must be, and what may be a name, is the engine's to
+// say.
+void ReadNamesKey(const json& root, const std::string& key, JsonReader& reader,
+                  google::protobuf::RepeatedPtrField<std::string>& names) {
+  if (!root.contains(key)) return;
+  const json& value = root[key];
+  if (!value.is_array()) {
+    return reader.Refuse(key,
+                         fmt::format("is {}; must be a list of names, as in [\"iL\", \"vC\"]", DescribeJson(value)));
+  }
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (const auto name = reader.ReadString(value[i], fmt::format("{}[{}]", key, i))) names.Add(std::string(*name));
+  }
+}
+
+// The names of states and pairs, and the parameters, which both kinds of problems have.
+template <typename Problem>
+void ReadNames(const json& root, JsonReader& reader, Problem& problem) {
+  ReadNamesKey(root, "states", reader, *problem.mutable_state_names());
+  ReadNamesKey(root, "pairs", reader, *problem.mutable_pair_names());
+  if (root.contains("parameters"))
+    ReadParameters(root["parameters"], "parameters", reader, *problem.mutable_parameters());
 }
 
 // Whether a comma stands between two digits of `text`, as in 1,5, where others have a space behind them.
@@ -91,19 +120,46 @@ void RefuseDecimalCommas(const std::string& text, const v1::Problem& problem, Js
   }
 }
 
-void ReadLinear(const json& root, JsonReader& reader, v1::Problem& problem) {
-  ReadMatrixKey(root, "A", "the m rows of the state matrix, as in [[-1, 0], [0, -2]]", reader,
-                *problem.mutable_a());
-  ReadMatrixKey(root, "B", "m rows with a value per complementarity pair", reader, *problem.mutable_b());
-  ReadMatrixKey(root, "N", "a row per complementarity pair with m values", reader, *problem.mutable_n());
-  ReadMatrixKey(root, "M", "the n rows of the complementarity matrix", reader, *problem.mutable_m());
+// f and g; where they are given by pieces and once more, only if both say the same.
+void ReadSourcesOnce(const json& root, int states, int constraints, const AgreementCheck& agrees, JsonReader& reader,
+                     v1::Problem& problem) {
+  v1::TimeFunction& f = *problem.mutable_f();
+  v1::TimeFunction& g = *problem.mutable_g();
+  const bool twice = root.contains("pieces") && (root.contains("f") || root.contains("g"));
+  if (!twice || !agrees) return ReadSources(root, states, constraints, reader, f, g);
+  json by_pieces = root, beside = root;
+  by_pieces.erase("f");
+  by_pieces.erase("g");
+  beside.erase("pieces");
+  ReadSources(by_pieces, states, constraints, reader, f, g);
+  v1::TimeFunction f_beside, g_beside;
+  ReadSources(beside, states, constraints, reader, f_beside, g_beside);
+  if (!reader.status().ok()) return;
+  const auto check = [&](const char* key, const v1::TimeFunction& one, const v1::TimeFunction& other, int size) {
+    if (!root.contains(key) || agrees(one, other, size, problem)) return;
+    reader.Refuse(key,
+                  fmt::format("is given beside pieces, which hold another {}; put it into the pieces, or leave one of "
+                              "them out",
+                              key));
+  };
+  check("f", f, f_beside, states);
+  check("g", g, g_beside, constraints);
+}
+
+void ReadLinear(const json& root, const AgreementCheck& agrees, JsonReader& reader, v1::Problem& problem) {
+  ReadMatrixKey(root, "A", "the m rows of the state matrix, as in [[-1, 0], [0, -2]]", reader, *problem.mutable_a(),
+                kFormulas);
+  ReadMatrixKey(root, "B", "m rows with a value per complementarity pair", reader, *problem.mutable_b(), kFormulas);
+  ReadMatrixKey(root, "N", "a row per complementarity pair with m values", reader, *problem.mutable_n(), kFormulas);
+  ReadMatrixKey(root, "M", "the n rows of the complementarity matrix", reader, *problem.mutable_m(), kFormulas);
   ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
   ReadTimes(root, reader, problem);
   const auto rows = [](const v1::Matrix& matrix) {
     return static_cast<int>(
         std::clamp<std::int64_t>(ShapeOf(matrix).rows, 0, std::numeric_limits<int>::max()));
   };
-  ReadSources(root, rows(problem.a()), rows(problem.m()), reader, *problem.mutable_f(), *problem.mutable_g());
+  ReadNames(root, reader, problem);
+  ReadSourcesOnce(root, rows(problem.a()), rows(problem.m()), agrees, reader, problem);
   ReadRuleKeys(root, reader, problem);
 }
 
@@ -132,7 +188,8 @@ void ReadNonlinear(const json& root, JsonReader& reader, v1::NonlinearProblem& p
                   *problem.mutable_g());
   ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
   ReadTimes(root, reader, problem);
-  if (root.contains("W")) ReadMatrixKey(root, "W", "", reader, *problem.mutable_w());
+  if (root.contains("W")) ReadMatrixKey(root, "W", "", reader, *problem.mutable_w(), kFormulas);
+  ReadNames(root, reader, problem);
 }
 
 // Whether `root` describes a nonlinear problem.
@@ -142,7 +199,8 @@ bool IsNonlinear(const json& root, JsonReader& reader) {
 
 }  // namespace
 
-absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source) {
+absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
+                                         const AgreementCheck& agrees) {
   const auto root = ParseObject(
       text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
   if (!root.ok()) return root.status();
@@ -155,7 +213,7 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
   if (nonlinear) {
     ReadNonlinear(*root, reader, file.nonlinear.emplace());
   } else {
-    ReadLinear(*root, reader, file.problem);
+    ReadLinear(*root, agrees, reader, file.problem);
     RefuseDecimalCommas(text, file.problem, reader);
   }
 
@@ -182,6 +240,9 @@ ordered_json ProblemJson(const v1::Problem& problem) {
   if (!g.is_null()) file["g"] = std::move(g);
   file["x0"] = problem.x0();
   file["T"] = problem.horizon();
+  if (!problem.state_names().empty()) file["states"] = problem.state_names();
+  if (!problem.pair_names().empty()) file["pairs"] = problem.pair_names();
+  for (const v1::Parameter& parameter : problem.parameters()) file["parameters"][parameter.name()] = parameter.value();
   if (!problem.break_points().empty()) file["break_points"] = problem.break_points();
   if (problem.rule() != v1::SOLUTION_RULE_UNSPECIFIED) file["rule"] = RuleName(problem.rule());
   if (problem.has_selector()) {
@@ -190,10 +251,10 @@ ordered_json ProblemJson(const v1::Problem& problem) {
   return file;
 }
 
-absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path) {
+absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path, const AgreementCheck& agrees) {
   const auto text = ReadTextFile(path);
   if (!text.ok()) return text.status();
-  return ParseProblem(*text, SourceName(path));
+  return ParseProblem(*text, SourceName(path), agrees);
 }
 
 }  // namespace dlcs::client

@@ -38,8 +38,10 @@ ResultCollector::ResultCollector(const v1::SolveRequest& request, bool keep_traj
       static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : ShapeOf(linear.m()).rows);
 }
 
-ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, bool keep_trajectory)
+ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, ComponentNames names,
+                                 bool keep_trajectory)
     : keep_trajectory_(keep_trajectory) {
+  result_.names = std::move(names);
   result_.states = states;
   result_.constraints = constraints;
 }
@@ -61,6 +63,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
       break;
     case v1::SolveEvent::kAnalysis:
       result_.analysis = event.analysis();
+      result_.names = NamesIn(event.analysis());
       if (keep_trajectory_) Reserve();
       break;
     case v1::SolveEvent::kWindowStarted:

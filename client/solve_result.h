@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/component_names.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -20,6 +21,7 @@ struct SolveResult {
   v1::Summary summary;
   std::size_t states = 0;
   std::size_t constraints = 0;
+  ComponentNames names;
   std::vector<double> times;
   std::vector<double> x;  // `states` values per time
   std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
@@ -40,7 +42,7 @@ class ResultCollector {
   // Without `keep_trajectory` the chunks are checked and counted, and the result holds none of them.
   explicit ResultCollector(const v1::SolveRequest& request, bool keep_trajectory = true);
   // The same where `states` and `constraints` are known.
-  ResultCollector(std::size_t states, std::size_t constraints, bool keep_trajectory = true);
+  ResultCollector(std::size_t states, std::size_t constraints, ComponentNames names, bool keep_trajectory = true);
 
   void Add(const v1::SolveEvent& event);
   void AddChunk(const v1::TrajectoryChunk& chunk);

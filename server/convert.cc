@@ -6,8 +6,10 @@
 #include <utility>
 #include <variant>
 
+#include "core/formula.h"
 #include "fmt/format.h"
 #include "proto/matrix_shape.h"
+#include "server/component_names.h"
 #include "server/convert_dense.h"
 
 namespace dlcs {
@@ -28,13 +30,22 @@ Matrix ColumnsFromProto(const Doubles& values, Index size, const std::string& fi
 
 Index DeclaredRows(const v1::Matrix& matrix) { return std::max<Index>(0, ShapeOf(matrix).rows); }
 
+// Each of `formulas` as the engine reads it.
+std::vector<std::string> InNumbers(const google::protobuf::RepeatedPtrField<std::string>& formulas,
+                                   const NamesInFormulas& names) {
+  std::vector<std::string> result;
+  result.reserve(static_cast<std::size_t>(formulas.size()));
+  for (const std::string& formula : formulas) result.push_back(names.InNumbers(formula));
+  return result;
+}
+
 TimePiece TimePieceFromProto(const v1::TimePiece& piece, Index size, const std::string& field,
-                             std::vector<Violation>& violations) {
+                             std::vector<Violation>& violations, const NamesInFormulas& names) {
   switch (piece.kind_case()) {
     case v1::TimePiece::kConstant:
       return ConstantFunction{VectorFromProto(piece.constant().values())};
     case v1::TimePiece::kFormulas:
-      return FormulaFunction{{piece.formulas().formulas().begin(), piece.formulas().formulas().end()}};
+      return FormulaFunction{InNumbers(piece.formulas().formulas(), names)};
     case v1::TimePiece::kSamples: {
       const v1::SampledFunction& samples = piece.samples();
       return SampledFunction{{samples.times().begin(), samples.times().end()},
@@ -75,11 +86,38 @@ v1::SolutionRule ToProto(SolutionRule rule) {
   return v1::SOLUTION_RULE_UNSPECIFIED;
 }
 
+bool HasFormulas(const v1::TimeFunction& function) {
+  return std::any_of(function.pieces().begin(), function.pieces().end(),
+                     [](const v1::TimePiece& piece) { return piece.has_formulas(); });
+}
+
+// Members share the matrices of their problem: no entry may have another value with the parameters `after` than
+// `before`.
+void CheckSharedMatrices(const v1::Problem& base, const FormulaParameters& before, const FormulaParameters& after,
+                         const std::string& field, std::vector<Violation>& violations) {
+  const NamesInFormulas names_before({}, before), names_after({}, after);
+  const auto differs = [&](const auto& formulas) {
+    for (const v1::EntryFormula& entry : formulas) {
+      auto one = Formula::Parse(names_before.InNumbers(entry.formula()));
+      auto other = Formula::Parse(names_after.InNumbers(entry.formula()));
+      if (one.ok() && other.ok() && one->Evaluate(0) != other->Evaluate(0)) return true;
+    }
+    return false;
+  };
+  for (const auto& [name, matrix] : {std::pair("A", &base.a()), {"B", &base.b()}, {"N", &base.n()}, {"M", &base.m()}}) {
+    if (!differs(matrix->dense().formulas()) && !differs(matrix->sparse().formulas())) continue;
+    violations.push_back(
+        {field,
+         fmt::format("change {}, which all members of an ensemble have in common; solve them one by one", name)});
+  }
+}
+
 }  // namespace
 
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
-                                   std::vector<Violation>& violations) {
+                                   std::vector<Violation>& violations, const FormulaParameters& parameters) {
   TimeFunction result;
+  const NamesInFormulas names({}, parameters);
   if (function.has_lift()) {
     result.lift = StructuredMatrixFromProto(function.lift(), field + ".lift", violations);
     size = std::max<Index>(0, ShapeOf(function.lift()).columns);
@@ -87,8 +125,8 @@ TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size,
   if (function.pieces().empty()) violations.push_back({field, "not set; at least one piece is required"});
   for (int p = 0; p < function.pieces_size(); ++p) {
     const v1::TimePiece& piece = function.pieces(p);
-    result.pieces.push_back(
-        {piece.start(), TimePieceFromProto(piece, size, fmt::format("{}.pieces[{}]", field, p), violations)});
+    result.pieces.push_back({piece.start(), TimePieceFromProto(piece, size, fmt::format("{}.pieces[{}]", field, p),
+                                                               violations, names)});
   }
   return result;
 }
@@ -130,14 +168,16 @@ Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Vi
 
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations) {
   Problem result;
-  result.A = StructuredMatrixFromProto(problem.a(), "A", violations);
-  result.B = StructuredMatrixFromProto(problem.b(), "B", violations);
-  result.N = StructuredMatrixFromProto(problem.n(), "N", violations);
-  result.M = StructuredMatrixFromProto(problem.m(), "M", violations);
+  const FormulaParameters parameters = ParametersFromProto(problem.parameters(), "parameters", violations);
+  CheckNames(NamesOf(problem), parameters, DeclaredRows(problem.a()), DeclaredRows(problem.m()), violations);
+  result.A = StructuredMatrixFromProto(problem.a(), "A", violations, &parameters);
+  result.B = StructuredMatrixFromProto(problem.b(), "B", violations, &parameters);
+  result.N = StructuredMatrixFromProto(problem.n(), "N", violations, &parameters);
+  result.M = StructuredMatrixFromProto(problem.m(), "M", violations, &parameters);
   // Declared shapes, so that a matrix with a wrong number of values does not make the functions look wrong
   // too.
-  result.f = TimeFunctionFromProto(problem.f(), DeclaredRows(problem.a()), "f", violations);
-  result.g = TimeFunctionFromProto(problem.g(), DeclaredRows(problem.m()), "g", violations);
+  result.f = TimeFunctionFromProto(problem.f(), DeclaredRows(problem.a()), "f", violations, parameters);
+  result.g = TimeFunctionFromProto(problem.g(), DeclaredRows(problem.m()), "g", violations, parameters);
   result.x0 = VectorFromProto(problem.x0());
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
@@ -146,12 +186,23 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   return result;
 }
 
-EnsembleMember MemberFromProto(const v1::EnsembleMember& member, Index m, Index n, const std::string& field,
+EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Problem& base, const std::string& field,
                                std::vector<Violation>& violations) {
   EnsembleMember result;
+  // As declared; numbers below 0 are refused with the problem.
+  const Index m = DeclaredRows(base.a()), n = DeclaredRows(base.m());
+  std::vector<Violation> of_base;  // told with the problem
+  FormulaParameters parameters = ParametersFromProto(base.parameters(), "parameters", of_base);
+  if (!member.parameters().empty()) {
+    const FormulaParameters before = parameters;
+    ChangeParameters(member.parameters(), field + ".parameters", parameters, violations);
+    CheckSharedMatrices(base, before, parameters, field + ".parameters", violations);
+    if (HasFormulas(base.f())) result.f = TimeFunctionFromProto(base.f(), m, "f", of_base, parameters);
+    if (HasFormulas(base.g())) result.g = TimeFunctionFromProto(base.g(), n, "g", of_base, parameters);
+  }
   if (!member.x0().empty()) result.x0 = VectorFromProto(member.x0());
-  if (member.has_f()) result.f = TimeFunctionFromProto(member.f(), m, field + ".f", violations);
-  if (member.has_g()) result.g = TimeFunctionFromProto(member.g(), n, field + ".g", violations);
+  if (member.has_f()) result.f = TimeFunctionFromProto(member.f(), m, field + ".f", violations, parameters);
+  if (member.has_g()) result.g = TimeFunctionFromProto(member.g(), n, field + ".g", violations, parameters);
   if (member.has_horizon()) result.horizon = member.horizon();
   if (member.has_break_points()) {
     const Doubles& times = member.break_points().times();
@@ -162,12 +213,16 @@ EnsembleMember MemberFromProto(const v1::EnsembleMember& member, Index m, Index 
 
 NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations) {
   NonlinearProblem result;
-  result.f.assign(problem.f().begin(), problem.f().end());
-  result.g.assign(problem.g().begin(), problem.g().end());
+  const FormulaParameters parameters = ParametersFromProto(problem.parameters(), "parameters", violations);
+  const ComponentNames names = NamesOf(problem);
+  CheckNames(names, parameters, problem.x0_size(), problem.g_size(), violations);
+  const NamesInFormulas in_formulas(names, parameters);
+  result.f = InNumbers(problem.f(), in_formulas);
+  result.g = InNumbers(problem.g(), in_formulas);
   result.x0 = VectorFromProto(problem.x0());
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
-  if (problem.has_w()) result.W = MatrixFromProto(problem.w(), "W", violations);
+  if (problem.has_w()) result.W = MatrixFromProto(problem.w(), "W", violations, &parameters);
   return result;
 }
 

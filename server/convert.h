@@ -25,23 +25,28 @@
 #include "core/problem.h"
 #include "core/solution.h"
 #include "dlcs/v1/solver.pb.h"
+#include "server/component_names.h"
 
 namespace dlcs {
 
-// A matrix with its structure. What a message of a few bytes may declare without holding it is bounded before anything
-// is allocated: by 2^31 - 1 rows and columns here, by the limits of the server in request_check.h.
+// A matrix with its structure. Entries that are formulas are evaluated with `parameters`, and refused where these are
+// null: in matrices of anything but a problem. What a message of a few bytes may declare without holding it is bounded
+// before anything is allocated: by 2^31 - 1 rows and columns here, by the limits of the server in request_check.h.
 StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
-                                           std::vector<Violation>& violations);
+                                           std::vector<Violation>& violations,
+                                           const FormulaParameters* parameters = nullptr);
 // All entries, whatever the structure on the wire; at most StructuredMatrix::kMostDenseEntries.
-Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations);
+Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations,
+                       const FormulaParameters* parameters = nullptr);
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,
-                                   std::vector<Violation>& violations);
+                                   std::vector<Violation>& violations, const FormulaParameters& parameters = {});
 SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violations);
 // Of LCPs with n pairs.
 Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Violation>& violations);
 Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& violations);
-// A member of an ensemble whose problem has m states and n pairs.
-EnsembleMember MemberFromProto(const v1::EnsembleMember& member, Index m, Index n, const std::string& field,
+// A member of an ensemble of `base`. Where it has parameters of its own, f and g of the base that are formulas become
+// its own.
+EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Problem& base, const std::string& field,
                                std::vector<Violation>& violations);
 NonlinearProblem NonlinearProblemFromProto(const v1::NonlinearProblem& problem, std::vector<Violation>& violations);
 // `step`, `steps` must be positive and `grid_times` not empty where set: the engine reads 0 and none as not
@@ -56,7 +61,7 @@ v1::SolveOptions ToProto(const Options& options);
 v1::Method ToProto(Method method);
 v1::Realisation ToProto(Realisation realisation);
 v1::Termination ToProto(Termination termination);
-v1::Analysis ToProto(const AnalysisReport& report);
+v1::Analysis ToProto(const AnalysisReport& report, const ComponentNames& names = {});
 v1::WindowStarted ToProto(const WindowReport& report);
 v1::Iterate ToProto(const IterateReport& report);
 v1::WindowFinished ToProto(const WindowOutcome& outcome);

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/formula.h"
 #include "core/violation_list.h"
 #include "fmt/format.h"
 #include "proto/matrix_shape.h"
 #include "server/convert.h"
 #include "server/convert_dense.h"
+#include "server/errors.h"
 
 namespace dlcs {
 namespace {
@@ -21,8 +27,58 @@ using Indices = google::protobuf::RepeatedField<std::int32_t>;
 // Of one list of indices; more help nobody.
 constexpr int kMostListed = 20;
 
+// The value of an entry that is a formula; nothing, and a violation, where it has none.
+std::optional<double> EntryValue(const std::string& text, const NamesInFormulas& names, const std::string& field,
+                                 std::vector<Violation>& violations) {
+  absl::StatusOr<Formula> formula = Formula::Parse(names.InNumbers(text));
+  if (!formula.ok()) {
+    violations.push_back({field, fmt::format("{}: {}", Quoted(text), std::string(formula.status().message()))});
+    return std::nullopt;
+  }
+  if (formula->DependsOnTime()) {
+    violations.push_back(
+        {field, fmt::format("{}; depends on t, and the entries of matrices are constant", Quoted(text))});
+    return std::nullopt;
+  }
+  const double value = formula->Evaluate(0);
+  if (std::isfinite(value)) return value;
+  violations.push_back({field, fmt::format("{}; is {} and must be finite", Quoted(text), value)});
+  return std::nullopt;
+}
+
+using EntryFormulas = google::protobuf::RepeatedPtrField<v1::EntryFormula>;
+
+// Puts the values of `formulas` into `values`; `place_of` names the entry of an index for violations.
+template <typename PlaceOf>
+void PutFormulas(const EntryFormulas& formulas, const FormulaParameters* parameters, const std::string& field,
+                 const PlaceOf& place_of, Doubles& values, std::vector<Violation>& violations) {
+  if (formulas.empty()) return;
+  if (parameters == nullptr) {
+    violations.push_back({place_of(formulas[0].index()),
+                          fmt::format("{}; must be a number: only the matrices of a problem have formulas as entries",
+                                      Quoted(formulas[0].formula()))});
+    return;
+  }
+  const NamesInFormulas names({}, *parameters);
+  std::set<int> taken;
+  int listed = 0;
+  for (int k = 0; k < formulas.size() && listed < kMostListed; ++k) {
+    const int index = formulas[k].index();
+    if (index < 0 || index >= values.size() || !taken.insert(index).second) {
+      violations.push_back(
+          {fmt::format("{}.formulas[{}].index", field, k),
+           fmt::format("{}; must be at least 0, below {}, and another one than those before", index, values.size())});
+      ++listed;
+    } else if (const auto value = EntryValue(formulas[k].formula(), names, place_of(index), violations)) {
+      values[index] = *value;
+    } else {
+      ++listed;
+    }
+  }
+}
+
 StructuredMatrix DenseFromProto(const v1::DenseMatrix& dense, const std::string& field,
-                                std::vector<Violation>& violations) {
+                                std::vector<Violation>& violations, const FormulaParameters* parameters) {
   const Index rows = dense.rows();
   const Index columns = dense.columns();
   if (dense.values_size() != rows * columns) {
@@ -30,7 +86,13 @@ StructuredMatrix DenseFromProto(const v1::DenseMatrix& dense, const std::string&
                                              columns, rows * columns)});
     return {};
   }
-  return Matrix(Eigen::Map<const RowMajorMatrix>(dense.values().data(), rows, columns));
+  if (dense.formulas().empty()) return Matrix(Eigen::Map<const RowMajorMatrix>(dense.values().data(), rows, columns));
+  Doubles values = dense.values();
+  const auto place_of = [&](Index k) {
+    return fmt::format("{}[{}][{}]", field, k / std::max<Index>(columns, 1), k % std::max<Index>(columns, 1));
+  };
+  PutFormulas(dense.formulas(), parameters, field, place_of, values, violations);
+  return Matrix(Eigen::Map<const RowMajorMatrix>(values.data(), rows, columns));
 }
 
 void CheckIndices(const Indices& indices, Index size, const std::string& field,
@@ -58,7 +120,7 @@ Violation SecondEntry(const v1::SparseMatrix& sparse, const std::string& field) 
 }
 
 StructuredMatrix SparseFromProto(const v1::SparseMatrix& sparse, const std::string& field,
-                                 std::vector<Violation>& violations) {
+                                 std::vector<Violation>& violations, const FormulaParameters* parameters) {
   const int entries = sparse.values_size();
   if (sparse.row_indices_size() != entries || sparse.column_indices_size() != entries) {
     violations.push_back(
@@ -71,10 +133,18 @@ StructuredMatrix SparseFromProto(const v1::SparseMatrix& sparse, const std::stri
   CheckIndices(sparse.column_indices(), sparse.columns(), field + ".column_indices", violations);
   if (violations.size() > sound) return {};
 
+  Doubles values;
+  if (!sparse.formulas().empty()) {
+    values = sparse.values();
+    const auto place_of = [&](Index k) { return fmt::format("{}.values[{}]", field, k); };
+    PutFormulas(sparse.formulas(), parameters, field, place_of, values, violations);
+    if (violations.size() > sound) return {};
+  }
+  const double* const entry = values.empty() ? sparse.values().data() : values.data();
   std::vector<Eigen::Triplet<double>> triplets;
   triplets.reserve(static_cast<std::size_t>(entries));
   for (int k = 0; k < entries; ++k) {
-    triplets.emplace_back(sparse.row_indices(k), sparse.column_indices(k), sparse.values(k));
+    triplets.emplace_back(sparse.row_indices(k), sparse.column_indices(k), entry[k]);
   }
   SparseMatrix matrix(sparse.rows(), sparse.columns());
   matrix.setFromTriplets(triplets.begin(), triplets.end());
@@ -103,14 +173,14 @@ bool HasSoundFactors(const v1::KroneckerSum& sum, const std::string& field,
   return violations.size() == sound;
 }
 
-StructuredMatrix SumFromProto(const v1::KroneckerSum& sum, const std::string& field,
-                              std::vector<Violation>& violations) {
+StructuredMatrix SumFromProto(const v1::KroneckerSum& sum, const std::string& field, std::vector<Violation>& violations,
+                              const FormulaParameters* parameters) {
   if (!HasSoundFactors(sum, field, violations)) return {};
   const std::size_t sound = violations.size();
   KroneckerSum result;
   for (int k = 0; k < sum.factors_size(); ++k) {
     const auto factor =
-        StructuredMatrixFromProto(sum.factors(k), fmt::format("{}.factors[{}]", field, k), violations);
+        StructuredMatrixFromProto(sum.factors(k), fmt::format("{}.factors[{}]", field, k), violations, parameters);
     if (violations.size() == sound) result.factors.push_back(factor.Sparse());
   }
   if (violations.size() > sound) return {};
@@ -134,7 +204,7 @@ v1::SparseMatrix SparseToProto(const SparseMatrix& matrix) {
 }  // namespace
 
 StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
-                                           std::vector<Violation>& violations) {
+                                           std::vector<Violation>& violations, const FormulaParameters* parameters) {
   const WireShape shape = ShapeOf(matrix);
   constexpr std::int64_t kMostRows = std::numeric_limits<std::int32_t>::max();
   if (shape.rows < 0 || shape.columns < 0) {
@@ -148,11 +218,11 @@ StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::
   }
   switch (matrix.kind_case()) {
     case v1::Matrix::kDense:
-      return DenseFromProto(matrix.dense(), field, violations);
+      return DenseFromProto(matrix.dense(), field, violations, parameters);
     case v1::Matrix::kSparse:
-      return SparseFromProto(matrix.sparse(), field + ".sparse", violations);
+      return SparseFromProto(matrix.sparse(), field + ".sparse", violations, parameters);
     case v1::Matrix::kKroneckerSum:
-      return SumFromProto(matrix.kronecker_sum(), field + ".kronecker_sum", violations);
+      return SumFromProto(matrix.kronecker_sum(), field + ".kronecker_sum", violations, parameters);
     case v1::Matrix::KIND_NOT_SET:
       break;
   }
@@ -160,8 +230,8 @@ StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::
   return {};
 }
 
-Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
-                       std::vector<Violation>& violations) {
+Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations,
+                       const FormulaParameters* parameters) {
   const WireShape shape = ShapeOf(matrix);
   if (shape.rows > 0 && shape.columns > StructuredMatrix::kMostDenseEntries / shape.rows &&
       !matrix.has_dense()) {
@@ -170,7 +240,7 @@ Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field,
                             ShapeText(shape.rows, shape.columns), StructuredMatrix::kMostDenseEntries)});
     return {};
   }
-  return StructuredMatrixFromProto(matrix, field, violations).Dense();
+  return StructuredMatrixFromProto(matrix, field, violations, parameters).Dense();
 }
 
 v1::Matrix ToProto(const Matrix& matrix) {

@@ -176,7 +176,7 @@ v1::Termination ToProto(Termination termination) {
   return v1::TERMINATION_UNSPECIFIED;
 }
 
-v1::Analysis ToProto(const AnalysisReport& report) {
+v1::Analysis ToProto(const AnalysisReport& report, const ComponentNames& names) {
   v1::Analysis result;
   result.set_matrix_class(report.matrix_class);
   result.set_method(ToProto(report.method));
@@ -186,7 +186,8 @@ v1::Analysis ToProto(const AnalysisReport& report) {
   result.set_steps(report.num_steps);
   result.set_step(report.step);
   if (report.lipschitz) result.set_lipschitz(*report.lipschitz);
-  result.mutable_warnings()->Add(report.warnings.begin(), report.warnings.end());
+  for (const std::string& warning : report.warnings) result.add_warnings(WithNames(warning, names));
+  SetNames(names, result);
   return result;
 }
 

@@ -85,6 +85,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   const SetupCache::Statistics before = setups->statistics();
   v1::EnsembleSummary summary;
   const auto finished = [&](Index member, Solution solution) {
+    AddNames(prepared.ensemble.names, solution);
     FinishedSolve solve(std::move(solution), control.cause(), 1);
     Count(solve, summary);
     sink.Finished(member, std::move(solve));
@@ -120,6 +121,7 @@ v1::EnsembleEvent EnsembleWriter::Accepted(const std::string& solve_id, const Pr
   accepted.set_result_bytes(static_cast<double>(prepared.all_bytes));
   accepted.set_states(static_cast<int>(prepared.ensemble.base.num_states()));
   accepted.set_constraints(static_cast<int>(prepared.ensemble.base.num_constraints()));
+  SetNames(prepared.ensemble.names, accepted);
   return event;
 }
 

@@ -38,14 +38,20 @@ std::optional<std::string> ContentOf(const std::optional<std::string>& state, ch
 class RunObserver final : public Observer {
  public:
   // Columns below `stored` of the trajectory are in the store; `resumed` where this attempt goes on.
-  RunObserver(jobs::JobRun& run, double horizon, Index stored, bool resumed, std::chrono::milliseconds checkpoint_every)
-      : run_(run), horizon_(horizon), stored_(stored), resumed_(resumed), checkpoint_every_(checkpoint_every) {}
+  RunObserver(jobs::JobRun& run, double horizon, const ComponentNames& names, Index stored, bool resumed,
+              std::chrono::milliseconds checkpoint_every)
+      : run_(run),
+        horizon_(horizon),
+        names_(names),
+        stored_(stored),
+        resumed_(resumed),
+        checkpoint_every_(checkpoint_every) {}
 
   void OnAnalysis(const AnalysisReport& report) override {
     const Telling telling(*this);
     if (resumed_) return;  // it was told
     v1::JobEvent event;
-    *event.mutable_analysis() = ToProto(report);
+    *event.mutable_analysis() = ToProto(report, names_);
     Emit(EventKind::kAnalysis, event);
   }
   void OnWindowStarted(const WindowReport& report) override {
@@ -128,6 +134,7 @@ class RunObserver final : public Observer {
 
   jobs::JobRun& run_;
   const double horizon_;
+  const ComponentNames& names_;
   Index stored_;
   const bool resumed_;
   const std::chrono::milliseconds checkpoint_every_;
@@ -205,7 +212,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   if (state) point.state = *state;
 
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared->system);
-  RunObserver observer(run, horizon, stored, state.has_value(), checkpoint_every_);
+  RunObserver observer(run, horizon, prepared->names, stored, state.has_value(), checkpoint_every_);
   absl::StatusOr<Solution> solution = absl::UnknownError("");
   if (const auto* problem = std::get_if<Problem>(&prepared->system)) {
     solution = dlcs::Solve(*problem, prepared->options, observer, run.stop(), setups_, state ? &point : nullptr);
@@ -213,6 +220,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
     solution = SolveNonlinear(std::get<NonlinearProblem>(prepared->system), prepared->options, observer, run.stop());
   }
   if (!solution.ok()) return {FromEngine(solution.status()), ""};
+  AddNames(prepared->names, *solution);
   spdlog::debug("job {}: {} events told in {:.1f} ms of {:.1f} ms", run.id(), observer.num_told(),
                 1e3 * observer.seconds_telling(), 1e3 * solution->cost.seconds_total);
 

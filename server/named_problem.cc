@@ -2,8 +2,10 @@
 #include "server/named_problem.h"
 
 #include <utility>
+#include <vector>
 
 #include "fmt/format.h"
+#include "server/component_names.h"
 #include "server/errors.h"
 
 namespace dlcs {
@@ -20,12 +22,19 @@ absl::StatusOr<v1::ProblemBody> Find(const std::string& name, const FindProblem&
 }
 
 // What a member has in place of the problem's, put there.
-void Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
+absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
   if (changes.x0_size() > 0) *problem.mutable_x0() = changes.x0();
   if (changes.has_f()) *problem.mutable_f() = changes.f();
   if (changes.has_g()) *problem.mutable_g() = changes.g();
   if (changes.has_horizon()) problem.set_horizon(changes.horizon());
   if (changes.has_break_points()) *problem.mutable_break_points() = changes.break_points().times();
+  if (changes.parameters().empty()) return absl::OkStatus();
+  std::vector<Violation> violations;
+  FormulaParameters parameters = ParametersFromProto(problem.parameters(), "parameters", violations);
+  ChangeParameters(changes.parameters(), "changes.parameters", parameters, violations);
+  if (!violations.empty()) return InvalidRequest(violations);
+  for (v1::Parameter& parameter : *problem.mutable_parameters()) parameter.set_value(parameters.at(parameter.name()));
+  return absl::OkStatus();
 }
 
 // Where the request has a field for a linear problem and one for a name.
@@ -63,7 +72,7 @@ absl::StatusOr<v1::SolveRequest> WithProblem(const v1::SolveRequest& request, co
     whole.mutable_nonlinear()->Swap(body->mutable_nonlinear());
   } else {
     whole.mutable_problem()->Swap(body->mutable_problem());
-    Change(request.changes(), *whole.mutable_problem());
+    if (absl::Status changed = Change(request.changes(), *whole.mutable_problem()); !changed.ok()) return changed;
   }
   return whole;
 }

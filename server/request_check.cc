@@ -91,13 +91,13 @@ Options Within(const SessionLimits& limits, Options options) {
 
 template <typename System>
 absl::StatusOr<SoundSystem> Checked(System problem, const v1::SolveOptions& wire_options,
-                                    std::vector<Violation> violations, const SessionLimits& limits) {
+                                    std::vector<Violation> violations, const SessionLimits& limits,
+                                    ComponentNames names) {
   Options options = OptionsFromProto(wire_options, violations);
+  if (violations.empty()) violations = AllViolations(problem, options);
+  AddNames(names, violations);
   if (!violations.empty()) return InvalidRequest(violations);
-
-  violations = AllViolations(problem, options);
-  if (!violations.empty()) return InvalidRequest(violations);
-  return SoundSystem{std::move(problem), Within(limits, std::move(options))};
+  return SoundSystem{std::move(problem), Within(limits, std::move(options)), std::move(names)};
 }
 
 // An upper bound of the number of steps, as a double because T / step may be anything.
@@ -127,7 +127,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::Solv
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   Problem read = ProblemFromProto(problem, violations);
-  return Checked(std::move(read), options, std::move(violations), limits);
+  return Checked(std::move(read), options, std::move(violations), limits, NamesOf(problem));
 }
 
 absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
@@ -135,7 +135,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   NonlinearProblem read = NonlinearProblemFromProto(problem, violations);
-  return Checked(std::move(read), options, std::move(violations), limits);
+  return Checked(std::move(read), options, std::move(violations), limits, NamesOf(problem));
 }
 
 absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
@@ -145,18 +145,20 @@ absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request,
   if (!limit.ok()) return limit;
 
   std::vector<Violation> violations;
-  SoundEnsemble read{
-      ProblemFromProto(request.problem(), violations), OptionsFromProto(request.options(), violations), {}};
-  // As declared; numbers below 0 are refused with the problem.
-  const Index m = std::max<Index>(0, ShapeOf(request.problem().a()).rows);
-  const Index n = std::max<Index>(0, ShapeOf(request.problem().m()).rows);
+  SoundEnsemble read{ProblemFromProto(request.problem(), violations),
+                     OptionsFromProto(request.options(), violations),
+                     {},
+                     NamesOf(request.problem())};
   for (int k = 0; k < request.members_size(); ++k) {
-    read.members.push_back(MemberFromProto(request.members(k), m, n, fmt::format("members[{}]", k), violations));
+    read.members.push_back(
+        MemberFromProto(request.members(k), request.problem(), fmt::format("members[{}]", k), violations));
   }
+  AddNames(read.names, violations);
   if (!violations.empty()) return InvalidRequest(violations);
 
   violations = Validate(read.base, read.members, read.options);
   for (Violation& violation : violations) violation.field = WireOptionName(violation.field);
+  AddNames(read.names, violations);
   if (!violations.empty()) return InvalidRequest(violations);
   read.options = Within(limits, std::move(read.options));
   return read;

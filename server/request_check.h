@@ -16,6 +16,7 @@
 #include "core/options.h"
 #include "core/problem.h"
 #include "dlcs/v1/solver.pb.h"
+#include "server/component_names.h"
 
 namespace dlcs {
 
@@ -43,6 +44,7 @@ absl::Status CheckLimit(const char* name, double asked, std::int64_t limit);
 struct SoundSystem {
   std::variant<Problem, NonlinearProblem> system;
   Options options;
+  ComponentNames names;
 };
 
 // Converts and checks what every call about a system brings: declared shapes against the limits before
@@ -58,6 +60,7 @@ struct SoundEnsemble {
   Problem base;
   Options options;
   std::vector<EnsembleMember> members;
+  ComponentNames names;
 };
 
 // The same for an ensemble; what is a member's own is named members[3].x0[1].

@@ -38,7 +38,7 @@ absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const Se
 // Numbers the events of one solve and turns what the engine reports into them.
 class EventWriter final : public Observer {
  public:
-  explicit EventWriter(SolveSink& sink) : sink_(sink) {}
+  EventWriter(SolveSink& sink, const ComponentNames& names) : sink_(sink), names_(names) {}
 
   void Accept(const std::string& solve_id, const PreparedSolve& prepared) {
     Send([&](v1::SolveEvent& event) {
@@ -48,7 +48,7 @@ class EventWriter final : public Observer {
     });
   }
   void OnAnalysis(const AnalysisReport& report) override {
-    Send([&](v1::SolveEvent& event) { *event.mutable_analysis() = ToProto(report); });
+    Send([&](v1::SolveEvent& event) { *event.mutable_analysis() = ToProto(report, names_); });
   }
   void OnWindowStarted(const WindowReport& report) override {
     Send([&](v1::SolveEvent& event) { *event.mutable_window_started() = ToProto(report); });
@@ -72,6 +72,7 @@ class EventWriter final : public Observer {
   }
 
   SolveSink& sink_;
+  const ComponentNames& names_;
   std::int64_t next_sequence_ = 1;
 };
 
@@ -119,7 +120,7 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
   if (request.has_changes()) return InvalidRequest({{"changes", "go with problem_name only"}});
   absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
-  PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0};
+  PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0, std::move(sound->names)};
   const absl::StatusOr<std::int64_t> bytes = CountResultBytes(prepared.system, prepared.options, limits);
   if (!bytes.ok()) return bytes.status();
   prepared.result_bytes = *bytes;
@@ -160,12 +161,13 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
 
 absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
                                        const SolveControl& control, SolveSink& sink, SetupCache* setups) {
-  EventWriter writer(sink);
+  EventWriter writer(sink, prepared.names);
   writer.Accept(solve_id, prepared);
   absl::StatusOr<Solution> solution = std::visit(
       [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token(), setups); },
       prepared.system);
   if (!solution.ok()) return FromEngine(solution.status());
+  AddNames(prepared.names, *solution);
   return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
 }
 

@@ -58,6 +58,7 @@ struct PreparedSolve {
   std::variant<Problem, NonlinearProblem> system;
   Options options;
   std::int64_t result_bytes = 0;  // as SessionLimits::max_result_bytes counts them, an upper bound
+  ComponentNames names;
 
   Index num_states() const;
   Index num_constraints() const;

@@ -126,9 +126,11 @@ ExitCode Run(const EnsembleCommand& command) {
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
   EnsembleTable table;
-  if (solve.format == OutputFormat::kCsv) {
-    PrintMemberCsvHeader(static_cast<std::size_t>(states), static_cast<std::size_t>(constraints), out);
-  }
+  bool has_header = solve.format != OutputFormat::kCsv;
+  const auto print_header = [&](const ComponentNames& names) {
+    if (std::exchange(has_header, true)) return;
+    PrintMemberCsvHeader(names, static_cast<std::size_t>(states), static_cast<std::size_t>(constraints), out);
+  };
   auto count = std::make_unique<MemberCount>(static_cast<std::int64_t>(members->size()), solve.quiet);
   const auto summary = (*backend)->SolveEnsemble(
       MakeRequest(solve, *input, *members),
@@ -136,12 +138,14 @@ ExitCode Run(const EnsembleCommand& command) {
         count->Add(member.result.summary);
         if (solve.format == OutputFormat::kTable) table.Add(member);
         if (solve.format == OutputFormat::kJson) PrintJsonLine(member, out);
+        print_header(member.result.names);
         if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(member, out);
       },
       limits());
   count.reset();
   if (!summary.ok()) return ComplainAboutEnsemble(summary.status(), input->source(), SourceName(command.members_path));
 
+  print_header({});
   if (solve.format == OutputFormat::kTable) {
     table.Print(input->title(), *summary, WidthOf(out), out);
   }

@@ -38,6 +38,7 @@ std::string Size(double value) { return std::isnan(value) ? "-" : fmt::format("{
 
 void EnsembleTable::Add(const MemberResult& member) {
   const SolveResult& result = member.result;
+  names_ = result.names;
   Row row{.label = member.label,
           .success = Succeeded(result.summary),
           .verdict = VerdictName(result.summary),
@@ -80,9 +81,8 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   std::size_t states = 0;
   for (const auto& [member, row] : rows_) states = std::max(states, row.x.size());
   for (std::size_t i = 0; i < states; ++i) {
-    columns.push_back(TextColumn(fmt::format("x{}", i + 1), rows_, [i](std::int64_t, const Row& row) {
-      return i < row.x.size() ? Cell(row.x[i]) : "-";
-    }));
+    columns.push_back(TextColumn(
+        names_.OfX(i), rows_, [i](std::int64_t, const Row& row) { return i < row.x.size() ? Cell(row.x[i]) : "-"; }));
   }
   PrintColumns(columns, rows_.size(), static_cast<std::size_t>(width), out);
 

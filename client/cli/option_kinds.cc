@@ -42,6 +42,31 @@ double CheckedNumber(const std::string& text, const NumberRule& rule, const std:
   return *value;
 }
 
+namespace {
+
+// A time, or the times of a range begin:step:end, which ends at `end` where a whole number of steps gets there.
+void AddTimes(const std::string& entry, const NumberRule& rule, const std::string& option, std::vector<double>& times) {
+  constexpr double kMostTimes = 1e7;
+  const std::size_t first = entry.find(':');
+  if (first == std::string::npos) return times.push_back(CheckedNumber(entry, rule, option));
+  const std::size_t second = std::min(entry.find(':', first + 1), entry.size());
+  const double begin = CheckedNumber(entry.substr(0, first), rule, option);
+  const double step = CheckedNumber(entry.substr(first + 1, second - first - 1), Positive(), option);
+  const double end =
+      CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "", {"the end of a range begin:step:end", rule.holds}, option);
+  const double steps = (end - begin) / step;
+  if (!(steps >= 0 && steps <= kMostTimes)) {
+    throw CLI::ValidationError(
+        option, fmt::format("\"{}\" is no range begin:step:end with an end behind its begin and at most {} steps", entry, kMostTimes));
+  }
+  const double nearest = std::round(steps);
+  const bool meets_end = std::abs(steps - nearest) <= 1e-9 * std::max(1.0, nearest);
+  const double last = meets_end ? nearest : std::floor(steps);
+  for (double k = 0; k <= last; ++k) times.push_back(meets_end && last > 0 ? (begin * (last - k) + end * k) / last : begin + k * step);
+}
+
+}  // namespace
+
 std::vector<double> ParseTimes(const std::string& text, const std::string& option) {
   const NumberRule rule =
       Within("a time: a number of at least 0", 0, std::numeric_limits<double>::infinity());
@@ -50,7 +75,7 @@ std::vector<double> ParseTimes(const std::string& text, const std::string& optio
     const std::size_t end = std::min(text.find(',', begin), text.size());
     std::string entry = text.substr(begin, end - begin);
     entry.erase(0, entry.find_first_not_of(' '));
-    times.push_back(CheckedNumber(entry, rule, option));
+    AddTimes(entry, rule, option, times);
     begin = end + 1;
   }
   std::sort(times.begin(), times.end());

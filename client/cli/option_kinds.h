@@ -32,7 +32,7 @@ NumberRule WholeAtLeast(const char* words, double least);
 // `text` as a finite number: the same digits as in a file, and nothing else.
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
 
-// "0.1,0.5" in any order; what comes out is increasing and distinct.
+// "0.1,0.5" in any order, and ranges begin:step:end such as 0:0.01:5; what comes out is increasing and distinct.
 std::vector<double> ParseTimes(const std::string& text, const std::string& option);
 
 // The times of `text`, which is a list of them or the name of a file that holds them, separated by commas,

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/agreement.h"
 #include "client/json_text.h"
 #include "client/problem_client.h"
 #include "proto/matrix_shape.h"
@@ -50,7 +51,7 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
     input.server_ = server;
     return input;
   }
-  absl::StatusOr<ProblemFile> file = ReadProblemFile(path);
+  absl::StatusOr<ProblemFile> file = ReadProblemFile(path, SayTheSame);
   if (!file.ok()) return file.status();
   if (file->nonlinear && rule) {
     return absl::InvalidArgumentError("--rule: a nonlinear problem takes the rule that its g implies");

@@ -87,7 +87,7 @@ absl::Status ReadPages(JobClient& client, const ResultCommand& command, const Ca
           return static_cast<std::size_t>(values.size() / chunk.times_size());
         };
         if (!std::exchange(has_header, true)) {
-          PrintCsvHeader(columns(chunk.x()), columns(chunk.y()), !chunk.w().empty(), out);
+          PrintCsvHeader(result.names, columns(chunk.x()), columns(chunk.y()), !chunk.w().empty(), out);
         }
         PrintCsvLines(chunk, out);
       },
@@ -119,9 +119,9 @@ ExitCode Run(const ResultCommand& command) {
   }
   SolveResult result;
   result.summary = job->summary();
-  absl::Status read = ReadPages(**client, command, limits, out, result);
-  if (read.ok() && command.format != OutputFormat::kCsv)
-    read = ReadAnalysis(**client, command.name, limits, result.analysis);
+  absl::Status read = ReadAnalysis(**client, command.name, limits, result.analysis);
+  result.names = NamesIn(result.analysis);
+  if (read.ok()) read = ReadPages(**client, command, limits, out, result);
   if (!read.ok()) return Complain(read, ExitCodeOf(read));
   if (command.format == OutputFormat::kJson) PrintJson(command.name, result, out);
   if (command.format == OutputFormat::kTable) {

@@ -42,11 +42,12 @@ std::string Quoted(const std::string& text) {
 
 }  // namespace
 
-void PrintCsvHeader(std::size_t states, std::size_t constraints, bool has_w, std::FILE* out) {
+void PrintCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, bool has_w,
+                    std::FILE* out) {
   fmt::print(out, "t");
-  for (std::size_t i = 1; i <= states; ++i) fmt::print(out, ",x{}", i);
-  for (std::size_t i = 1; i <= constraints; ++i) fmt::print(out, ",y{}", i);
-  for (std::size_t i = 1; has_w && i <= constraints; ++i) fmt::print(out, ",w{}", i);
+  for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", names.OfX(i));
+  for (std::size_t i = 0; i < constraints; ++i) fmt::print(out, ",{}", names.OfY(i));
+  for (std::size_t i = 0; has_w && i < constraints; ++i) fmt::print(out, ",{}", names.OfW(i));
   fmt::print(out, "\n");
 }
 
@@ -64,9 +65,9 @@ void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   }
 }
 
-void PrintMemberCsvHeader(std::size_t states, std::size_t constraints, std::FILE* out) {
+void PrintMemberCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
   fmt::print(out, "member,label,");
-  PrintCsvHeader(states, constraints, /*has_w=*/true, out);
+  PrintCsvHeader(names, states, constraints, /*has_w=*/true, out);
 }
 
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {

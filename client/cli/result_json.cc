@@ -139,6 +139,8 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"failure_time", OrNull(s.has_failure_time(), s.failure_time())},
           {"method", MethodName(s.method())},
           {"reason", s.reason()},
+          {"states", result.names.states},
+          {"pairs", result.names.pairs},
           {"matrix_class", result.analysis.matrix_class()},
           {"lipschitz", OrNull(result.analysis.has_lipschitz(), result.analysis.lipschitz())},
           {"warnings", List(s.warnings())},

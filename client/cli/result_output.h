@@ -15,14 +15,17 @@
 
 namespace dlcs::client {
 
-// One object, keys in a fixed order: name, termination, message, failure_time, method, reason, matrix_class,
+// One object, keys in a fixed order: name, termination, message, failure_time, method, reason, states, pairs (their
+// names, where there are any), matrix_class,
 // lipschitz, warnings, step, iterations, seconds, certificate, cost, kernel, realisation, contour, newton
 // (null where no step was solved by it), jumps, times, x, y, w (a list per time; no w from servers that do not send
 // it).
 void PrintJson(const std::string& name, const SolveResult& result, std::FILE* out);
 
-// A header t,x1,...,xm,y1,...,yn,w1,...,wn, and a line for each time of each chunk, as they come.
-void PrintCsvHeader(std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);
+// A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
+// come.
+void PrintCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, bool has_w,
+                    std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 
 // Verdict, trajectory and certificate in words. Columns that do not fit into `width` letters follow in

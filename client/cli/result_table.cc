@@ -24,14 +24,12 @@ std::vector<Column> MakeColumns(const SolveResult& result) {
   std::vector<Column> columns;
   columns.push_back(MakeColumn("t", rows, [&](std::size_t k) { return result.times[k]; }));
   for (std::size_t i = 0; i < result.states; ++i) {
-    columns.push_back(
-        MakeColumn(fmt::format("x{}", i + 1), rows, [&](std::size_t k) { return result.x_at(k)[i]; }));
+    columns.push_back(MakeColumn(result.names.OfX(i), rows, [&](std::size_t k) { return result.x_at(k)[i]; }));
   }
   for (std::size_t i = 0; i < result.constraints; ++i) {
-    columns.push_back(
-        MakeColumn(fmt::format("y{}", i + 1), rows, [&](std::size_t k) { return result.y_at(k)[i]; }));
+    columns.push_back(MakeColumn(result.names.OfY(i), rows, [&](std::size_t k) { return result.y_at(k)[i]; }));
     if (!result.has_w()) continue;
-    columns.push_back(MakeColumn(fmt::format("w{}", i + 1), rows, [&](std::size_t k) { return result.w_at(k)[i]; }));
+    columns.push_back(MakeColumn(result.names.OfW(i), rows, [&](std::size_t k) { return result.w_at(k)[i]; }));
   }
   return columns;
 }
@@ -46,15 +44,15 @@ void PrintJumps(const v1::Summary& summary, std::FILE* out) {
 }
 
 // "y2, y4", as the columns of the table are called.
-std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices) {
+std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices, const ComponentNames& names) {
   if (indices.empty()) return "-";
-  std::vector<std::string> names;
-  for (const std::int32_t i : indices) names.push_back(fmt::format("y{}", i + 1));
-  return fmt::format("{}", fmt::join(names, ", "));
+  std::vector<std::string> listed;
+  for (const std::int32_t i : indices) listed.push_back(names.OfY(static_cast<std::size_t>(i)));
+  return fmt::format("{}", fmt::join(listed, ", "));
 }
 
 // Which y may be positive from when on.
-void PrintSwitchings(const v1::Summary& summary, std::FILE* out) {
+void PrintSwitchings(const v1::Summary& summary, const ComponentNames& names, std::FILE* out) {
   constexpr int kMostRows = 30;
   if (summary.switching_times().empty()) return;
   fmt::print(out, "\nSwitching times\n");
@@ -63,8 +61,8 @@ void PrintSwitchings(const v1::Summary& summary, std::FILE* out) {
   const int rows = std::min(summary.switching_times_size(), kMostRows);
   for (int k = 0; k < rows; ++k) {
     const v1::SwitchingTime& switching = summary.switching_times(k);
-    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), switching.kind(), NamesOf(switching.entering()),
-               NamesOf(switching.leaving()));
+    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), switching.kind(),
+               NamesOf(switching.entering(), names), NamesOf(switching.leaving(), names));
   }
   if (summary.switchings() > rows) {
     fmt::print(out, "  and {} more; --format json has them\n", summary.switchings() - rows);
@@ -204,7 +202,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
     PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
   }
   PrintJumps(summary, out);
-  PrintSwitchings(summary, out);
+  PrintSwitchings(summary, result.names, out);
   if (!result.times.empty()) {
     PrintCertificate(summary.certificate(), out);
     PrintAccuracy(summary.accuracy(), out);

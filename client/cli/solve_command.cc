@@ -44,7 +44,7 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
       break;
     case OutputFormat::kCsv:
       if (result.times.empty() && result.summary.times() == 0) {
-        PrintCsvHeader(result.states, result.constraints, /*has_w=*/true, out);
+        PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
       }
       break;  // was written as it came
   }
@@ -128,12 +128,14 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .nonlinear = input.is_nonlinear(),
                          .default_steps = !HasStep(command.options)});
   const bool as_it_comes = command.format == OutputFormat::kCsv;
+  ComponentNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
     if (!command.quiet) view.OnEvent(event);
+    if (event.has_analysis()) names = NamesIn(event.analysis());
     if (!as_it_comes || !event.has_trajectory()) return;
     const v1::TrajectoryChunk& chunk = event.trajectory();
     if (chunk.first() == 0) {
-      PrintCsvHeader(ColumnsOf(chunk.x(), chunk), ColumnsOf(chunk.y(), chunk), !chunk.w().empty(), out);
+      PrintCsvHeader(names, ColumnsOf(chunk.x(), chunk), ColumnsOf(chunk.y(), chunk), !chunk.w().empty(), out);
     }
     PrintCsvLines(chunk, out);
   };

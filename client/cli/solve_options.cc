@@ -51,7 +51,7 @@ void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
            const std::vector<double> times = ParseTimes(text, "--at");
            options.mutable_output_times()->Assign(times.begin(), times.end());
          },
-         "Only these times, in any order; they become nodes of the grid. Otherwise a table shows 11 even "
+         "Only these times, in any order, or ranges begin:step:end; they become nodes of the grid. Otherwise a table shows 11 even "
          "times, "
          "JSON and CSV every node")
       ->type_name("T1,T2,...");

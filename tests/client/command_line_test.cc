@@ -170,6 +170,9 @@ TEST(CommandLineTest, CountsStepsInAnyNotation) {
 
 TEST(CommandLineTest, SortsOutputTimes) {
   EXPECT_THAT(Solve({"--at", "1, 0.25,0.5,1"}).options.output_times(), ElementsAre(0.25, 0.5, 1));
+  EXPECT_THAT(Solve({"--at", "0:0.1:0.5, 7"}).options.output_times(), ElementsAre(0, 0.1, 0.2, 0.3, 0.4, 0.5, 7));
+  EXPECT_THAT(Solve({"--at", "1:0.4:2"}).options.output_times(), ElementsAre(1, 1.4, 1.8));
+  EXPECT_THAT(Solve({"--at", "3:1:3"}).options.output_times(), ElementsAre(3));
 }
 
 TEST(CommandLineTest, TakesTheNodesFromTheLineOrFromAFile) {
@@ -221,6 +224,10 @@ TEST(CommandLineTest, NamesOptionValueAndRule) {
   EXPECT_THAT(Refused({"solve", "p.json", "--step", "nan"}), HasSubstr("\"nan\" is not a number above 0"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step", "1e-3x"}), HasSubstr("\"1e-3x\""));
   EXPECT_THAT(Refused({"solve", "p.json", "--steps", "2.5"}), HasSubstr("\"2.5\" is not a whole number"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:0:1"}), HasSubstr("\"0\" is not a number above 0"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1"}), HasSubstr("the end of a range begin:step:end"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "2:1:1"}), HasSubstr("\"2:1:1\" is no range begin:step:end"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1e-9:1"}), HasSubstr("at most 10000000 steps"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0.5,,1"}), HasSubstr("\"\" is not a time"));
   EXPECT_THAT(Refused({"solve", "p.json", "--window", "wide"}), HasSubstr("\"wide\" is not auto, whole"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step", "1", "--steps", "3"}), HasSubstr("--step"));

@@ -85,11 +85,9 @@ TEST(ProblemFileTest, ReadsPolynomialsLowestDegreeFirst) {
 }
 
 TEST(ProblemFileTest, ReplacesSourcesByPieces) {
-  const auto file =
-      ParseProblem(Example({{"f", nullptr},
-                            {"g", nullptr},
-                            {"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
-                   "p.json");
+  const auto file = ParseProblem(
+      Example({{"f", nullptr}, {"g", nullptr}, {"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
+      "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   const v1::Problem& problem = file->problem;
   ASSERT_EQ(problem.f().pieces_size(), 2);
@@ -218,7 +216,20 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"ColumnAsList", Example({{"B", {1, 2}}}), {"B[0] is a number (1)", "[[1], [2]]"}},
         Broken{"EmptyMatrix", Example({{"M", nlohmann::json::array()}}), {"M is an empty list", "list of rows"}},
         Broken{"EmptyRow", Example({{"N", {nlohmann::json::array()}}}), {"N is a list of empty rows"}},
-        Broken{"TextInMatrix", Example({{"A", {{1, "x"}, {0, 1}}}}), {"A[0][1] is a string (\"x\"); must be a number"}},
+        Broken{"TextInSelector",
+               Example({{"selector", {{"C", {{"x"}}}, {"b", {1}}}}}),
+               {"selector.C[0][0] is a string (\"x\"); must be a number"}},
+        Broken{"NumberInQuotesInMatrix",
+               Example({{"A", {{1, "-1"}, {0, 1}}}}),
+               {"A[0][1] is a string (\"-1\"); must be a number; write it without quotes"}},
+        Broken{"NamesAreNoList", Example({{"states", "vC"}}), {"states is a string (\"vC\"); must be a list of names"}},
+        Broken{"NameOfAPairIsNoText", Example({{"pairs", {1}}}), {"pairs[0] is a number (1); must be text"}},
+        Broken{"ParametersAreNoObject",
+               Example({{"parameters", {314}}}),
+               {"parameters is a list (of 1); must be an object with a number for each name"}},
+        Broken{"ParameterIsText",
+               Example({{"parameters", {{"R", "1k"}}}}),
+               {"parameters.R is a string (\"1k\"); must be a number"}},
         Broken{"FormulaWithoutList", Example({{"f", "sin(t)"}}), {"f is a string (\"sin(t)\")", "list with a formula"}},
         Broken{"FormulaIsAList", Example({{"g", {{1}}}}), {"g[0] is a list (of 1)", "formula in t"}},
         Broken{"SamplesWithoutTimes", Example({{"f", {{"values", {{1, 2}}}}}}), {"\"times\" is missing", "f needs"}},
@@ -244,6 +255,37 @@ INSTANTIATE_TEST_SUITE_P(
                {"rule is \"smallest\"; must be one of auto, unique, least-element"}},
         Broken{"NameNotText", Example({{"name", 7}}), {"name is a number (7); must be text"}}),
     [](const testing::TestParamInfo<Broken>& broken) { return broken.param.name; });
+
+TEST(ProblemFileTest, ReadsNamesParametersAndFormulasInMatrices) {
+  const std::string text = Example({{"states", {"iL", "vC"}},
+                                    {"pairs", {"D1"}},
+                                    {"parameters", {{"R", 2}, {"omega", 314.5}}},
+                                    {"A", {{-1, "-1/R"}, {"R**2", -2}}},
+                                    {"N", {{"rows", 1}, {"columns", 2}, {"entries", {{0, 1, "R"}, {0, 0, 3}}}}}});
+  const auto file = ParseProblem(text, "p.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const v1::Problem& problem = file->problem;
+  EXPECT_THAT(problem.state_names(), ElementsAre("iL", "vC"));
+  EXPECT_THAT(problem.pair_names(), ElementsAre("D1"));
+  ASSERT_EQ(problem.parameters_size(), 2);
+  EXPECT_EQ(problem.parameters(1).name(), "omega");
+  EXPECT_EQ(problem.parameters(1).value(), 314.5);
+  ASSERT_EQ(problem.a().dense().formulas_size(), 2);
+  EXPECT_EQ(problem.a().dense().formulas(0).index(), 1);
+  EXPECT_EQ(problem.a().dense().formulas(0).formula(), "-1/R");
+  EXPECT_EQ(problem.a().dense().formulas(1).index(), 2);
+  EXPECT_THAT(problem.a().dense().values(), ElementsAre(-1, 0, 0, -2));
+  ASSERT_EQ(problem.n().sparse().formulas_size(), 1);
+  EXPECT_EQ(problem.n().sparse().formulas(0).index(), 0);
+  // The same problem when it is written as a file again.
+  const auto again = ParseProblem(ProblemJson(problem).dump(), "p.json");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->problem.SerializeAsString(), problem.SerializeAsString());
+}
+
+TEST(ProblemFileTest, NamesItsSchema) {
+  EXPECT_EQ(ErrorOf(Example({{"$schema", "../client/problem.schema.json"}})), "no error");
+}
 
 TEST(ProblemFileTest, NamesEveryMistakeAtOnceUpToTwenty) {
   nlohmann::json x0 = nlohmann::json::array();
@@ -288,6 +330,20 @@ TEST(NonlinearFileTest, ReadsFormulasTimesAndSplitting) {
   EXPECT_EQ(file->nonlinear->horizon(), 2);
   EXPECT_THAT(file->nonlinear->break_points(), ElementsAre(1));
   EXPECT_THAT(file->nonlinear->w().dense().values(), ElementsAre(0, 1, -1, 0));
+}
+
+TEST(NonlinearFileTest, ReadsNamesAndParameters) {
+  nlohmann::json root = nlohmann::json::parse(kNonlinear);
+  root.merge_patch({{"states", {"pos", "speed"}},
+                    {"pairs", {"stop"}},
+                    {"parameters", {{"k", 40}}},
+                    {"W", {{0, "k"}, {-1, 0}}}});
+  const auto file = ParseProblem(root.dump(), "n.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_THAT(file->nonlinear->state_names(), ElementsAre("pos", "speed"));
+  EXPECT_THAT(file->nonlinear->pair_names(), ElementsAre("stop"));
+  EXPECT_EQ(file->nonlinear->parameters(0).value(), 40);
+  EXPECT_EQ(file->nonlinear->w().dense().formulas(0).formula(), "k");
 }
 
 TEST(NonlinearFileTest, NamesWhatIsWrong) {

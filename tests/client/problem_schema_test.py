@@ -144,6 +144,22 @@ class ProblemSchemaTest(unittest.TestCase):
             with self.subTest(matrix=matrix):
                 self.assertFalse(passes({**EXAMPLE, "A": matrix}))
 
+    def test_names_parameters_and_formulas_in_matrices_pass(self):
+        names = {"states": ["iL"], "pairs": ["D1"], "parameters": {"R": 2.5}}
+        nonlinear = {"kind": "nonlinear", "f": ["iL*R"], "g": ["D1"], "x0": [1], "T": 1, "W": [["R"]]}
+        for matrix in ([["-1/R"]], {"rows": 1, "columns": 1, "entries": [[0, 0, "R"]]}):
+            with self.subTest(matrix=matrix):
+                self.assertTrue(passes({**EXAMPLE, **names, "A": matrix}))
+                self.assertFalse(passes({**EXAMPLE, "rule": "minimiser", "selector": {"C": matrix, "b": [0]}}))
+                self.assertFalse(passes({"M": matrix, "q": [1]}, LCP))
+        self.assertTrue(passes({**nonlinear, **names}, NONLINEAR))
+        self.assertTrue(passes([{"parameters": {"R": 1}}], MEMBERS))
+        for key, value in (("states", "iL"), ("states", ["1x"]), ("pairs", ["D 1"]), ("pairs", ["a", "a"]),
+                           ("parameters", [1]), ("parameters", {"R": "1k"}), ("parameters", {"2R": 1})):
+            with self.subTest(key=key, value=value):
+                self.assertFalse(passes({**EXAMPLE, key: value}))
+                self.assertFalse(passes({**nonlinear, key: value}, NONLINEAR))
+
     def test_every_required_key_is_required(self):
         for key in EXAMPLE:
             with self.subTest(key=key):
@@ -152,7 +168,7 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertFalse(passes(problem))
 
     def test_mistakes_do_not_pass(self):
-        for key, value in (("A", [1]), ("A", []), ("N", [["x"]]), ("x0", 1), ("T", "1"), ("T", 0), ("f", "t"),
+        for key, value in (("A", [1]), ("A", []), ("N", [[None]]), ("x0", 1), ("T", "1"), ("T", 0), ("f", "t"),
                            ("g", [[1]]), ("f", {"times": [0]}), ("pieces", []), ("pieces", [{"f": [1]}]),
                            ("rule", "least"), ("selector", {"C": [[1]]}), ("kind", "nonlinear"), ("breakpoints", [1]), ("name", 7)):
             with self.subTest(key=key, value=value):

@@ -160,7 +160,7 @@ TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
     return part;
   };
   std::istringstream lines(Printed([&](std::FILE* out) {
-    PrintCsvHeader(result.states, result.constraints, /*has_w=*/true, out);
+    PrintCsvHeader({}, result.states, result.constraints, /*has_w=*/true, out);
     for (const auto& [first, end] : {std::pair<std::size_t, std::size_t>(0, 2), {2, 2}, {2, 3}}) {
       PrintCsvLines(chunk(first, end), out);
     }
@@ -178,6 +178,23 @@ TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
                                               result.w_at(k)[0]));
   }
   EXPECT_FALSE(std::getline(lines, line));
+}
+
+SolveResult Named() {
+  SolveResult result = WithSwitchings();
+  result.names = {{"iL", "vC"}, {"D1"}};
+  return result;
+}
+
+TEST(ResultNamesTest, StandInEveryOutput) {
+  const std::string table = Printed([](std::FILE* out) { PrintTable("", Named(), 100, out); });
+  EXPECT_THAT(table, ::testing::ContainsRegex("t +iL +vC +D1 +w\\(D1\\)\n"));
+  EXPECT_THAT(table, ::testing::ContainsRegex("0\\.1 +break point +D1 +-"));
+  const std::string header = Printed([](std::FILE* out) { PrintCsvHeader(Named().names, 2, 1, /*has_w=*/true, out); });
+  EXPECT_EQ(header, "t,iL,vC,D1,w(D1)\n");
+  const auto root = nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("", Named(), out); }));
+  EXPECT_EQ(root["states"], nlohmann::json({"iL", "vC"}));
+  EXPECT_EQ(root["pairs"], nlohmann::json({"D1"}));
 }
 
 TEST(ResultTableTest, HasWBesideY) {

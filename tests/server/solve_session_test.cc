@@ -22,6 +22,7 @@ namespace dlcs {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 
@@ -74,6 +75,35 @@ TEST(SolveSessionTest, NamesEveryViolationOfProblemAndOptions) {
   const auto prepared = PrepareSolve(request, SessionLimits());
   EXPECT_EQ(prepared.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(Fields(prepared.status()), IsSupersetOf({"A[0][0]", "T", "theta"}));
+}
+
+TEST(SolveSessionTest, PutsNamesBehindWhatTheyName) {
+  v1::SolveRequest request = testing::SwitchingRequest(10);
+  request.mutable_problem()->add_state_names("vC");
+  request.mutable_problem()->add_pair_names("D1");
+  Collector sink;
+  ASSERT_TRUE(RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), sink).ok());
+  int analyses = 0;
+  for (const v1::SolveEvent& event : sink.events) {
+    if (!event.has_analysis()) continue;
+    ++analyses;
+    EXPECT_THAT(event.analysis().state_names(), ElementsAre("vC"));
+    EXPECT_THAT(event.analysis().pair_names(), ElementsAre("D1"));
+  }
+  EXPECT_EQ(analyses, 1);
+  request.mutable_problem()->mutable_m()->mutable_dense()->set_values(0, NAN);
+  request.mutable_problem()->mutable_x0()->Set(0, NAN);
+  EXPECT_THAT(Fields(PrepareSolve(request, SessionLimits()).status()),
+              IsSupersetOf({"M[0][0] (D1, D1)", "x0[0] (vC)"}));
+  // 0 <= y, x - 2 + 0 y >= 0 with x(0) = 1: the state would have to jump.
+  *request.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {0});
+  request.mutable_problem()->mutable_x0()->Set(0, 1);
+  request.mutable_problem()->mutable_g()->mutable_pieces(0)->mutable_formulas()->set_formulas(0, "-2");
+  request.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_MARCH);
+  Collector jump;
+  ASSERT_TRUE(RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), jump).ok());
+  EXPECT_EQ(jump.events.back().summary().termination(), v1::INCONSISTENT_STATE);
+  EXPECT_THAT(jump.events.back().summary().message(), HasSubstr("(N x + g)[0] (D1)"));
 }
 
 TEST(SolveSessionTest, NamesTheRuleThatTheMatrixDoesNotAdmit) {
