@@ -41,6 +41,16 @@ struct Certificate {
   double ode_scale = std::numeric_limits<double>::quiet_NaN();
   // The largest ‖x‖_∞.
   double x_scale = std::numeric_limits<double>::quiet_NaN();
+
+  // Row by row, each in its own size: units do not matter. NaN where states are not kept, or a method does not measure them.
+  // max over pairs of |min(y_i / size of y_i, w_i / size of w_i)|; sizes are the largest |y_i|, and the largest sum of absolute
+  // values that w_i is summed from, over the solve.
+  double node_residual_of_rows = std::numeric_limits<double>::quiet_NaN();
+  double midpoint_residual_of_rows = std::numeric_limits<double>::quiet_NaN();
+  // max over states and nodes of |x_i(t) - x_i(0) - ∫ (A x + B y + f)_i| / max |x_i|, jumps left out, the integral by Simpson's
+  // rule on each step: independent of how the steps were made. Of the states that the steps resolve: fast ones, and those
+  // that follow others at once, are left out.
+  double drift_of_rows = std::numeric_limits<double>::quiet_NaN();
 };
 
 // How the error of a trajectory was found.

@@ -2,6 +2,8 @@
 
 #include "core/methods/certificate.h"
 
+#include <cmath>
+
 #include "core/linalg/norms.h"
 #include "core/linalg/pair_norms.h"
 
@@ -11,6 +13,21 @@ namespace {
 void AddTerm(const Matrix& coefficient, const Eigen::Ref<const Matrix>& values, Matrix& sum) {
   if (coefficient.size() > 0) sum.noalias() += coefficient * values;
 }
+
+// Raises each residual of a row to the largest |min(y / y_size, w / w_size)| over the columns.
+void RaiseRowResiduals(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
+                       const CertificateRows& rows, Vector& residual) {
+  const auto inverse = [](double size) { return size > 0 ? 1 / size : size == 0 ? 0 : size; };
+  const Vector of_y = rows.y_size.unaryExpr(inverse), of_w = rows.w_size.unaryExpr(inverse);
+  for (Index j = 0; j < y.cols(); ++j) {
+    for (Index i = 0; i < y.rows(); ++i) {
+      const double a = y(i, j) * of_y[i], b = w(i, j) * of_w[i];
+      residual[i] = NanMax(residual[i], std::abs(a < b || std::isnan(a) ? a : b));
+    }
+  }
+}
+
+double LargestOf(const Vector& values) { return values.size() > 0 ? values.maxCoeff<Eigen::PropagateNaN>() : 0; }
 
 }  // namespace
 
@@ -49,6 +66,49 @@ void CertificateBuilder::AddStates(const Eigen::Ref<const Matrix>& x, const Eige
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 
+void CertificateBuilder::RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& y,
+                                    const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g) {
+  CertificateRows& rows = rows_;
+  if (rows.x_size.size() == 0) {
+    const Index m = x.rows(), n = y.rows();
+    for (Vector* of_states : {&rows.x_size, &rows.f_size, &rows.drift, &rows.largest_drift}) of_states->setZero(m);
+    for (Vector* of_pairs : {&rows.y_size, &rows.w_size, &rows.g_size, &rows.node_residual, &rows.midpoint_residual})
+      of_pairs->setZero(n);
+  }
+  const Vector y_before = rows.y_size, w_before = rows.w_size;
+  RaiseRowMaxAbs(x, rows.x_size);
+  RaiseRowMaxAbs(y, rows.y_size);
+  RaiseRowMaxAbs(f, rows.f_size);
+  RaiseRowMaxAbs(g, rows.g_size);
+  rows.w_size = problem_.N.AbsTimes(rows.x_size) + problem_.M.AbsTimes(rows.y_size) + rows.g_size;
+  // In larger sizes the earlier residuals are smaller by one of the two quotients at least.
+  for (Index i = 0; i < rows.y_size.size(); ++i) {
+    if (!(rows.node_residual[i] > 0 || rows.midpoint_residual[i] > 0)) continue;
+    const double of_y = rows.y_size[i] > 0 ? y_before[i] / rows.y_size[i] : 1;
+    const double of_w = rows.w_size[i] > 0 ? w_before[i] / rows.w_size[i] : 1;
+    rows.node_residual[i] *= NanMax(of_y, of_w);
+    rows.midpoint_residual[i] *= NanMax(of_y, of_w);
+  }
+}
+
+void CertificateBuilder::AddDrift(const Matrix& increments, double step) {
+  constexpr double kResolved = 0.5;
+  CertificateRows& rows = rows_;
+  const Vector slope = problem_.A.AbsTimes(rows.x_size) + problem_.B.AbsTimes(rows.y_size) + rows.f_size;
+  for (Index j = 0; j < increments.cols(); ++j) {
+    for (Index i = 0; i < increments.rows(); ++i) {
+      if (step * slope[i] > kResolved * rows.x_size[i]) continue;
+      rows.drift[i] += increments(i, j);
+      rows.largest_drift[i] = NanMax(rows.largest_drift[i], std::abs(rows.drift[i]));
+    }
+  }
+  Certificate& c = certificate_;
+  c.drift_of_rows = 0;
+  for (Index i = 0; i < rows.drift.size(); ++i) {
+    if (rows.x_size[i] != 0) c.drift_of_rows = NanMax(c.drift_of_rows, rows.largest_drift[i] / rows.x_size[i]);
+  }
+}
+
 void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, const Scheme& scheme,
                              Index begin, Index end) {
   const Index steps = end - begin;
@@ -62,32 +122,46 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
   const Index nodes = steps + 1 - first;
   AddNodes(y.rightCols(nodes), w.rightCols(nodes));
 
-  Matrix slope = f;
-  slope.noalias() += problem_.A * x;
-  slope.noalias() += problem_.B * y;
-  AddStates(x, slope);
+  RaiseSizes(x, y, f, segment.g.middleCols(begin, steps + 1));
+  RaiseRowResiduals(y.rightCols(nodes), w.rightCols(nodes), rows_, rows_.node_residual);
 
-  Matrix y_mid = y.rightCols(steps);
-  if (scheme.y_is_linear) y_mid = (y_mid + y.leftCols(steps)) / 2;
-  Matrix x_mid, defect;
+  Matrix of_state = f;
+  of_state.noalias() += problem_.A * x;
+  const Matrix By = problem_.B * y;
+  AddStates(x, of_state + By);
+
+  Matrix y_mid = y.rightCols(steps), By_mid = By.rightCols(steps);
+  if (scheme.y_is_linear) {
+    y_mid = (y_mid + y.leftCols(steps)) / 2;
+    By_mid = (By_mid + By.leftCols(steps)) / 2;
+  }
+  Matrix x_mid;
   if (scheme.x_is_linear) {
     x_mid = (x.leftCols(steps) + x.rightCols(steps)) / 2;
-    defect = (x.rightCols(steps) - x.leftCols(steps)) / segment.step - f_mid;
-    defect.noalias() -= problem_.A * x_mid;
-    defect.noalias() -= problem_.B * y_mid;
   } else {
     x_mid.noalias() = scheme.mid_state * x.leftCols(steps);
     AddTerm(scheme.mid_y_before, y.leftCols(steps), x_mid);
     AddTerm(scheme.mid_y_after, y.rightCols(steps), x_mid);
     AddTerm(scheme.mid_f_before, f.leftCols(steps), x_mid);
     AddTerm(scheme.mid_f_after, f.rightCols(steps), x_mid);
-    // x solves the differential equation with the interpolated f: what is left is the interpolation.
-    defect = (f.leftCols(steps) + f.rightCols(steps)) / 2 - f_mid;
   }
+  Matrix of_state_mid = f_mid;
+  of_state_mid.noalias() += problem_.A * x_mid;
+  const Matrix change = x.rightCols(steps) - x.leftCols(steps);
+  // Where x solves the differential equation with the interpolated f, what is left of it is the interpolation.
+  const double defect = scheme.x_is_linear ? MaxAbs(change / segment.step - of_state_mid - By_mid)
+                                           : MaxAbs((f.leftCols(steps) + f.rightCols(steps)) / 2 - f_mid);
+  AddDrift(change - segment.step / 6 * (of_state.leftCols(steps) + 4 * of_state_mid + of_state.rightCols(steps)) -
+               segment.step * By_mid,
+           segment.step);
+
   Matrix w_mid = segment.g_mid.middleCols(begin, steps);
   w_mid.noalias() += problem_.N * x_mid;
   w_mid.noalias() += problem_.M * y_mid;
-  AddMidpoints(y_mid, w_mid, MaxAbs(defect));
+  AddMidpoints(y_mid, w_mid, defect);
+  RaiseRowResiduals(y_mid, w_mid, rows_, rows_.midpoint_residual);
+  certificate_.node_residual_of_rows = LargestOf(rows_.node_residual);
+  certificate_.midpoint_residual_of_rows = LargestOf(rows_.midpoint_residual);
 }
 
 }  // namespace dlcs

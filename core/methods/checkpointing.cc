@@ -31,7 +31,11 @@ std::vector<Index> Fingerprint(const SolveContext& context) {
 
 void CarryFields(StateArchive& state, Certificate& c) {
   state(c.node_residual, c.midpoint_residual, c.node_complementarity, c.midpoint_complementarity, c.ode_defect,
-        c.lcp_scale, c.ode_scale, c.x_scale);
+        c.lcp_scale, c.ode_scale, c.x_scale, c.node_residual_of_rows, c.midpoint_residual_of_rows, c.drift_of_rows);
+}
+void CarryFields(StateArchive& state, CertificateRows& rows) {
+  state(rows.x_size, rows.y_size, rows.w_size, rows.f_size, rows.g_size, rows.node_residual, rows.midpoint_residual,
+        rows.drift, rows.largest_drift);
 }
 void CarryFields(StateArchive& state, Cost& c) {
   state(c.steps, c.windows, c.iterations, c.lcps, c.marched_steps, c.newton_iterations, c.most_newton_iterations,
@@ -51,12 +55,13 @@ namespace {
 void CarryContext(StateArchive& state, SolveContext& context) {
   Solution& solution = context.solution;
   Certificate certificate = context.certificate.certificate();
+  CertificateRows rows = context.certificate.rows();
   Index recorded = context.recorder.recorded();
   bool has_steps = !context.certificate.empty();
-  state(certificate, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
+  state(certificate, rows, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
         solution.dense_output, solution.kernel, context.first_impulse);
   if (!state.reads()) return;
-  if (has_steps) context.certificate.GoOnFrom(certificate);
+  if (has_steps) context.certificate.GoOnFrom(certificate, rows);
   context.recorder.GoOnFrom(recorded);
 }
 
