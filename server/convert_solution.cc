@@ -10,7 +10,7 @@ namespace dlcs {
 namespace {
 
 // A summary is one message.
-constexpr int kMostSwitchingTimes = 10000;
+constexpr int kMostListedSwitchings = 10000;
 constexpr Index kMostErrors = 10000;
 
 v1::Certificate ToProto(const Certificate& certificate) {
@@ -260,7 +260,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
   if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
   result.set_switchings(static_cast<Index>(solution.switching_times.size()));
   for (const SwitchingTime& switching : solution.switching_times) {
-    if (result.switching_times_size() == kMostSwitchingTimes) break;
+    if (result.switching_times_size() == kMostListedSwitchings) break;
     *result.add_switching_times() = ToProto(switching);
   }
   *result.mutable_realisation() = ToProto(solution.realisation);
