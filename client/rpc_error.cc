@@ -43,8 +43,20 @@ std::string WhenToRetry(const Details& details, const std::string& said) {
   return fmt::format(" Try again in {:.3g} s.", seconds);
 }
 
+// Nobody answers at `address`; gRPC says `said` of it.
+std::string NoAnswer(const std::string& address, const std::string& said) {
+  const std::string host = address.substr(0, address.rfind(':'));
+  const bool no_name = said.find("DNS resolution failed") != std::string::npos || said.find("ares") != std::string::npos;
+  if (no_name) {
+    return fmt::format("no machine called \"{}\" is known (DNS has no address for it). Check the spelling of HOST in --server", host);
+  }
+  const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
+  return fmt::format("no server answers at {} ({}). Check host and port{}", address, said,
+                     here ? ", or start one with: dlcsd --listen " + address : ", and that a dlcsd runs there");
+}
+
 std::string Describe(const grpc::Status& status, const Details& details, const std::string& address) {
-  const bool ours = details.error_info && details.error_info->domain() == "dlcs";
+  const bool ours = details.error_info.has_value();
   const std::string& said = status.error_message();
   switch (status.error_code()) {
     case grpc::StatusCode::INVALID_ARGUMENT:
@@ -54,9 +66,7 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
       if (ours)
         return fmt::format("the server at {} cannot take the call: {}{}", address, said,
                            WhenToRetry(details, said));
-      return fmt::format(
-          "no server answers at {} ({}). Check host and port, or start one with: dlcsd --listen {}", address,
-          said, address);
+      return NoAnswer(address, said);
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
       return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details, said));
     case grpc::StatusCode::DEADLINE_EXCEEDED:

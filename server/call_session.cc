@@ -48,7 +48,7 @@ v1::SolveDcpResponse MakeResponse(const DcpCertificate& certificate, const Fact&
 
 absl::StatusOr<v1::SolveDcpResponse> Measure(const DcpProblem& problem, const PiecewiseLinearPath& v) {
   const absl::StatusOr<DcpCertificate> certificate = CheckDcpSolution(problem, v);
-  if (!certificate.ok()) return FromEngine(certificate.status());
+  if (!certificate.ok()) return FromEngine(certificate.status(), "");
   return MakeResponse(*certificate, TestDcpUniqueness(problem.M));
 }
 
@@ -61,7 +61,7 @@ absl::StatusOr<v1::SolveDcpResponse> Step(const DcpProblem& problem, double max_
     if (absl::Status limit = CheckDcpSize(problem, max_step, limits); !limit.ok()) return limit;
   }
   const absl::StatusOr<DcpSolution> solution = SolveDcp(problem, max_step, std::move(stop));
-  if (!solution.ok()) return FromEngine(solution.status());
+  if (!solution.ok()) return FromEngine(solution.status(), "");
   v1::SolveDcpResponse response = MakeResponse(solution->certificate, solution->unique);
   response.set_solved(solution->solved);
   response.set_message(solution->message);
@@ -80,10 +80,10 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
   how.rule = RuleFromProto(request.rule(), violations);
   if (request.has_selector()) how.selector = SelectorFromProto(request.selector(), ShapeOf(request.m()).rows, violations);
   how.all_basic_solutions = request.all_basic_solutions();
-  if (!violations.empty()) return InvalidRequest(violations);
+  if (!violations.empty()) return InvalidRequest(InRequest(violations, ""));
   const Vector q = Eigen::Map<const Vector>(request.q().data(), request.q_size());
   const absl::StatusOr<LcpResult> result = SolveLcp(M, q, how, stop);
-  if (!result.ok()) return FromEngine(result.status());
+  if (!result.ok()) return FromEngine(result.status(), "");
   return ToProto(*result);
 }
 
@@ -93,11 +93,11 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
   std::vector<Violation> violations;
   DcpProblem problem;
   problem.M = MatrixFromProto(request.m(), "M", violations);
-  if (!violations.empty()) return InvalidRequest(violations);
+  if (!violations.empty()) return InvalidRequest(InRequest(violations, ""));
   problem.q = PathFromProto(request.q(), problem.M.rows(), "q", violations);
   PiecewiseLinearPath check;
   if (request.has_check()) check = PathFromProto(request.check(), problem.M.rows(), "check", violations);
-  if (!violations.empty()) return InvalidRequest(violations);
+  if (!violations.empty()) return InvalidRequest(InRequest(violations, ""));
   if (request.has_check()) return Measure(problem, check);
   return Step(problem, request.max_step(), limits, std::move(stop));
 }
@@ -109,10 +109,13 @@ absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemR
     const absl::StatusOr<v1::AnalyzeProblemRequest> whole = WithProblem(request, find);
     return whole.ok() ? RunAnalysis(*whole, limits, std::move(stop)) : whole.status();
   }
+  if (!request.has_problem()) {
+    return InvalidRequest({{"problem", "is not set; one of problem and problem_name must be"}});
+  }
   const absl::StatusOr<SoundSystem> read = ReadSound(request.problem(), request.options(), limits);
   if (!read.ok()) return read.status();
   absl::StatusOr<Analysis> analysis = Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
-  if (!analysis.ok()) return FromEngine(analysis.status());
+  if (!analysis.ok()) return FromEngine(analysis.status(), "problem");
   // The bound of this server is not part of how the problem is to be solved.
   const double asked = request.options().max_memory_bytes();
   analysis->recommendation.options.max_memory = asked > 0 ? asked : Options().max_memory;

@@ -77,7 +77,9 @@ std::optional<jobs::JobState> FromProto(v1::JobState state) {
 
 v1::SolveJob ToProto(const jobs::Job& job) {
   v1::SolveJob result;
+  result.ParseFromString(job.about);  // nothing, of a job from before that was kept
   result.set_name(JobName(job.id));
+  result.set_owner(job.owner);
   result.set_state(ToProto(job.state));
   result.set_request_id(job.request_id);
   result.set_priority(job.priority);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fmt/format.h"
+#include "grpc/health/v1/health.pb.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/health_check_service_interface.h"
 #include "grpcpp/impl/server_builder_option.h"
@@ -25,11 +26,12 @@ namespace {
 using std::chrono::milliseconds;
 
 // Both are process-wide and wanted before the first ServerBuilder. A static object that registers reflection
-// would be lost to the linker's --as-needed.
+// would be lost to the linker's --as-needed; so would the description of the health service, which nothing else here names.
 void InitializePlugins() {
   static const bool once = [] {
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    static_cast<void>(grpc::health::v1::HealthCheckRequest::descriptor());
     return true;
   }();
   static_cast<void>(once);

@@ -95,7 +95,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   const SoundEnsemble& ensemble = prepared.ensemble;
   const absl::Status status =
       SolveEnsemble(ensemble.base, ensemble.members, ensemble.options, finished, stop, setups, may_begin);
-  if (!status.ok()) return FromEngine(status);
+  if (!status.ok()) return FromEngine(status, "problem");
 
   const auto members = static_cast<std::int64_t>(ensemble.members.size());
   summary.set_not_begun(members - summary.solved() - summary.reached() - summary.failed() - summary.stopped());

@@ -11,7 +11,7 @@ namespace dlcs {
 namespace {
 
 constexpr char kTypeUrlPrefix[] = "type.googleapis.com/";
-constexpr char kErrorDomain[] = "dlcs";
+constexpr char kErrorDomain[] = "dlcs.v1";
 
 template <typename Detail>
 std::string TypeUrl() {
@@ -28,6 +28,40 @@ google::rpc::ErrorInfo MakeErrorInfo(const std::string& reason) {
   info.set_reason(reason);
   info.set_domain(kErrorDomain);
   return info;
+}
+
+// Of errors that were made without one: there is one cause of each code, or the text has the rest.
+const char* ReasonOf(absl::StatusCode code) {
+  switch (code) {
+    case absl::StatusCode::kInvalidArgument:
+      return "INVALID_REQUEST";
+    case absl::StatusCode::kNotFound:
+      return "NO_SUCH_RESOURCE";
+    case absl::StatusCode::kAlreadyExists:
+      return "REQUEST_ID_REUSED";
+    case absl::StatusCode::kFailedPrecondition:
+      return "STATE_FORBIDS";
+    case absl::StatusCode::kOutOfRange:
+      return "NO_SUCH_EVENT";
+    case absl::StatusCode::kResourceExhausted:
+      return "LIMIT_EXCEEDED";
+    case absl::StatusCode::kUnavailable:
+      return "STORE_UNAVAILABLE";
+    case absl::StatusCode::kDataLoss:
+      return "STORE_DAMAGED";
+    case absl::StatusCode::kUnauthenticated:
+      return "UNKNOWN_CALLER";
+    case absl::StatusCode::kPermissionDenied:
+      return "MISSING_RIGHT";
+    case absl::StatusCode::kUnimplemented:
+      return "NOT_OFFERED";
+    case absl::StatusCode::kCancelled:
+      return "CANCELLED";
+    case absl::StatusCode::kDeadlineExceeded:
+      return "DEADLINE_EXCEEDED";
+    default:
+      return "INTERNAL_ERROR";
+  }
 }
 
 }  // namespace
@@ -114,8 +148,8 @@ absl::Status ShuttingDown() {
 }
 
 absl::Status ForCallers(absl::Status status) {
-  if (absl::IsUnavailable(status) && !status.GetPayload(TypeUrl<google::rpc::ErrorInfo>())) {
-    Attach(MakeErrorInfo("STORE_UNAVAILABLE"), status);
+  if (!status.ok() && !status.GetPayload(TypeUrl<google::rpc::ErrorInfo>())) {
+    Attach(MakeErrorInfo(ReasonOf(status.code())), status);
   }
   return status;
 }

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <vector>
@@ -181,8 +183,17 @@ std::string WhatIsWrongWithWholeNumber(const std::string& text) {
   std::int64_t number = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && rest == end ? ""
-                                             : fmt::format("{} is not a whole number between -2^63 and 2^63", text);
+  if (error == std::errc() && rest == end) return "";
+  if (error == std::errc::result_out_of_range) return fmt::format("{} is too large a number", text);
+  return fmt::format("\"{}\" is not a whole number; write digits alone, as in 4", text);
+}
+
+// Why the file of --config cannot be read.
+std::string WhyUnreadable(const std::string& path) {
+  std::FILE* const file = std::fopen(path.c_str(), "r");
+  const int error = file == nullptr ? errno : EISDIR;  // a folder opens, and then cannot be read
+  if (file != nullptr) std::fclose(file);
+  return fmt::format("--config {}: {}; give the path of a file with a setting a line", path, std::strerror(error));
 }
 
 // Help without a remark at every flag on the variable that it has: the rule is in the footer.
@@ -342,7 +353,7 @@ class CommandLine {
       case CLI::ExitCodes::ExtrasError:
         return NoSuchFlag(app_.remaining().front(), KeysOf(app_));
       case CLI::ExitCodes::FileError:
-        return fmt::format("--config {}: cannot be read", app_.get_config_ptr()->as<std::string>());
+        return WhyUnreadable(app_.get_config_ptr()->as<std::string>());
       case CLI::ExitCodes::ConversionError:
         if (const CLI::Option* const option = NamedIn(error.what())) {
           return fmt::format("--{} {}: must be {}", option->get_single_name(), fmt::join(option->results(), " "),

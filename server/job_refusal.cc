@@ -37,6 +37,9 @@ std::string InWords(const jobs::Refusal& refusal) {
 absl::Status WithDetails(const absl::Status& status) {
   const std::optional<jobs::Refusal> refusal = jobs::RefusalOf(status);
   if (!refusal) return status;
+  if (refusal->limit == "deadline" && refusal->value <= 0) {
+    return InvalidRequest({{"deadline", fmt::format("passed {:.3g} s ago; must be in the future", -refusal->value)}});
+  }
   std::optional<std::chrono::milliseconds> retry_after;
   if (refusal->retry_after) {
     retry_after = std::chrono::duration_cast<std::chrono::milliseconds>(*refusal->retry_after);

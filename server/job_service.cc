@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "fmt/format.h"
 #include "proto/content_hash.h"
 #include "proto/matrix_shape.h"
+#include "proto/shortened.h"
 #include "server/convert_job.h"
 #include "server/errors.h"
 #include "server/job_limits.h"
@@ -27,6 +29,7 @@ namespace {
 // What waits is short: a read or a commit. The longest is a page of a trajectory.
 constexpr int kWorkers = 4;
 constexpr std::size_t kMaxRequestIdBytes = 128;
+constexpr std::size_t kMaxTitleBytes = 200;
 
 absl::Status Check(const v1::CreateSolveJobRequest& request) {
   std::vector<Violation> violations;
@@ -34,11 +37,55 @@ absl::Status Check(const v1::CreateSolveJobRequest& request) {
     violations.push_back(
         {"request_id", fmt::format("has {} bytes; at most {}", request.request_id().size(), kMaxRequestIdBytes)});
   }
+  if (request.title().size() > kMaxTitleBytes) {
+    violations.push_back({"title", fmt::format("has {} bytes; at most {}", request.title().size(), kMaxTitleBytes)});
+  }
   if (std::abs(std::int64_t{request.priority()}) > kMaxPriority) {
     violations.push_back(
         {"priority", fmt::format("{}: must be between -{} and {}", request.priority(), kMaxPriority, kMaxPriority)});
   }
   return violations.empty() ? absl::OkStatus() : InvalidRequest(violations);
+}
+
+// What is told of a job without its body: fields of SolveJob. `uploaded` is the problem that the request names, if it
+// names one.
+std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v1::StoredProblem>& uploaded) {
+  const v1::SolveRequest& request = create.solve();
+  v1::SolveJob about;
+  about.set_title(create.title());
+  if (uploaded) {
+    if (about.title().empty()) about.set_title(Shortened(uploaded->title(), kMaxTitleBytes));
+    about.set_states(uploaded->states());
+    about.set_constraints(uploaded->constraints());
+    about.set_horizon(uploaded->horizon());
+    about.set_nonlinear(uploaded->nonlinear());
+  } else if (request.has_nonlinear()) {
+    about.set_states(request.nonlinear().x0_size());
+    about.set_constraints(request.nonlinear().g_size());
+    about.set_horizon(request.nonlinear().horizon());
+    about.set_nonlinear(true);
+  } else {
+    about.set_states(request.problem().x0_size());
+    about.set_constraints(ShapeOf(request.problem().m()).rows);
+    about.set_horizon(request.problem().horizon());
+  }
+  if (request.changes().has_horizon()) about.set_horizon(request.changes().horizon());
+  *about.mutable_options() = request.options();
+  about.mutable_options()->clear_grid_times();
+  about.mutable_options()->clear_output_times();
+  return about.SerializeAsString();
+}
+
+// What is wrong with the solve of a request to create a job, by its path in that request.
+absl::Status InCreateRequest(const absl::Status& status) {
+  std::vector<Violation> violations = ViolationsOf(status);
+  if (violations.empty()) return status;
+  for (Violation& violation : violations) {
+    const std::string name = violation.field.substr(0, violation.field.find_first_of(".["));
+    if (v1::SolveRequest::descriptor()->FindFieldByName(name) == nullptr || name == "request_id") continue;
+    violation.field = "solve." + violation.field;
+  }
+  return InvalidRequest(violations);
 }
 
 // When the job of a solve is to end, so that what it has found still arrives before the deadline of the call; absent where that
@@ -84,12 +131,18 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
   submission.priority = request.priority();
   v1::SolveRequest& solve = *request.mutable_solve();
   solve.clear_request_id();
-  submission.body = solve.SerializeAsString();
+  std::optional<v1::StoredProblem> uploaded;
   if (solve.has_problem_name()) {
-    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(solve.problem_name(), "solve.problem_name");
+    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(solve.problem_name(), "problem_name");
     if (!problem.ok()) return problem.status();
     submission.problem = *problem;
+    v1::GetProblemRequest named;
+    named.set_name(solve.problem_name());
+    absl::StatusOr<v1::StoredProblem> found = library_.Get(caller.user, named);
+    if (found.ok()) uploaded = *std::move(found);  // what is not there is refused by the store, with the job
   }
+  submission.about = About(request, uploaded);
+  submission.body = solve.SerializeAsString();
   if (request.has_deadline()) submission.deadline = FromProto(request.deadline());
   if (request.validate_only()) {
     const absl::StatusOr<jobs::Demand> demand = manager_.Check(submission);
@@ -158,10 +211,13 @@ absl::StatusOr<v1::DeleteSolveJobResponse> JobService::Delete(const Caller& call
 
 grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(environment_, *context, "create job", *response,
-                Audited("CreateSolveJob", *request, [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) {
-                  return Create(caller, *request, trace_id);
-                }));
+  return Answer(
+      environment_, *context, "create job", *response,
+      Audited("CreateSolveJob", *request,
+              [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) -> absl::StatusOr<v1::SolveJob> {
+                absl::StatusOr<v1::SolveJob> job = Create(caller, *request, trace_id);
+                return job.ok() ? job : InCreateRequest(job.status());
+              }));
 }
 
 grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext* context,

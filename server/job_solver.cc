@@ -98,9 +98,11 @@ class RunObserver final : public Observer {
       window.end = count > 0 ? chunk.times(static_cast<int>(count) - 1) : time;
       window.trajectory = chunk.SerializeAsString();
       if (is_last) window.state = state;
-      window.progress = std::clamp((is_last ? time : window.end) / horizon_, 0.0, 1.0);
+      // Where only some times are kept, the solve is further than the last of them. What is told never goes back.
+      reached_ = std::max(reached_, is_last ? time : window.end);
+      window.progress = std::clamp(reached_ / horizon_, 0.0, 1.0);
       v1::JobEvent event;
-      event.mutable_checkpointed()->set_time(window.end);
+      event.mutable_checkpointed()->set_time(reached_);
       event.mutable_checkpointed()->set_times(stored_);
       event.mutable_checkpointed()->set_progress(window.progress);
       window.event = event.SerializeAsString();
@@ -136,6 +138,7 @@ class RunObserver final : public Observer {
   const double horizon_;
   const ComponentNames& names_;
   Index stored_;
+  double reached_ = 0;  // in the time of the problem
   const bool resumed_;
   const std::chrono::milliseconds checkpoint_every_;
   steady_clock::time_point last_checkpoint_ = steady_clock::now();
@@ -219,7 +222,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   } else {
     solution = SolveNonlinear(std::get<NonlinearProblem>(prepared->system), prepared->options, observer, run.stop());
   }
-  if (!solution.ok()) return {FromEngine(solution.status()), ""};
+  if (!solution.ok()) return {FromEngine(solution.status(), prepared->system), ""};
   AddNames(prepared->names, *solution);
   spdlog::debug("job {}: {} events told in {:.1f} ms of {:.1f} ms", run.id(), observer.num_told(),
                 1e3 * observer.seconds_telling(), 1e3 * solution->cost.seconds_total);

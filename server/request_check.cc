@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,37 @@ std::vector<Violation> AllViolations(const System& problem, const Options& optio
     violations.push_back({WireOptionName(violation.field), std::move(violation.description)});
   }
   return violations;
+}
+
+// Fields of requests that hold the problem.
+constexpr const char* kLinear = "problem";
+constexpr const char* kNonlinear = "nonlinear";
+
+// The engine's name of a field of a problem, as the contract has it: matrices have capital letters in formulas and small ones there.
+std::string WireProblemName(const std::string& name) {
+  if (name == "T") return "horizon";
+  const bool matrix = name.size() == 1 && name[0] >= 'A' && name[0] <= 'Z';
+  return matrix ? std::string(1, static_cast<char>(name[0] - 'A' + 'a')) : name;
+}
+
+bool IsOption(const std::string& name) {
+  const auto& options = *v1::SolveOptions::descriptor();
+  return options.FindFieldByName(name) != nullptr || options.FindOneofByName(name) != nullptr;
+}
+
+// As InRequest() says, of one field.
+std::string PathOf(const std::string& field, const std::string& system) {
+  constexpr std::string_view kMembers = "members[";
+  if (field.starts_with(kMembers)) {
+    const std::size_t end = field.find("].");
+    if (end == std::string::npos) return field;
+    return field.substr(0, end + 2) + PathOf(field.substr(end + 2), "");
+  }
+  const std::size_t end = std::min(field.find_first_of(".[:"), field.size());
+  const std::string name = field.substr(0, end);
+  if (!system.empty() && IsOption(name)) return "options." + field;
+  if (field.starts_with("selector.C")) return (system.empty() ? "" : system + ".") + "selector.c" + field.substr(10);
+  return (system.empty() ? "" : system + ".") + WireProblemName(name) + field.substr(end);
 }
 
 // The declared shapes against the limits, before anything is read: a sparse matrix of a few bytes may name
@@ -90,13 +122,13 @@ Options Within(const SessionLimits& limits, Options options) {
 }
 
 template <typename System>
-absl::StatusOr<SoundSystem> Checked(System problem, const v1::SolveOptions& wire_options,
+absl::StatusOr<SoundSystem> Checked(System problem, const char* field, const v1::SolveOptions& wire_options,
                                     std::vector<Violation> violations, const SessionLimits& limits,
                                     ComponentNames names) {
   Options options = OptionsFromProto(wire_options, violations);
   if (violations.empty()) violations = AllViolations(problem, options);
   AddNames(names, violations);
-  if (!violations.empty()) return InvalidRequest(violations);
+  if (!violations.empty()) return InvalidRequest(InRequest(violations, field));
   return SoundSystem{std::move(problem), Within(limits, std::move(options)), std::move(names)};
 }
 
@@ -127,7 +159,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::Solv
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   Problem read = ProblemFromProto(problem, violations);
-  return Checked(std::move(read), options, std::move(violations), limits, NamesOf(problem));
+  return Checked(std::move(read), kLinear, options, std::move(violations), limits, NamesOf(problem));
 }
 
 absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
@@ -135,7 +167,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   NonlinearProblem read = NonlinearProblemFromProto(problem, violations);
-  return Checked(std::move(read), options, std::move(violations), limits, NamesOf(problem));
+  return Checked(std::move(read), kNonlinear, options, std::move(violations), limits, NamesOf(problem));
 }
 
 absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
@@ -154,12 +186,12 @@ absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request,
         MemberFromProto(request.members(k), request.problem(), fmt::format("members[{}]", k), violations));
   }
   AddNames(read.names, violations);
-  if (!violations.empty()) return InvalidRequest(violations);
+  if (!violations.empty()) return InvalidRequest(InRequest(violations, kLinear));
 
   violations = Validate(read.base, read.members, read.options);
   for (Violation& violation : violations) violation.field = WireOptionName(violation.field);
   AddNames(read.names, violations);
-  if (!violations.empty()) return InvalidRequest(violations);
+  if (!violations.empty()) return InvalidRequest(InRequest(violations, kLinear));
   read.options = Within(limits, std::move(read.options));
   return read;
 }
@@ -183,7 +215,16 @@ absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, Nonlin
   return static_cast<std::int64_t>(std::min(bytes, 9e18));
 }
 
-absl::Status FromEngine(const absl::Status& status) {
+std::vector<Violation> InRequest(std::vector<Violation> violations, const std::string& system) {
+  for (Violation& violation : violations) violation.field = PathOf(violation.field, system);
+  return violations;
+}
+
+absl::Status FromEngine(const absl::Status& status, const std::variant<Problem, NonlinearProblem>& system) {
+  return FromEngine(status, std::holds_alternative<Problem>(system) ? kLinear : kNonlinear);
+}
+
+absl::Status FromEngine(const absl::Status& status, const std::string& system) {
   if (status.code() != absl::StatusCode::kInvalidArgument) return status;
   std::vector<Violation> violations;
   std::istringstream lines{std::string(status.message())};
@@ -192,7 +233,7 @@ absl::Status FromEngine(const absl::Status& status) {
     violations.push_back({WireOptionName(line.substr(0, colon)),
                           colon < line.size() ? line.substr(colon + 2) : std::string()});
   }
-  return InvalidRequest(violations);
+  return InvalidRequest(InRequest(std::move(violations), system));
 }
 
 }  // namespace dlcs

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -74,9 +75,16 @@ int AllowedThreads(int asked, const SessionLimits& limits);
 absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, NonlinearProblem>& system,
                                               const Options& options, const SessionLimits& limits);
 
-// The engine's own InvalidArgument ("field: description", one per line) with its violations singly; any other
-// status as it is.
-absl::Status FromEngine(const absl::Status& status);
+// `violations` of a problem and of options, by their paths in the request: "A[0][1]" of "problem" is problem.a[0][1], "steps" is
+// options.steps, "members[3].T" is members[3].horizon. `system` is the field that holds the problem; empty where that is the
+// request itself.
+std::vector<Violation> InRequest(std::vector<Violation> violations, const std::string& system);
+
+// The engine's own InvalidArgument ("field: description", one per line) with its violations singly, by their paths as
+// InRequest(); any other status as it is.
+absl::Status FromEngine(const absl::Status& status, const std::string& system);
+// The same for the system that was solved.
+absl::Status FromEngine(const absl::Status& status, const std::variant<Problem, NonlinearProblem>& system);
 
 }  // namespace dlcs
 

@@ -118,6 +118,9 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
     return whole.ok() ? PrepareSolve(*whole, limits) : whole.status();
   }
   if (request.has_changes()) return InvalidRequest({{"changes", "go with problem_name only"}});
+  if (request.system_case() == v1::SolveRequest::SYSTEM_NOT_SET) {
+    return InvalidRequest({{"problem", "is not set; one of problem, nonlinear and problem_name must be"}});
+  }
   absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0, std::move(sound->names)};
@@ -166,7 +169,7 @@ absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std:
   absl::StatusOr<Solution> solution = std::visit(
       [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token(), setups); },
       prepared.system);
-  if (!solution.ok()) return FromEngine(solution.status());
+  if (!solution.ok()) return FromEngine(solution.status(), prepared.system);
   AddNames(prepared.names, *solution);
   return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
 }

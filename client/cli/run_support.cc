@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <sstream>
@@ -59,6 +60,23 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFileName
     {"].start:", "].t0:"},
 }};
 
+// "problem.a[0]" as it is called in a file, "A[0]"; `path` begins with the path of a field in the request.
+std::string WithoutRequest(std::string path) {
+  for (const std::string_view part : {"solve.", "problem.", "nonlinear.", "options."}) {
+    if (path.starts_with(part)) path.erase(0, part.size());
+  }
+  const std::size_t member = path.starts_with("members[") ? path.find("].") : std::string::npos;
+  const std::size_t begin = member == std::string::npos ? 0 : member + 2;
+  const std::size_t end = std::min(path.find_first_of(".[:", begin), path.size());
+  const std::string name = path.substr(begin, end - begin);
+  if (name == "horizon") path.replace(begin, name.size(), "T");
+  for (const char* matrix : {"a", "b", "n", "m", "w"}) {
+    if (name == matrix) path[begin] = static_cast<char>(name[0] - 'a' + 'A');
+  }
+  if (path.starts_with("selector.c")) path[9] = 'C';
+  return path;
+}
+
 std::string InWordsOfFiles(std::string line) {
   for (const auto& [name, in_file] : kFileNames) {
     const std::size_t begin = line.find(name);
@@ -67,8 +85,9 @@ std::string InWordsOfFiles(std::string line) {
   return line;
 }
 
-// "steps: 0; must be above 0" -> "--steps: 0; ...", "x0[1]: ..." -> "problem.json: x0[1]: ...".
-std::string WithPlace(const std::string& line, const std::string& source) {
+// "options.steps: 0; must be above 0" -> "--steps: 0; ...", "problem.x0[1]: ..." -> "problem.json: x0[1]: ...".
+std::string WithPlace(const std::string& of_request, const std::string& source) {
+  const std::string line = WithoutRequest(of_request);
   const std::size_t end = line.find_first_of(":[");
   const std::string_view field = std::string_view(line).substr(0, std::min(end, line.size()));
   for (const auto& [name, option] : kOptionNames) {

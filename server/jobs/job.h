@@ -50,6 +50,7 @@ struct NewJob {
   std::string body_hash;
   std::string body;     // the request; opaque
   std::string problem;  // id of the owner's uploaded problem that the job needs until it has ended; empty: none
+  std::string about;    // what is told of the job without its body; opaque
   int priority = 0;  // among the owner's jobs; higher ones first
   Demand demand;
   std::optional<Time> deadline;
@@ -60,6 +61,7 @@ struct Job {
   std::string owner;
   std::string request_id;
   std::string problem;
+  std::string about;
   int priority = 0;
   Demand demand;
   std::optional<Time> deadline;

@@ -102,6 +102,7 @@ absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submissio
                    .body_hash = submission.body_hash,
                    .body = submission.body,
                    .problem = submission.problem,
+                   .about = submission.about,
                    .priority = submission.priority,
                    .demand = *demand,
                    .deadline = submission.deadline};

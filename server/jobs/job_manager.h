@@ -51,6 +51,7 @@ struct Submission {
   std::string body_hash;
   std::string body;
   std::string problem;  // as NewJob::problem
+  std::string about;    // as NewJob::about
   int priority = 0;
   std::optional<Time> deadline;
 };

@@ -65,6 +65,7 @@ std::vector<JobRow> ReadJobs(const PostgresRows& rows) {
     result.lease_until = rows.TimeAt(row, column++);
     result.body_hash = rows.Bytes(row, column++);
     job.problem = rows.Bytes(row, column++);
+    job.about = rows.Bytes(row, column++);
     result.now = rows.TimeAt(row, column++);
   }
   return jobs;
@@ -100,11 +101,12 @@ bool PostgresJobTable::UseProblem(const std::string& owner, const std::string& i
 std::optional<JobRow> PostgresJobTable::Insert(const NewJob& job) {
   std::optional<JobRow> row = First(connection_.Run(
       "INSERT INTO jobs (id, owner, request_id, body_hash, priority, core_seconds, memory_bytes, threads, deadline,"
-      " state, created, stored_bytes, problem) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, dlcs_now(), $11, $12)"
+      " state, created, stored_bytes, problem, about)"
+      " VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, dlcs_now(), $11, $12, $13)"
       " ON CONFLICT DO NOTHING RETURNING " DLCS_POSTGRES_JOB_COLUMNS,
       job.id, job.owner, Bytea{job.request_id}, Bytea{job.body_hash}, job.priority, job.demand.core_seconds,
       job.demand.memory_bytes, job.demand.threads, job.deadline, static_cast<int>(JobState::kQueued),
-      static_cast<std::int64_t>(job.body.size()), job.problem));
+      static_cast<std::int64_t>(job.body.size()), job.problem, Bytea{job.about}));
   if (row.has_value()) {
     connection_.Run("INSERT INTO bodies (job, body) VALUES ($1, $2)", row->number, Bytea{job.body});
   }

@@ -15,7 +15,7 @@
 #define DLCS_POSTGRES_JOB_COLUMNS                                                                   \
   "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
   "created, started, finished, attempts, sequence, last_event, chunks, progress, error_code, "      \
-  "error_message, stored_bytes, fence, worker, lease_until, body_hash, problem, dlcs_now() "
+  "error_message, stored_bytes, fence, worker, lease_until, body_hash, problem, about, dlcs_now() "
 
 // True of a job that nobody is at work on.
 #define DLCS_POSTGRES_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < dlcs_now())"

@@ -122,7 +122,9 @@ ALTER TABLE jobs ADD COLUMN problem TEXT NOT NULL DEFAULT '';
 CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NULL AND problem <> '';
 )sql";
 
-constexpr std::array kScripts{kVersion1, kVersion2};
+constexpr const char* kVersion3 = "ALTER TABLE jobs ADD COLUMN about BYTEA NOT NULL DEFAULT ''";
+
+constexpr std::array kScripts{kVersion1, kVersion2, kVersion3};
 
 // Absent where there are no tables.
 std::optional<std::size_t> VersionOf(PostgresConnection& connection) {

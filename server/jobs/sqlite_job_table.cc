@@ -36,6 +36,7 @@ JobRow ReadJob(const SqliteStatement& row) {
   result.lease_until = row.TimeAt(column++);
   result.body_hash = row.Bytes(column++);
   job.problem = row.Bytes(column++);
+  job.about = row.Bytes(column++);
   job.last_event = row.Int(column++);
   return result;
 }
@@ -77,11 +78,11 @@ bool SqliteJobTable::UseProblem(const std::string& owner, const std::string& id)
 std::optional<JobRow> SqliteJobTable::Insert(const NewJob& job) {
   connection_.Run(
       "INSERT INTO jobs (id, owner, request_id, body_hash, priority, core_seconds, memory_bytes, threads, deadline,"
-      " state, created, sequence, stored_bytes, problem)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, 0, ?12, ?13)",
+      " state, created, sequence, stored_bytes, problem, about)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, 0, ?12, ?13, ?14)",
       job.id, job.owner, job.request_id, Blob{job.body_hash}, job.priority, job.demand.core_seconds,
       job.demand.memory_bytes, job.demand.threads, job.deadline, static_cast<int>(JobState::kQueued), clock_.Now(),
-      static_cast<std::int64_t>(job.body.size()), job.problem);
+      static_cast<std::int64_t>(job.body.size()), job.problem, Blob{job.about});
   connection_.Run("INSERT INTO bodies (job, body) VALUES (?1, ?2)", connection_.LastRowId(), Blob{job.body});
   return Lock(job.id);
 }

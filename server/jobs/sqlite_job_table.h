@@ -16,7 +16,7 @@
 #define DLCS_JOB_COLUMNS                                                                            \
   "number, id, owner, request_id, priority, core_seconds, memory_bytes, threads, deadline, state, " \
   "created, started, finished, attempts, sequence, chunks, progress, error_code, error_message, "   \
-  "stored_bytes, fence, worker, lease_until, body_hash, problem, "                                  \
+  "stored_bytes, fence, worker, lease_until, body_hash, problem, about, "                           \
   "(SELECT MAX(sequence) FROM events WHERE events.job = jobs.number)"
 
 // True of a job that nobody is at work on at the time ?1.

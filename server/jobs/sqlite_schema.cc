@@ -92,7 +92,10 @@ ALTER TABLE jobs ADD COLUMN problem TEXT NOT NULL DEFAULT '';
 CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NULL AND problem <> '';
 )sql";
 
-constexpr std::array kScripts{kVersion1, kVersion2};
+// What is told of a job without its body.
+constexpr const char* kVersion3 = "ALTER TABLE jobs ADD COLUMN about BLOB NOT NULL DEFAULT x''";
+
+constexpr std::array kScripts{kVersion1, kVersion2, kVersion3};
 
 }  // namespace
 

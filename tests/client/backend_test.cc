@@ -309,7 +309,7 @@ TEST_F(BackendTest, AnEnsembleIsRefusedInTheSameWordsHereAndThere) {
     return std::string(summary.status().message());
   };
   EXPECT_EQ(why_not(local_), why_not(*client_));
-  EXPECT_THAT(why_not(local_), AllOf(HasSubstr("members[1].x0: "), HasSubstr("\nmembers[2].T: ")));
+  EXPECT_THAT(why_not(local_), AllOf(HasSubstr("members[1].x0: "), HasSubstr("\nmembers[2].horizon: ")));
 }
 
 TEST_F(BackendTest, AStoppedEnsembleCountsWhatItHas) {

@@ -13,6 +13,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 template <typename... Details>
 grpc::Status Rich(grpc::StatusCode code, const std::string& message, const Details&... details) {
@@ -50,9 +51,11 @@ TEST(RpcErrorTest, SaysWhenToComeBack) {
 
 TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
   EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::UNAVAILABLE, "connection refused")),
-              AllOf(HasSubstr("no server answers at host:1"), HasSubstr("dlcsd --listen host:1")));
+              AllOf(HasSubstr("no server answers at host:1"), HasSubstr("Check host and port"), Not(HasSubstr("--listen"))));
+  const grpc::Status refused(grpc::StatusCode::UNAVAILABLE, "connection refused");
+  EXPECT_THAT(std::string(DescribeRpcError(refused, "localhost:1").message()), HasSubstr("dlcsd --listen localhost:1"));
   google::rpc::ErrorInfo info;
-  info.set_domain("dlcs");
+  info.set_domain("dlcs.v1");
   EXPECT_THAT(Words(Rich(grpc::StatusCode::UNAVAILABLE, "shutting down", info)),
               HasSubstr("cannot take the call: shutting down"));
 }

@@ -67,7 +67,7 @@ def exact(t):
 class ForeignClientTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.server = subprocess.Popen([DLCSD, "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
+        cls.server = subprocess.Popen([DLCSD, "--listen", "127.0.0.1:0", "--reflection"], stdout=subprocess.PIPE,
                                       stderr=subprocess.DEVNULL, text=True)
         line = cls.server.stdout.readline()
         assert line.startswith("dlcsd listening on "), line
@@ -158,7 +158,25 @@ class ForeignClientTest(unittest.TestCase):
             bad_request = details_pb.BadRequest()
             if detail.Unpack(bad_request):
                 fields += [violation.field for violation in bad_request.field_violations]
-        self.assertEqual(fields, ["x0"])
+        self.assertEqual(fields, ["problem.x0"])
+
+    def test_every_error_says_its_reason(self):
+        with self.assertRaises(grpc.RpcError) as caught:
+            list(self.stub.Solve(pb.SolveRequest(), timeout=60))
+        status = status_pb.Status.FromString(dict(caught.exception.trailing_metadata())["grpc-status-details-bin"])
+        self.assertIn("one of problem, nonlinear and problem_name", status.message)
+        info = details_pb.ErrorInfo()
+        self.assertTrue(any(detail.Unpack(info) for detail in status.details))
+        self.assertEqual((info.reason, info.domain), ("INVALID_REQUEST", "dlcs.v1"))
+
+    def test_reflection_describes_the_services_that_it_lists(self):
+        # The messages by hand: field 4 of the request is the symbol, and the answer holds the names of files.
+        ask = self.channel.stream_stream("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+                                         request_serializer=bytes, response_deserializer=bytes)
+        for service, file in [(b"dlcs.v1.SolverService", b"dlcs/v1/solver.proto"),
+                              (b"grpc.health.v1.Health", b"grpc/health/v1/health.proto")]:
+            answers = list(ask(iter([b"\x22" + bytes([len(service)]) + service]), timeout=60))
+            self.assertIn(file, answers[0])
 
     def test_analyses_example_four_one(self):
         response = self.stub.AnalyzeProblem(pb.AnalyzeProblemRequest(problem=example_four_one()), timeout=60)

@@ -45,7 +45,7 @@ TEST(RunLcpTest, NamesWhatIsWrong) {
   *request.mutable_m() = testing::DenseMatrix(2, 2, {2, NAN, 1, 2});
   request.add_q(std::numeric_limits<double>::infinity());
   const absl::Status status = RunLcp(request, SessionLimits(), {}).status();
-  EXPECT_THAT(Fields(status), ::testing::ElementsAre("M[0][1]", "q", "q[0]"));
+  EXPECT_THAT(Fields(status), ::testing::ElementsAre("m[0][1]", "q", "q[0]"));
 
   *request.mutable_m() = testing::DenseMatrix(1, 1, {-1});
   request.set_q(0, 1);
@@ -109,7 +109,7 @@ TEST(RunLcpTest, RefusesARuleWithoutItsSelectorAndTheOtherWayRound) {
   request.mutable_selector()->add_b(0);
   EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector"));
   *request.mutable_selector()->mutable_c() = testing::DenseMatrix(1, 2, {1});
-  EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.C"));
+  EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.c"));
 }
 
 // A sparse matrix of a few bytes may have any size, and this one would be written down entry by entry.
@@ -121,7 +121,7 @@ TEST(RunLcpTest, RefusesASelectorWhoseShapeIsNotThatOfTheProblem) {
   for (const auto& [rows, columns] : {std::pair{2'147'483'647, 0}, {2'147'483'647, 2}, {1, 60'000'000}, {-1, 2}, {0, 2}}) {
     c.set_rows(rows);
     c.set_columns(columns);
-    EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.C"));
+    EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.c"));
   }
 }
 
@@ -190,7 +190,7 @@ TEST(RunDcpTest, NamesWhatIsWrong) {
   EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("max_step"));
   request = Falling();
   request.clear_m();
-  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("M"));
+  EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("m"));
   request = Falling();
   request.mutable_q()->set_times(1, std::numeric_limits<double>::infinity());
   EXPECT_THAT(Fields(RunDcp(request, SessionLimits(), {}).status()), ElementsAre("q.times[1]"));

@@ -107,7 +107,7 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
   }
   EXPECT_THAT(RunDlcsd({}, {"DLCSD_MAX_STEPS=0"}).errors,
               HasSubstr("--max-steps 0: must be at least 1 (DLCSD_MAX_STEPS)"));
-  EXPECT_THAT(RunDlcsd({"--config", "/no/such"}).errors, HasSubstr("--config /no/such: cannot be read"));
+  EXPECT_THAT(RunDlcsd({"--config", "/no/such"}).errors, HasSubstr("--config /no/such: No such file or directory"));
   EXPECT_EQ(RunDlcsd({"--config", folder_.path().string()}).exit_status, 2);
   EXPECT_EQ(RunDlcsd({}, {"DLCSD_CONFIG=/no/such"}).exit_status, 2);
 }

@@ -120,7 +120,7 @@ TEST_F(EnsembleCallTest, NamesEveryMistakeAndSolvesNothing) {
   EXPECT_TRUE(outcome.events.empty());
   std::vector<std::string> fields;
   for (const Violation& violation : ViolationsOf(FromGrpc(outcome.status))) fields.push_back(violation.field);
-  EXPECT_THAT(fields, ::testing::ElementsAre("members[1].x0", "members[2].T", HasSubstr("members[3].f")));
+  EXPECT_THAT(fields, ::testing::ElementsAre("members[1].x0", "members[2].horizon", HasSubstr("members[3].f")));
 
   request = Starts(2, 100);
   request.mutable_members(1)->mutable_g()->add_pieces();

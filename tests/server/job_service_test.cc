@@ -111,7 +111,7 @@ TEST_F(JobServiceTest, RefusesWithTheFieldOrTheLimit) {
   request.mutable_solve()->mutable_problem()->set_horizon(-1);
   absl::Status status = client_->Submit(request, {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("T:"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("solve.problem.horizon:"));
 
   *request.mutable_solve() = SwitchingRequest(std::int64_t{1} << 29);
   status = client_->Submit(request, {}).status();
@@ -121,8 +121,12 @@ TEST_F(JobServiceTest, RefusesWithTheFieldOrTheLimit) {
   *request.mutable_solve() = MarchingRequest(10'000'000);
   request.mutable_deadline()->set_seconds(1);  // in 1970
   status = client_->Submit(request, {.deadline = seconds(5), .stop = {}}).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("deadline: passed"));
   request.clear_deadline();
+  request.set_title(std::string(201, 'x'));
+  EXPECT_THAT(std::string(client_->Submit(request, {}).status().message()), HasSubstr("title: has 201 bytes"));
+  request.clear_title();
   request.set_priority(101);
   EXPECT_EQ(client_->Submit(request, {}).status().code(), absl::StatusCode::kInvalidArgument);
 }

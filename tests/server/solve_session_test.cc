@@ -74,7 +74,7 @@ TEST(SolveSessionTest, NamesEveryViolationOfProblemAndOptions) {
   request.mutable_options()->set_theta(2);
   const auto prepared = PrepareSolve(request, SessionLimits());
   EXPECT_EQ(prepared.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(Fields(prepared.status()), IsSupersetOf({"A[0][0]", "T", "theta"}));
+  EXPECT_THAT(Fields(prepared.status()), IsSupersetOf({"problem.a[0][0]", "problem.horizon", "options.theta"}));
 }
 
 TEST(SolveSessionTest, PutsNamesBehindWhatTheyName) {
@@ -113,7 +113,7 @@ TEST(SolveSessionTest, NamesTheRuleThatTheMatrixDoesNotAdmit) {
   Collector sink;
   const absl::Status status = RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), sink);
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(Fields(status), Contains("rule"));
+  EXPECT_THAT(Fields(status), Contains("problem.rule"));
 }
 
 TEST(SolveSessionTest, NamesTheLimit) {
@@ -155,7 +155,7 @@ TEST(SolveSessionTest, CountsTheNodesGiven) {
   limits.max_steps = 4;
   EXPECT_TRUE(PrepareSolve(request, limits).ok());
   request.mutable_options()->mutable_grid_times()->add_times(0.05);
-  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("grid_times[3]"));
+  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("options.grid_times[3]"));
 }
 
 TEST(SolveSessionTest, CountsTheStepsOfALength) {
@@ -167,7 +167,7 @@ TEST(SolveSessionTest, CountsTheStepsOfALength) {
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps = 500000000"));
   request.mutable_options()->set_step(1e-300);
-  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("step"));
+  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("options.step"));
 }
 
 // Whatever arrives, the answer is a status: requests of one to four random changes to the bytes of a sound

@@ -213,7 +213,7 @@ TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
   google::rpc::ErrorInfo info;
   ASSERT_TRUE(
       info.ParseFromString(std::string(*rich.GetPayload("type.googleapis.com/google.rpc.ErrorInfo"))));
-  EXPECT_EQ(info.domain(), "dlcs");
+  EXPECT_EQ(info.domain(), "dlcs.v1");
   EXPECT_EQ(info.metadata().at("limit"), "max_concurrent_solves");
 
   const grpc::Status no_analysis = Analyze(*stub_, testing::SwitchingRequest(10).problem()).status;
@@ -448,40 +448,40 @@ void SetFormula(v1::SolveRequest& request, const char* formula) {
 INSTANTIATE_TEST_SUITE_P(
     All, MalformedRequestTest,
     ::testing::Values(
-        Malformed{"NothingSet", "A", [](v1::SolveRequest& r) { r.Clear(); }},
-        Malformed{"MatrixUnset", "N", [](v1::SolveRequest& r) { r.mutable_problem()->clear_n(); }},
-        Malformed{"MatrixCount", "B",
+        Malformed{"NothingSet", "problem", [](v1::SolveRequest& r) { r.Clear(); }},
+        Malformed{"MatrixUnset", "problem.n", [](v1::SolveRequest& r) { r.mutable_problem()->clear_n(); }},
+        Malformed{"MatrixCount", "problem.b",
                   [](v1::SolveRequest& r) { r.mutable_problem()->mutable_b()->mutable_dense()->add_values(1); }},
-        Malformed{"MatrixNegativeShape", "M",
+        Malformed{"MatrixNegativeShape", "problem.m",
                   [](v1::SolveRequest& r) { r.mutable_problem()->mutable_m()->mutable_dense()->set_rows(-1); }},
-        Malformed{"MatrixShape", "A",
+        Malformed{"MatrixShape", "problem.a",
                   [](v1::SolveRequest& r) {
                     *r.mutable_problem()->mutable_a() = testing::DenseMatrix(1, 2, {1, 2});
                   }},
-        Malformed{"MatrixNaN", "M[0][0]",
+        Malformed{"MatrixNaN", "problem.m[0][0]",
                   [](v1::SolveRequest& r) { *r.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {kNaN}); }},
-        Malformed{"MatrixInfinite", "A[0][0]",
+        Malformed{"MatrixInfinite", "problem.a[0][0]",
                   [](v1::SolveRequest& r) {
                     *r.mutable_problem()->mutable_a() = testing::DenseMatrix(1, 1, {kInfinity});
                   }},
-        Malformed{"InitialStateShape", "x0", [](v1::SolveRequest& r) { r.mutable_problem()->add_x0(2); }},
-        Malformed{"InitialStateNaN", "x0[0]", [](v1::SolveRequest& r) { r.mutable_problem()->set_x0(0, kNaN); }},
-        Malformed{"HorizonZero", "T", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(0); }},
-        Malformed{"HorizonInfinite", "T", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(kInfinity); }},
-        Malformed{"BreakPointOutside", "break_points[0]",
+        Malformed{"InitialStateShape", "problem.x0", [](v1::SolveRequest& r) { r.mutable_problem()->add_x0(2); }},
+        Malformed{"InitialStateNaN", "problem.x0[0]", [](v1::SolveRequest& r) { r.mutable_problem()->set_x0(0, kNaN); }},
+        Malformed{"HorizonZero", "problem.horizon", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(0); }},
+        Malformed{"HorizonInfinite", "problem.horizon", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(kInfinity); }},
+        Malformed{"BreakPointOutside", "problem.break_points[0]",
                   [](v1::SolveRequest& r) { r.mutable_problem()->add_break_points(11); }},
-        Malformed{"FunctionUnset", "g", [](v1::SolveRequest& r) { r.mutable_problem()->clear_g(); }},
-        Malformed{"PieceUnset", "f.pieces[1]",
+        Malformed{"FunctionUnset", "problem.g", [](v1::SolveRequest& r) { r.mutable_problem()->clear_g(); }},
+        Malformed{"PieceUnset", "problem.f.pieces[1]",
                   [](v1::SolveRequest& r) { r.mutable_problem()->mutable_f()->add_pieces()->set_start(1); }},
-        Malformed{"FormulaSyntax", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "sin(t"); }},
-        Malformed{"FormulaUnknownName", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "speed*t"); }},
-        Malformed{"FormulaAssignment", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "t = 5"); }},
-        Malformed{"FormulaNotFinite", "f[0]", [](v1::SolveRequest& r) { SetFormula(r, "1/(t-5)"); }},
-        Malformed{"FormulaCount", "f",
+        Malformed{"FormulaSyntax", "problem.f[0]", [](v1::SolveRequest& r) { SetFormula(r, "sin(t"); }},
+        Malformed{"FormulaUnknownName", "problem.f[0]", [](v1::SolveRequest& r) { SetFormula(r, "speed*t"); }},
+        Malformed{"FormulaAssignment", "problem.f[0]", [](v1::SolveRequest& r) { SetFormula(r, "t = 5"); }},
+        Malformed{"FormulaNotFinite", "problem.f[0]", [](v1::SolveRequest& r) { SetFormula(r, "1/(t-5)"); }},
+        Malformed{"FormulaCount", "problem.f",
                   [](v1::SolveRequest& r) {
                     r.mutable_problem()->mutable_f()->mutable_pieces(0)->mutable_formulas()->add_formulas("1");
                   }},
-        Malformed{"SamplesCount", "f.pieces[0].samples",
+        Malformed{"SamplesCount", "problem.f.pieces[0].samples",
                   [](v1::SolveRequest& r) {
                     auto& problem = *r.mutable_problem();
                     *problem.mutable_a() = testing::DenseMatrix(2, 2, {1, 0, 0, 1});
@@ -492,26 +492,26 @@ INSTANTIATE_TEST_SUITE_P(
                     for (const double value : {0.0, 1.0}) samples.add_times(value);
                     for (const double value : {0.0, 1.0, 2.0}) samples.add_values(value);
                   }},
-        Malformed{"RuleUnknown", "rule",
+        Malformed{"RuleUnknown", "problem.rule",
                   [](v1::SolveRequest& r) { r.mutable_problem()->set_rule(static_cast<v1::SolutionRule>(9)); }},
-        Malformed{"RuleNotAdmitted", "rule",
+        Malformed{"RuleNotAdmitted", "problem.rule",
                   [](v1::SolveRequest& r) {
                     *r.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {0});
                     r.mutable_problem()->set_rule(v1::SOLUTION_RULE_UNIQUE);
                   }},
-        Malformed{"MethodUnknown", "method",
+        Malformed{"MethodUnknown", "options.method",
                   [](v1::SolveRequest& r) { r.mutable_options()->set_method(static_cast<v1::Method>(77)); }},
-        Malformed{"StepsNegative", "steps", [](v1::SolveRequest& r) { r.mutable_options()->set_steps(-5); }},
-        Malformed{"StepZero", "step", [](v1::SolveRequest& r) { r.mutable_options()->set_step(0); }},
-        Malformed{"OutputTimesOrder", "output_times[1]",
+        Malformed{"StepsNegative", "options.steps", [](v1::SolveRequest& r) { r.mutable_options()->set_steps(-5); }},
+        Malformed{"StepZero", "options.step", [](v1::SolveRequest& r) { r.mutable_options()->set_step(0); }},
+        Malformed{"OutputTimesOrder", "options.output_times[1]",
                   [](v1::SolveRequest& r) {
                     r.mutable_options()->add_output_times(2);
                     r.mutable_options()->add_output_times(1);
                   }},
-        Malformed{"Theta", "theta", [](v1::SolveRequest& r) { r.mutable_options()->set_theta(1.5); }},
-        Malformed{"Tolerance", "iteration_tolerance", [](v1::SolveRequest& r) { r.mutable_options()->set_iteration_tolerance(-1); }},
-        Malformed{"Threads", "threads", [](v1::SolveRequest& r) { r.mutable_options()->set_threads(-1); }},
-        Malformed{"ContourNodes", "contour.nodes",
+        Malformed{"Theta", "options.theta", [](v1::SolveRequest& r) { r.mutable_options()->set_theta(1.5); }},
+        Malformed{"Tolerance", "options.iteration_tolerance", [](v1::SolveRequest& r) { r.mutable_options()->set_iteration_tolerance(-1); }},
+        Malformed{"Threads", "options.threads", [](v1::SolveRequest& r) { r.mutable_options()->set_threads(-1); }},
+        Malformed{"ContourNodes", "options.contour.nodes",
                   [](v1::SolveRequest& r) { r.mutable_options()->mutable_contour()->set_nodes(-3); }}),
     [](const ::testing::TestParamInfo<Malformed>& malformed) { return malformed.param.name; });
 
