@@ -12,7 +12,7 @@
 namespace dlcs::client {
 namespace {
 
-// For what is done behind a result, or behind a stop: nobody waits for long.
+// For what is done behind a result: nobody waits for long.
 CallLimits Briefly() { return {.deadline = std::chrono::seconds(5), .stop = {}}; }
 
 }  // namespace
@@ -39,7 +39,10 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   {
     Call call(connection_, limits);
     const auto reader = stub_->Solve(call.context(), request);
-    for (v1::SolveEvent event; reader->Read(&event);) solve.Take(event);
+    for (v1::SolveEvent event; reader->Read(&event);) {
+      connection_.NoteAnswer();
+      solve.Take(event);
+    }
     const grpc::Status ended = reader->Finish();
     status = ended.ok() ? absl::OkStatus() : connection_.Describe(ended);
     const bool goes_on = !solve.job().empty() && !collector.has_summary() && MayPass(ended) && !limits.stop.stop_requested();
@@ -50,13 +53,26 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
       status = solve.GoOn(jobs_, left);
     }
   }
+  const bool stopped = limits.stop.stop_requested() && !solve.job().empty() && !collector.has_summary();
+  if (stopped && jobs_.Cancel(solve.job(), Briefly()).ok()) {
+    // What it found until it stopped, some milliseconds later.
+    CallLimits left = limits;
+    left.deadline = limits.deadline - seconds();
+    left.stop = {};
+    const absl::Status read = solve.GoOn(jobs_, left);
+    if (!read.ok()) status = absl::CancelledError(read.message());
+  }
   // A summary is the last word, also where the deadline passes between it and the status.
   if (status.ok() || collector.has_summary()) {
     absl::StatusOr<SolveResult> result = std::move(collector).Finish();
-    if (result.ok() && !solve.job().empty()) jobs_.Delete(solve.job(), Briefly()).IgnoreError();
+    if (!result.ok() || solve.job().empty()) return result;
+    if (stopped) {
+      result->job = solve.job();
+    } else {
+      jobs_.Delete(solve.job(), Briefly()).IgnoreError();
+    }
     return result;
   }
-  if (limits.stop.stop_requested() && !solve.job().empty()) jobs_.Cancel(solve.job(), Briefly()).IgnoreError();
   if (absl::IsCancelled(status) && limits.stop.stop_requested()) {
     return std::move(collector).Abandon(v1::CANCELLED, seconds().count());
   }

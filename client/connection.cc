@@ -80,11 +80,6 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(const Co
       {.pem_root_certs = texts->ca, .pem_private_key = texts->key, .pem_cert_chain = texts->certificate});
 }
 
-// Of another machine, of the network, or of TLS: not of a dlcsd that was reached.
-bool IsWithoutAnswer(const grpc::Status& status) {
-  return status.error_code() == grpc::StatusCode::UNAVAILABLE && status.error_details().empty();
-}
-
 }  // namespace
 
 absl::StatusOr<Connection> Connection::Open(const ConnectionOptions& options) {
@@ -103,8 +98,13 @@ absl::StatusOr<Connection> Connection::Open(const ConnectionOptions& options) {
 Connection::Connection(ConnectionOptions options, std::shared_ptr<grpc::Channel> channel)
     : options_(std::move(options)), channel_(std::move(channel)) {}
 
+// Without details it is of another machine, of the network, or of TLS: not of a dlcsd that was reached.
+bool Connection::IsAnswer(const grpc::Status& status) {
+  return status.error_code() != grpc::StatusCode::UNAVAILABLE || !status.error_details().empty();
+}
+
 std::optional<absl::Status> Connection::WhyNever(const grpc::Status& status) const {
-  if (!IsWithoutAnswer(status)) return std::nullopt;
+  if (IsAnswer(status)) return std::nullopt;
   const std::optional<std::string> wrong = WhatIsWrongWithTls(options_);
   if (!wrong) return std::nullopt;
   return absl::UnavailableError(fmt::format("no connection to the server at {}: {}", options_.address, *wrong));

@@ -7,6 +7,7 @@
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -29,6 +30,12 @@ class Connection {
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
   const ConnectionOptions& options() const { return options_; }
 
+  // Whether `status` is of the server and not of the way to it.
+  static bool IsAnswer(const grpc::Status& status);
+  // Of all copies of this connection: something came from the server.
+  void NoteAnswer() const { answered_->store(true); }
+  bool has_answered() const { return answered_->load(); }
+
   // A call that failed, in words. Where no server answers it may connect once more to find out why.
   absl::Status Describe(const grpc::Status& status) const;
   // What stands between both ends and will not pass by itself; nothing where another attempt may succeed.
@@ -39,6 +46,7 @@ class Connection {
 
   ConnectionOptions options_;
   std::shared_ptr<grpc::Channel> channel_;
+  std::shared_ptr<std::atomic<bool>> answered_ = std::make_shared<std::atomic<bool>>(false);
 };
 
 // The trace, a token where there is one, a deadline, and a way to be cancelled while the call runs.

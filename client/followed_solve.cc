@@ -47,6 +47,7 @@ absl::Status FollowedSolve::GoOn(JobClient& jobs, const CallLimits& limits) {
   absl::StatusOr<v1::SolveJob> job = jobs.Get(job_, limits);
   if (!job.ok()) return job.status();
   if (!job->has_summary()) {
+    if (job->state() == v1::JOB_STATE_CANCELLED) return absl::CancelledError("the job was cancelled before it began");
     return absl::Status(static_cast<absl::StatusCode>(job->error().code()), job->error().message());
   }
   if (absl::Status status = ReadTrajectory(jobs, limits); !status.ok()) return status;

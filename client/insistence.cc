@@ -22,6 +22,8 @@ using std::chrono::steady_clock;
 
 constexpr Seconds kFirstPause{0.1};
 constexpr Seconds kLongestPause{5};
+// For a first answer: long enough for a server that was started by the command before, short enough not to be waited for.
+constexpr Seconds kForFirstAnswer{1};
 
 // Between half and all of `pause`: so that clients that were cut at the same moment do not come back at the same
 // moment.
@@ -96,21 +98,31 @@ std::string WhatHappened(const grpc::Status& status) {
 }  // namespace
 
 absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt) const {
-  const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
-                                             std::clamp(limits.deadline, Seconds(0), Seconds(1e9)));
+  using Repeat = ConnectionOptions::Repeat;
+  const Repeat repeat = connection_.options().repeat;
+  const auto begin = steady_clock::now();
+  const auto within = [begin](Seconds time) {
+    return begin + std::chrono::duration_cast<steady_clock::duration>(std::clamp(time, Seconds(0), Seconds(1e9)));
+  };
+  const auto end_of_call = within(limits.deadline);
   Seconds pause = kFirstPause;
   for (;;) {
     CallLimits left = limits;
-    left.deadline = end - steady_clock::now();
+    left.deadline = end_of_call - steady_clock::now();
     bool got_on = false;
     const grpc::Status status = attempt(left, got_on);
+    if (status.ok() || got_on || (Connection::IsAnswer(status) && status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED)) {
+      connection_.NoteAnswer();
+    }
     if (status.ok()) return absl::OkStatus();
+    const bool known = connection_.has_answered() || repeat == Repeat::kAlways;
+    const auto end = known ? end_of_call : std::min(end_of_call, within(kForFirstAnswer));
     if (got_on) pause = kFirstPause;
     const Seconds wait = std::max(Jittered(pause), RetryDelay(status).value_or(Seconds(0)));
     const bool in_time = steady_clock::now() + wait < end;
-    if (!MayPass(status) || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
+    if (!MayPass(status) || repeat == Repeat::kNever || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
     if (const auto never = connection_.WhyNever(status)) return *never;
-    if (notice_) notice_(fmt::format("{}; again in {:.1f} s", WhatHappened(status), wait.count()));
+    if (notice_ && known) notice_(fmt::format("{}; again in {:.1f} s", WhatHappened(status), wait.count()));
     Pause(wait, limits.stop);
     WaitForConnection(*connection_.channel(), std::min<Seconds>(kLongestPause, end - steady_clock::now()), limits.stop);
     // Says what is wrong; a call without any time left would say that it had none.

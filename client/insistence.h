@@ -21,7 +21,10 @@ namespace dlcs::client {
 using Notice = std::function<void(const std::string& text)>;
 
 // Where no answer comes (UNAVAILABLE, a cut stream), a call is repeated after 0.1 s, 0.2 s, ... at most 5 s, and when there is
-// a connection again, for which it waits as long once more, until its deadline; what RetryInfo asks for is kept to, and what will not pass by itself (a wrong certificate) ends it. For calls of which a repetition does nothing twice. May be used from several threads at once.
+// a connection again, for which it waits as long once more, until its deadline; what RetryInfo asks for is kept to, and what will
+// not pass by itself (a wrong certificate) ends it. Before the first answer of a server a second of that is all, unless the
+// options of the connection say otherwise. For calls of which a repetition does nothing twice. May be used from several threads
+// at once.
 class Insistence {
  public:
   // `notice` may be empty.

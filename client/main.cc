@@ -9,13 +9,14 @@
 
 #include "absl/status/status.h"
 #include "client/cli/command_line.h"
+#include "client/cli/interrupt.h"
 #include "client/cli/run_support.h"
 
 int main(int argc, char** argv) {
   using namespace dlcs::client;
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);  // what matters of it is said in words of our own
   try {
-    return std::visit(
+    const ExitCode code = std::visit(
         [](const auto& command) -> ExitCode {
           if constexpr (std::is_same_v<decltype(command), const ExitCode&>) {
             return command;
@@ -24,6 +25,9 @@ int main(int argc, char** argv) {
           }
         },
         ParseCommandLine(argc, argv));
+    // What a signal stopped fails as what it kills does; what was finished all the same has its own code.
+    const int signal = Interrupt::Signal();
+    return code == kServiceFailed && signal != 0 ? 128 + signal : code;
   } catch (const std::bad_alloc&) {
     return Complain(absl::ResourceExhaustedError("out of memory; ask for fewer steps"), kServiceFailed);
   } catch (const std::exception& error) {

@@ -79,6 +79,8 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
       AddSummary(event.summary());
       break;
     case v1::SolveEvent::kWindowFinished:
+      if (event.window_finished().accepted()) reached_ = event.window_finished().end();
+      break;
     case v1::SolveEvent::kGap:
     case v1::SolveEvent::kWaiting:
     case v1::SolveEvent::KIND_NOT_SET:  // an event of a newer server
@@ -130,7 +132,7 @@ absl::StatusOr<SolveResult> ResultCollector::Finish() && {
 }
 
 std::string ResultCollector::Progress() const {
-  if (window_.steps() == 0) return "before its first window";
+  if (window_.steps() == 0) return reached_ > 0 ? fmt::format("at t = {:.6g}", reached_) : "before its first step";
   std::string progress =
       fmt::format("in window {} (t from {:.6g} to {:.6g})", window_.window(), window_.begin(), window_.end());
   if (iterate_.iteration() > 0 && iterate_.window() == window_.window()) {

@@ -27,6 +27,7 @@ struct SolveResult {
   std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
   std::vector<double> w;  // as y; empty from servers that do not send it
   std::vector<v1::LeftLimit> left_limits;  // where they differ, in the order of time
+  std::string job;  // on a server, that keeps this result; empty where there is none
 
   std::span<const double> x_at(std::size_t k) const { return {x.data() + k * states, states}; }
   std::span<const double> y_at(std::size_t k) const { return {y.data() + k * constraints, constraints}; }
@@ -71,6 +72,7 @@ class ResultCollector {
   bool has_summary_ = false;
   bool sends_w_ = false;  // the server, from the first chunk on
   std::string fault_;  // the first chunk that did not fit
+  double reached_ = 0;  // the time up to which windows, or steps, were accepted
   v1::WindowStarted window_;
   v1::Iterate iterate_;
 };

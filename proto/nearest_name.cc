@@ -45,9 +45,13 @@ int Distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// Who writes "laplace" means "laplace-iteration", however many letters are missing.
+// Who writes "laplace" or "iteration" means "laplace-iteration", however many letters are missing.
 bool IsAbbreviation(const std::string& name, const std::string& candidate) {
-  return name.size() >= kShortestAbbreviation && candidate.rfind(name, 0) == 0;
+  if (name.size() < kShortestAbbreviation) return false;
+  for (std::size_t at = candidate.find(name); at != std::string::npos; at = candidate.find(name, at + 1)) {
+    if (at == 0 || IsSeparator(candidate[at - 1])) return true;
+  }
+  return false;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
+#include "client/cli/ticker.h"
 
 namespace dlcs::client {
 namespace {
@@ -23,7 +24,7 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
     PrintAnalysisJson(name, analysis, out);
   } else {
     const bool there = IsProblemName(command.problem_path);
-    const Asked asked = {.source = command.problem_path, .server = there ? command.server.address : "", .rule = command.rule, .grid = command.grid};
+    const Asked asked = {.source = command.problem_path, .server = there && command.server.typed ? command.server.address : "", .rule = command.rule, .grid = command.grid};
     PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out),
                        out);
   }
@@ -40,16 +41,14 @@ ExitCode ComplainAboutNonlinear(const ProblemInput& input) {
 }  // namespace
 
 ExitCode Run(const AnalyzeCommand& command) {
+  auto reading = command.problem_path != "-" ? std::make_unique<WaitView>("reads " + command.problem_path) : nullptr;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
+  reading.reset();
   if (!input.ok()) return Complain(input.status(), kBadInput);
   if (input->is_nonlinear()) return ComplainAboutNonlinear(*input);
-  std::unique_ptr<AtomicFile> output;
-  if (!command.output.empty()) {
-    auto created = AtomicFile::Create(command.output);
-    if (!created.ok()) return Complain(created.status(), kBadInput);
-    output = *std::move(created);
-  }
-  const Interrupt interrupt;  // before gRPC starts its threads, so that signals come here
+  const auto output = OpenOutput(command.output, {command.problem_path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  const Interrupt interrupt;
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
@@ -57,11 +56,13 @@ ExitCode Run(const AnalyzeCommand& command) {
   const absl::Status fetched = input->FetchUploaded(limits);
   if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
   if (input->is_nonlinear()) return ComplainAboutNonlinear(*input);
+  auto wait = std::make_unique<WaitView>("analyses " + input->title());
   const auto analysis = (*backend)->AnalyzeProblem(input->AnalyzeRequest(command.options), limits);
+  wait.reset();
   if (!analysis.ok()) return ComplainAboutCall(analysis.status(), input->source());
 
-  Print(command, input->title(), *analysis, output ? output->stream() : stdout);
-  const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
+  Print(command, input->title(), *analysis, *output ? (*output)->stream() : stdout);
+  const absl::Status printed = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
   if (!printed.ok()) return Complain(printed, kServiceFailed);
   return analysis->recommendation().refusal().empty() ? kSolved : kNoAnswer;
 }

@@ -65,6 +65,30 @@ absl::Status AtomicFile::Commit() {
   return absl::OkStatus();
 }
 
+absl::Status AtomicFile::CommitPartial() {
+  path_ += ".partial";
+  return Commit();
+}
+
+bool IsStandardOutput(const std::string& path) { return path.empty() || path == "-"; }
+
+absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
+                                                       std::initializer_list<std::string> inputs) {
+  if (IsStandardOutput(path)) return nullptr;
+  if (path == "table" || path == "json" || path == "csv") {
+    return absl::InvalidArgumentError(fmt::format(
+        "--output {}: would be a file of that name; did you mean --format {}? Write ./{} for the file", path, path, path));
+  }
+  for (const std::string& input : inputs) {
+    std::error_code ignored;
+    if (input != "-" && std::filesystem::equivalent(input, path, ignored)) {
+      return absl::InvalidArgumentError(
+          fmt::format("--output {}: is the input {}, which it would replace; choose another name", path, input));
+    }
+  }
+  return AtomicFile::Create(path);
+}
+
 absl::Status FlushStream(std::FILE* stream, const std::string& name) {
   if (std::fflush(stream) == 0 && std::ferror(stream) == 0) return absl::OkStatus();
   return absl::InternalError(

@@ -5,6 +5,7 @@
 #define DLCS_CLIENT_CLI_ATOMIC_FILE_H_
 
 #include <cstdio>
+#include <initializer_list>
 #include <memory>
 #include <string>
 
@@ -30,6 +31,8 @@ class AtomicFile {
 
   // Errors: Internal when the content could not be written (disk full); then nothing has changed.
   absl::Status Commit();
+  // The same under the path with ".partial" behind it, which path() then is: what is not whole does not get the name of what is.
+  absl::Status CommitPartial();
 
  private:
   AtomicFile(std::string path, std::string temporary, std::FILE* stream);
@@ -38,6 +41,14 @@ class AtomicFile {
   std::string temporary_;  // empty once committed
   std::FILE* stream_;      // null once committed
 };
+
+// "" and "-".
+bool IsStandardOutput(const std::string& path);
+
+// The file for `--output path`; null where that is standard output. Errors: as AtomicFile::Create(); InvalidArgument
+// where it is one of `inputs`, by this or another name, or the name of a format, which was meant for --format.
+absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
+                                                       std::initializer_list<std::string> inputs = {});
 
 // Flushes `stream`; an error when anything written to it was lost.
 absl::Status FlushStream(std::FILE* stream, const std::string& name);

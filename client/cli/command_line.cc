@@ -2,10 +2,13 @@
 #include "client/cli/command_line.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -14,6 +17,7 @@
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"
 #include "client/cli/option_kinds.h"
+#include "client/cli/run_support.h"
 #include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"
 #include "client/names.h"
@@ -41,15 +45,15 @@ void AddSolveOptions(CLI::App& app, SolveCommand& command) {
       [&](double v) { options.set_threads(static_cast<std::int32_t>(std::min(v, 2e9))); },
       "At most so many; the result does not depend on it (0: all)");
   AddDeadline(app, command.deadline_s);
-  app.add_option("--output", command.output, "Write the result there, whole or not at all, instead of printing it")
-      ->type_name("FILE");
-  app.add_flag("--quiet", command.quiet, "Nothing on standard error but errors");
+  AddOutput(app, command.output, "the result");
+  AddQuiet(app, command.quiet, "Nothing on standard error but errors");
 }
 
 void AddSolve(CLI::App& main, SolveCommand& command) {
   CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
   AddSolveOptions(app, command);
   AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
+  app.add_flag("-v,--verbose", command.verbose, "On a terminal: every iterate, not only the bar");
   app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
 }
 
@@ -75,9 +79,8 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   AddRule(app, command.rule);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
-  app.add_flag("--verbose", command.verbose, "The table with every finding, witness, constant and source");
-  app.add_option("--output", command.output, "Write the analysis there, whole or not at all, instead of printing it")
-      ->type_name("FILE");
+  app.add_flag("-v,--verbose", command.verbose, "The table with every finding, witness, constant and source");
+  AddOutput(app, command.output, "the analysis");
   app.footer(fmt::format("{}\n\n{}", kAnalyzeExamples, kExitCodes));
 }
 
@@ -134,8 +137,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
       if (!grid && option->count() > 0) throw CLI::ValidationError(option->get_name(), "is for signorini");
     }
   });
-  app.add_option("--output", command.output, "Write the problem there, whole or not at all, instead of printing it")
-      ->type_name("FILE");
+  AddOutput(app, command.output, "the problem");
   app.footer(fmt::format("{}\n\n{}", kModelExamples, kExitCodes));
 }
 
@@ -153,6 +155,28 @@ void AddHealth(CLI::App& main, HealthCommand& command) {
   app.add_option("--service", command.service, "One of its services (the server as a whole)")->type_name("NAME");
   AddDeadline(app, command.deadline_s);
   app.footer(kHealthExamples);
+}
+
+void AddContext(CLI::App& main, ContextCommand& command) {
+  using Action = ContextCommand::Action;
+  CLI::App& app = *main.add_subcommand("context", "Servers under names, so that --server and --tls-... need not be typed");
+  app.require_subcommand(1);
+  app.footer(kContextExamples);
+  const auto add = [&](const char* name, const char* what, Action action) -> CLI::App& {
+    CLI::App& sub = *app.add_subcommand(name, what);
+    sub.callback([&command, action] { command.action = action; });
+    return sub;
+  };
+  const auto name_of = [&command](CLI::App& sub) { return sub.add_option("NAME", command.name, "Of the context")->type_name(""); };
+  CLI::App& set = add("set", "Make a context, or replace the one of that name", Action::kSet);
+  name_of(set)->required();
+  AddServer(set, command.server, "The dlcsd at this address");
+  set.get_option("--server")->required();
+  for (const char* option : {"--local", "--context"}) set.remove_option(set.get_option(option));
+  name_of(add("use", "Take this context from now on; without a name none", Action::kUse));
+  add("list", "The contexts; the current one has a star", Action::kList);
+  name_of(add("delete", "Forget a context", Action::kDelete))->required();
+  for (CLI::App* sub : app.get_subcommands({})) sub->footer(kContextExamples);
 }
 
 // CLI11 takes "-.5" for an option of that name, unlike "-0.5": tie a value that looks like a number to the
@@ -191,28 +215,112 @@ void BreakDescriptions(CLI::App& app) {
   }
 }
 
-// The options that `app` and its command know, for "did you mean".
-std::vector<std::string> KnownNames(const CLI::App& app) {
-  std::vector<std::string> names;
+// The command of `app` that was typed, as far as it goes.
+const CLI::App& Current(const CLI::App& app) {
   const auto subcommands = app.get_subcommands();
-  const CLI::App& current = subcommands.empty() ? app : *subcommands.front();
+  return subcommands.empty() ? app : Current(*subcommands.front());
+}
+
+std::vector<std::string> KnownCommands(const CLI::App& current) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : current.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+// The options and commands that `current` knows, for "did you mean".
+std::vector<std::string> KnownNames(const CLI::App& current) {
+  std::vector<std::string> names = KnownCommands(current);
   for (const CLI::Option* option : current.get_options()) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
-  if (subcommands.empty()) {
-    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-      names.push_back(command->get_name());
+  return names;
+}
+
+// "--step-solver newton" for "--newton": the option of which `name` is a value.
+std::optional<std::string> OptionOfValue(const CLI::App& current, const std::string& name) {
+  const std::string value = name.substr(std::min(name.find_first_not_of('-'), name.size()));
+  for (const CLI::Option* option : current.get_options()) {
+    std::istringstream words(option->get_type_name());
+    for (std::string word; std::getline(words, word, '|');) {
+      if (word == value && !option->get_lnames().empty()) return fmt::format("--{} {}", option->get_lnames().front(), word);
     }
   }
-  return names;
+  return std::nullopt;
 }
 
 // A word that is no option or command here, with the nearest one that is.
 std::string NotKnown(const CLI::App& app, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
-  const auto nearest = NearestName(name, KnownNames(app));
-  return fmt::format("\"{}\" is not known here{}", name, nearest ? fmt::format("; did you mean {}?", *nearest) : "");
+  const CLI::App& current = Current(app);
+  auto meant = OptionOfValue(current, name);
+  if (!meant) meant = NearestName(name, KnownNames(current));
+  return fmt::format("\"{}\" is not known here{}", name, meant ? fmt::format("; did you mean {}?", *meant) : "");
 }
+
+// Where an option stands in the help of a command that has many.
+std::string GroupOf(const std::string& name) {
+  static const std::map<std::string, std::vector<std::string>> kGroups = {
+      {"Everyday",
+       {"--tolerance", "--steps", "--step", "--at", "--method", "--format", "--output", "--quiet", "--verbose", "--deadline",
+        "--help", "--title", "--wait"}},
+      {"Only time-stepping", {"--theta", "--step-solver", "--average-y"}},
+      {"Only laplace-iteration", {"--window", "--kernel", "--acceleration", "--windows-in-flight"}},
+      {"Only paper-iteration",
+       {"--interpolation", "--contour", "--contour-nodes", "--contour-gamma", "--contour-mu", "--contour-step",
+        "--contour-initial-state"}},
+      {"Server",
+       {"--server", "--context", "--local", "--token-file", "--tls", "--tls-ca", "--tls-cert", "--tls-key", "--patience"}},
+  };
+  for (const auto& [group, names] : kGroups) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) return group;
+  }
+  return "Accuracy, model and machine";
+}
+
+// Puts the options of a command with many into groups.
+void Group(CLI::App& app) {
+  constexpr std::size_t kMany = 20;
+  const auto options = app.get_options();
+  for (CLI::Option* option : options) {
+    if (!option->nonpositional()) continue;
+    const std::string group = GroupOf("--" + option->get_lnames().front());
+    if (options.size() > kMany || group == "Server") option->group(group);
+  }
+}
+
+// The groups in the order in which they are wanted, not in that of the options; of an option its names and its value, not what it
+// goes with, which is said to who gives the two.
+class GroupedHelp : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    return make_description(app) + make_usage(app, name) + make_positionals(app) + Groups(*app) + make_subcommands(app, mode) +
+           '\n' + make_footer(app);
+  }
+
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    const std::size_t value = name.find("{false}");  // of a flag that says no
+    return value == std::string::npos ? name : name.erase(value, std::string("{false}").size());
+  }
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string text = CLI::Formatter::make_option_opts(option);
+    return text.substr(0, std::min(text.find(" Excludes:"), text.find(" Needs:")));
+  }
+
+ private:
+  std::string Groups(const CLI::App& app) const {
+    std::string text;
+    for (const char* group : {"Options", "Everyday", "Accuracy, model and machine", "Only time-stepping",
+                              "Only laplace-iteration", "Only paper-iteration", "Server"}) {
+      const auto options = app.get_options(
+          [group](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
+      if (!options.empty()) text += make_group(group, false, options);
+    }
+    return text;
+  }
+};
 
 // What is wrong with `arguments`: CLI11's words, but for names that do not exist.
 std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
@@ -224,20 +332,38 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
     if (option != extras.end()) return NotKnown(app, *option);
     if (!extras.empty()) return NotKnown(app, extras.front());
   }
+  if (const CLI::App& group = Current(app); &group != &app && !KnownCommands(group).empty()) {
+    const auto name = std::find(arguments.begin(), arguments.end(), group.get_name());
+    const auto word = std::find_if_not(name == arguments.end() ? name : name + 1, arguments.end(), is_option);
+    if (word != arguments.end()) return NotKnown(app, *word);
+    return fmt::format("say what to do: {}", fmt::join(KnownCommands(group), ", "));
+  }
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, health, or with jobs "
+    return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs "
            "submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
 }
 
 ExitCode Complain(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
-  const auto commands = app.get_subcommands();
-  fmt::print(stderr, "dlcs: {}\nFor all options run: dlcs {}--help\n", WhatIsWrong(app, error, arguments),
-             commands.empty() ? "" : commands.front()->get_name() + " ");
+  std::string command;
+  const CLI::App* current = &app;
+  for (auto subs = app.get_subcommands(); !subs.empty(); subs = current->get_subcommands()) {
+    current = subs.front();
+    command += current->get_name() + " ";
+  }
+  fmt::print(stderr, "dlcs: {}\nFor all options run: dlcs {}--help\n", WhatIsWrong(app, error, arguments), command);
   return kBadInput;
+}
+
+// `command`, whose server is `target`, or what is wrong with what the environment says of that.
+template <typename Command>
+ParsedCommandLine WithServer(Command& command, ServerTarget& target) {
+  const absl::Status status = Complete(target);
+  if (!status.ok()) return Complain(status, kBadInput);
+  return command;
 }
 
 }  // namespace
@@ -251,6 +377,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   ModelCommand model;
   CapabilitiesCommand capabilities;
   HealthCommand health;
+  ContextCommand context;
   JobCommands jobs;
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.", "dlcs");
   app.set_version_flag("--version", std::string("dlcs ") + DLCS_VERSION);
@@ -264,10 +391,21 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddModel(app, model);
   AddCapabilities(app, capabilities);
   AddHealth(app, health);
+  AddContext(app, context);
   AddJobCommands(app, jobs);
-  for (CLI::App* command : app.get_subcommands({})) BreakDescriptions(*command);
+  app.formatter(std::make_shared<GroupedHelp>());
+  for (CLI::App* command : app.get_subcommands({})) {
+    Group(*command);
+    BreakDescriptions(*command);
+    command->formatter(app.get_formatter());
+  }
 
-  const std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
+  std::vector<std::string> arguments = WithNegativeNumbersTied(argc, argv);
+  // "dlcs help solve" is "dlcs solve --help".
+  if (!arguments.empty() && arguments.front() == "help") {
+    arguments.erase(arguments.begin());
+    arguments.push_back("--help");
+  }
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // backwards, as CLI11 wants
   } catch (const CLI::CallForHelp& help) {
@@ -279,23 +417,24 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     return Complain(app, error, arguments);
   }
-  if (app.got_subcommand("solve")) return solve;
-  if (app.got_subcommand("ensemble")) return ensemble;
-  if (app.got_subcommand("analyze")) return analyze;
-  if (app.got_subcommand("lcp")) return lcp;
-  if (app.got_subcommand("dcp")) return dcp;
+  if (app.got_subcommand("solve")) return WithServer(solve, solve.server);
+  if (app.got_subcommand("ensemble")) return WithServer(ensemble, ensemble.solve.server);
+  if (app.got_subcommand("analyze")) return WithServer(analyze, analyze.server);
+  if (app.got_subcommand("lcp")) return WithServer(lcp, lcp.server);
+  if (app.got_subcommand("dcp")) return WithServer(dcp, dcp.server);
   if (app.got_subcommand("model")) return model;
-  if (app.got_subcommand("health")) return health;
-  if (app.got_subcommand("submit")) return jobs.submit;
-  if (app.got_subcommand("upload")) return jobs.upload;
-  if (app.got_subcommand("problems")) return jobs.problems;
-  if (app.got_subcommand("watch")) return jobs.watch;
-  if (app.got_subcommand("get")) return jobs.get;
-  if (app.got_subcommand("list")) return jobs.list;
-  if (app.got_subcommand("cancel")) return jobs.cancel;
-  if (app.got_subcommand("delete")) return jobs.remove;
-  if (app.got_subcommand("result")) return jobs.result;
-  return capabilities;
+  if (app.got_subcommand("health")) return WithServer(health, health.server);
+  if (app.got_subcommand("context")) return context;
+  if (app.got_subcommand("submit")) return WithServer(jobs.submit, jobs.submit.target.server);
+  if (app.got_subcommand("upload")) return WithServer(jobs.upload, jobs.upload.target.server);
+  if (app.got_subcommand("problems")) return WithServer(jobs.problems, jobs.problems.target.server);
+  if (app.got_subcommand("watch")) return WithServer(jobs.watch, jobs.watch.target.server);
+  if (app.got_subcommand("get")) return WithServer(jobs.get, jobs.get.target.server);
+  if (app.got_subcommand("list")) return WithServer(jobs.list, jobs.list.target.server);
+  if (app.got_subcommand("cancel")) return WithServer(jobs.cancel, jobs.cancel.target.server);
+  if (app.got_subcommand("delete")) return WithServer(jobs.remove, jobs.remove.target.server);
+  if (app.got_subcommand("result")) return WithServer(jobs.result, jobs.result.target.server);
+  return WithServer(capabilities, capabilities.server);
 }
 
 }  // namespace dlcs::client

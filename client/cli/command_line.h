@@ -16,8 +16,8 @@ namespace dlcs::client {
 // the options break a rule and that was said on standard error.
 using ParsedCommandLine =
     std::variant<ExitCode, SolveCommand, EnsembleCommand, AnalyzeCommand, LcpCommand, DcpCommand, ModelCommand,
-                 CapabilitiesCommand, HealthCommand, SubmitCommand, UploadCommand, ListProblemsCommand, WatchCommand, ShowJobsCommand, EndJobCommand,
-                 ResultCommand>;
+                 CapabilitiesCommand, HealthCommand, ContextCommand, SubmitCommand, UploadCommand, ListProblemsCommand,
+                 WatchCommand, ShowJobsCommand, EndJobCommand, ResultCommand>;
 
 ParsedCommandLine ParseCommandLine(int argc, const char* const* argv);
 

@@ -17,7 +17,7 @@ namespace dlcs::client {
 // Where commands look for a server that cannot run in this process.
 inline constexpr const char* kDefaultServer = "localhost:50051";
 
-enum class OutputFormat { kTable, kJson, kCsv };
+enum class OutputFormat { kTable, kJson, kCsv, kName };
 
 struct SolveCommand {
   std::string problem_path;              // "-" is standard input
@@ -26,8 +26,9 @@ struct SolveCommand {
   std::string grid;                      // --grid as it was typed
   std::optional<v1::SolutionRule> rule;  // overrides the file's
   OutputFormat format = OutputFormat::kTable;
-  std::string output;  // empty is standard output
+  std::string output;  // empty or "-" is standard output
   bool quiet = false;
+  bool verbose = false;  // on a terminal: every iterate
   double deadline_s = 600;
 };
 
@@ -88,6 +89,14 @@ struct HealthCommand {
   double deadline_s = 3;
 };
 
+// Servers under names (contexts.h).
+struct ContextCommand {
+  enum class Action { kList, kSet, kUse, kDelete };
+  Action action = Action::kList;
+  std::string name;  // empty with kUse: none is the current one any more
+  ServerTarget server;
+};
+
 // Each prints its result on standard output and everything else on standard error.
 ExitCode Run(const SolveCommand& command);
 ExitCode Run(const EnsembleCommand& command);
@@ -97,6 +106,7 @@ ExitCode Run(const DcpCommand& command);
 ExitCode Run(const ModelCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 ExitCode Run(const HealthCommand& command);
+ExitCode Run(const ContextCommand& command);
 
 }  // namespace dlcs::client
 

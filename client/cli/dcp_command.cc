@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <cstdio>
+#include <memory>
 
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
 #include "client/cli/lcp_output.h"
 #include "client/cli/run_support.h"
+#include "client/cli/ticker.h"
 #include "client/json_text.h"
 #include "client/lcp_file.h"
 
@@ -24,8 +26,10 @@ ExitCode Run(const DcpCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
+  auto wait = std::make_unique<WaitView>("solves the DCP");
   const auto response = (*backend)->SolveDcp(
       *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  wait.reset();
   if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
   if (command.format == OutputFormat::kJson) {
     PrintDcpJson(*response, measures, stdout);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -17,6 +17,7 @@
 #include "client/cli/live_view.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
+#include "client/cli/ticker.h"
 #include "client/json_text.h"
 #include "client/members_file.h"
 #include "client/names.h"
@@ -27,40 +28,32 @@ namespace {
 // How many members have finished, on standard error: redrawn on a terminal, now and then a line in a log.
 class MemberCount {
  public:
-  MemberCount(std::int64_t members, bool quiet)
-      : members_(members),
-        quiet_(quiet),
-        terminal_(isatty(STDERR_FILENO) != 0),
-        lines_(1, terminal_ ? kPerSecondOnTerminal : kPerSecondInLog) {
+  MemberCount(std::int64_t members, bool quiet) : members_(members), quiet_(quiet), lines_(1, kPerSecondInLog) {
     lines_.Take(LineBudget::Clock::now());  // the first one is due after a while
+    if (!quiet && CanRedraw(stderr)) ticker_ = std::make_unique<Ticker>(stderr, WidthOf(stderr), [this] { return Text(); });
   }
-  ~MemberCount() {
-    if (drawn_) fmt::print(stderr, "\r\x1b[K");
-  }
-  MemberCount(const MemberCount&) = delete;
-  MemberCount& operator=(const MemberCount&) = delete;
 
+  // From one thread at a time.
   void Add(const v1::Summary& summary) {
     ++finished_;
     if (!Succeeded(summary)) ++unsolved_;
-    if (quiet_ || !lines_.Take(LineBudget::Clock::now())) return;
-    const std::string unsolved = unsolved_ > 0 ? fmt::format(", {} not solved", unsolved_) : "";
-    fmt::print(stderr, "{}{} of {} members{}{}", terminal_ ? "\r" : "dlcs: ", finished_, members_, unsolved,
-               terminal_ ? "\x1b[K" : "\n");
-    std::fflush(stderr);
-    drawn_ = terminal_;
+    if (!quiet_ && !ticker_ && lines_.Take(LineBudget::Clock::now())) fmt::print(stderr, "dlcs: {}\n", Text());
   }
 
  private:
-  static constexpr double kPerSecondOnTerminal = 10;
   static constexpr double kPerSecondInLog = 0.2;
-  std::int64_t members_;
-  bool quiet_;
-  bool terminal_;
+
+  std::string Text() const {
+    const std::string unsolved = unsolved_ > 0 ? fmt::format(", {} not solved", unsolved_.load()) : "";
+    return fmt::format("{} of {} members{}", finished_.load(), members_, unsolved);
+  }
+
+  const std::int64_t members_;
+  const bool quiet_;
   LineBudget lines_;
-  std::int64_t finished_ = 0;
-  std::int64_t unsolved_ = 0;
-  bool drawn_ = false;
+  std::atomic<std::int64_t> finished_ = 0;
+  std::atomic<std::int64_t> unsolved_ = 0;
+  std::unique_ptr<Ticker> ticker_;  // last: it uses the others
 };
 
 v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemInput& input,
@@ -113,16 +106,12 @@ ExitCode Run(const EnsembleCommand& command) {
   const auto constraints = static_cast<int>(input->constraints());
   const auto members = ReadMembersFile(command.members_path, states, constraints);
   if (!members.ok()) return Complain(members.status(), kBadInput);
-  std::unique_ptr<AtomicFile> output;
-  if (!solve.output.empty()) {
-    auto created = AtomicFile::Create(solve.output);
-    if (!created.ok()) return Complain(created.status(), kBadInput);
-    output = *std::move(created);
-  }
-  std::FILE* out = output ? output->stream() : stdout;
-  // Before gRPC starts its threads, so that signals come here; after reading, which Ctrl-C ends as always.
+  const auto output = OpenOutput(solve.output, {solve.problem_path, command.members_path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  std::FILE* out = *output ? (*output)->stream() : stdout;
+  // After reading, which Ctrl-C ends as always.
   if (!interrupt) interrupt.emplace();
-  const auto backend = MakeBackend(solve.server);
+  const auto backend = MakeBackend(solve.server, solve.quiet);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
   EnsembleTable table;
@@ -149,9 +138,12 @@ ExitCode Run(const EnsembleCommand& command) {
   if (solve.format == OutputFormat::kTable) {
     table.Print(input->title(), *summary, WidthOf(out), out);
   }
-  const absl::Status delivered = output ? output->Commit() : FlushStream(stdout, "standard output");
+  const bool whole = summary->stopped() + summary->not_begun() == 0;
+  const absl::Status delivered = !*output ? FlushStream(stdout, "standard output")
+                                 : whole  ? (*output)->Commit()
+                                          : (*output)->CommitPartial();
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
-  if (!solve.quiet && (solve.format != OutputFormat::kTable || output)) {
+  if (!solve.quiet && (solve.format != OutputFormat::kTable || *output)) {
     fmt::print(stderr, "dlcs: {}\n", CountText(*summary));
   }
   return ExitCodeOf(*summary);

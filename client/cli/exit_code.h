@@ -13,15 +13,20 @@ enum ExitCode : int {
   kSolved = 0,         // T was reached, and nothing says that the answer is wrong (Verdict.success)
   kNoAnswer = 1,       // the mathematics has no answer, the method did not find it, or its estimated error is above 30 %
   kBadInput = 2,       // a file, an option or the problem breaks a rule
-  kServiceFailed = 3,  // the service failed, or the solve was cancelled or ran out of time
+  kServiceFailed = 3,  // the service failed, or the solve was cancelled on the server or ran out of time
+  kInterrupted = 130,  // 128 + SIGINT, as shells have it: Ctrl-C
+  kTerminated = 143,   // 128 + SIGTERM
 };
+
+// Stopped before its end: what there is of the trajectory is a part of it.
+inline bool IsStopped(v1::Termination termination) {
+  return termination == v1::CANCELLED || termination == v1::DEADLINE;
+}
 
 inline ExitCode ExitCodeOf(const v1::Summary& summary) {
   if (summary.verdict().success()) return kSolved;
   const v1::Termination termination = summary.termination();
-  const bool stopped = termination == v1::CANCELLED || termination == v1::DEADLINE ||
-                       termination == v1::TERMINATION_UNSPECIFIED;
-  return stopped ? kServiceFailed : kNoAnswer;
+  return IsStopped(termination) || termination == v1::TERMINATION_UNSPECIFIED ? kServiceFailed : kNoAnswer;
 }
 
 // Of a failed call.

@@ -8,11 +8,13 @@ namespace dlcs::client {
 
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file,\n"
-    "option, problem); 3 the service failed, or the solve was cancelled or ran out of time.";
+    "option, problem); 3 the service failed, or the solve was cancelled there or ran out of time; 130 Ctrl-C,\n"
+    "143 SIGTERM.";
 
 inline constexpr const char* kEnsembleExitCodes =
     "Exit codes: 0 all members solved; 1 for some the mathematics has no answer; 2 bad input (file, option,\n"
-    "problem, member); 3 the service failed, or members were cancelled or ran out of time.";
+    "problem, member); 3 the service failed, or members were cancelled there or ran out of time; 130 Ctrl-C,\n"
+    "143 SIGTERM.";
 
 inline constexpr const char* kMainExamples =
     "Examples:\n"
@@ -24,7 +26,9 @@ inline constexpr const char* kMainExamples =
     "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
     "  dlcs model input-output economy.json               a model of a whole field to a problem file\n"
     "  dlcs submit circuit.json                           a job on a server that outlives this terminal\n"
-    "  dlcs solve --help                                  all options, more examples";
+    "  dlcs help solve                                    all options, more examples\n"
+    "\n"
+    "DLCS_SERVER=HOST:PORT, DLCS_CONTEXT=NAME or `dlcs context use NAME` stand for --server; --local is against them.";
 
 inline constexpr const char* kSolveExamples =
     "A problem file is one JSON object with the keys A B N M x0 T and f and g (or pieces), of\n"
@@ -47,7 +51,19 @@ inline constexpr const char* kSolveExamples =
     "  dlcs solve circuit.json --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
-    "Ctrl-C cancels the solve and prints what is known; a second one ends at once.";
+    "Ctrl-C and SIGTERM cancel the solve and print what is known; a file then is FILE.partial. A second one ends at\n"
+    "once. On a terminal a bar shows how far it is; --verbose shows every iterate.";
+
+inline constexpr const char* kContextExamples =
+    "A context is a server under a name, with what its connection takes. Tokens stay in their files.\n"
+    "What --server says counts first, then --context, DLCS_SERVER, DLCS_CONTEXT and the context in use.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs context set lab --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
+    "  dlcs context use lab               from now on\n"
+    "  dlcs solve circuit.json            runs there\n"
+    "  dlcs solve circuit.json --local    runs here\n"
+    "  dlcs context use                   no context any more";
 
 inline constexpr const char* kEnsembleExamples =
     "MEMBERS is a list of objects, each with what its member has in place of the problem's: x0, f, g, pieces,\n"
@@ -65,7 +81,7 @@ inline constexpr const char* kEnsembleExamples =
     "  dlcs ensemble circuit.json sources.json --steps 10000 --server localhost:50051\n"
     "  dlcs ensemble circuit.json starts.csv --at 1,2 --format json --output solved.jsonl\n"
     "\n"
-    "Ctrl-C cancels the members that run and prints what is known; a second one ends at once.";
+    "Ctrl-C and SIGTERM cancel the members that run and print what is known; a second one ends at once.";
 
 inline constexpr const char* kAnalyzeExamples =
     "Says what is known about the system before it is solved: the class of M with witnesses, constants,\n"

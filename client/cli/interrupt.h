@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ctrl-C as a stop token.
+// Ctrl-C and SIGTERM as a stop token.
 
 #ifndef DLCS_CLIENT_CLI_INTERRUPT_H_
 #define DLCS_CLIENT_CLI_INTERRUPT_H_
@@ -9,8 +9,10 @@
 
 namespace dlcs::client {
 
-// While it lives, the first SIGINT or SIGTERM requests the stop and the second one ends the process at once.
-// To be made before any other thread: threads inherit which signals they leave to the one that waits here.
+// While it lives, the first SIGINT or SIGTERM requests the stop, and the second one ends the process at once with the exit code
+// of a program that it killed, 128 and its number. A signal that was ignored when the program began, as the shell's `&` and
+// nohup arrange it, stays ignored. Which thread the system gives a signal to does not matter: libraries start some before
+// main(). One object at a time.
 class Interrupt {
  public:
   Interrupt();
@@ -21,12 +23,14 @@ class Interrupt {
 
   std::stop_token token() const { return source_.get_token(); }
 
+  // The first signal that came while any of these objects lived, SIGINT or SIGTERM; 0 where none did.
+  static int Signal();
+
  private:
   void Wait();
 
   std::stop_source source_;
-  int signals_;  // a descriptor that is readable when a signal came
-  int finish_;   // a descriptor that is readable when this object goes
+  int finish_;  // a descriptor that is readable when this object goes
   std::thread waiter_;
 };
 

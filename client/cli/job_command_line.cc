@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "client/cli/help_text.h"
 #include "client/cli/job_support.h"
@@ -16,43 +17,110 @@
 namespace dlcs::client {
 namespace {
 
-constexpr const char* kJobExamples =
-    "Examples:\n"
-    "  dlcsd --store jobs.db &                       a server that takes jobs\n"
-    "  job=$(dlcs submit circuit.json --steps 1e6)   prints jobs/..., nothing else\n"
-    "  dlcs watch $job                               until it has ended; exits as solve would\n"
-    "  dlcs get $job                                 state and progress\n"
-    "  dlcs result $job --format csv --output circuit.csv\n"
-    "  dlcs list --state queued,running\n"
-    "  dlcs cancel $job\n"
-    "  problem=$(dlcs upload membrane.json)          once; then submit, solve, analyze and ensemble take $problem";
+constexpr const char* kJobNames =
+    "A job is named by what submit printed, by its letters alone, or by as many of the first of them as no other job has.";
 
-void AddTarget(CLI::App& app, JobTarget& target) {
+constexpr const char* kSubmitExamples =
+    "Prints the name of the job, jobs/..., and nothing else. The job outlives this terminal, cuts and restarts of the server.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcsd --store jobs.db &                           a server that takes jobs\n"
+    "  job=$(dlcs submit circuit.json --tolerance 1e-8)\n"
+    "  dlcs submit circuit.json --title 'diode, warm' --wait\n"
+    "  dlcs submit circuit.json --check                  would it be taken, and what would it need?";
+
+constexpr const char* kWatchExamples =
+    "Exits as solve would. Ctrl-C and SIGTERM end the watching; the job goes on.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs watch $job\n"
+    "  dlcs watch $job --format json          every event a line, for programs\n"
+    "  dlcs watch $job --quiet && plot.sh     the exit code alone";
+
+constexpr const char* kGetExamples =
+    "Examples:\n"
+    "  dlcs get k3f                          the job whose name begins so\n"
+    "  dlcs get $job -o json\n"
+    "  dlcs get problems/41cb                an uploaded problem";
+
+constexpr const char* kListExamples =
+    "Examples:\n"
+    "  dlcs list\n"
+    "  dlcs list --state queued,running\n"
+    "  dlcs list -o name | xargs -n 1 dlcs cancel";
+
+constexpr const char* kCancelExamples =
+    "Examples:\n"
+    "  dlcs cancel k3f\n"
+    "  dlcs result k3f                       what it had found";
+
+constexpr const char* kDeleteExamples =
+    "A job has to have ended: cancel it first.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs delete k3f\n"
+    "  dlcs delete --all                     every job that has ended\n"
+    "  dlcs delete --all --state failed,cancelled";
+
+constexpr const char* kResultExamples =
+    "Examples:\n"
+    "  dlcs result $job                      a table\n"
+    "  dlcs result $job --at 1,2.5           the stored times nearest to these\n"
+    "  dlcs result $job --format csv --output circuit.csv\n"
+    "  dlcs result $job --from 3 --to 4 --stride 10 --format json";
+
+constexpr const char* kUploadExamples =
+    "Prints the problem's name, problems/..., which solve, submit, analyze and ensemble take in place of a file.\n"
+    "\n"
+    "Examples:\n"
+    "  problem=$(dlcs upload membrane.json)\n"
+    "  dlcs submit $problem --tolerance 1e-6";
+
+constexpr const char* kProblemsExamples =
+    "Examples:\n"
+    "  dlcs problems\n"
+    "  dlcs problems -o name";
+
+void AddTarget(CLI::App& app, JobTarget& target, const std::string& footer) {
   AddServer(app, target.server, fmt::format("The dlcsd at this address ({})", target.server.address));
   AddNumber(
-      app, "--patience", "SECONDS", Positive(), [&target](double v) { target.patience_s = v; },
-      fmt::format("Go on for so long through cuts and restarts ({})", target.patience_s));
-  app.footer(fmt::format("{}\n\n{}", kJobExamples, kExitCodes));
+      app, "--patience", "SECONDS", {"a number of at least 0", [](double v) { return v >= 0; }},
+      [&target](double v) {
+        using Repeat = ConnectionOptions::Repeat;
+        target.repeat = v > 0 ? Repeat::kAlways : Repeat::kNever;
+        if (v > 0) target.patience_s = v;
+      },
+      fmt::format("Go on for so long through cuts and restarts ({}), and from a first answer on; given, before that too; 0: do not",
+                  target.patience_s));
+  app.footer(fmt::format("{}\n\n{}", footer, kExitCodes));
 }
 
 void AddName(CLI::App& app, std::string& name) {
-  app.add_option("JOB", name, "Its name, as submit prints it")->required()->type_name("jobs/ID");
+  app.add_option("JOB", name, kJobNames)->required()->type_name("JOB");
 }
 
 void AddNameOfEither(CLI::App& app, std::string& name) {
   const auto not_empty = [](const std::string& word) { return std::string(word.empty() ? "must not be empty" : ""); };
-  app.add_option("NAME", name, "As submit or upload prints it")
-      ->required()
-      ->type_name("jobs/ID|problems/ID")
+  app.add_option("NAME", name, std::string(kJobNames) + " A problem likewise, with problems/ in front")
+      ->type_name("JOB|problems/ID")
       ->check(CLI::Validator(not_empty, ""));
+}
+
+CLI::Option& AddStates(CLI::App& app, std::vector<v1::JobState>& states) {
+  return *AddWord<std::vector<v1::JobState>>(
+      app, "--state", JobStateWords(), ParseJobStates,
+      [&states](const std::vector<v1::JobState>& parsed) { states = parsed; },
+      "Those in this state only, or in one of several: queued,running");
 }
 
 void AddSubmit(CLI::App& main, SubmitCommand& command) {
   CLI::App& app = *main.add_subcommand("submit", "Leave a system to a server to solve, as a job");
   SolveCommand& solve = command.solve;
   AddProblem(app, solve.problem_path);
-  AddTarget(app, command.target);
+  AddTarget(app, command.target, kSubmitExamples);
   AddHowToSolve(app, solve.options, solve.grid, solve.rule);
+  app.add_option("--title", command.title, "What list calls it, at most 200 bytes (the problem's name)")->type_name("TEXT");
+  app.add_flag("--wait", command.wait, "Then watch it to its end, and exit as solve would");
   app.add_option("--request-id", command.request_id, "The same for every attempt to submit this job (random)")
       ->type_name("TEXT");
   AddNumber(
@@ -62,12 +130,13 @@ void AddSubmit(CLI::App& main, SubmitCommand& command) {
       app, "--within", "SECONDS", Positive(), [&command](double v) { command.within_s = v; },
       "Of no use later: refuse it if that cannot be, stop it then");
   app.add_flag("--check", command.validate_only, "Say what would be said, but take nothing");
+  AddQuiet(app, command.quiet, "With --wait: nothing of its progress");
 }
 
 void AddWatch(CLI::App& main, WatchCommand& command) {
   CLI::App& app = *main.add_subcommand("watch", "Follow a job to its end");
   AddName(app, command.name);
-  AddTarget(app, command.target);
+  AddTarget(app, command.target, kWatchExamples);
   AddNumber(
       app, "--after", "N", WholeAtLeast("a whole number of at least 0", 0),
       [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Events above this number only (0)");
@@ -75,7 +144,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
       app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
       "Iterates no closer together than this");
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
-  CLI::Option& quiet = *app.add_flag("--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
+  CLI::Option& quiet = *app.add_flag("-q,--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
   CLI::Option& values = *AddWord<v1::WatchView>(
       app, "--values", {"sampled", "full"},
       [](const std::string& word) -> std::optional<v1::WatchView> {
@@ -96,7 +165,11 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
 void AddResult(CLI::App& main, ResultCommand& command) {
   CLI::App& app = *main.add_subcommand("result", "Print the trajectory of a job that has ended");
   AddName(app, command.name);
-  AddTarget(app, command.target);
+  AddTarget(app, command.target, kResultExamples);
+  app.add_option_function<std::string>(
+         "--at", [&command](const std::string& text) { command.at = ParseTimes(text, "--at"); },
+         "The stored times nearest to these, in any order; submit --at stores times exactly")
+      ->type_name("T1,T2,...");
   AddNumber(
       app, "--stride", "N", WholeAtLeast("a whole number of at least 1", 1),
       [&command](double v) { command.stride = static_cast<std::int64_t>(v); }, "Every so many times (1)");
@@ -107,18 +180,17 @@ void AddResult(CLI::App& main, ResultCommand& command) {
       app, "--to", "T", {"a number", [](double) { return true; }}, [&command](double v) { command.to = v; },
       "Up to this time (the end)");
   AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
-  app.add_option("--output", command.output, "Write it there, whole or not at all, instead of printing it")
-      ->type_name("FILE");
+  AddOutput(app, command.output, "it");
 }
 
 void AddProblems(CLI::App& main, JobCommands& commands) {
   CLI::App& upload = *main.add_subcommand("upload", "Send a problem to a server once, to be solved many times");
   AddProblem(upload, commands.upload.problem_path);
-  AddTarget(upload, commands.upload.target);
+  AddTarget(upload, commands.upload.target, kUploadExamples);
   AddRule(upload, commands.upload.rule);
   CLI::App& problems = *main.add_subcommand("problems", "The problems that were uploaded, newest first");
-  AddTarget(problems, commands.problems.target);
-  AddFormat(problems, {"table", "json"}, commands.problems.format, "What to print (table)");
+  AddTarget(problems, commands.problems.target, kProblemsExamples);
+  AddFormat(problems, {"table", "json", "name"}, commands.problems.format, "What to print (table)");
 }
 
 }  // namespace
@@ -129,29 +201,33 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
 
   CLI::App& get = *main.add_subcommand("get", "State and progress of a job, or what is known of a problem");
   AddNameOfEither(get, commands.get.name);
-  AddTarget(get, commands.get.target);
-  AddFormat(get, {"table", "json"}, commands.get.format, "What to print (table)");
+  get.get_option("NAME")->required();
+  AddTarget(get, commands.get.target, kGetExamples);
+  AddFormat(get, {"table", "json", "name"}, commands.get.format, "What to print (table)");
 
   CLI::App& list = *main.add_subcommand("list", "The jobs of a server, newest first");
-  AddTarget(list, commands.list.target);
-  AddWord<std::vector<v1::JobState>>(
-      list, "--state", JobStateWords(), ParseJobStates,
-      [&commands](const std::vector<v1::JobState>& states) { commands.list.states = states; },
-      "Those in this state only, or in one of several: queued,running");
+  AddTarget(list, commands.list.target, kListExamples);
+  AddStates(list, commands.list.states);
   AddNumber(
       list, "--most", "N", WholeAtLeast("a whole number of at least 1", 1),
       [&commands](double v) { commands.list.most = static_cast<std::int64_t>(std::min(v, 1e6)); },
       "At most so many (100)");
-  AddFormat(list, {"table", "json"}, commands.list.format, "What to print (table)");
+  AddFormat(list, {"table", "json", "name"}, commands.list.format, "What to print (table)");
 
   CLI::App& cancel = *main.add_subcommand("cancel", "Stop a job; what it has found can still be read");
   AddName(cancel, commands.cancel.name);
-  AddTarget(cancel, commands.cancel.target);
+  AddTarget(cancel, commands.cancel.target, kCancelExamples);
 
   commands.remove.forget = true;
   CLI::App& remove = *main.add_subcommand("delete", "Forget a job that has ended with its trajectory, or a problem");
   AddNameOfEither(remove, commands.remove.name);
-  AddTarget(remove, commands.remove.target);
+  CLI::Option& all = *remove.add_flag("--all", commands.remove.all, "All jobs that have ended, instead of one");
+  AddStates(remove, commands.remove.states).needs(&all);
+  CLI::Option& one = *remove.get_option("NAME")->excludes(&all);
+  remove.callback([&all, &one] {
+    if (all.count() + one.count() == 0) throw CLI::ValidationError("NAME", "is required, or --all");
+  });
+  AddTarget(remove, commands.remove.target, kDeleteExamples);
 
   AddResult(main, commands.result);
   AddProblems(main, commands);

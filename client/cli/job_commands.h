@@ -19,13 +19,17 @@ struct JobTarget {
   ServerTarget server = ServerAt(kDefaultServer);
   // For the whole command, cuts and restarts included.
   double patience_s = 60;
+  ConnectionOptions::Repeat repeat = ConnectionOptions::Repeat::kAfterAnswer;
 };
 
-// Prints the job's name and nothing else.
+// Prints the job's name and nothing else; with `wait` follows it to its end.
 struct SubmitCommand {
   JobTarget target;
   SolveCommand solve;  // problem_path, options, grid, rule
   std::string request_id;
+  std::string title;  // empty: the problem's name
+  bool wait = false;
+  bool quiet = false;  // while waiting
   std::int32_t priority = 0;
   std::optional<double> within_s;  // the deadline of the job
   bool validate_only = false;
@@ -71,15 +75,18 @@ struct EndJobCommand {
   JobTarget target;
   std::string name;
   bool forget = false;  // delete, not cancel
+  bool all = false;     // every job that has ended, or of those the ones in `states`
+  std::vector<v1::JobState> states;
 };
 
-// The trajectory, printed as solve prints it.
+// The trajectory, printed as solve prints it. Where there is `at`, the stored times nearest to those.
 struct ResultCommand {
   JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 600};
   std::string name;
   std::int64_t stride = 1;
   double from = 0;
   std::optional<double> to;
+  std::vector<double> at;
   OutputFormat format = OutputFormat::kTable;
   std::string output;
 };

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <cstdio>
+#include <memory>
 
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
 #include "client/cli/lcp_output.h"
 #include "client/cli/run_support.h"
+#include "client/cli/ticker.h"
 #include "client/json_text.h"
 #include "client/lcp_file.h"
 
@@ -19,8 +21,10 @@ ExitCode Run(const LcpCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
+  auto wait = std::make_unique<WaitView>("solves the LCP");
   const auto response = (*backend)->SolveLcp(
       *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  wait.reset();
   if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
   command.format == OutputFormat::kJson ? PrintLcpJson(*response, stdout) : PrintLcpTable(*response, stdout);
   const absl::Status printed = FlushStream(stdout, "standard output");

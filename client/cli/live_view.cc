@@ -20,14 +20,23 @@ constexpr double kLinesPerSecondInLog = 0.5;
 // Lines while one window takes long, or a method that has no iterates.
 constexpr double kSignsPerSecondOnTerminal = 1;
 constexpr double kSignsPerSecondInLog = 0.2;
-constexpr double kBarsPerSecond = 10;
 constexpr int kBarLetters = 30;
+// From here on how long it will take is worth guessing.
+constexpr double kSecondsBeforeGuess = 1;
+constexpr double kDoneBeforeGuess = 0.02;
 
 constexpr const char* kHead = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
 
 std::string Bound(const v1::Iterate& iterate) {
   if (!iterate.has_log10_bound()) return "-";
   return fmt::format("10^{:.1f}", std::round(10 * iterate.log10_bound()) / 10 + 0.0);  // + 0.0: never "-0.0"
+}
+
+// "12 s", "3 min", "2 h".
+std::string Duration(double seconds) {
+  if (seconds < 100) return fmt::format("{:.0f} s", std::ceil(seconds));
+  if (seconds < 6000) return fmt::format("{:.0f} min", std::ceil(seconds / 60));
+  return fmt::format("{:.0f} h", std::ceil(seconds / 3600));
 }
 
 }  // namespace
@@ -46,9 +55,9 @@ LiveView::LiveView(std::FILE* out, const Settings& settings)
     : out_(out),
       settings_(settings),
       lines_(kBurst, settings.terminal ? kLinesPerSecondOnTerminal : kLinesPerSecondInLog),
-      signs_of_life_(1, settings.terminal ? kSignsPerSecondOnTerminal : kSignsPerSecondInLog),
-      bars_(1, kBarsPerSecond) {
+      signs_of_life_(1, settings.terminal ? kSignsPerSecondOnTerminal : kSignsPerSecondInLog) {
   signs_of_life_.Take(start_);  // the first one is due after a while, not at once
+  if (settings.terminal) ticker_ = std::make_unique<Ticker>(out, settings.width, [this] { return Bar(); });
 }
 
 LiveView::~LiveView() { Finish(); }
@@ -56,33 +65,43 @@ LiveView::~LiveView() { Finish(); }
 void LiveView::OnEvent(const v1::SolveEvent& event) {
   switch (event.kind_case()) {
     case v1::SolveEvent::kAnalysis:
-      OnAnalysis(event.analysis());
-      break;
-    case v1::SolveEvent::kWindowStarted:
+      return OnAnalysis(event.analysis());
+    case v1::SolveEvent::kWindowStarted: {
+      const std::lock_guard lock(mutex_);
       window_ = event.window_started();
-      break;
+      return;
+    }
     case v1::SolveEvent::kIterate:
-      OnIterate(event.iterate());
-      break;
+      return OnIterate(event.iterate());
     case v1::SolveEvent::kWindowFinished:
-      OnWindowFinished(event.window_finished());
-      break;
+      return OnWindowFinished(event.window_finished());
     case v1::SolveEvent::kGap:
       passed_over_ += event.gap().iterates();
-      break;
+      return;
     case v1::SolveEvent::kWaiting:
-      if (event.waiting().queued()) PrintLine("waits for its turn on the server");
-      break;
+      return OnWaiting(event.waiting());
     case v1::SolveEvent::kAccepted:
     case v1::SolveEvent::kTrajectory:
     case v1::SolveEvent::kSummary:
     case v1::SolveEvent::KIND_NOT_SET:
-      break;
+      return;
   }
-  if (settings_.terminal && bars_.Take(LineBudget::Clock::now())) DrawBar();
+}
+
+void LiveView::OnText(const std::string& line) { PrintLine(line); }
+
+void LiveView::OnReached(double time) {
+  const std::lock_guard lock(mutex_);
+  queued_ = false;
+  reached_ = std::max(reached_, time);
 }
 
 void LiveView::OnAnalysis(const v1::Analysis& analysis) {
+  {
+    const std::lock_guard lock(mutex_);
+    analyzed_ = true;
+    queued_ = false;
+  }
   std::string lipschitz;
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"),
@@ -99,8 +118,19 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   for (const std::string& warning : analysis.warnings()) PrintText("warning: " + warning);
 }
 
+void LiveView::OnWaiting(const v1::Waiting& waiting) {
+  if (waiting.queued() && !settings_.terminal) PrintLine("waits for its turn on the server");
+  const std::lock_guard lock(mutex_);
+  queued_ = waiting.queued();
+}
+
 void LiveView::OnIterate(const v1::Iterate& iterate) {
   const auto now = LineBudget::Clock::now();
+  {
+    const std::lock_guard lock(mutex_);
+    iterate_ = iterate;
+  }
+  if (settings_.terminal && !settings_.verbose) return;  // the bar says so
   if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate, window_);
   if (!condensed_)
     PrintLine(fmt::format("{:>8}  from here on the last iterate of a window, now and then", "..."));
@@ -137,7 +167,13 @@ void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
     return PrintLine(fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(),
                                  outcome.why()));
   }
-  reached_ = std::max(reached_, outcome.end());
+  {
+    const std::lock_guard lock(mutex_);
+    queued_ = false;
+    if (outcome.end() < reached_) ++passes_;  // it began once more
+    reached_ = outcome.end();
+    iterate_.Clear();
+  }
   if (condensed_ && hidden_iterate_.iteration() > 0) {
     if (lines_.Take(now)) PrintHiddenIterate();
   } else if (!settings_.terminal && outcome.iterations() == 0 && signs_of_life_.Take(now)) {
@@ -146,32 +182,38 @@ void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
 }
 
 void LiveView::PrintLine(const std::string& line) {
-  ClearBar();
-  fmt::print(out_, "{}\n", line);
+  const auto print = [&] { fmt::print(out_, "{}\n", line); };
+  ticker_ ? ticker_->Above(print) : print();
 }
 
 void LiveView::PrintText(const std::string& text) {
-  ClearBar();
-  Paragraphs(settings_.width, out_).Print("", text);
+  const auto print = [&] { Paragraphs(settings_.width, out_).Print("", text); };
+  ticker_ ? ticker_->Above(print) : print();
 }
 
-void LiveView::DrawBar() {
+// What is being done, where no time says so.
+std::string LiveView::Phase() const {
+  if (queued_) return "waits for its turn on the server";
+  if (iterate_.iteration() > 0) {
+    return fmt::format("window {}, iteration {}, change {:.0e}", iterate_.window(), iterate_.iteration(), iterate_.change());
+  }
+  if (reached_ >= settings_.horizon) return "checks the result";
+  if (reached_ > 0) return passes_ > 1 ? fmt::format("pass {}", passes_) : "";
+  return analyzed_ ? "sets up" : "analyses";
+}
+
+std::string LiveView::Bar() const {
+  const std::lock_guard lock(mutex_);
   const double done = std::clamp(settings_.horizon > 0 ? reached_ / settings_.horizon : 0.0, 0.0, 1.0);
   const int full = static_cast<int>(std::floor(done * kBarLetters));
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start_;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   std::string line = fmt::format("[{}{}] {:3.0f} %  t = {:.4g} of {:.4g}  {:.1f} s", std::string(full, '#'),
-                                 std::string(kBarLetters - full, '.'), 100 * done, reached_,
-                                 settings_.horizon, seconds.count());
-  // A line that wraps could not be taken back.
-  line.resize(std::min<std::size_t>(line.size(), static_cast<std::size_t>(std::max(settings_.width - 1, 1))));
-  fmt::print(out_, "\r\x1b[K{}", line);
-  std::fflush(out_);
-  bar_drawn_ = true;
-}
-
-void LiveView::ClearBar() {
-  if (bar_drawn_) fmt::print(out_, "\r\x1b[K");
-  bar_drawn_ = false;
+                                 std::string(kBarLetters - full, '.'), 100 * done, reached_, settings_.horizon, seconds);
+  if (seconds > kSecondsBeforeGuess && done > kDoneBeforeGuess && done < 1 && passes_ == 1) {
+    line += fmt::format(", about {} left", Duration(seconds * (1 - done) / done));
+  }
+  if (const std::string phase = Phase(); !phase.empty()) line += "  " + phase;
+  return line;
 }
 
 void LiveView::Finish() {
@@ -179,7 +221,7 @@ void LiveView::Finish() {
   finished_ = true;
   PrintHiddenIterate();
   if (passed_over_ > 0) PrintLine(fmt::format("{:>8}  {} not shown", "...", Count(passed_over_, "iterate")));
-  ClearBar();
+  ticker_.reset();
   std::fflush(out_);
 }
 

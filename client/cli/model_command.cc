@@ -40,16 +40,12 @@ absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
 }  // namespace
 
 ExitCode Run(const ModelCommand& command) {
-  std::unique_ptr<AtomicFile> output;
-  if (!command.output.empty()) {
-    auto created = AtomicFile::Create(command.output);
-    if (!created.ok()) return Complain(created.status(), kBadInput);
-    output = *std::move(created);
-  }
+  const auto output = OpenOutput(command.output, {command.path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
   const auto file = MakeFile(command);
   if (!file.ok()) return Complain(file.status(), kBadInput);
-  PrintFile(*file, output ? output->stream() : stdout);
-  const absl::Status printed = output ? output->Commit() : FlushStream(stdout, "standard output");
+  PrintFile(*file, *output ? (*output)->stream() : stdout);
+  const absl::Status printed = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
 }
 

@@ -33,6 +33,9 @@ NumberRule Within(const char* words, double least, double most) {
 NumberRule WholeAtLeast(const char* words, double least) {
   return {words, [least](double v) { return v >= least && v <= 9e15 && v == std::floor(v); }};
 }
+NumberRule Whole(const char* words, double least, double most) {
+  return {words, [least, most](double v) { return v >= least && v <= most && v == std::floor(v); }};
+}
 
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option) {
   const auto value = ParseNumber(text);
@@ -84,9 +87,17 @@ std::vector<double> ParseTimes(const std::string& text, const std::string& optio
 }
 
 std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option) {
-  if (text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
+  const bool has_digits = text.find_first_of("0123456789") != std::string::npos;
+  if (has_digits && text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
   const auto content = ReadTextFile(text);
-  if (!content.ok()) throw CLI::ValidationError(option, std::string(content.status().message()));
+  if (!content.ok() && text.find(',') != std::string::npos) {
+    // Meant as a list: that says which entry is none.
+    return ParseTimes(text, option);
+  }
+  if (!content.ok()) {
+    throw CLI::ValidationError(option, fmt::format("{}; write times, as in 0.1,0.5, or the name of a file with them",
+                                                   std::string(content.status().message())));
+  }
   std::string list;
   for (const char c : *content) {
     const bool between = c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0;
@@ -112,6 +123,8 @@ double ParseBytes(const std::string& text, const std::string& option) {
   }
   throw CLI::ValidationError(option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
 }
+
+std::string LongName(const std::string& names) { return names.substr(names.rfind(',') + 1); }
 
 CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
                        const NumberRule& rule, const std::function<void(double)>& set,

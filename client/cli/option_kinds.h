@@ -28,6 +28,7 @@ struct NumberRule {
 NumberRule Positive();
 NumberRule Within(const char* words, double least, double most);
 NumberRule WholeAtLeast(const char* words, double least);
+NumberRule Whole(const char* words, double least, double most);
 
 // `text` as a finite number: the same digits as in a file, and nothing else.
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
@@ -42,6 +43,9 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
 // Above 0: "8GB", "500MB", "20kB" (decimal), or a number of bytes.
 double ParseBytes(const std::string& text, const std::string& option);
 
+// The long name of an option, "--format" of "-f,--format": what messages call it.
+std::string LongName(const std::string& names);
+
 CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
                        const NumberRule& rule, const std::function<void(double)>& set,
                        const std::string& help);
@@ -55,7 +59,7 @@ CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<s
     const auto value = parse(text);
     if (value) return set(*value);
     const auto nearest = NearestName(text, words);
-    throw CLI::ValidationError(name, fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "),
+    throw CLI::ValidationError(LongName(name), fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "),
                                                  nearest ? fmt::format("; did you mean {}?", *nearest) : ""));
   };
   return app.add_option_function<std::string>(name, read, help)

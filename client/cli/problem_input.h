@@ -4,6 +4,7 @@
 #ifndef DLCS_CLIENT_CLI_PROBLEM_INPUT_H_
 #define DLCS_CLIENT_CLI_PROBLEM_INPUT_H_
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -52,6 +53,9 @@ class ProblemInput {
   ServerTarget server_;
   v1::StoredProblem about_;  // of an uploaded one, once it was fetched
 };
+
+// What a server takes as a title.
+inline constexpr std::size_t kMaxTitleBytes = 200;
 
 // "problems/" and 64 characters of 0-9a-f.
 bool IsProblemName(const std::string& text);

@@ -2,16 +2,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client/cli/atomic_file.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/job_commands.h"
 #include "client/cli/job_support.h"
 #include "client/cli/result_output.h"
+#include "client/cli/result_page.h"
 #include "client/cli/run_support.h"
 
 namespace dlcs::client {
@@ -34,6 +38,59 @@ void Append(const v1::TrajectoryChunk& chunk, std::int64_t stride, SolveResult& 
     result.left_limits.push_back(std::move(limit));
   }
 }
+
+// The stored times nearest to the ones asked for, each once: gathered from pages as they pass.
+class Nearest {
+ public:
+  explicit Nearest(std::vector<double> asked) : asked_(std::move(asked)), found_(asked_.size()) {}
+
+  void Add(const v1::TrajectoryChunk& chunk) {
+    for (int k = 0; k < chunk.times_size(); ++k) {
+      const double time = chunk.times(k);
+      for (std::size_t i = 0; i < asked_.size(); ++i) {
+        const bool nearer = !found_[i] || std::abs(time - asked_[i]) < std::abs(found_[i]->times(0) - asked_[i]);
+        if (nearer) found_[i] = Column(chunk, k);
+      }
+    }
+  }
+
+  // In the order of time, as one trajectory from index 0 on.
+  std::vector<v1::TrajectoryChunk> Take() {
+    std::vector<v1::TrajectoryChunk> columns;
+    for (std::size_t i = 0; i < asked_.size(); ++i) {
+      if (!found_[i]) continue;
+      const double time = found_[i]->times(0);
+      if (time != asked_[i]) {
+        fmt::print(stderr, "dlcs: --at {}: is no stored time; the nearest is {}\n", asked_[i], time);
+      }
+      if (!columns.empty() && columns.back().times(0) == time) continue;
+      v1::TrajectoryChunk& column = columns.emplace_back(*std::move(found_[i]));
+      column.set_first(static_cast<std::int64_t>(columns.size()) - 1);
+      for (v1::LeftLimit& limit : *column.mutable_left_limits()) limit.set_index(column.first());
+    }
+    return columns;
+  }
+
+ private:
+  static v1::TrajectoryChunk Column(const v1::TrajectoryChunk& chunk, int k) {
+    v1::TrajectoryChunk column;
+    column.add_times(chunk.times(k));
+    const auto copy = [&](const google::protobuf::RepeatedField<double>& from, google::protobuf::RepeatedField<double>& to) {
+      const int per_time = from.size() / chunk.times_size();
+      to.Assign(from.begin() + k * per_time, from.begin() + (k + 1) * per_time);
+    };
+    copy(chunk.x(), *column.mutable_x());
+    copy(chunk.y(), *column.mutable_y());
+    copy(chunk.w(), *column.mutable_w());
+    for (const v1::LeftLimit& limit : chunk.left_limits()) {
+      if (limit.index() == chunk.first() + k) *column.add_left_limits() = limit;
+    }
+    return column;
+  }
+
+  std::vector<double> asked_;
+  std::vector<std::optional<v1::TrajectoryChunk>> found_;
+};
 
 // A few rows, evenly spaced, with the first and the last: for people.
 void Thin(SolveResult& result) {
@@ -69,47 +126,55 @@ absl::Status ReadAnalysis(JobClient& client, const std::string& name, const Call
 }
 
 // A CSV goes to `out` as it comes, the rest into `result`.
-absl::Status ReadPages(JobClient& client, const ResultCommand& command, const CallLimits& limits, std::FILE* out,
+absl::Status ReadPages(JobClient& client, const std::string& name, const ResultCommand& command, const CallLimits& limits, std::FILE* out,
                        SolveResult& result) {
   v1::ReadTrajectoryRequest request;
-  request.set_name(command.name);
+  request.set_name(name);
   request.set_stride(command.stride);
   request.set_start_time(command.from);
   if (command.to) request.set_end_time(*command.to);
   bool has_header = false;
-  return client.ReadTrajectory(
+  const auto take = [&](const v1::TrajectoryChunk& chunk, std::int64_t stride) {
+    if (command.format != OutputFormat::kCsv) return Append(chunk, stride, result);
+    if (chunk.times().empty()) return;
+    const auto columns = [&](const auto& values) {
+      return static_cast<std::size_t>(values.size() / chunk.times_size());
+    };
+    if (!std::exchange(has_header, true)) {
+      PrintCsvHeader(result.names, columns(chunk.x()), columns(chunk.y()), !chunk.w().empty(), out);
+    }
+    PrintCsvLines(chunk, out);
+  };
+  Nearest nearest(command.at);
+  const absl::Status read = client.ReadTrajectory(
       request,
       [&](const v1::TrajectoryPage& page) {
-        const v1::TrajectoryChunk& chunk = page.chunk();
-        if (command.format != OutputFormat::kCsv) return Append(chunk, command.stride, result);
-        if (chunk.times().empty()) return;
-        const auto columns = [&](const auto& values) {
-          return static_cast<std::size_t>(values.size() / chunk.times_size());
-        };
-        if (!std::exchange(has_header, true)) {
-          PrintCsvHeader(result.names, columns(chunk.x()), columns(chunk.y()), !chunk.w().empty(), out);
-        }
-        PrintCsvLines(chunk, out);
+        command.at.empty() ? take(page.chunk(), command.stride) : nearest.Add(page.chunk());
       },
       limits);
+  if (read.ok()) {
+    for (const v1::TrajectoryChunk& column : nearest.Take()) take(column, 1);
+  }
+  return read;
 }
+
+// What the result is headed with.
+std::string TitleOf(const v1::SolveJob& job) { return job.title().empty() ? job.name() : Harmless(job.title()); }
 
 }  // namespace
 
 ExitCode Run(const ResultCommand& command) {
-  std::unique_ptr<AtomicFile> output;
-  if (!command.output.empty()) {
-    auto created = AtomicFile::Create(command.output);
-    if (!created.ok()) return Complain(created.status(), kBadInput);
-    output = *std::move(created);
-  }
-  std::FILE* const out = output ? output->stream() : stdout;
+  const auto output = OpenOutput(command.output);
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  std::FILE* const out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);
   if (!client.ok()) return Complain(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
 
-  const auto job = (*client)->Get(command.name, limits);
+  const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
+  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  const auto job = (*client)->Get(*name, limits);
   if (!job.ok()) return Complain(job.status(), ExitCodeOf(job.status()));
   if (!HasEnded(job->state())) {
     return Complain(
@@ -119,16 +184,16 @@ ExitCode Run(const ResultCommand& command) {
   }
   SolveResult result;
   result.summary = job->summary();
-  absl::Status read = ReadAnalysis(**client, command.name, limits, result.analysis);
+  absl::Status read = ReadAnalysis(**client, *name, limits, result.analysis);
   result.names = NamesIn(result.analysis);
-  if (read.ok()) read = ReadPages(**client, command, limits, out, result);
+  if (read.ok()) read = ReadPages(**client, *name, command, limits, out, result);
   if (!read.ok()) return Complain(read, ExitCodeOf(read));
-  if (command.format == OutputFormat::kJson) PrintJson(command.name, result, out);
+  if (command.format == OutputFormat::kJson) PrintJson(TitleOf(*job), result, out);
   if (command.format == OutputFormat::kTable) {
-    Thin(result);
-    PrintTable(command.name, result, WidthOf(out), out);
+    if (command.at.empty()) Thin(result);
+    PrintPage(TitleOf(*job), result, out);
   }
-  const absl::Status written = output ? output->Commit() : FlushStream(stdout, "standard output");
+  const absl::Status written = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
   if (!written.ok()) return Complain(written, kServiceFailed);
   return ConcludeJob(*job);
 }

@@ -160,7 +160,7 @@ void PrintRealisation(const v1::Summary& summary, int width, std::FILE* out) {
 void PrintMemory(const v1::Cost& cost, std::FILE* out) {
   constexpr double kMuch = 1e8;
   if (std::max(cost.predicted_bytes(), cost.process_peak_bytes()) < kMuch) return;
-  fmt::print(out, "Memory: {:.2g} GB at most in this process so far", 1e-9 * cost.process_peak_bytes());
+  fmt::print(out, "Memory: {:.2g} GB at most in the process that solved, so far", 1e-9 * cost.process_peak_bytes());
   if (cost.predicted_bytes() > 0)
     fmt::print(out, ", {:.2g} GB predicted for this solve", 1e-9 * cost.predicted_bytes());
   fmt::print(out, "\n");

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/cli/interrupt.h"
 #include "client/client.h"
 #include "client/local_backend.h"
 
@@ -98,8 +99,9 @@ std::string WithPlace(const std::string& of_request, const std::string& source) 
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server) {
+absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet) {
   if (server.address.empty()) return std::make_unique<LocalBackend>();
+  if (!server.origin.empty() && !quiet) SayNotice(fmt::format("on {} ({})", server.address, server.origin));
   const auto options = ConnectionTo(server);
   if (!options.ok()) return options.status();
   auto client = Client::Connect(*options, SayNotice);
@@ -117,6 +119,10 @@ int WidthOf(std::FILE* stream) {
 }
 
 ExitCode Complain(const absl::Status& status, ExitCode code) {
+  if (absl::IsCancelled(status) && Interrupt::Signal() != 0) {
+    fmt::print(stderr, "dlcs: interrupted; what was sent to a server may have been done\n");
+    return code;
+  }
   std::istringstream lines{std::string(status.message())};
   for (std::string line; std::getline(lines, line);) fmt::print(stderr, "dlcs: {}\n", line);
   return code;

@@ -4,20 +4,40 @@
 namespace dlcs::client {
 
 void AddServer(CLI::App& app, ServerTarget& target, const std::string& help) {
-  CLI::Option* const server = app.add_option("--server", target.address, help)->type_name("HOST:PORT");
-  CLI::Option* const with_server[] = {
-      app.add_option("--token-file", target.token_file,
-                     "Who you are, to the server: the file with your token (the environment's DLCS_TOKEN)"),
-      app.add_option("--tls-ca", target.tls_ca, "Encrypt; trust servers of the authorities in this PEM file"),
-      app.add_flag("--tls", target.tls, "Encrypt; trust the authorities that this machine trusts"),
-      app.add_option("--tls-cert", target.tls_cert, "Encrypt; your certificate, PEM, for servers that want one"),
-      app.add_option("--tls-key", target.tls_key, "Its private key, PEM"),
-  };
-  for (CLI::Option* option : with_server) {
-    if (option->get_name() != "--tls") option->type_name("FILE");
-    // Where a command can also run in this process, they say nothing without a server.
-    if (target.address.empty()) option->needs(server);
+  CLI::Option* const server = app.add_option_function<std::string>(
+                                     "-s,--server",
+                                     [&target](const std::string& address) {
+                                       if (address.empty()) {
+                                         throw CLI::ValidationError(
+                                             "--server", "is empty; must be HOST:PORT. Is a variable of your script unset?");
+                                       }
+                                       target.address = address;
+                                       target.typed = true;
+                                     },
+                                     help)
+                                  ->type_name("HOST:PORT");
+  CLI::Option* const context = app.add_option_function<std::string>(
+                                      "--context",
+                                      [&target](const std::string& name) {
+                                        if (name.empty()) throw CLI::ValidationError("--context", "is empty; must be a name");
+                                        target.context = name;
+                                      },
+                                      "The server of this name (dlcs context)")
+                                   ->type_name("NAME")
+                                   ->excludes(server);
+  if (target.address.empty()) {
+    app.add_flag("--local", target.local, "In this process, whatever DLCS_SERVER, DLCS_CONTEXT or a context say")
+        ->excludes(server)
+        ->excludes(context);
   }
+  const auto file = [&app](const char* name, std::string& path, const char* what) {
+    app.add_option(name, path, what)->type_name("FILE");
+  };
+  file("--token-file", target.token_file, "Who you are, to the server: the file with your token (the environment's DLCS_TOKEN)");
+  file("--tls-ca", target.tls_ca, "Encrypt; trust servers of the authorities in this PEM file");
+  app.add_flag("--tls", target.tls, "Encrypt; trust the authorities that this machine trusts");
+  file("--tls-cert", target.tls_cert, "Encrypt; your certificate, PEM, for servers that want one");
+  file("--tls-key", target.tls_key, "Its private key, PEM");
 }
 
 }  // namespace dlcs::client

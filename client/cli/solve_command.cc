@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,7 +13,9 @@
 #include "client/cli/live_view.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/result_output.h"
+#include "client/cli/result_page.h"
 #include "client/cli/run_support.h"
+#include "client/cli/ticker.h"
 #include "client/insistence.h"
 #include "client/names.h"
 
@@ -37,7 +38,7 @@ bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1
 void Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
   switch (command.format) {
     case OutputFormat::kTable:
-      PrintTable(name, result, WidthOf(out), out);
+      PrintPage(name, result, out);
       break;
     case OutputFormat::kJson:
       PrintJson(name, result, out);
@@ -47,6 +48,8 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
         PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
       }
       break;  // was written as it came
+    case OutputFormat::kName:
+      break;  // of jobs alone
   }
 }
 
@@ -91,7 +94,7 @@ void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinea
 }
 
 void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
-  const bool table_says_it = command.format == OutputFormat::kTable && command.output.empty();
+  const bool table_says_it = command.format == OutputFormat::kTable && IsStandardOutput(command.output);
   if (!table_says_it && !command.quiet) {
     for (const std::string& concern : summary.verdict().concerns()) fmt::print(stderr, "dlcs: {}\n", concern);
   }
@@ -108,8 +111,14 @@ absl::Status Deliver(const SolveCommand& command, const std::string& name, const
     return FlushStream(stdout, "standard output");
   }
   Print(command, name, result, file->stream());
-  const absl::Status committed = file->Commit();
-  if (committed.ok() && !command.quiet) fmt::print(stderr, "dlcs: wrote {}\n", file->path());
+  const bool whole = !IsStopped(result.summary.termination());
+  const absl::Status committed = whole ? file->Commit() : file->CommitPartial();
+  if (!committed.ok()) return committed;
+  if (!whole) {
+    fmt::print(stderr, "dlcs: wrote {}, what there is of the trajectory; {} is as it was\n", file->path(), command.output);
+  } else if (!command.quiet) {
+    fmt::print(stderr, "dlcs: wrote {}\n", file->path());
+  }
   return committed;
 }
 
@@ -121,10 +130,11 @@ std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, con
 absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInput& input,
                                   const v1::SolveRequest& request, Backend& backend, std::FILE* out,
                                   const CallLimits& limits) {
-  LiveView view(stderr, {.terminal = isatty(STDERR_FILENO) != 0,
+  LiveView view(stderr, {.terminal = !command.quiet && CanRedraw(stderr),
+                         .verbose = command.verbose,
                          .width = WidthOf(stderr),
                          .horizon = input.horizon(),
-                         .warnings = command.format != OutputFormat::kTable || !command.output.empty(),
+                         .warnings = command.format != OutputFormat::kTable || !IsStandardOutput(command.output),
                          .nonlinear = input.is_nonlinear(),
                          .default_steps = !HasStep(command.options)});
   const bool as_it_comes = command.format == OutputFormat::kCsv;
@@ -146,34 +156,39 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
 }  // namespace
 
 ExitCode Run(const SolveCommand& command) {
+  auto reading = !command.quiet && command.problem_path != "-" ? std::make_unique<WaitView>("reads " + command.problem_path) : nullptr;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
+  reading.reset();
   if (!input.ok()) return Complain(input.status(), kBadInput);
-  std::unique_ptr<AtomicFile> output;
-  if (!command.output.empty()) {
-    auto created = AtomicFile::Create(command.output);
-    if (!created.ok()) return Complain(created.status(), kBadInput);
-    output = *std::move(created);
-  }
-  // Before gRPC starts its threads, so that signals come here; after reading, which Ctrl-C ends as always.
+  const auto output = OpenOutput(command.output, {command.problem_path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  // After reading, which Ctrl-C ends as always.
   const Interrupt interrupt;
-  const auto backend = MakeBackend(command.server);
+  const auto backend = MakeBackend(command.server, command.quiet);
   if (!backend.ok()) return Complain(backend.status(), kBadInput);
 
   const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
   const absl::Status fetched = input->FetchUploaded(limits);
   if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
   v1::SolveRequest request = input->SolveRequest(command.options);
+  if (!command.quiet && command.options.step() > input->horizon()) {
+    fmt::print(stderr, "dlcs: --step {} is longer than all the time there is, T = {}; a shorter one decides more\n",
+               command.options.step(), input->horizon());
+  }
   AskForTableTimes(command, input->horizon(), request);
   // So that a cut does not end it, where the server takes jobs.
   if (!command.server.address.empty()) request.set_request_id(NewRequestId());
 
-  const auto result = Watch(command, *input, request, **backend, output ? output->stream() : stdout, limits);
+  const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return ComplainAboutCall(result.status(), input->source());
 
-  const absl::Status delivered = Deliver(command, input->title(), *result, output.get());
+  const absl::Status delivered = Deliver(command, input->title(), *result, output->get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
   if (!command.quiet) PrintUnused(command.options, result->summary.method(), input->is_nonlinear());
   PrintVerdict(command, result->summary);
+  if (!result->job.empty()) {
+    fmt::print(stderr, "dlcs: {0} keeps what was found: dlcs result {0}\n", result->job);
+  }
   return ExitCodeOf(result->summary);
 }
 

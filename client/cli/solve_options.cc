@@ -25,7 +25,7 @@ void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
   CLI::Option* step = AddNumber(
       app, "--step", "H", Positive(), [&](double v) { options.set_step(v); }, "Length of a step, at most");
   CLI::Option* steps = AddNumber(
-      app, "--steps", "J", WholeAtLeast("a whole number of at least 1", 1),
+      app, "--steps", "J", Whole("a whole number from 1 to 1000000000; leave it out for the default", 1, 1e9),
       [&](double v) { options.set_steps(static_cast<std::int64_t>(v)); }, "Steps over [0, T]");
   steps->excludes(step);
   app.add_option_function<std::string>(
@@ -160,14 +160,23 @@ void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
       "Which solution of the LCP where there are several; overrides the file");
 }
 
+void AddOutput(CLI::App& app, std::string& output, const char* what) {
+  app.add_option("-o,--output", output, fmt::format("Write {} there, whole or not at all, instead of printing it; - prints it", what))
+      ->type_name("FILE");
+}
+
+void AddQuiet(CLI::App& app, bool& quiet, const char* what) { app.add_flag("-q,--quiet", quiet, what); }
+
 void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help) {
   const auto parse = [words](const std::string& text) -> std::optional<OutputFormat> {
     if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
     if (text == "json") return OutputFormat::kJson;
+    if (text == "name") return OutputFormat::kName;
     return text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
   };
   AddWord<OutputFormat>(
-      app, "--format", words, parse, [&format](OutputFormat value) { format = value; }, help);
+      app, std::find(words.begin(), words.end(), "name") == words.end() ? "-f,--format" : "-o,-f,--format", words, parse,
+      [&format](OutputFormat value) { format = value; }, help);
 }
 
 void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& grid,

@@ -33,7 +33,11 @@ void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& grid, 
 
 // PROBLEM, the file.
 void AddProblem(CLI::App& app, std::string& path);
-// --format, one of `words`.
+// -o, --output.
+void AddOutput(CLI::App& app, std::string& output, const char* what);
+// -q, --quiet.
+void AddQuiet(CLI::App& app, bool& quiet, const char* what);
+// -f, --format, one of `words`; -o as well where one of them is "name": what lists things writes no files.
 void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help);
 
 }  // namespace dlcs::client

@@ -10,6 +10,7 @@
 #include "client/cli/job_support.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
+#include "proto/shortened.h"
 
 namespace dlcs::client {
 namespace {
@@ -31,6 +32,11 @@ ExitCode Run(const SubmitCommand& command) {
   if (!input.ok()) return Complain(input.status(), kBadInput);
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = input->SolveRequest(command.solve.options);
+  if (command.title.empty() && !input->is_uploaded()) {
+    request.set_title(Shortened(input->title(), kMaxTitleBytes));
+  } else {
+    request.set_title(command.title);
+  }
   request.set_request_id(command.request_id);
   request.set_priority(command.priority);
   request.set_validate_only(command.validate_only);
@@ -39,7 +45,8 @@ ExitCode Run(const SubmitCommand& command) {
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);
   if (!client.ok()) return Complain(client.status(), kBadInput);
-  const auto job = (*client)->Submit(request, LimitsFor(command.target, interrupt));
+  CallLimits limits = LimitsFor(command.target, interrupt);
+  const auto job = (*client)->Submit(request, limits);
   if (!job.ok()) return ComplainAboutCall(job.status(), input->source());
   if (command.validate_only) {
     fmt::print(stderr, "dlcs: would be taken; predicted {:.3g} core-seconds and {:.3g} MB\n",
@@ -48,7 +55,13 @@ ExitCode Run(const SubmitCommand& command) {
   }
   fmt::print("{}\n", job->name());
   const absl::Status printed = FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  if (!command.wait) return kSolved;
+  WatchCommand watch;
+  watch.name = job->name();
+  watch.quiet = command.quiet;
+  limits.deadline = std::chrono::duration<double>(watch.target.patience_s);
+  return FollowJob(**client, watch, limits);
 }
 
 }  // namespace dlcs::client

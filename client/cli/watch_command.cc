@@ -12,6 +12,7 @@
 #include "client/cli/job_support.h"
 #include "client/cli/live_view.h"
 #include "client/cli/run_support.h"
+#include "client/cli/ticker.h"
 #include "proto/job_event.h"
 
 namespace dlcs::client {
@@ -26,7 +27,13 @@ std::optional<v1::SolveEvent> Shown(const v1::JobEvent& event) {
 
 class JobView {
  public:
-  explicit JobView(const WatchCommand& command) : command_(command), view_(stderr, {.width = WidthOf(stderr)}) {}
+  JobView(const WatchCommand& command, const v1::SolveJob& job)
+      : command_(command),
+        terminal_(!command.quiet && command.format != OutputFormat::kJson && job.horizon() > 0 && CanRedraw(stderr)),
+        view_(stderr, {.terminal = terminal_,
+                       .width = WidthOf(stderr),
+                       .horizon = job.horizon() > 0 ? job.horizon() : 1,
+                       .nonlinear = job.nonlinear()}) {}
 
   void Show(const v1::JobEvent& event) {
     if (command_.format == OutputFormat::kJson) return PrintJsonLine(event);
@@ -34,10 +41,12 @@ class JobView {
     if (const auto shown = Shown(event)) return view_.OnEvent(*shown);
     switch (event.kind_case()) {
       case v1::JobEvent::kState:
-        return fmt::print(stderr, "{} {}\n", TimeText(event.time()), JobStateWord(event.state()));
+        return view_.OnText(fmt::format("{} {}", TimeText(event.time()), JobStateWord(event.state())));
       case v1::JobEvent::kCheckpointed:
-        return fmt::print(stderr, "stored up to t = {:.6g} ({:.0f} %)\n", event.checkpointed().time(),
-                          100 * event.checkpointed().progress());
+        view_.OnReached(event.checkpointed().time());
+        if (terminal_) return;  // the bar says so
+        return view_.OnText(fmt::format("stored up to t = {:.6g} ({:.0f} %)", event.checkpointed().time(),
+                                        100 * event.checkpointed().progress()));
       case v1::JobEvent::kGap:
         skipped_ += event.gap().last_sequence() - event.gap().first_sequence() + 1;
         return;
@@ -59,6 +68,7 @@ class JobView {
   }
 
   const WatchCommand& command_;
+  const bool terminal_;
   LiveView view_;
   std::int64_t skipped_ = 0;
 };
@@ -80,6 +90,20 @@ v1::WatchSolveJobRequest RequestOf(const WatchCommand& command) {
 
 }  // namespace
 
+ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits) {
+  absl::StatusOr<v1::SolveJob> job = client.Get(command.name, limits);
+  if (job.ok()) {
+    JobView view(command, *job);
+    const absl::Status watched =
+        client.Watch(RequestOf(command), [&](const v1::JobEvent& event) { view.Show(event); }, limits);
+    job = watched.ok() ? client.Get(command.name, limits) : absl::StatusOr<v1::SolveJob>(watched);
+  }
+  if (job.ok()) return ConcludeJob(*job);
+  if (!limits.stop.stop_requested()) return Complain(job.status(), ExitCodeOf(job.status()));
+  fmt::print(stderr, "dlcs: {0} goes on; dlcs watch {0} follows it, dlcs cancel {0} stops it\n", command.name);
+  return kServiceFailed;
+}
+
 ExitCode Run(const WatchCommand& command) {
   if (command.values && command.format != OutputFormat::kJson) {
     return Complain(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"), kBadInput);
@@ -87,15 +111,12 @@ ExitCode Run(const WatchCommand& command) {
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);
   if (!client.ok()) return Complain(client.status(), kBadInput);
-  const v1::WatchSolveJobRequest request = RequestOf(command);
-  JobView view(command);
   const CallLimits limits = LimitsFor(command.target, interrupt);
-  const absl::Status watched = (*client)->Watch(
-      request, [&](const v1::JobEvent& event) { view.Show(event); }, limits);
-  if (!watched.ok()) return Complain(watched, ExitCodeOf(watched));
-  const auto job = (*client)->Get(command.name, limits);
-  if (!job.ok()) return Complain(job.status(), ExitCodeOf(job.status()));
-  return ConcludeJob(*job);
+  const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
+  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  WatchCommand named = command;
+  named.name = *name;
+  return FollowJob(**client, named, limits);
 }
 
 }  // namespace dlcs::client

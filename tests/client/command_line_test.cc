@@ -16,6 +16,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 struct Outcome {
   ParsedCommandLine parsed;
@@ -253,7 +254,7 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
 
 TEST(CommandLineTest, RefusesWhatIsMissing) {
   EXPECT_THAT(Refused({}),
-              HasSubstr("solve, ensemble, analyze, lcp, dcp, model, capabilities, health, or with jobs submit, watch"));
+              HasSubstr("solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs submit, watch"));
   EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
   EXPECT_THAT(Refused({"dcp", "d.json", "--step", "-1"}), HasSubstr("\"-1\" is not a number above 0"));
@@ -277,6 +278,48 @@ TEST(CommandLineTest, ExplainsItself) {
   EXPECT_THAT(Parse({"solve", "--help"}).out,
               AllOf(HasSubstr("Exit codes"), HasSubstr("--project-initial-state")));
   EXPECT_THAT(Parse({"--version"}).out, testing::MatchesRegex("dlcs [0-9.]+\n"));
+}
+
+TEST(CommandLineTest, ProposesWhatWasMeant) {
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "march"}), HasSubstr("did you mean exponential-march?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}), HasSubstr("did you mean least-element?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--newton"}), HasSubstr("did you mean --step-solver newton?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--kernel", "phi"}), HasSubstr("did you mean phi-functions?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "-f", "jsn"}), HasSubstr("did you mean json?"));
+  EXPECT_THAT(Refused({"context", "sett", "lab"}), HasSubstr("did you mean set?"));
+}
+
+TEST(CommandLineTest, SaysWhatAGridAndNumbersOfStepsAre) {
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", "1,2,zz"}),
+              AllOf(HasSubstr("--grid"), HasSubstr("\"zz\" is not a time")));
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", "nodes"}), AllOf(HasSubstr("no such file"), HasSubstr("0.1,0.5")));
+  for (const char* steps : {"0", "99999999999"}) {
+    EXPECT_THAT(Refused({"solve", "p.json", "--steps", steps}), HasSubstr("from 1 to 1000000000"));
+  }
+}
+
+TEST(CommandLineTest, HelpIsThatOfTheCommandInGroups) {
+  const Outcome help = Parse({"help", "solve"});
+  EXPECT_EQ(std::get<ExitCode>(help.parsed), kSolved);
+  EXPECT_EQ(help.out, Parse({"solve", "--help"}).out);
+  const std::size_t everyday = help.out.find("\nEveryday:"), method = help.out.find("\nOnly time-stepping:");
+  const std::size_t server = help.out.find("\nServer:");
+  ASSERT_NE(server, std::string::npos) << help.out;
+  EXPECT_LT(everyday, method);
+  EXPECT_LT(method, server);
+  EXPECT_LT(help.out.find("--tolerance"), method);
+  EXPECT_GT(help.out.find("--theta"), method);
+  EXPECT_EQ(Parse({"help"}).out, Parse({"--help"}).out);
+  EXPECT_THAT(Parse({"help", "context", "set"}).out, HasSubstr("--tls-ca"));
+}
+
+TEST(CommandLineTest, EveryJobCommandHasExamplesOfItsOwn) {
+  const auto examples = [](const char* command) {
+    const std::string help = Parse({"help", command}).out;
+    return help.substr(help.find("Examples:"));
+  };
+  EXPECT_THAT(examples("result"), AllOf(HasSubstr("dlcs result"), Not(HasSubstr("dlcs cancel"))));
+  EXPECT_THAT(examples("list"), AllOf(HasSubstr("dlcs list"), Not(HasSubstr("dlcs watch"))));
 }
 
 }  // namespace

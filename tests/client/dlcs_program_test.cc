@@ -229,16 +229,67 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
   EXPECT_THAT(outcome.err, HasSubstr("DEADLINE"));
 }
 
-TEST(DlcsProgramTest, PrintsWhatIsKnownOnCtrlC) {
-  // `timeout` presses Ctrl-C after a second; once, with --foreground: otherwise it signals the process and
-  // its group.
-  const ProgramOutcome outcome =
-      RunDlcs("solve - --method paper-iteration --steps 200000 --format json",
-              std::string("echo ") + kEasy + " | timeout --foreground --preserve-status -s INT 1 ");
-  EXPECT_EQ(outcome.code, 3) << outcome.err;
-  const auto root = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(root["termination"], "CANCELLED");
-  EXPECT_EQ(root["method"], "paper-iteration");
+TEST(DlcsProgramTest, RefusesToReplaceItsInput) {
+  const std::string path = testing::TempDir() + "dlcs-program-test-input.json";
+  std::filesystem::copy_file(DLCS_EXAMPLES_DIR "/../../tests/cases/rlcd.json", path,
+                             std::filesystem::copy_options::overwrite_existing);
+  const std::string link = path + ".link";
+  std::filesystem::remove(link);
+  std::filesystem::create_hard_link(path, link);
+  for (const std::string& output : {path, link}) {
+    const ProgramOutcome outcome = RunDlcs("solve " + path + " --format json --output " + output);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("--output " + output), HasSubstr("is the input")));
+  }
+  EXPECT_EQ(RunDlcs("solve " + path + " --quiet").code, RunDlcs("solve " + Case("rlcd") + " --quiet").code);
+  for (const std::string& file : {path, link}) std::filesystem::remove(file);
+}
+
+TEST(DlcsProgramTest, TakesAHyphenForStandardOutputAndRefusesAFormatForAFile) {
+  EXPECT_EQ(SolveText(kEasy, "-q --steps 10 -f csv -o -").out, SolveText(kEasy, "--quiet --steps 10 --format csv").out);
+  const ProgramOutcome format = SolveText(kEasy, "-o json");
+  EXPECT_EQ(format.code, 2);
+  EXPECT_THAT(format.err, HasSubstr("did you mean --format json?"));
+}
+
+TEST(DlcsProgramTest, SolvesNowhereElseThanWasMeant) {
+  const ProgramOutcome empty = RunDlcs("solve " + Case("rlcd") + " --server \"$NOT_SET\"");
+  EXPECT_EQ(empty.code, 2);
+  EXPECT_THAT(empty.err, AllOf(HasSubstr("--server"), HasSubstr("is empty")));
+  const ProgramOutcome variable = RunDlcs("solve " + Case("rlcd"), "DLCS_SERVER= ");
+  EXPECT_EQ(variable.code, 2);
+  EXPECT_THAT(variable.err, HasSubstr("DLCS_SERVER is set and empty"));
+}
+
+TEST(DlcsProgramTest, TakesTheServerFromTheEnvironmentOrAContext) {
+  spdlog::set_level(spdlog::level::off);
+  ServerConfig config;
+  config.listen = "127.0.0.1:0";
+  const auto server = DlcsServer::Start(config);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const std::string address = (*server)->address();
+  const std::string solve = "solve " + Case("rlcd") + " --steps 50 ";
+  const ProgramOutcome variable = RunDlcs(solve, "DLCS_SERVER=" + address + " ");
+  EXPECT_THAT(variable.err, HasSubstr("dlcs: on " + address + " (DLCS_SERVER)"));
+  EXPECT_THAT(RunDlcs(solve + "--local", "DLCS_SERVER=" + address + " ").err, Not(HasSubstr("dlcs: on ")));
+
+  const std::string folder = testing::TempDir() + "dlcs-program-test-config";
+  std::filesystem::remove_all(folder);
+  const std::string config_home = "XDG_CONFIG_HOME=" + folder + " ";
+  EXPECT_EQ(RunDlcs("context set lab --server " + address, config_home).code, 0);
+  EXPECT_EQ(RunDlcs("context set far --server far.example:1 --tls", config_home).code, 0);
+  EXPECT_EQ(RunDlcs("context use lab", config_home).code, 0);
+  EXPECT_THAT(RunDlcs("context list", config_home).out,
+              AllOf(HasSubstr("* lab"), HasSubstr("  far"), HasSubstr("encrypted")));
+  EXPECT_THAT(RunDlcs(solve, config_home).err, HasSubstr("dlcs: on " + address + " (context lab)"));
+  EXPECT_EQ(RunDlcs("health", config_home).out, "SERVING\n");
+  EXPECT_EQ(RunDlcs(solve + "--context lab", config_home).code, 0);
+  const ProgramOutcome unknown = RunDlcs(solve, config_home + "DLCS_CONTEXT=lob ");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean lab?"));
+  EXPECT_EQ(RunDlcs("context delete lab", config_home).code, 0);
+  EXPECT_THAT(RunDlcs(solve, config_home).err, Not(HasSubstr("dlcs: on ")));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(DlcsProgramTest, ExitsWithThreeWhenItsOutputIsLost) {

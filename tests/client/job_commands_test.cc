@@ -138,7 +138,7 @@ TEST_F(JobCommandsTest, SaysWhatIsWrongBeforeItIsTaken) {
   EXPECT_EQ(wrong.code, 2);
   EXPECT_THAT(wrong.err, HasSubstr("T"));
   EXPECT_EQ(Dlcs("list").out, "");
-  EXPECT_EQ(Dlcs("submit - --within 0.001 --patience 1 --method time-stepping --steps 15000000", kEasy).code, 3);
+  EXPECT_EQ(Dlcs("submit - --within 2 --patience 1 --method time-stepping --steps 15000000", kEasy).code, 3);
 }
 
 TEST_F(JobCommandsTest, ASolveIsAJobThatLeavesNothing) {
@@ -188,6 +188,91 @@ TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
   EXPECT_THAT(nowhere.err, HasSubstr("--server HOST:PORT"));
   EXPECT_EQ(Dlcs("solve " + name + " --rule least-norm").code, 2);
   EXPECT_EQ(Dlcs("upload -", R"('{"A": [[-1]]}')").code, 2);
+}
+
+TEST_F(JobCommandsTest, ListsJobsWithTitlesAgesAndMethods) {
+  const std::string job = Submit(kEasy, "--steps 100 --method time-stepping --title 'diode, warm'");
+  EXPECT_EQ(Dlcs("watch --quiet " + job).code, 0);
+  const ProgramOutcome list = Dlcs("list");
+  EXPECT_THAT(list.out, MatchesRegex("NAME +TITLE +STATE +PROGRESS +AGE +METHOD\n" + job +
+                                     " +diode, warm +succeeded +100 % +[0-9]+s +time-stepping\n"));
+  EXPECT_EQ(Dlcs("list -o name").out, job + "\n");
+  EXPECT_EQ(nlohmann::json::parse(Dlcs("list -o json").out)["title"], "diode, warm");
+  const ProgramOutcome get = Dlcs("get " + job);
+  EXPECT_THAT(get.out, HasSubstr("1 state, 1 pair, T = 4"));
+  EXPECT_THAT(get.out, HasSubstr("--method time-stepping --steps 100"));
+  EXPECT_THAT(Dlcs("cancel " + job).err, HasSubstr("has succeeded already"));
+  EXPECT_THAT(Dlcs("result " + job).out, testing::StartsWith("diode, warm: "));
+}
+
+TEST_F(JobCommandsTest, TakesTheFirstLettersOfAName) {
+  const std::string first = Submit(kEasy, "--steps 10"), second = Submit(kEasy, "--steps 20");
+  const std::string letters = first.substr(5);
+  std::size_t shared = 0;
+  while (letters[shared] == second[5 + shared]) ++shared;
+  EXPECT_THAT(Dlcs("get " + letters.substr(0, shared + 1)).out, HasSubstr(first));
+  EXPECT_THAT(Dlcs("get jobs/" + letters.substr(0, shared + 1)).out, HasSubstr(first));
+  EXPECT_THAT(Dlcs("get " + letters).out, HasSubstr(first));
+  const ProgramOutcome none = Dlcs("get " + std::string(20, letters[0] == 'a' ? 'b' : 'a'));
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("no job has a name that begins with"));
+  const ProgramOutcome all = Dlcs("get jobs/");
+  EXPECT_EQ(all.code, 2);
+  EXPECT_THAT(Dlcs("get no/job").err, HasSubstr("is no name of a job"));
+}
+
+TEST_F(JobCommandsTest, SubmitsWaitsAndForgetsAll) {
+  const ProgramOutcome waited = Dlcs("submit - --steps 100 --wait", kEasy);
+  EXPECT_EQ(waited.code, 0) << waited.err;
+  EXPECT_THAT(waited.out, MatchesRegex("jobs/[a-z2-7]+\n"));
+  EXPECT_THAT(waited.err, HasSubstr("succeeded"));
+  EXPECT_EQ(Dlcs("submit - --steps 10 --wait --quiet", kUnsupported).code, 1);
+  EXPECT_EQ(Dlcs("delete").code, 2);
+  EXPECT_EQ(Dlcs("delete --all --state running").code, 2);
+  EXPECT_EQ(Dlcs("delete --all --state failed").err, "dlcs: deleted 0 jobs\n");
+  EXPECT_EQ(Dlcs("delete --all").err, "dlcs: deleted 2 jobs\n");
+  EXPECT_EQ(Dlcs("list").out, "");
+}
+
+TEST_F(JobCommandsTest, ResultsAreShownAtTheNearestTimes) {
+  const std::string job = Submit(kEasy, "--steps 8");
+  EXPECT_EQ(Dlcs("watch --quiet " + job).code, 0);
+  const ProgramOutcome outcome = Dlcs("result " + job + " --at 2.6,1,2.4 --format json");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["times"], nlohmann::json({1.0, 2.5}));
+  EXPECT_THAT(outcome.err, HasSubstr("--at 2.6: is no stored time; the nearest is 2.5"));
+  EXPECT_THAT(outcome.err, testing::Not(HasSubstr("--at 1:")));
+}
+
+TEST_F(JobCommandsTest, ProgressNeverGoesBackWhereFewTimesAreKept) {
+  const std::string job = Submit(kEasy, "--steps 2000000 --method time-stepping --at 0.1,0.2,1 --no-estimate-error");
+  const ProgramOutcome watched = Dlcs("watch --format json " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  std::istringstream lines(watched.out);
+  double time = 0, progress = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto event = nlohmann::json::parse(line);
+    if (!event.contains("checkpointed")) continue;
+    EXPECT_GE(event["checkpointed"]["time"].get<double>(), time);
+    EXPECT_GE(event["checkpointed"]["progress"].get<double>(), progress);
+    time = event["checkpointed"]["time"].get<double>();
+    progress = event["checkpointed"]["progress"].get<double>();
+  }
+  EXPECT_GT(time, 0);
+}
+
+TEST_F(JobCommandsTest, SaysAtOnceWhereNobodyServes) {
+  for (const char* command : {"list", "get jobs/abcdefghijklmnopqrstuvwxyz", "submit"}) {
+    const std::string input = command == std::string("submit") ? " -" : "";
+    const ProgramOutcome outcome =
+        RunDlcs(command + input + " --server 127.0.0.1:1", std::string("echo ") + kEasy + " | ");
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_THAT(outcome.err, HasSubstr("no server answers at 127.0.0.1:1"));
+    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("again in")));
+  }
+  const ProgramOutcome elsewhere = RunDlcs("health --server nowhere.invalid:1");
+  EXPECT_THAT(elsewhere.err, HasSubstr("no machine called \"nowhere.invalid\" is known"));
+  EXPECT_THAT(elsewhere.err, testing::Not(HasSubstr("dlcsd --listen")));
 }
 
 TEST_F(JobCommandsTest, TellsThatItTriesAgain) {

@@ -3,8 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -111,17 +113,58 @@ TEST(LiveViewTest, SaysWhyAWindowWasNotAccepted) {
               AllOf(HasSubstr("0.5"), HasSubstr("the iterates grew")));
 }
 
+// What is shown until a bar is complete, and what is shown at the end.
+std::string ShownWithABar(const LiveView::Settings& settings, const std::function<void(LiveView&)>& watch) {
+  std::array<int, 2> ends{};
+  EXPECT_EQ(pipe(ends.data()), 0);
+  std::FILE* const stream = fdopen(ends[1], "w");
+  std::string shown;
+  std::array<char, 512> block;
+  const auto read_on = [&] {
+    const ssize_t count = read(ends[0], block.data(), block.size());
+    if (count > 0) shown.append(block.data(), static_cast<std::size_t>(count));
+    return count > 0;
+  };
+  {
+    LiveView view(stream, settings);
+    watch(view);
+    while (shown.find("\x1b[K[") == std::string::npos) read_on();
+  }
+  std::fclose(stream);
+  while (read_on()) continue;
+  close(ends[0]);
+  return shown;
+}
+
 TEST(LiveViewTest, DrawsABarOnATerminalAndTakesItAway) {
-  const std::string shown = Shown({.terminal = true, .width = 80, .horizon = 2},
-                                  [](LiveView& view) { view.OnEvent(WindowFinished(1, true)); });
+  const std::string shown = ShownWithABar({.terminal = true, .width = 80, .horizon = 2}, [](LiveView& view) {
+    view.OnEvent(Iterate(1));
+    view.OnEvent(WindowFinished(1, true));
+  });
   EXPECT_THAT(shown, AllOf(HasSubstr("[###############...............]  50 %"), HasSubstr("t = 1 of 2")));
+  EXPECT_THAT(shown, Not(HasSubstr("LCP resid")));
   EXPECT_EQ(shown.substr(shown.rfind('\r')), "\r\x1b[K");
 }
 
+TEST(LiveViewTest, SaysWhatIsBeingDoneBeforeThereIsATime) {
+  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [](LiveView&) {}), HasSubstr("analyses"));
+  v1::SolveEvent analysis;
+  analysis.mutable_analysis();
+  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [&](LiveView& view) { view.OnEvent(analysis); }),
+              HasSubstr("sets up"));
+  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [&](LiveView& view) { view.OnEvent(Iterate(7)); }),
+              HasSubstr("iteration 7"));
+}
+
+TEST(LiveViewTest, ShowsIteratesOnATerminalWhereAskedTo) {
+  EXPECT_THAT(ShownWithABar({.terminal = true, .verbose = true}, [](LiveView& view) { view.OnEvent(Iterate(1)); }),
+              AllOf(HasSubstr("LCP resid"), HasSubstr("1.50e-03")));
+}
+
 TEST(LiveViewTest, KeepsTheBarWithinTheTerminal) {
-  const std::string shown = Shown({.terminal = true, .width = 20, .horizon = 2},
-                                  [](LiveView& view) { view.OnEvent(WindowFinished(1, true)); });
-  const std::size_t begin = shown.find("\x1b[K") + 3;
+  const std::string shown = ShownWithABar({.terminal = true, .width = 20, .horizon = 2},
+                                          [](LiveView& view) { view.OnEvent(WindowFinished(1, true)); });
+  const std::size_t begin = shown.find("\x1b[K[") + 3;
   EXPECT_LT(shown.find('\r', begin) - begin, 20U);
 }
 
