@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/analysis/exact_classes.h"
 #include "core/analysis/hidden_z.h"
 #include "core/analysis/matrix_class.h"
 #include "core/analysis/s_matrix.h"
@@ -40,10 +41,8 @@ void Conclude(ClassProfile& known) {
       {known.m, "a nonsingular M-matrix", minors.p, "P-matrix"},
       {known.m, "a nonsingular M-matrix", known.z, "Z-matrix"},
       {form.positive_definite, "positive definite", minors.p, "P-matrix"},
-      {form.positive_definite, "positive definite", form.positive_semidefinite,
-       "positive semidefinite matrix"},
-      {form.positive_definite, "positive definite", copositive.strictly_copositive,
-       "strictly copositive matrix"},
+      {form.positive_definite, "positive definite", form.positive_semidefinite, "positive semidefinite matrix"},
+      {form.positive_definite, "positive definite", copositive.strictly_copositive, "strictly copositive matrix"},
       {minors.p, "a P-matrix", minors.nondegenerate, "nondegenerate matrix"},
       {minors.n, "an N-matrix", minors.nondegenerate, "nondegenerate matrix"},
       {minors.np, "an NP-matrix", minors.nondegenerate, "nondegenerate matrix"},
@@ -53,8 +52,7 @@ void Conclude(ClassProfile& known) {
       {form.positive_semidefinite, "positive semidefinite", copositive.copositive, "copositive matrix"},
       {copositive.strictly_copositive, "strictly copositive", copositive.copositive, "copositive matrix"},
       {minors.p, "a P-matrix", semicopositive.strict, "strictly semicopositive matrix"},
-      {copositive.strictly_copositive, "strictly copositive", semicopositive.strict,
-       "strictly semicopositive matrix"},
+      {copositive.strictly_copositive, "strictly copositive", semicopositive.strict, "strictly semicopositive matrix"},
       {known.type_one, "of type I", known.type_two, "matrix of type II"},
       {known.type_two, "of type II", known.type_three, "matrix of type III"},
       {known.type_three, "of type III", semicopositive.strict, "strictly semicopositive matrix"},
@@ -89,6 +87,17 @@ Fact RefuteR0(const Matrix& M) {
   return {Answer::kUnknown, "none of the classes known to be sufficient applies"};
 }
 
+// What no other class decides.
+void DecideExactly(const Matrix& M, ClassProfile& known) {
+  const auto decide = [&M](Fact& fact, Index most, Fact (*test)(const Matrix&)) {
+    if (IsOpen(fact) && M.rows() <= most) fact = test(M);
+  };
+  decide(known.r0, kMaxExactR0, ExactlyR0);
+  decide(known.q, kMaxExactQ, ExactlyQ);
+  if (known.q.yes()) known.q0 = known.q;
+  decide(known.q0, kMaxExactQ, ExactlyQ0);
+}
+
 }  // namespace
 
 ClassProfile ProfileOf(const Matrix& M) {
@@ -106,6 +115,8 @@ ClassProfile ProfileOf(const Matrix& M) {
   known.type_two = known.type_three = known.type_one;  // every no is one of type III
   known.r0 = RefuteR0(M);
   known.q = known.q0 = open;
+  Conclude(known);
+  DecideExactly(M, known);
   Conclude(known);
   return known;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/analysis/hidden_z.h"
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <random>
@@ -9,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/analysis/equilibration.h"
+#include "core/analysis/exact_classes.h"
 #include "core/analysis/hidden_z_choices.h"
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/principal_minors.h"
@@ -175,8 +177,7 @@ std::optional<Solution> SearchSomeWeights(const Matrix& M) {
 
 // max t subject to (uᵀR)_k <= bound_k - t, u >= 0, u_j = 0, Σu = total or free; t is not asked for where
 // column k of R and bound_k are zero. Empty unless the inequalities hold beyond rounding.
-std::optional<Vector> Combination(const Matrix& R, const Vector& bound, Index j,
-                                  std::optional<double> total) {
+std::optional<Vector> Combination(const Matrix& R, const Vector& bound, Index j, std::optional<double> total) {
   const Index n = R.rows();
   LinearProgram program = MakeLinearProgram(n + 1, n + 1);
   program.rows.topLeftCorner(n, n) = R.transpose();
@@ -203,8 +204,8 @@ std::optional<Fact> Refute(const Matrix& M, Index j) {
   if (!w || !(M.col(j).dot(*w) > 0)) return std::nullopt;
   auto v = Combination(M, M.row(j).transpose(), j, std::nullopt);
   if (!v) return std::nullopt;
-  Fact fact{Answer::kNo, absl::StrCat("no x with x_i <= 0 and (Mx)_i <= 0 for i != ", j, " has x_", j,
-                                      " > 0 or (Mx)_", j, " > 0")};
+  Fact fact{Answer::kNo,
+            absl::StrCat("no x with x_i <= 0 and (Mx)_i <= 0 for i != ", j, " has x_", j, " > 0 or (Mx)_", j, " > 0")};
   fact.witness.indices = {j};
   fact.witness.r = *std::move(w);
   fact.witness.s = *std::move(v);
@@ -219,6 +220,25 @@ bool EveryChoiceIsImpossible(const Matrix& M) {
   return true;
 }
 
+// The yes of ExactlyHiddenZ() with Y, r and s.
+Fact WithWeights(const Matrix& M, Fact exact) {
+  if (!exact.yes()) return exact;
+  const Matrix& X = exact.witness.X;
+  exact.witness.Y = M * X;
+  for (Index j = 0; j < M.rows(); ++j) {  // where rounding says otherwise
+    for (Index i = 0; i < M.rows(); ++i) {
+      if (i != j) exact.witness.Y(i, j) = std::min(exact.witness.Y(i, j), 0.0);
+    }
+  }
+  const std::optional<Weights> weights = BestWeights(M, X);
+  if (!weights || !((X.transpose() * weights->r + exact.witness.Y.transpose() * weights->s).minCoeff() > 0)) {
+    return {Answer::kUnknown, "an X exists on the boundary of the class, but its weights are lost in rounding"};
+  }
+  exact.witness.r = weights->r;
+  exact.witness.s = weights->s;
+  return exact;
+}
+
 }  // namespace
 
 Fact TestHiddenZ(const Matrix& M) {
@@ -227,8 +247,7 @@ Fact TestHiddenZ(const Matrix& M) {
     return Found(M, Matrix::Identity(n, n), {Vector::Ones(n), Vector::Zero(n)}, "a Z-matrix: X = I");
   }
   if (n > kMaxSize) {
-    return {Answer::kUnknown,
-            absl::StrCat("no Z-matrix, and n = ", n, " is beyond the search (n <= ", kMaxSize, ")")};
+    return {Answer::kUnknown, absl::StrCat("no Z-matrix, and n = ", n, " is beyond the search (n <= ", kMaxSize, ")")};
   }
   // D M D with X' = D⁻¹X has the same signs; the factors are powers of two, so that nothing is rounded.
   const Vector scale = SymmetricEquilibration(M);
@@ -247,12 +266,12 @@ Fact TestHiddenZ(const Matrix& M) {
                  "X and Y of (4.10) were found by linear programming");
   }
   if (n > kMaxAllChoices) {
-    return {Answer::kUnknown,
-            absl::StrCat("none of ", 3 + kRandomPairs, " searches found an X with clear signs")};
+    return {Answer::kUnknown, absl::StrCat("none of ", 3 + kRandomPairs, " searches found an X with clear signs")};
   }
   if (EveryChoiceIsImpossible(scaled)) {
     return {Answer::kNo, "for every choice of r_j = 0 or s_j = 0, j = 1, ..., n, some weights exclude all X"};
   }
+  if (Fact exact = WithWeights(M, ExactlyHiddenZ(M)); exact.answer != Answer::kUnknown) return exact;
   return {Answer::kUnknown, "no X has clear signs, but some may on the boundary of the class"};
 }
 

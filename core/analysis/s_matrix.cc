@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/analysis/exact_classes.h"
 #include "core/analysis/m_matrix.h"
 #include "core/linalg/linear_program.h"
 
@@ -52,8 +53,9 @@ Fact ByGame(const Matrix& M) {
   if (Vector y = game.row_duals.head(n).cwiseAbs(); ImageIsNotPositive(M.transpose(), y)) {
     return With(Answer::kNo, "some z >= 0, z != 0, has Mᵀz <= 0", std::move(y));
   }
-  return {Answer::kUnknown, absl::StrCat("the value of the game max_z min_i (Mz)_i is ", -game.objective,
-                                         ", zero to working precision")};
+  if (const Fact exact = ExactlyS(M); exact.answer != Answer::kUnknown) return exact;
+  return {Answer::kUnknown,
+          absl::StrCat("the value of the game max_z min_i (Mz)_i is ", -game.objective, ", zero to working precision")};
 }
 
 }  // namespace
@@ -89,8 +91,8 @@ Fact TestSMatrix(const Matrix& M) {
     return Yes(std::move(z));
   }
   if (n <= kMaxLinearProgramRows) return ByGame(M);
-  return {Answer::kUnknown, absl::StrCat("n = ", n, " is beyond the linear program (n <= ",
-                                         kMaxLinearProgramRows, ") and no other z is known")};
+  return {Answer::kUnknown, absl::StrCat("n = ", n, " is beyond the linear program (n <= ", kMaxLinearProgramRows,
+                                         ") and no other z is known")};
 }
 
 Fact TestMMatrix(const Fact& z, const Fact& s) {
