@@ -3,21 +3,19 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "core/analysis/equilibration.h"
 #include "core/lcp/basis_point.h"
 #include "core/lcp/enumeration.h"
 #include "core/lcp/nearest_point.h"
+#include "core/lcp/polish.h"
 
 namespace dlcs {
 namespace {
 
 constexpr std::size_t kMostSolutions = 4096;
-
-bool Same(const Vector& a, const Vector& b) {
-  return (a - b).lpNorm<Eigen::Infinity>() <=
-         1e-10 * std::max(a.lpNorm<Eigen::Infinity>(), b.lpNorm<Eigen::Infinity>());
-}
 
 class Collector {
  public:
@@ -34,16 +32,16 @@ class Collector {
 
   // A face without equations to solve is dismissed before the quadratic program.
   void AddFace(const std::vector<Index>& S) {
-    const Matrix block = M_(S, S);
-    const Vector rhs = -q_(S);
+    const Equilibration scale = EquilibrateRowsAndColumns(M_(S, S));
+    const Matrix block = Scaled(M_(S, S), scale);
+    const Vector rhs = -scale.row.cwiseProduct(q_(S));
     const Vector y = block.completeOrthogonalDecomposition().solve(rhs);
     const Vector size = rhs.cwiseAbs() + block.cwiseAbs() * y.cwiseAbs();
     if (((block * y - rhs).cwiseAbs().array() > 1e-9 * size.array()).any()) return;
 
     const Index n = static_cast<Index>(S.size());
-    const NearestPoint nearest =
-        FindNearestPoint(SolutionFaceOf(M_, q_, S), {Matrix::Identity(n, n), Vector::Zero(n)});
-    if (nearest.answer == Feasibility::kUnknown) found_.complete = false;
+    const NearestPoint nearest = FindNearestPoint(SolutionFaceOf(M_, q_, S), {Matrix::Identity(n, n), Vector::Zero(n)});
+    if (nearest.answer == Feasibility::kUnknown) GiveUpUnlessEmpty(S);
     if (nearest.answer != Feasibility::kFeasible) return;
     SolutionFace face{.basis = S, .nearest = Vector::Zero(q_.size())};
     face.nearest(S) = nearest.v;
@@ -52,6 +50,10 @@ class Collector {
   }
 
   bool full() const { return found_.solutions.size() + found_.faces.size() >= kMostSolutions; }
+  // Where rounding hides whether there is a solution with the support in S.
+  void GiveUpUnlessEmpty(const std::vector<Index>& S) {
+    if (SolveFaceExactly(M_, q_, S).answer != Feasibility::kInfeasible) GiveUp();
+  }
   void GiveUp() { found_.complete = false; }
 
   // Faces that are single points already listed say nothing new.
@@ -71,6 +73,20 @@ class Collector {
   }
 
  private:
+  // Whether two solutions differ by no more than rounding: in an entry's own size, or in all that it is seen by.
+  bool Same(const Vector& a, const Vector& b) const {
+    constexpr double kRounding = 1e-10;
+    const Vector larger = a.cwiseMax(b);
+    const Vector size = q_.cwiseAbs() + M_.cwiseAbs() * larger;
+    for (Index j = 0; j < a.size(); ++j) {
+      const double difference = std::abs(a[j] - b[j]);
+      if (difference <= kRounding * larger[j]) continue;
+      const bool seen = ((M_.col(j).cwiseAbs() * difference).array() > kRounding * size.array()).any();
+      if (seen || M_.col(j).isZero(0)) return false;
+    }
+    return true;
+  }
+
   const Matrix& M_;
   const Vector& q_;
   BasicSolutions found_;
@@ -94,9 +110,12 @@ BasicSolutions AllBasicSolutions(const Matrix& M, const Vector& q, const std::st
     const Basis basis = BasisOf(subset, n);
     if (!point.Compute(lcp, basis) || !point.accurate()) {
       collector.AddFace(IndicesOf(basis));
-    } else if (point.violations().empty()) {
+    } else if (point.solved()) {
       point.Write(lcp, y);
+      PolishSolution(M, q, y);
       collector.AddSolution(point.indices(), y);
+    } else if (point.IsDoubtful(lcp, basis)) {
+      collector.GiveUpUnlessEmpty(IndicesOf(basis));
     }
   }
   return std::move(collector).Finish();

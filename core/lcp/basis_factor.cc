@@ -59,17 +59,28 @@ bool BasisFactor::Eliminate(Index size) {
   constexpr Index kPanel = 8;
   if (size == 0) return true;
   const Index stride = lu_.rows();
-  const double largest = lu_.topLeftCorner(size, size).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
-  const double zero = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size) * largest;
   std::iota(source_.begin(), source_.begin() + size, Index{0});
   const Index panel = size <= kWhole ? size : kPanel;
   for (Index begin = 0; begin < size; begin += panel) {
     LookForStop();
     const Index end = std::min(begin + panel, size), behind = size - end;
-    if (!EliminateColumns(begin, end, size, zero, lu_.data(), stride, inverse_.data(), source_.data())) return false;
+    if (!EliminateColumns(begin, end, size, 0, lu_.data(), stride, inverse_.data(), source_.data())) return false;
     if (behind == 0) break;
     for (Index j = end; j < size; ++j) SubstituteForward(end - begin, &lu_(begin, begin), stride, &lu_(begin, j));
     SubtractProduct(behind, behind, end - begin, &lu_(end, begin), stride, &lu_(begin, end), stride, &lu_(end, end), stride);
+  }
+  return PivotsAreClear(size);
+}
+
+// Whether each pivot is more than rounding beside the numbers that it was summed from, Σ_l |L_kl||U_lk|: in its own row
+// and column, so whatever their units.
+bool BasisFactor::PivotsAreClear(Index size) const {
+  const double unit = 2 * std::numeric_limits<double>::epsilon() * static_cast<double>(size);
+  for (Index k = 0; k < size; ++k) {
+    const double pivot = std::abs(lu_(k, k));
+    double terms = pivot;
+    for (Index l = 0; l < k; ++l) terms += std::abs(lu_(k, l) * lu_(l, k));
+    if (!(pivot > unit * terms)) return false;
   }
   return true;
 }

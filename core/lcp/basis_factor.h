@@ -38,6 +38,7 @@ class BasisFactor {
 
  private:
   bool Eliminate(Index size);
+  bool PivotsAreClear(Index size) const;
 
   Elimination elimination_;
   bool factored_ = false;  // basis_, indices_ and usable_ mean something

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_LCP_BASIS_POINT_H_
 #define DLCS_CORE_LCP_BASIS_POINT_H_
 
+#include <cstdint>
 #include <vector>
 
 #include "core/lcp/basis_factor.h"
@@ -11,8 +12,8 @@
 
 namespace dlcs {
 
-// Fills `violations` with the indices, increasing, of a negative y_i (in S; `y_of_S` in that order) that is not negligible(i, y_i),
-// or of a w_i < -allowed_i (not in S).
+// Fills `violations` with the indices, increasing, of a negative y_i (in S; `y_of_S` in that order) that is not
+// negligible(i, y_i), or of a w_i < -allowed_i (not in S).
 template <typename Negligible>
 void FindViolations(const Basis& basis, const Vector& y_of_S, const Vector& w, const Vector& allowed,
                     const Negligible& negligible, std::vector<Index>& violations) {
@@ -32,10 +33,11 @@ void FindViolations(const Basis& basis, const Vector& y_of_S, const Vector& w, c
 // themselves. The empty list of violations together with accurate() means: solved.
 //
 // What counts as zero. w_i may be negative by the caller's tolerance and the rounding of its own sum,
-//     allowed_i = tolerance_i + min(1e-14 (|q_i| + Σ_j|M_ij| ‖y‖), 5e-13 (‖q‖ + ‖M‖ ‖y‖)),
-// the second term of the minimum in the caller's units, where Solve() promises it. y_j may be negative if
-// setting it to zero moves no w_i by more than allowed_i: so y and w need no tolerances of their own,
-// whatever the sizes of the entries.
+//     allowed_i = tolerance_i + 1e-14 (|q_i| + Σ_j|M_ij||y_j|),
+// measured against the numbers that it was summed from and no others: so rows and columns may have any units. y_j may
+// be negative if setting it to zero moves no w_i by more than allowed_i: so y and w need no tolerances of their own.
+// Where that does not solve, and there are y_j so small beside the others that they may be what rounding left of
+// zeros, these are set to zero and the point is judged anew.
 class BasisPoint {
  public:
   BasisPoint(const ScaledLcp& lcp, Elimination elimination);
@@ -52,24 +54,33 @@ class BasisPoint {
 
   bool solved() const { return violations_.empty() && accurate_; }
 
+  // Where it is not solved: whether rounding could be all that is wrong, so that the basis proves nothing. Measured
+  // against the rounding of y, |M_SS⁻¹| (|M_SS||y| + |q_S|). |S|³ operations where that is not plain.
+  bool IsDoubtful(const ScaledLcp& lcp, const Basis& basis);
+
   const std::vector<Index>& indices() const { return factor_.indices(); }  // S, increasing
   double y(Index position) const { return y_[position]; }                  // y of indices()[position], scaled
   double w(Index i) const { return w_[i]; }                                // scaled
-  double allowed(Index i) const { return allowed_[i]; }
   // Whether setting y_j = value to zero would go unnoticed in every w_i.
-  bool Negligible(const ScaledLcp& lcp, Index j, double value) const;
+  bool Negligible(const ScaledLcp& lcp, Index j, double value);
 
   // Writes y >= 0 in the caller's units.
   void Write(const ScaledLcp& lcp, Eigen::Ref<Vector> y) const;
 
  private:
   bool Evaluate(const ScaledLcp& lcp);
+  void FindOwnViolations(const ScaledLcp& lcp, const Basis& basis);
+  void CutNoise(const ScaledLcp& lcp, const Basis& basis);
+  double Allowed(const ScaledLcp& lcp, Index i);
+  bool AreViolationsWithin(const ScaledLcp& lcp, const Basis& basis, double part, const Vector& size_of_y) const;
+  double SizeOfProduct(const ScaledLcp& lcp, Index i) const;  // Σ_j |M_ij y_j|
 
   BasisFactor factor_;
-  Vector y_;  // the first indices().size() entries
-  Vector correction_;
+  Vector y_;      // the first indices().size() entries
+  Vector other_;  // a correction of y, or a copy
   Vector w_;
-  Vector allowed_;
+  Vector allowed_;  // without the product where is_summed_[i] = 0: few rows need it
+  std::vector<std::uint8_t> is_summed_;
   std::vector<Index> violations_;
   bool accurate_ = false;
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/analysis/positive_semidefinite.h"
+#include "core/analysis/s_matrix.h"
 #include "core/lcp/enumeration.h"
 #include "core/lcp/feasibility.h"
 #include "core/lcp/principal_pivoting.h"
@@ -23,9 +24,8 @@ ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
       lcp_(M),
       point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
 
-LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q,
-                                      const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                      Eigen::Ref<Vector> y) {
+LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                      Basis& basis, Eigen::Ref<Vector> y) {
   pivots_ = 0;
   message_.clear();
   method_ = "principal pivoting";
@@ -56,14 +56,13 @@ LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector
       return LcpVerdict::kSolved;
     }
     if (end == LemkeEnd::kRay && ProvesInfeasible(lcp_, lemke_->ray())) {
-      return Fail(
-          LcpVerdict::kInfeasible,
-          "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
+      return Fail(LcpVerdict::kInfeasible,
+                  "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
     }
     if (end == LemkeEnd::kPivotLimit) break;
     // For a positive semidefinite matrix a ray must prove infeasibility, for a P-matrix there is none.
-    const bool rounding =
-        end == LemkeEnd::kBasis || known_ != Known::kNothing || TestPositiveSemidefinite(lcp_.M()).yes();
+    const bool rounding = end == LemkeEnd::kBasis || known_ != Known::kNothing ||
+                          TestPositiveSemidefinite(lcp_.matrix->Congruent()).yes();
     if (!rounding) break;
   }
   if (lcp_.size() <= kMaxEnumerationSize || end == LemkeEnd::kRay) return AfterRay(basis, y);
@@ -86,16 +85,16 @@ LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
     const LcpVerdict verdict = Enumerate(
         lcp_, [](const Basis&) { return true; }, point, basis, y);
     if (verdict == LcpVerdict::kSolved) return verdict;
-    if (verdict == LcpVerdict::kInfeasible)
-      return Fail(verdict, "no choice of active constraints solves it", y);
+    if (verdict == LcpVerdict::kInfeasible) return Fail(verdict, "no choice of active constraints solves it", y);
     return Fail(verdict, "no solution found, but a nearly singular basis does not allow to exclude one", y);
   }
-  if (FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance.minCoeff()).answer == Feasibility::kInfeasible) {
+  const bool always_feasible = ImageIsPositive(lcp_.M(), Vector::Ones(lcp_.size()));
+  if (!always_feasible && FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance).answer == Feasibility::kInfeasible) {
     method_ = "linear programming";
     return Fail(LcpVerdict::kInfeasible, "no y >= 0 has q + M y >= 0", y);
   }
-  return Fail(LcpVerdict::kRay,
-              "Lemke's method ended in a ray: no solution found, and not proven that there is none", y);
+  return Fail(LcpVerdict::kRay, "Lemke's method ended in a ray: no solution found, and not proven that there is none",
+              y);
 }
 
 LcpVerdict ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
@@ -121,8 +120,6 @@ LcpVerdict ComplementarySolver::Fail(LcpVerdict verdict, const char* why, Eigen:
   return verdict;
 }
 
-std::unique_ptr<LcpSolver> ComplementarySolver::Clone() const {
-  return std::make_unique<ComplementarySolver>(*this);
-}
+std::unique_ptr<LcpSolver> ComplementarySolver::Clone() const { return std::make_unique<ComplementarySolver>(*this); }
 
 }  // namespace dlcs

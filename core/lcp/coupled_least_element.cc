@@ -51,7 +51,7 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q,
     if (point_.Compute(coupled_, basis)) {
       const std::vector<Index>& S = point_.indices();
       for (std::size_t p = 0; p < S.size(); ++p) {
-        newton_y_[S[p]] = coupled_.matrix->scale[S[p]] * point_.y(static_cast<Index>(p));
+        newton_y_[S[p]] = coupled_.Original(S[p], point_.y(static_cast<Index>(p)));
       }
     }
     shifted_q_ = q;

@@ -71,7 +71,7 @@ bool CoupledSelectionSolver::Newton(const Step& step, Basis& basis, Vector& y) {
     Vector guess = Vector::Zero(y.size());
     const std::vector<Index>& S = point_.indices();
     for (std::size_t p = 0; p < S.size(); ++p) {
-      guess[S[p]] = coupled_.matrix->scale[S[p]] * point_.y(static_cast<Index>(p));
+      guess[S[p]] = coupled_.Original(S[p], point_.y(static_cast<Index>(p)));
     }
     const Basis before = basis;
     if (SelectNear(step, guess, basis, y)) return true;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/enumeration.h"
 
+#include <optional>
 #include <vector>
 
-#include "core/lcp/feasibility.h"
+#include "core/analysis/exact_program.h"
 
 namespace dlcs {
 namespace {
@@ -19,11 +20,36 @@ FeasiblePoint SolveOnFace(const ScaledLcp& lcp, const std::vector<Index>& S) {
   C.bottomRows(size) = -lcp.M()(S, S);
   c.head(n) = lcp.q;
   c.tail(size) = -lcp.q(S);
-  // One tolerance for all rows of the scaled problem: the smallest is the safe one.
-  return FindFeasiblePoint(C, c, lcp.tolerance.minCoeff());
+  Vector tolerance(n + size);
+  tolerance << lcp.tolerance, lcp.tolerance(S);
+  return FindFeasiblePoint(C, c, tolerance);
 }
 
 }  // namespace
+
+FeasiblePoint SolveFaceExactly(const Matrix& M, const Vector& q, const std::vector<Index>& S) {
+  const auto n = static_cast<std::size_t>(q.size());
+  Matrix rows(q.size(), static_cast<Index>(S.size()) + 1);
+  rows << M(Eigen::all, S), q;
+  const std::optional<IntegerForm> form = AsIntegers(rows);
+  if (!form) return {};
+  BigMatrix A(n, BigVector(S.size() + n, 0));
+  BigVector b(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t p = 0; p < S.size(); ++p) A[i][p] = form->entries[i][p];
+    A[i][S.size() + i] = -1;
+    b[i] = -form->entries[i][S.size()];
+  }
+  for (const Index i : S) A[static_cast<std::size_t>(i)][S.size() + static_cast<std::size_t>(i)] = 0;
+  const ExactFeasibility found = SolveExactly(A, b);
+  if (!found.feasible) return {Feasibility::kInfeasible, {}};
+  Vector y(static_cast<Index>(S.size()));
+  for (Index p = 0; p < y.size(); ++p) {
+    const boost::multiprecision::cpp_rational value(found.z[static_cast<std::size_t>(p)], found.factor);
+    y[p] = static_cast<double>(value) * form->column[p] / form->column[y.size()];
+  }
+  return {Feasibility::kFeasible, y};
+}
 
 Basis BasisOf(unsigned subset, Index n) {
   Basis basis(n);
@@ -39,11 +65,12 @@ std::vector<Index> IndicesOf(const Basis& basis) {
   return S;
 }
 
-LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred,
-                     BasisPoint& point, Basis& basis, Eigen::Ref<Vector> y) {
+LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
+                     Basis& basis, Eigen::Ref<Vector> y) {
   const Index n = lcp.size();
   std::vector<unsigned> undecided;  // bases without a point, or with one that is not accurate
   bool found = false;
+  std::vector<unsigned> doubtful;  // bases that are wrong by no more than rounding
   for (unsigned subset = 0; subset < (1u << n); ++subset) {
     const Basis candidate = BasisOf(subset, n);
     if (!point.Compute(lcp, candidate) || !point.accurate()) {
@@ -53,18 +80,24 @@ LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&
       basis = candidate;
       point.Write(lcp, y);
       if (preferred(candidate)) return LcpVerdict::kSolved;
+    } else if (!point.solved() && point.IsDoubtful(lcp, candidate)) {
+      doubtful.push_back(subset);
     }
   }
   if (found) return LcpVerdict::kSolved;
   bool proven = true;
-  for (const unsigned subset : undecided) {
-    basis = BasisOf(subset, n);
+  const std::size_t num_singular = undecided.size();
+  undecided.insert(undecided.end(), doubtful.begin(), doubtful.end());
+  const bool exactly = (lcp.tolerance.array() == 0).all();
+  for (std::size_t k = 0; k < undecided.size(); ++k) {
+    basis = BasisOf(undecided[k], n);
     const std::vector<Index> S = IndicesOf(basis);
-    const FeasiblePoint face = SolveOnFace(lcp, S);
+    FeasiblePoint face;
+    if (k < num_singular) face = SolveOnFace(lcp, S);
+    if (face.answer == Feasibility::kUnknown && exactly) face = SolveFaceExactly(lcp.M(), lcp.q, S);
     if (face.answer == Feasibility::kFeasible) {
       y.setZero();
-      for (std::size_t p = 0; p < S.size(); ++p)
-        y[S[p]] = lcp.matrix->scale[S[p]] * face.y[static_cast<Index>(p)];
+      for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = lcp.Original(S[p], face.y[static_cast<Index>(p)]);
       return LcpVerdict::kSolved;
     }
     proven = proven && face.answer == Feasibility::kInfeasible;

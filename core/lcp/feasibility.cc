@@ -22,7 +22,7 @@ bool IsFarkas(const Eigen::Ref<const Matrix>& C, const Eigen::Ref<const Vector>&
 
 }  // namespace
 
-FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double tolerance) {
+FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& tolerance) {
   const Index rows = C.rows();
   const Index columns = C.cols();
   // Optimality of min 0ᵀy: 0 <= y ⟂ -Cᵀλ >= 0, 0 <= λ ⟂ c + C y >= 0.
@@ -31,16 +31,19 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double toleran
   skew.bottomLeftCorner(rows, columns) = C;
   Vector q = Vector::Zero(columns + rows);
   q.tail(rows) = c;
+  Vector tolerances = Vector::Zero(q.size());
+  tolerances.tail(rows) = tolerance;
   ScaledLcp lcp(skew);
-  if (!lcp.Load(q, Vector::Constant(q.size(), tolerance))) return {};
+  if (!lcp.Load(q, tolerances)) return {};
   BasisPoint point(lcp, Elimination::kPivoting);
   Lemke lemke(columns + rows);
   Basis basis(columns + rows, 0);
   for (const double zero : {1e-11, 1e-8, 1e-14}) {
     const LemkeEnd end = lemke.Run(lcp, zero, basis);
     if (end == LemkeEnd::kRay) {
-      if (IsFarkas(lcp.M().bottomLeftCorner(rows, columns), lcp.q.tail(rows), lcp.tolerance.tail(rows),
-                   lemke.ray().tail(rows))) {
+      Vector multiplier(rows);
+      for (Index i = 0; i < rows; ++i) multiplier[i] = lcp.Original(columns + i, lemke.ray()[columns + i]);
+      if (IsFarkas(C, c, tolerance, multiplier)) {
         return {Feasibility::kInfeasible, {}};
       }
     } else if (end == LemkeEnd::kBasis && point.Compute(lcp, basis) && point.solved()) {
@@ -52,8 +55,9 @@ FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, double toleran
   return {};
 }
 
-bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& multiplier) {
-  return IsFarkas(lcp.M(), lcp.q, lcp.tolerance, multiplier);
+bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& ray) {
+  const Vector multiplier = ray.cwiseProduct(lcp.matrix->scale.column).cwiseQuotient(lcp.matrix->scale.row);
+  return IsFarkas(lcp.M(), lcp.q, lcp.tolerance, multiplier) || IsFarkas(lcp.M(), lcp.q, lcp.tolerance, ray);
 }
 
 }  // namespace dlcs

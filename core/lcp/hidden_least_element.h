@@ -39,10 +39,11 @@ class HiddenLeastElementSolver final : public LcpSolver {
 
  private:
   bool TryBasis(const Basis& basis, Eigen::Ref<Vector> y);
+  bool TryOtherBases(const Vector& q, Basis& basis, Eigen::Ref<Vector> y);
   bool HasFeasibleMultipliers(const Basis& basis) const;
 
   Matrix M_;
-  Vector cost_;  // X⁻ᵀ e
+  Vector cost_;  // X⁻ᵀ e, in the units of lcp_
   LinearProgram program_;
   ScaledLcp lcp_;
   BasisPoint point_;

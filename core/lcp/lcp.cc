@@ -17,8 +17,8 @@
 #include "core/lcp/hidden_least_element.h"
 #include "core/lcp/least_norm.h"
 #include "core/lcp/minimiser.h"
+#include "core/lcp/polish.h"
 #include "core/lcp/tridiagonal_solver.h"
-#include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem_checks.h"
 #include "core/soundness.h"
@@ -28,18 +28,19 @@ namespace {
 
 using Known = ComplementarySolver::Known;
 
-// Where a problem has no solution as it stands, violations of this size, relative to the largest entry of q
-// or 1, are taken for rounding: a right-hand side that should be zero came out of somebody's arithmetic as
-// -1e-17.
-constexpr double kNoise = 1e-15;
-// Far more than rounding leaves of a solution, relative to q, and to M y: numbers overflowed or underflowed on the way.
-constexpr double kLostOfQ = 1e-2;
-constexpr double kLostOfMy = 1e-8;
-
+// Whether y is no solution by far more than rounding, in the size of each row: numbers overflowed or underflowed on the
+// way.
 bool IsLost(const Matrix& M, const Vector& q, const LcpResult& result) {
-  const double size = MaxAbs(q);
-  return !(result.residual <= kLostOfQ * size + 10 * kNoise * std::max(1.0, size) +
-                                  kLostOfMy * MaxAbs(M) * MaxAbs(result.y));
+  constexpr double kLost = 1e-8;
+  const Vector& y = result.y;
+  const Vector size = q.cwiseAbs() + M.cwiseAbs() * y;
+  if (!size.allFinite() || !result.w.allFinite()) return true;
+  for (Index i = 0; i < y.size(); ++i) {
+    if (result.w[i] < -kLost * size[i]) return true;
+    const bool counts = ((M.col(i).cwiseAbs() * y[i]).array() > kLost * size.array()).any();
+    if (counts && result.w[i] > kLost * size[i]) return true;
+  }
+  return false;
 }
 
 absl::Status Validate(const Matrix& M, const Vector& q, const LcpRequest& request) {
@@ -133,8 +134,7 @@ std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K
   }
   const bool convex = coupled.allFinite() && TestPositiveSemidefinite(coupled).yes();
   const Selection fallback = convex && selection == Selection::kLeastNorm ? Selection::kLeastNorm : Selection::kAny;
-  return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, choice),
-                                                  MakeLcpSolver(coupled, fallback));
+  return std::make_unique<CoupledSelectionSolver>(M, K, MakeLcpSolver(M, choice), MakeLcpSolver(coupled, fallback));
 }
 
 LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass& matrix_class,
@@ -145,13 +145,9 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
   result.selection = choice.selection;
   Basis basis(M.rows(), 0);
   result.y = Vector::Zero(M.rows());
-  // The solver allows for its own rounding. The caller's is assumed only where there is no solution without.
+  // The solver allows for its own rounding; M and q are taken as they stand.
   result.verdict = solver->Solve(q, Vector::Zero(q.size()), basis, result.y);
-  const double noise = kNoise * std::max(1.0, q.lpNorm<Eigen::Infinity>());
-  const bool has_noise = (q.array() != 0 && q.array().abs() <= noise).any();
-  if (result.verdict != LcpVerdict::kSolved && has_noise) {
-    result.verdict = solver->Solve(q, Vector::Constant(q.size(), noise), basis, result.y);
-  }
+  if (result.verdict == LcpVerdict::kSolved) PolishSolution(M, q, result.y);
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);
   const bool lost = result.verdict == LcpVerdict::kSolved && IsLost(M, q, result);

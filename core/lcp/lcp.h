@@ -54,8 +54,9 @@ struct LcpRequest {
 // ‖min(y, q + M y)‖_∞; NaN if any entry is not finite.
 double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& y);
 
-// Solves one LCP, with the solver that the class of M calls for. The residual of a solution is at most
-// 1e-12 (‖q‖_∞ + ‖M‖_∞‖y‖_∞) + 1e-14, the last term only where there is no solution without it.
+// Solves one LCP, with the solver that the class of M calls for. M and q are taken as they stand: w_i of a solution is
+// negative, or positive where y_i is, by no more than the rounding of its sum, 1e-12 (|q_i| + Σ_j|M_ij| y_j), whatever
+// the units of rows and columns. So q = -1e-16 with M = 0 has no solution.
 // Errors: InvalidArgument, one line "field: description" for each rule broken (fields M, q, rule, selector,
 //         all_basic_solutions): shapes, non-finite entries, a rule that M does not admit, too large for all solutions;
 //         Cancelled when `stop` is requested (looked at as by Solve() of core/solve.h).
@@ -94,8 +95,8 @@ class LcpSolver {
   // `basis`      in: a guess, n entries; out: the basis of the solution, the last one tried where there is
   //              none. The solution does not depend (beyond rounding and `tolerance`) on the guess where it
   //              is unique or the least element.
-  // `y`          out: >= 0 exactly, from a factorization of the basis: the residual of a kSolved result is at
-  //              most 10·‖tolerance‖_∞ + 1e-12·(‖q‖_∞ + ‖M‖_∞‖y‖_∞). Zero where the verdict is another one.
+  // `y`          out: >= 0 exactly, from a factorization of the basis: in a kSolved result w_i is off by at most
+  //              10·tolerance_i + 1e-12·(|q_i| + Σ_j|M_ij| y_j). Zero where the verdict is another one.
   virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                            Basis& basis, Eigen::Ref<Vector> y) = 0;
 

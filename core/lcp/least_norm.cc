@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/analysis/equilibration.h"
+#include "core/analysis/p_matrix.h"
 #include "core/lcp/enumeration.h"
 #include "core/lcp/nearest_point.h"
 #include "core/lcp/solution_function.h"
+#include "core/linalg/panel_lu.h"
 #include "core/linalg/pseudo_inverse.h"
 
 namespace dlcs {
@@ -22,8 +26,20 @@ constexpr double kRounding = 1e-11;
 }  // namespace
 
 bool IsPlainlyUnique(const Matrix& M, const Vector& q, const Vector& y) {
-  const IndexSets sets = FindIndexSets(M, q, y);
-  return TestDifferentiable(M, sets).yes();
+  IndexSets sets = FindIndexSets(M, q, y);
+  const std::vector<Index> K = std::exchange(sets.K, {});
+  if (!TestDifferentiable(M, sets).yes()) return false;
+  if (K.empty()) return true;
+  const Index size = static_cast<Index>(sets.J.size());
+  std::vector<Index> order = sets.J;
+  order.insert(order.end(), K.begin(), K.end());
+  const Matrix scaled = Scaled(M(order, order), EquilibrateRowsAndColumns(M(order, order)));
+  Matrix rest = scaled.bottomRightCorner(order.size() - size, order.size() - size);
+  if (size > 0) {
+    rest -= scaled.bottomLeftCorner(rest.rows(), size) *
+            PanelLu(scaled.topLeftCorner(size, size)).Solve(scaled.topRightCorner(size, rest.cols()));
+  }
+  return (rest.diagonal().array() > kRounding).all() && TestPMatrix(rest).yes();
 }
 
 LeastNormSolver::LeastNormSolver(const Matrix& M) : M_(M), any_(M, Known::kNothing) {
@@ -49,8 +65,8 @@ LcpVerdict LeastNormSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen
   }
   account_.method = "quadratic programming (least norm)";
   const Index n = M_.rows();
-  const NearestPoint nearest = FindNearestPoint(ConvexSolutionSet(M_, q, any_solution),
-                                                {Matrix::Identity(n, n), Vector::Zero(n)});
+  const NearestPoint nearest =
+      FindNearestPoint(ConvexSolutionSet(M_, q, any_solution), {Matrix::Identity(n, n), Vector::Zero(n)});
   if (nearest.answer != Feasibility::kFeasible) {
     account_.message = "there are solutions, but rounding hides which of them is least in norm";
     y.setZero();

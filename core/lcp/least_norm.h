@@ -24,8 +24,7 @@ namespace dlcs {
 //     y*ᵀ(v - y*) = w'ᵀv + y'ᵀw(v) >= 0   if y'_i >= 0 for i in S with y*_i = 0, w'_i >= 0 for other i with w*_i = 0.
 //
 // That is sufficient, not necessary (S may have other y'): where no ε passes, the quadratic program over the whole
-// solution set decides (core/lcp/nearest_point.h). Where a nondegenerate solution has a nonsingular M_JJ it is the
-// only one, and nothing of this is needed.
+// solution set decides (core/lcp/nearest_point.h). Where IsPlainlyUnique() nothing of this is needed.
 //
 // The least-norm solution need not depend continuously on q: see TestInteriorPoint() in core/lcp/solution_function.h.
 //
@@ -49,8 +48,8 @@ class LeastNormSolver final : public LcpSolver {
   LcpAccount account_;
 };
 
-// Whether the solution `y` of LCP(q, M), M positive semidefinite, is the only one because it is nondegenerate and M_JJ
-// nonsingular. (It may be the only one otherwise.)
+// Whether the solution `y` of LCP(q, M), M positive semidefinite, is the only one because M_JJ is nonsingular and, where it
+// is degenerate, the Schur complement of M_JJ on K is a P-matrix. (It may be the only one otherwise.)
 bool IsPlainlyUnique(const Matrix& M, const Vector& q, const Vector& y);
 
 }  // namespace dlcs

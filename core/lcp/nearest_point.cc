@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/analysis/equilibration.h"
 #include "core/lcp/complementary_solver.h"
 
 namespace dlcs {
@@ -13,27 +14,42 @@ namespace {
 // Entries of E v - e and of negative G v - g up to this part of what they are summed from count as zero.
 constexpr double kRounding = 1e-11;
 
-// Rows of `E` that span all of them, by elimination with row exchanges.
+// Rows of `E` that span all of them, by elimination with row exchanges, in units in which its entries are of size one.
 std::vector<Index> IndependentRows(const Matrix& E) {
   if (E.rows() == 0) return {};
-  Eigen::ColPivHouseholderQR<Matrix> qr(E.transpose());
+  Eigen::ColPivHouseholderQR<Matrix> qr(Scaled(E, EquilibrateRowsAndColumns(E)).transpose());
   qr.setThreshold(kRounding);
   const auto& order = qr.colsPermutation().indices();
   return std::vector<Index>(order.data(), order.data() + qr.rank());
 }
 
-// |rows| |v| + |bound|, what the rounding of rows v - bound is measured against.
-Vector SizeOfRows(const Matrix& rows, const Vector& bound, const Vector& v) {
-  return rows.cwiseAbs() * v.cwiseAbs() + bound.cwiseAbs();
-}
+// The units of a polyhedron in which the entries of E and G are of size one, and what its bounds are in them.
+struct Units {
+  explicit Units(const Polyhedron& polyhedron) {
+    Matrix all(polyhedron.E.rows() + polyhedron.G.rows(), std::max(polyhedron.E.cols(), polyhedron.G.cols()));
+    if (polyhedron.E.rows() > 0) all.topRows(polyhedron.E.rows()) = polyhedron.E;
+    if (polyhedron.G.rows() > 0) all.bottomRows(polyhedron.G.rows()) = polyhedron.G;
+    scale = EquilibrateRowsAndColumns(all);
+    for (Index i = 0; i < polyhedron.e.size(); ++i) bound = std::max(bound, of_E(i) * std::abs(polyhedron.e[i]));
+    for (Index i = 0; i < polyhedron.g.size(); ++i)
+      bound = std::max(bound, scale.row[polyhedron.e.size() + i] * std::abs(polyhedron.g[i]));
+  }
+  double of_E(Index i) const { return scale.row[i]; }
 
+  Equilibration scale;
+  double bound = 0;
+};
+
+// The inequalities are rows of the program, which judges them; of the equations, those that depend on others are not.
 bool Contains(const Polyhedron& polyhedron, const Vector& v) {
-  const auto& [E, e, G, g] = polyhedron;
-  const double least_size = std::max(e.lpNorm<Eigen::Infinity>(), g.lpNorm<Eigen::Infinity>());
-  const Vector e_size = SizeOfRows(E, e, v).array() + least_size;
-  const Vector g_size = SizeOfRows(G, g, v).array() + least_size;
-  return ((E * v - e).cwiseAbs().array() <= kRounding * e_size.array()).all() &&
-         ((G * v - g).array() >= -kRounding * g_size.array()).all();
+  const Matrix& E = polyhedron.E;
+  const Units units(polyhedron);
+  const Vector miss = E * v - polyhedron.e;
+  const Vector size = E.cwiseAbs() * v.cwiseAbs() + polyhedron.e_size;
+  for (Index i = 0; i < miss.size(); ++i) {
+    if (!(std::abs(miss[i]) <= kRounding * (size[i] + units.bound / units.of_E(i)))) return false;
+  }
+  return true;
 }
 
 struct Minimum {
@@ -43,7 +59,7 @@ struct Minimum {
 
 // One quadratic program.
 Minimum Minimise(const Polyhedron& polyhedron, const Selector& selector) {
-  const auto& [E, e, G, g] = polyhedron;
+  const auto& [E, e, e_size, G, g, g_size] = polyhedron;
   const std::vector<Index> rows = IndependentRows(E);
   const Index n = selector.C.cols();
   const Index r = static_cast<Index>(rows.size());
@@ -64,16 +80,20 @@ Minimum Minimise(const Polyhedron& polyhedron, const Selector& selector) {
   Vector rhs(size);
   rhs.head(n) = -selector.C.transpose() * selector.b;
   rhs.tail(A.rows()) = -a;
-  Vector tolerance = Vector::Zero(size);
-  tolerance.tail(A.rows()).setConstant(1e-13 * a.lpNorm<Eigen::Infinity>());
 
   ComplementarySolver solver(kkt, ComplementarySolver::Known::kNothing);
-  Basis basis(size, 0);
-  Vector solution(size);
-  const LcpVerdict verdict = solver.Solve(rhs, tolerance, basis, solution);
-  const bool solved = verdict == LcpVerdict::kSolved;
-  if (solved && !Contains(polyhedron, solution.head(n))) return {};
-  return {verdict, solution.head(n)};
+  // The bounds come from somebody's arithmetic. Where a basis is nearly singular their rounding is blown up.
+  Vector solution(size), tolerance = Vector::Zero(size);
+  Minimum minimum;
+  for (const double rounding : {1e-13, 1e-11}) {
+    tolerance.tail(A.rows()) << rounding * e_size(rows), rounding * e_size(rows), rounding * g_size;
+    Basis basis(static_cast<std::size_t>(size), 0);
+    minimum.verdict = solver.Solve(rhs, tolerance, basis, solution);
+    minimum.v = solution.head(n);
+    if (minimum.verdict == LcpVerdict::kInfeasible) return minimum;
+    if (minimum.verdict == LcpVerdict::kSolved && Contains(polyhedron, minimum.v)) return minimum;
+  }
+  return {};
 }
 
 }  // namespace
@@ -87,7 +107,12 @@ Polyhedron SolutionFaceOf(const Matrix& M, const Vector& q, const std::vector<In
       rest.push_back(i);
     }
   }
-  return {.E = M(S, S), .e = -q(S), .G = M(rest, S), .g = -q(rest)};
+  return {.E = M(S, S),
+          .e = -q(S),
+          .e_size = q(S).cwiseAbs(),
+          .G = M(rest, S),
+          .g = -q(rest),
+          .g_size = q(rest).cwiseAbs()};
 }
 
 Polyhedron ConvexSolutionSet(const Matrix& M, const Vector& q, const Vector& solution) {
@@ -95,20 +120,27 @@ Polyhedron ConvexSolutionSet(const Matrix& M, const Vector& q, const Vector& sol
   Matrix E(n + 1, n);
   E.topRows(n) = M + M.transpose();
   E.row(n) = q.transpose();
-  return {.E = E, .e = E * solution, .G = M, .g = (-q).cwiseMin(M * solution)};
+  return {.E = E,
+          .e = E * solution,
+          .e_size = E.cwiseAbs() * solution.cwiseAbs(),
+          .G = M,
+          .g = (-q).cwiseMin(M * solution),
+          .g_size = q.cwiseAbs() + M.cwiseAbs() * solution.cwiseAbs()};
 }
 
 bool HasOtherPoint(const Polyhedron& polyhedron, const Vector& v) {
   constexpr double kGoldenRatio = 0.6180339887498949;
+  const Units units(polyhedron);
+  const Vector inverse = units.scale.column.cwiseInverse();
   Vector direction(v.size());
   for (Index i = 0; i < v.size(); ++i)
-    direction[i] = 1 + std::fmod(kGoldenRatio * static_cast<double>(i + 1), 1.0);
-  const double far = std::max(1.0, 2 * v.lpNorm<Eigen::Infinity>());
+    direction[i] = inverse[i] * (1 + std::fmod(kGoldenRatio * static_cast<double>(i + 1), 1.0));
+  const double largest = std::max(units.bound, 2 * v.cwiseProduct(inverse).lpNorm<Eigen::Infinity>());
+  const double far = largest > 0 ? largest : 1;
   for (const double shift : {far, -far}) {
-    const Minimum other =
-        Minimise(polyhedron, {direction.transpose(), Vector::Constant(1, direction.dot(v) + shift)});
+    const Minimum other = Minimise(polyhedron, {direction.transpose(), Vector::Constant(1, direction.dot(v) + shift)});
     if (other.verdict != LcpVerdict::kSolved) continue;
-    if ((other.v - v).lpNorm<Eigen::Infinity>() > 1e-8 * far) return true;
+    if ((other.v - v).cwiseProduct(inverse).lpNorm<Eigen::Infinity>() > 1e-8 * far) return true;
   }
   return false;
 }
@@ -130,6 +162,8 @@ NearestPoint FindNearestPoint(const Polyhedron& polyhedron, const Selector& sele
   minimisers.E.bottomRows(selector.C.rows()) = selector.C;
   minimisers.e.conservativeResize(minimisers.E.rows());
   minimisers.e.tail(selector.C.rows()) = selector.C * first.v;
+  minimisers.e_size.conservativeResize(minimisers.E.rows());
+  minimisers.e_size.tail(selector.C.rows()) = selector.C.cwiseAbs() * first.v;
   if (static_cast<Index>(IndependentRows(minimisers.E).size()) == n) return nearest;
   const Minimum least = Minimise(minimisers, {Matrix::Identity(n, n), Vector::Zero(n)});
   if (least.verdict == LcpVerdict::kSolved) nearest.v = least.v;

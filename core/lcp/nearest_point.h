@@ -12,12 +12,13 @@
 
 namespace dlcs {
 
-// { v >= 0 : E v = e, G v >= g }, any of the parts with no rows.
+// { v >= 0 : E v = e, G v >= g }, any of the parts with no rows. The sizes are of the numbers that e and g were summed
+// from.
 struct Polyhedron {
   Matrix E;
-  Vector e;
+  Vector e, e_size;
   Matrix G;
-  Vector g;
+  Vector g, g_size;
 };
 
 struct NearestPoint {

@@ -200,6 +200,8 @@ bool PolicyIteration::SolveAgain(const Tridiagonal& M, const Eigen::Ref<const Ve
     Substitute<1>(work, &moved, &wrong);
     pivots += moved;
     if (moved == 0) return !wrong;
+    // An index with y_i and w_i zero up to rounding goes in and out, and where it is in, with y_i = 0, all is solved.
+    if (!wrong && round >= kPatience / 2) return true;
   }
   return false;
 }

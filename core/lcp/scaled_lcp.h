@@ -6,23 +6,26 @@
 
 #include <memory>
 
+#include "core/analysis/equilibration.h"
 #include "core/analysis/m_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// The matrix of LCP(D q, D M D) for LCP(q, M), with D the powers of two of SymmetricEquilibration().
+// The matrix of LCP(R q, R M C) for LCP(q, M), with R and C the powers of two of EquilibrateRowsAndColumns(): what is
+// found does not depend on the units of y and w.
 struct ScaledMatrix {
   explicit ScaledMatrix(const Matrix& original);
 
-  Vector scale;          // D
-  Matrix M;              // D M D
-  Vector row_sum;        // Σ_j |(D M D)_ij|
-  Bandwidth band;        // of M
-  double original_norm;  // ‖M‖_∞ in the caller's units
+  // C M C, which is congruent to M: positive semidefinite where M is.
+  Matrix Congruent() const { return scale.column.cwiseQuotient(scale.row).asDiagonal() * M; }
+
+  Equilibration scale;  // R, C
+  Matrix M;             // R M C
+  Bandwidth band;       // of M
 };
 
-// One such LCP. All solvers of this folder read this struct; only its y = D y' leaves it. Copies share the
+// One such LCP. All solvers of this folder read this struct; only its y = C y' leaves it. Copies share the
 // matrix.
 struct ScaledLcp {
   // q = 0 and no tolerance until Load().
@@ -34,11 +37,12 @@ struct ScaledLcp {
 
   Index size() const { return q.size(); }
   const Matrix& M() const { return matrix->M; }
+  // y_i in the caller's units.
+  double Original(Index i, double y) const { return matrix->scale.column[i] * y; }
 
   std::shared_ptr<const ScaledMatrix> matrix;
-  Vector q;          // D q
-  Vector tolerance;  // D · tolerance
-  double original_q_norm = 0;
+  Vector q;          // R q
+  Vector tolerance;  // R · tolerance
 };
 
 }  // namespace dlcs

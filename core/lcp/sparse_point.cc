@@ -6,22 +6,18 @@
 #include <cmath>
 
 #include "core/lcp/basis_point.h"
-#include "core/linalg/norms.h"
 #include "core/linalg/symmetry.h"
 
 namespace dlcs {
 namespace {
 
 SparseLcp::Ordered Order(const SparseMatrix& M) {
-  const Index n = M.rows();
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>
-      original;  // column i: where index i comes from
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> original;  // column i: where index i comes from
   Eigen::AMDOrdering<int>()(M, original);
   SparseLcp::Ordered ordered;
   ordered.M = original.transpose() * M * original;
   ordered.original.assign(original.indices().begin(), original.indices().end());
   ordered.symmetric = IsSymmetric(M);
-  ordered.norm = n == 0 ? 0 : MaxAbs(M.cwiseAbs() * Vector::Ones(n));
   return ordered;
 }
 
@@ -30,8 +26,7 @@ SparseLcp::Ordered Order(const SparseMatrix& M) {
 SparseLcp::SparseLcp(const SparseMatrix& M)
     : matrix(std::make_shared<const Ordered>(Order(M))), q(Vector::Zero(M.rows())), tolerance(q) {}
 
-bool SparseLcp::Load(const Eigen::Ref<const Vector>& original_q,
-                     const Eigen::Ref<const Vector>& original_tolerance) {
+bool SparseLcp::Load(const Eigen::Ref<const Vector>& original_q, const Eigen::Ref<const Vector>& original_tolerance) {
   for (Index i = 0; i < size(); ++i) {
     q[i] = original_q[matrix->original[i]];
     tolerance[i] = original_tolerance[matrix->original[i]];
@@ -79,8 +74,6 @@ bool SparsePoint::Negligible(const SparseLcp& lcp, Index j, double value) const 
   }
   return true;
 }
-
-double SparsePoint::largest_y() const { return MaxAbs(y_); }
 
 void SparsePoint::Write(const SparseLcp& lcp, Eigen::Ref<Vector> y) const {
   y.setZero();

@@ -25,7 +25,6 @@ struct SparseLcp {
     SparseMatrix M;
     std::vector<Index> original;  // index i here is original[i] of the caller
     bool symmetric = false;
-    double norm = 0;  // ‖M‖_∞
   };
   std::shared_ptr<const Ordered> matrix;  // shared by copies
   Vector q;
@@ -49,8 +48,8 @@ class SparsePoint {
   const std::vector<Index>& violations() const { return violations_; }
   // Whether w_S is zero to the same accuracy.
   bool accurate() const { return accurate_; }
-  // max |y_i| of the last point.
-  double largest_y() const;
+  // What every w_i may miss, the caller's tolerance included.
+  const Vector& allowed() const { return allowed_; }
 
   // Writes y >= 0 in the caller's order.
   void Write(const SparseLcp& lcp, Eigen::Ref<Vector> y) const;

@@ -5,20 +5,17 @@
 
 #include "core/analysis/sparse_class.h"
 #include "core/lcp/tridiagonal_solver.h"
-#include "core/linalg/norms.h"
 
 namespace dlcs {
 
 SparseLcpSolver::SparseLcpSolver(const SparseMatrix& M, Known known)
-    : SparseLcpSolver(SparseLcp(M),
-                      known == Known::kMMatrix ? Exchange::kBlocks : Exchange::kBlocksThenLeast) {}
+    : SparseLcpSolver(SparseLcp(M), known == Known::kMMatrix ? Exchange::kBlocks : Exchange::kBlocksThenLeast) {}
 
 SparseLcpSolver::SparseLcpSolver(SparseLcp lcp, Exchange exchange)
     : lcp_(std::move(lcp)), point_(lcp_.size()), exchange_(exchange), ordered_(lcp_.size()) {}
 
-LcpVerdict SparseLcpSolver::Solve(const Eigen::Ref<const Vector>& q,
-                                  const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                                  Eigen::Ref<Vector> y) {
+LcpVerdict SparseLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+                                  Basis& basis, Eigen::Ref<Vector> y) {
   // For an M-matrix, S may grow by a layer of neighbours a round: a thousand are a grid of that many points
   // across.
   constexpr int kMaxRounds = 1000;
@@ -46,11 +43,11 @@ bool SparseLcpSolver::Pivot(int max_rounds) {
 }
 
 bool SparseLcpSolver::PivotLoosely() {
-  constexpr double kNormRounding = 5e-13;
+  constexpr double kTimes = 50;
   constexpr int kRounds = 12;
-  const double rounding = kNormRounding * (MaxAbs(lcp_.q) + lcp_.matrix->norm * point_.largest_y());
-  if (!std::isfinite(rounding)) return false;
-  lcp_.tolerance.array() += rounding;
+  const Vector looser = lcp_.tolerance + kTimes * (point_.allowed() - lcp_.tolerance);
+  if (point_.allowed().size() != lcp_.size() || !looser.allFinite()) return false;
+  lcp_.tolerance = looser;
   return Pivot(kRounds);
 }
 
@@ -62,13 +59,11 @@ std::unique_ptr<LcpSolver> MakeSparseLcpSolver(const SparseMatrix& M, const Solu
   const bool unique = choice.selection == Selection::kUnique;
   if (!unique && choice.selection != Selection::kLeastElement) return nullptr;
   if (std::optional<Tridiagonal> diagonals = TridiagonalOf(M); diagonals && IsClearlyMMatrix(*diagonals)) {
-    return std::make_unique<TridiagonalSolver>(std::make_shared<const Tridiagonal>(*std::move(diagonals)),
-                                               nullptr);
+    return std::make_unique<TridiagonalSolver>(std::make_shared<const Tridiagonal>(*std::move(diagonals)), nullptr);
   }
   const bool z = TestZMatrix(M).yes();
   if (!unique && !TestMMatrix(M).yes()) return nullptr;
-  return std::make_unique<SparseLcpSolver>(
-      M, z ? SparseLcpSolver::Known::kMMatrix : SparseLcpSolver::Known::kPMatrix);
+  return std::make_unique<SparseLcpSolver>(M, z ? SparseLcpSolver::Known::kMMatrix : SparseLcpSolver::Known::kPMatrix);
 }
 
 }  // namespace dlcs

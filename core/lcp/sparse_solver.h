@@ -34,7 +34,7 @@ class SparseLcpSolver final : public LcpSolver {
   SparseLcpSolver(SparseLcp lcp, Exchange exchange);
 
   bool Pivot(int max_rounds);
-  // Once more, with the rounding that LcpSolver promises allowed for, relative to the norms.
+  // Once more, with fifty times the rounding of each row allowed for.
   bool PivotLoosely();
 
   SparseLcp lcp_;

@@ -14,7 +14,7 @@ namespace dlcs {
 
 SplittingLcpSolver::SplittingLcpSolver(BandSplitting splitting)
     : product_(std::move(splitting.product)),
-      row_sums_(std::move(splitting.row_sums)),
+      diagonal_(std::move(splitting.diagonal)),
       factor_(splitting.B),
       basis_(static_cast<std::size_t>(splitting.B->size())),
       is_basic_(splitting.B->size()),
@@ -51,22 +51,21 @@ SplittingLcpSolver::Judgement SplittingLcpSolver::Judge(const Eigen::Ref<const V
                                                         const Eigen::Ref<const Vector>& tolerance) {
   constexpr double kRounding = 1e-14;
   constexpr Index kLanes = 16;
-  const double rounding = kRounding * MaxAbs(y_);
   double misses[kLanes] = {}, moves[kLanes] = {}, nonfinite[kLanes] = {}, residuals[kLanes] = {};
-  RunWide([=, &misses, &moves, &nonfinite, &residuals, n = y_.size(), y_data = y_.data(), w_data = w_.data(),
-           q_data = q.data(), tolerances = tolerance.data(), sums = row_sums_.data(),
+  RunWide([&misses, &moves, &nonfinite, &residuals, n = y_.size(), y_data = y_.data(), w_data = w_.data(),
+           q_data = q.data(), tolerances = tolerance.data(), diagonals = diagonal_.data(),
            basic_data = is_basic_.data()]() DLCS_WIDE {
     const double* __restrict all_y = y_data;
     const double* __restrict all_w = w_data;
     const double* __restrict all_q = q_data;
     const double* __restrict all_tolerances = tolerances;
-    const double* __restrict all_sums = sums;
+    const double* __restrict all_diagonals = diagonals;
     double* __restrict all_basic = basic_data;
     double miss[kLanes] = {}, move[kLanes] = {}, bad[kLanes] = {}, residual[kLanes] = {};
-    const double of_row = rounding;
     const auto judge = [=, &miss, &move, &bad, &residual](Index i, Index l) DLCS_WIDE {
       const double w = all_w[i], basic = all_basic[i];
-      const double allowed = all_tolerances[i] + (kRounding * std::abs(all_q[i]) + all_sums[i] * of_row);
+      const double allowed = all_tolerances[i] + kRounding * (std::abs(all_q[i]) +
+                                                              std::abs(w - all_q[i] - 2 * all_diagonals[i] * all_y[i]));
       const double below = w >= -allowed ? 0.0 : 1.0, above = w <= allowed ? 0.0 : 1.0;
       const double positive = all_y[i] == 0 ? 0.0 : 1.0;
       const double misses_it = below + positive * above;
@@ -158,7 +157,8 @@ BandMatrix WithRowSums(const BandMatrix& B, const Vector& sums_of_K) {
 std::optional<BandSplitting> SplitOffBand(const Matrix& K, double largest_rate) {
   constexpr double kGoodRate = 3e-4;
   constexpr Index kWidest = 64;
-  if (!K.allFinite()) return std::nullopt;
+  constexpr double kEvenUnits = 64;
+  if (!K.allFinite() || !(K.diagonal().maxCoeff() <= kEvenUnits * K.diagonal().minCoeff())) return std::nullopt;
   const Index bandwidth = BandwidthUpToRounding(K);
   const RowSums of_K = SumsOf(BandMatrix(K, std::min(bandwidth, K.rows() - 1)));
   for (const Index width : {8, 16, 24, 32, 48, 64}) {  // narrower ones cost as much, and more rounds
@@ -170,7 +170,7 @@ std::optional<BandSplitting> SplitOffBand(const Matrix& K, double largest_rate) 
     if (!(rate <= largest_rate)) return std::nullopt;
     return BandSplitting{.B = std::make_shared<const BandMatrix>(WithRowSums(B, of_K.sums)),
                          .product = BandProduct(K, bandwidth),
-                         .row_sums = of_K.sizes,
+                         .diagonal = K.diagonal(),
                          .rate = rate,
                          .bandwidth = bandwidth};
   }

@@ -16,14 +16,15 @@ namespace dlcs {
 struct BandSplitting {
   std::shared_ptr<const BandMatrix> B;
   BandProduct product;  // with all of K
-  Vector row_sums;      // of |K|
+  Vector diagonal;      // of K
   double rate = 0;      // ‖B'⁻¹|K - B'|‖_∞ for K's own entries B' in the band
   Index bandwidth = 0;  // of K up to rounding
 };
 
 // Splits the square matrix `K` where that serves: its entries in the band of B are clearly those of an M-matrix B' but
 // for positive ones off the diagonal, which are left to R, and the rate is at most `largest_rate` < 1. Then K is an
-// H-matrix with a positive diagonal, so that its LCP has one solution. The band is as narrow as a rate of 3e-4 allows.
+// H-matrix with a positive diagonal, so that its LCP has one solution. Not where the diagonal says that rows or columns
+// have units of their own: what is rounding in one may count in another. The band is as narrow as a rate of 3e-4 allows.
 // B is B' with what is left out of each row added to the diagonal: smooth y, for which B' is least like K, have the
 // same image then. Cost: n² and a few n b².
 std::optional<BandSplitting> SplitOffBand(const Matrix& K, double largest_rate = 0.5);
@@ -44,7 +45,8 @@ enum class SplittingVerdict {
 // the factors of B_SS serve again before the first index that has. An extrapolated guess takes two to four rounds,
 // each a product with K and 4 n b operations. What ends it is the certificate of K itself: y >= 0 exactly, and w_i >=
 // 0, beside S, or = 0, in S, up to
-//     tolerance_i + 1e-14 (|q_i| + Σ_j|K_ij| ‖y‖_∞).
+//     tolerance_i + 1e-14 (|q_i| + |Σ_j K_ij y_j - 2 K_ii y_i|),
+// which is at most 1e-14 of the numbers that w_i is summed from, and equal to it where K_ij <= 0 off the diagonal.
 //
 // Source: [Cottle, Pang & Stone 1992], Section 5.2 (matrix splitting methods).
 class SplittingLcpSolver {
@@ -72,7 +74,7 @@ class SplittingLcpSolver {
   void Correct();
 
   BandProduct product_;
-  Vector row_sums_;
+  Vector diagonal_;
   BandFactor factor_;
   Basis basis_;
   Vector is_basic_;  // the same as 1 or 0, for loops over vectors

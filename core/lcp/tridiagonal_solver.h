@@ -33,13 +33,12 @@ class TridiagonalSolver final : public LcpSolver {
 
  private:
   // From the basis of GrowLeastBasis(). Where y_i and w_i vanish together in an ill-conditioned problem, the
-  // rounding of y may be more than that of the sum w_i, and an index goes in and out: then w_i is allowed the
-  // rounding that LcpSolver promises, relative to the norms.
-  bool SolveFromNothing(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                        Basis& basis, Eigen::Ref<Vector> y);
+  // rounding of y may be more than that of the sum w_i, and an index goes in and out: then what may be
+  // there by rounding alone leaves the basis, and after that w_i is allowed fifty times its rounding.
+  bool SolveFromNothing(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                        Eigen::Ref<Vector> y);
 
   std::shared_ptr<const Tridiagonal> M_;
-  double norm_;  // ‖M‖_∞
   PolicyIteration iteration_;
   MakeGeneral make_general_;
   std::unique_ptr<LcpSolver> general_;

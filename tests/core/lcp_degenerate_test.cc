@@ -53,9 +53,9 @@ Matrix IntegersOfKind(LcpGenerator& generator, Index n, int kind) {
   }
 }
 
-// Rounding as problems have it that were computed, not typed.
+// Rounding as problems have it that were computed, not typed. Zeros stay: beside nothing else 1e-17 is a number.
 Vector Perturbed(LcpGenerator& generator, const Vector& q) {
-  return q + 1e-16 * generator.GaussianVector(q.size());
+  return q + 1e-16 * generator.GaussianVector(q.size()).cwiseProduct(q);
 }
 
 TEST(DegenerateLcpTest, EveryVerdictIsTrue) {
