@@ -178,7 +178,9 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
 
   for (; at < runs.size(); ++at, done = 0) {
     const Run& run = runs[at];
+    const double setup_begin = context.Seconds();
     Marcher& marcher = marchers.At(run.step);
+    context.solution.cost.seconds_setup += context.Seconds() - setup_begin;
     while (done < run.steps) {
       Segment segment;
       const Index steps = std::min(Chunk(problem), run.steps - done);
@@ -196,7 +198,9 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
       segment.x.col(0) = x;
       segment.y.col(0) = y;
       Index solved = 0;
+      const double march_begin = context.Seconds();
       const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
+      context.solution.cost.seconds_lcp += context.Seconds() - march_begin;
       if (!newton) context.solution.cost.lcps += solved * marcher.lcps_of_a_step();
       context.solution.cost.steps += solved;
 

@@ -17,8 +17,8 @@ constexpr Index kSmall = 64;
 constexpr Index kSmallSparse = 300;
 // A contour costs as many solves a node.
 constexpr Index kFewConstraints = 200;
-// Beyond it the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are for who asks
-// for the march or the iteration.
+// Beyond it the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are for
+// who asks for the march or the iteration.
 constexpr Index kLargestChosenContour = 20'000;
 // From here on one matrix function takes minutes.
 constexpr Index kLargestDense = 4000;
@@ -81,6 +81,12 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
     std::string why_no_contour;
     if (auto system = ContourSystem::Create(problem, options, why_no_contour, setups)) return Use(std::move(system));
     why_not += (why_not.empty() ? "" : "; ") + why_no_contour;
+  }
+  if (wanted == Realisation::kAuto && options.method == Method::kAuto && problem.num_states() > kSmallSparse &&
+      problem.num_constraints() > kFewConstraints && !problem.A.is_dense()) {
+    return Refuse("matrix functions of a sparse A with " + States(problem) +
+                  " would be dense, and a step with its sparse " + "factors costs far less" +
+                  (why_not.empty() ? "" : "; " + why_not) + ".");
   }
   if (wanted == Realisation::kSparseStepping) why_not = "sparse stepping is for time-stepping";
   if (wanted != Realisation::kAuto) return Refuse("The realisation asked for does not serve: " + why_not + ".");

@@ -22,7 +22,8 @@ struct RealisationChoice {
 };
 
 // For a solve by `method`. Left to itself: dense matrices where A is dense or small; else the form that its structure has; else
-// dense ones again as far as their matrix functions are affordable. `setups`, where given, lends and keeps what solves of the same
+// dense ones again as far as their matrix functions are affordable, and where the method is left open too, not beside many
+// constraints: time stepping with sparse factors serves there. `setups`, where given, lends and keeps what solves of the same
 // matrices share, and must outlive the choice.
 RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method,
                                     SetupCache* setups = nullptr);
