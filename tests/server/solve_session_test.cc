@@ -94,7 +94,7 @@ TEST(SolveSessionTest, PutsNamesBehindWhatTheyName) {
   request.mutable_problem()->mutable_m()->mutable_dense()->set_values(0, NAN);
   request.mutable_problem()->mutable_x0()->Set(0, NAN);
   EXPECT_THAT(Fields(PrepareSolve(request, SessionLimits()).status()),
-              IsSupersetOf({"M[0][0] (D1, D1)", "x0[0] (vC)"}));
+              IsSupersetOf({"problem.m[0][0] (D1, D1)", "problem.x0[0] (vC)"}));
   // 0 <= y, x - 2 + 0 y >= 0 with x(0) = 1: the state would have to jump.
   *request.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {0});
   request.mutable_problem()->mutable_x0()->Set(0, 1);
