@@ -27,6 +27,17 @@ bool IsSolution(const Matrix& M, const Vector& q, const Vector& y) {
   return true;
 }
 
+// y without the components that are so small beside the others, in units in which the entries of M are of size one,
+// that they may be what rounding left of zeros; where that is a solution too.
+Vector WithoutNoise(const Matrix& M, const Vector& q, const Vector& y) {
+  constexpr double kMaybeZero = 1e-12;
+  const Vector scaled = y.cwiseQuotient(EquilibrateRowsAndColumns(M).column);
+  const double noise = kMaybeZero * scaled.lpNorm<Eigen::Infinity>();
+  if (!(scaled.array() > 0 && scaled.array() <= noise).any()) return y;
+  const Vector cut = (scaled.array() <= noise).select(0, y);
+  return IsSolution(M, q, cut) ? cut : y;
+}
+
 // y_J := y_J - M_JJ⁻¹ w_J, a few times. False where M_JJ is nearly singular.
 bool SolveAgain(const Matrix& M, const Vector& q, const std::vector<Index>& J, Vector& y) {
   constexpr int kRounds = 3;
@@ -47,6 +58,7 @@ bool SolveAgain(const Matrix& M, const Vector& q, const std::vector<Index>& J, V
 
 void PolishSolution(const Matrix& M, const Vector& q, Vector& y) {
   constexpr double kMoreThanRounding = 1e-6;
+  y = WithoutNoise(M, q, y);
   const std::vector<Index> J = FindIndexSets(M, q, y).J;
   Vector polished = Vector::Zero(y.size());
   for (const Index i : J) polished[i] = y[i];
