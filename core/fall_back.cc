@@ -22,8 +22,16 @@ bool AllowsCoupling(const Task& task) {
 bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupling(task); }
 
 bool MissedByEvents(const Task& task, const Solution& solution) {
-  return task.options.method == Method::kAuto && solution.method == Method::kEventLocated &&
-         solution.termination == Termination::kIterationLimit;
+  if (task.options.method != Method::kAuto || solution.method != Method::kEventLocated) return false;
+  const bool missed = solution.termination == Termination::kReachedEnd &&
+                      !(solution.accuracy.error <= task.options.error_tolerance);
+  return missed || solution.termination == Termination::kIterationLimit;
+}
+
+// Where both reached T, the one that erred less.
+bool IsBetter(const Solution& second, const Solution& first) {
+  if (second.termination != Termination::kReachedEnd) return false;
+  return first.termination != Termination::kReachedEnd || second.accuracy.error < first.accuracy.error;
 }
 
 // Solves by the method that `choose_by` lets be chosen, after `first`, which it gives back where nothing serves.
@@ -62,7 +70,7 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     without_events.error_tolerance = 0;
     auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
     if (!stepped.ok()) return stepped;
-    if (stepped->termination == Termination::kReachedEnd) solution = *std::move(stepped);
+    if (IsBetter(*stepped, solution)) solution = *std::move(stepped);
   }
   return solution;
 }

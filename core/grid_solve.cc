@@ -69,6 +69,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .realised = task.plan.realisation.system.get(),
                        .setups = task.setups,
                        .largest_slope = task.plan.largest_slope,
+                       .error_by_default = task.error_by_default,
                        .two_stages = task.plan.method.two_stages,
                        .checkpointing = Checkpointing(resume, task.leaves_checkpoints),
                        .impulsive_rows = task.plan.method.impulsive_rows};

@@ -18,6 +18,10 @@
 
 namespace dlcs {
 
+inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 // What solves on several grids have in common.
 struct Task {
   const Problem& problem;
@@ -29,6 +33,7 @@ struct Task {
   SetupCache* setups = nullptr;     // may be null
   const ResumePoint* resume = nullptr;  // likewise: where the first try goes on
   bool leaves_checkpoints = false;  // no other try will have to take over
+  bool error_by_default = false;    // options.error_tolerance was filled in: FillInDefaultError()
   bool lost_least_element = false;  // by the last solve: see SolveContext
 };
 

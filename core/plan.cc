@@ -27,12 +27,18 @@ void ChooseForm(const Problem& problem, const Options& options, SetupCache* setu
   plan.method.refusal = plan.realisation.refusal;
 }
 
-void PredictMemory(const Problem& problem, const Options& options, Plan& plan) {
-  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.realisation);
-  if (plan.predicted_bytes <= options.max_memory) return;
-  plan.method.refusal = "The solve needs about " + FormatNumber(plan.predicted_bytes) +
-                        " bytes, more than max_memory = " + FormatNumber(options.max_memory) +
-                        ". Ask for fewer output times, or for a realisation that needs less.";
+// What the nodes alone and the trajectory take, before any of it is made.
+double LeastBytes(const Problem& problem, double steps, const Options& options) {
+  const double outputs = options.output_times_only ? static_cast<double>(options.output_times.size()) : steps + 1;
+  const auto numbers = static_cast<double>(2 + problem.num_states() + 2 * problem.num_constraints());
+  return sizeof(double) * (steps + 1 + outputs * numbers);
+}
+
+void RefuseForMemory(double bytes, const Options& options, Plan& plan) {
+  plan.predicted_bytes = bytes;
+  plan.method.refusal = "The solve needs about " + FormatNumber(bytes) + " bytes, more than max_memory = " +
+                        FormatNumber(options.max_memory) +
+                        ". Ask for fewer steps or output times, or for a realisation that needs less.";
 }
 
 }  // namespace
@@ -45,9 +51,18 @@ absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, Se
             .selection = *selection,
             .method = {},
             .realisation = {},
-            .grid = MakeGrid(problem.horizon, BreakPoints(problem), options),
+            .grid = {},
             .predicted_bytes = 0,
             .largest_slope = {}};
+  const std::vector<double> break_points = BreakPoints(problem);
+  const double least = LeastBytes(problem, CountSteps(problem.horizon, break_points, options), options);
+  if (!(least <= options.max_memory)) {
+    plan.method = ChooseMethod(problem, options, plan.matrix_class, plan.selection);
+    plan.grid.times = {0};
+    if (!plan.is_refused()) RefuseForMemory(least, options, plan);
+    return plan;
+  }
+  plan.grid = MakeGrid(problem.horizon, break_points, options);
   ChooseAgain(problem, options, setups, plan);
   return plan;
 }
@@ -64,7 +79,9 @@ void ChooseAgain(const Problem& problem, const Options& options, SetupCache* set
     plan.largest_slope = plan.matrix_class.lipschitz = LargestSlope(problem.M);
   }
   ChooseForm(problem, options, setups, plan);
-  if (!plan.is_refused()) PredictMemory(problem, options, plan);
+  if (plan.is_refused()) return;
+  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.realisation);
+  if (plan.predicted_bytes > options.max_memory) RefuseForMemory(plan.predicted_bytes, options, plan);
 }
 
 }  // namespace dlcs

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/error_control.h"
 #include "core/methods/step_control.h"
 #include "core/number_text.h"
+#include "core/plan.h"
 #include "core/solution.h"
 #include "core/solve.h"
 
@@ -14,7 +16,7 @@ namespace dlcs {
 namespace {
 
 constexpr Index kFirstTrial = 64;
-constexpr Index kLargestRecommendation = 10'000'000;
+constexpr Index kMostSteps = Index{1} << 22;  // that trials for a tolerance take
 constexpr double kTrialSeconds = 0.5;
 
 // The options of a trial: x at the kFirstTrial + 1 times that are nodes of every trial.
@@ -31,50 +33,28 @@ Options TrialOptions(const Options& options, const Problem& problem, Index steps
   return trial;
 }
 
-// 1, 2 or 5 times a power of ten, at least `steps`.
-Index RoundNumberOfSteps(double steps) {
-  const double power = std::pow(10, std::floor(std::log10(steps)));
-  for (const double digit : {1.0, 2.0, 5.0}) {
-    if (digit * power >= steps * (1 - 1e-9)) return static_cast<Index>(std::llround(digit * power));
-  }
-  return static_cast<Index>(std::llround(10 * power));
-}
-
 // What trials with 64, 128, 256, ... steps have shown.
 struct Trials {
   Index finest = 0;  // steps of the finest that reached the end
   Convergence convergence;
 };
 
-void RecommendStep(const Trials& trials, Recommendation& recommendation) {
-  Options& options = recommendation.options;
-  if (trials.convergence.empty()) {
-    options.num_steps = trials.finest > 0 ? Options::kDefaultSteps : 0;
-    return;
-  }
-  const double error = trials.convergence.error();
-  const double wanted = static_cast<double>(trials.finest) *
-                        std::pow(error / kRecommendedAccuracy, 1 / trials.convergence.order());
-  const double steps =
-      std::clamp(wanted, static_cast<double>(trials.finest) / 2, static_cast<double>(kLargestRecommendation));
-  options.num_steps = RoundNumberOfSteps(steps);
-  recommendation.predicted_error =
-      error * std::pow(static_cast<double>(trials.finest) / static_cast<double>(options.num_steps),
-                       trials.convergence.order());
-  std::string reason =
-      std::to_string(options.num_steps) + " steps: trials with " + std::to_string(trials.finest / 2) +
-      " and " + std::to_string(trials.finest) + " differ by " +
-      FormatNumber(trials.convergence.last_difference()) + " of the size of x, the order seen is " +
-      FormatNumber(std::round(10 * trials.convergence.order()) / 10) +
-      ", so the error in x should be about " + FormatNumber(*recommendation.predicted_error) + " of its size";
-  if (static_cast<double>(options.num_steps) > 10.0 * static_cast<double>(trials.finest)) {
-    reason += " (extrapolated: check it with the error estimate)";
-  }
-  recommendation.reasons.push_back(std::move(reason) + ".");
-  if (wanted > static_cast<double>(kLargestRecommendation)) {
-    recommendation.warnings.push_back("An accuracy of " + FormatNumber(kRecommendedAccuracy) +
-                                      " would take about " + FormatNumber(wanted) + " steps.");
-  }
+// How many steps the tolerance takes, by what trials have shown.
+void PredictSteps(const Trials& trials, Recommendation& recommendation) {
+  const double tolerance = recommendation.options.error_tolerance;
+  if (trials.convergence.empty()) return;
+  const double error = trials.convergence.errors(kSafety).largest();
+  const double order = trials.convergence.order();
+  const double wanted =
+      static_cast<double>(trials.finest) * std::max(1.0, std::pow(error / tolerance, 1 / order));
+  recommendation.predicted_error = std::min(error, tolerance);
+  recommendation.reasons.push_back(
+      "An error of " + FormatNumber(tolerance) + " should take about " + FormatNumber(wanted) + " steps: trials with " +
+      std::to_string(trials.finest / 2) + " and " + std::to_string(trials.finest) + " differ by " +
+      FormatNumber(trials.convergence.last_difference()) + " of the size of x, and the order seen is " +
+      FormatNumber(std::round(10 * order) / 10) + ".");
+  if (wanted <= static_cast<double>(kMostSteps)) return;
+  recommendation.warnings.push_back("That is more than will be tried: ask for a larger error, or for steps.");
 }
 
 void KeepNew(const std::vector<std::string>& found, std::vector<std::string>& kept) {
@@ -89,15 +69,17 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
                                          std::stop_token stop) {
   Recommendation recommendation;
   recommendation.options = options;
-  const bool controls_steps = options.error_tolerance > 0 || options.method == Method::kEventLocated;
-  const bool has_step = options.has_grid() || controls_steps;
+  const bool is_default = options.method != Method::kEventLocated && FillInDefaultError(recommendation.options);
+  const auto plan = MakePlan(problem, recommendation.options, nullptr);
+  if (!plan.ok()) return plan.status();
+  const bool tries_steps = is_default && !plan->is_refused() && plan->method.method != Method::kEventLocated;
   Observer silent;
   Trials trials;
   Solution last;
-  Matrix previous_x;
+  Solution previous;
   double spent = 0;
   for (Index steps = kFirstTrial; !stop.stop_requested(); steps *= 2) {
-    Options trial = has_step ? options : TrialOptions(recommendation.options, problem, steps);
+    Options trial = tries_steps ? TrialOptions(options, problem, steps) : options;
     trial.project_initial_state = recommendation.options.project_initial_state;
     auto solution = Solve(problem, trial, silent, stop);
     if (!solution.ok()) return solution.status();
@@ -110,35 +92,36 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
       continue;
     }
     last = *std::move(solution);
+    if (!tries_steps || last.termination == Termination::kUnsupported || last.termination == Termination::kCancelled) break;
     spent += last.cost.seconds_total;
-    const bool solved = last.termination == Termination::kReachedEnd;
-    if (solved) {
-      if (trials.finest > 0 && previous_x.cols() == last.x.cols()) {
-        trials.convergence.Add(RelativeDifference(previous_x, last.x));
+    if (last.termination == Termination::kReachedEnd) {
+      if (trials.finest > 0) {
+        const ComponentSizes sizes = SizesOf(problem, last, /*y_counts=*/false);
+        trials.convergence.Add(DifferencesBetween(previous, last, problem, sizes));
       }
       trials.finest = steps;
-      previous_x = last.x;
+      previous = last;
     }
-    if (has_step || last.termination == Termination::kUnsupported ||
-        last.termination == Termination::kCancelled)
-      break;
-    const bool accurate =
-        trials.convergence.shows_order() && trials.convergence.error() <= kRecommendedAccuracy;
-    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kLargestRecommendation)
-      break;
+    const bool accurate = trials.convergence.shows_order() && trials.convergence.errors(kSafety).largest() <=
+                                                                  recommendation.options.error_tolerance;
+    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kMostSteps) break;
   }
 
-  recommendation.options.method = last.method;
+  // What is left to itself chooses the same again.
+  if (!is_default) recommendation.options.method = last.method;
   if (!last.reason.empty()) recommendation.reasons.insert(recommendation.reasons.begin(), last.reason + ".");
   KeepNew(last.warnings, recommendation.warnings);
   if (last.termination != Termination::kReachedEnd && last.termination != Termination::kCancelled) {
     recommendation.refusal = last.message;
   }
-  if (!has_step) RecommendStep(trials, recommendation);
-  if (controls_steps && !std::isnan(last.accuracy.error)) {
+  if (tries_steps) {
+    PredictSteps(trials, recommendation);
+  } else if (!std::isnan(last.accuracy.error)) {
     recommendation.predicted_error = last.accuracy.error;
-    recommendation.reasons.push_back("Its error in x should be about " + FormatNumber(*recommendation.predicted_error) +
-                                     " of its size.");
+    if (last.accuracy.source == AccuracySource::kControlled) {
+      recommendation.reasons.push_back("It takes " + std::to_string(last.cost.steps) + " steps; its error in x should be about " +
+                                       FormatNumber(last.accuracy.error) + " of its size.");
+    }
   }
   return recommendation;
 }

@@ -23,20 +23,18 @@ struct Recommendation {
   // Why the problem cannot be solved on [0, T] by anything here; empty when it can. The options then reach as far as
   // there is a solution.
   std::string refusal;
-  // The error in x that the recommended step is expected to give, relative to the largest value of each component;
-  // absent where a step was given or no two trials reached the end.
+  // The error in x that following it is expected to have, relative to the largest value of each component; absent where
+  // nothing shows it.
   std::optional<double> predicted_error;
 };
 
-// Part of the largest value of each component of x that a recommended step may err by.
-inline constexpr double kRecommendedAccuracy = 1e-3;
-
-// Recommends options for `problem` (sound), keeping what `options` set already: method, step and all else.
+// Recommends options for `problem` (sound), keeping what `options` set already: method, step and all else. Where neither steps
+// nor an error are set it is what a solve does by itself: Options::kDefaultErrorTolerance.
 //
-// The step comes from trial solves with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p,
-// the finer errs by d / (2^p - 1), and the number of steps for kRecommendedAccuracy follows. Trials end when the
-// accuracy is reached or their time (about half a second) is used up; what was extrapolated over more than a factor of
-// ten is said to be so. An inconsistent start is taken with its jump, and that is said.
+// Where event location serves, and where something is set, the problem is solved once. Elsewhere the cost comes from trial solves
+// with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p, the finer errs by d / (2^p - 1), and the
+// number of steps for the error follows. Trials end when it is reached or their time (about half a second) is used up. An
+// inconsistent start is taken with its jump, and that is said.
 // Errors: InvalidArgument as Solve(). `stop` ends the trials.
 absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop);
 

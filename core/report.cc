@@ -28,9 +28,6 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
   if (!plan.finds_steps(options)) {
     report.num_steps = plan.grid.num_steps();
     report.step = plan.grid.longest_step;
-    if (!options.has_grid()) {
-      report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
-    }
     WarnOfCoupledClass(problem, options, plan, plan.grid.longest_step, report.warnings);
   }
   for (std::string& warning : SourceWarnings(problem)) report.warnings.push_back(std::move(warning));

@@ -16,9 +16,12 @@ namespace dlcs {
 
 namespace {
 
-absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Options& options, Observer& observer,
+absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Options& asked, Observer& observer,
                                             std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const auto started = std::chrono::steady_clock::now();
+  Options options = asked;
+  // Event location asked for by its name has an error of its own.
+  const bool error_by_default = options.method != Method::kEventLocated && FillInDefaultError(options);
   auto plan = MakePlan(problem, options, setups);
   if (!plan.ok()) return plan.status();
   AnalysisReport report = ReportOn(problem, options, *plan);
@@ -33,7 +36,8 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
             .stop = std::move(stop),
             .started = started,
             .setups = setups,
-            .resume = resume};
+            .resume = resume,
+            .error_by_default = error_by_default};
   task.leaves_checkpoints = !MayFallBack(task);
   auto solution = SolveAsAsked(task, observer);
   if (solution.ok()) solution = FallBack(task, report, observer, *std::move(solution));
@@ -44,9 +48,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
     WarnOfCoupledClass(problem, options, task.plan, solution->step, solution->warnings);
   }
   solution->warnings.insert(solution->warnings.begin(), report.warnings.begin(), report.warnings.end());
-  if (options.estimate_error) {
-    if (absl::Status status = EstimateError(task, *solution); !status.ok()) return status;
-  }
+  if (absl::Status status = EstimateError(task, *solution); !status.ok()) return status;
   return solution;
 }
 

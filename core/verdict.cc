@@ -21,16 +21,26 @@ struct Measure {
   const char* what;
   double value;
   double size;
+  bool is_of_nodes;  // where nothing but an error makes it large; between them a jump does too
 
   double relative() const { return value > 0 ? value / size : 0; }  // 0/0 is no misfit
 };
 
+// A measure by rows, each against its own size, where it was taken; the largest of all against the largest size elsewhere.
+Measure ByRows(const char* what, double of_rows, double value, double size, bool is_of_nodes) {
+  return std::isnan(of_rows) ? Measure{what, value, size, is_of_nodes} : Measure{what, of_rows, 1, is_of_nodes};
+}
+
 void AddConcerns(const Solution& solution, Verdict& verdict) {
   const Certificate& c = solution.certificate;
-  for (const Measure& measure : {Measure{"the residual of the LCP at nodes", c.node_residual, c.lcp_scale},
-                                 Measure{"the residual of the LCP between nodes", c.midpoint_residual, c.lcp_scale},
-                                 Measure{"the defect of x'", c.ode_defect, c.ode_scale}}) {
+  for (const Measure& measure :
+       {ByRows("the residual of the LCP at nodes", c.node_residual_of_rows, c.node_residual, c.lcp_scale, true),
+        ByRows("the residual of the LCP between nodes", c.midpoint_residual_of_rows, c.midpoint_residual, c.lcp_scale,
+               false),
+        Measure{"the defect of x'", c.ode_defect, c.ode_scale, false},
+        Measure{"the difference of x to the integral of A x + B y + f", c.drift_of_rows, 1, true}}) {
     if (!(measure.relative() > kConcern)) continue;
+    if (measure.relative() > kNoSuccess && measure.is_of_nodes) verdict.success = false;
     verdict.concerns.push_back(std::string(1, static_cast<char>(measure.what[0] - 'a' + 'A')) + (measure.what + 1) +
                                " is " + Figure(measure.relative()) +
                                " of its size: shorter steps would resolve what is there.");
@@ -68,11 +78,12 @@ Verdict JudgeSolution(const Solution& solution) {
   verdict.kind = VerdictKind::kErrorEstimated;
   verdict.text = "reached T, " + estimated;
   if (accuracy.asked > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.asked) + " was aimed at";
-  verdict.success = !(accuracy.error > kNoSuccess);
+  verdict.success = verdict.success && !(accuracy.error > kNoSuccess);
   if (accuracy.error > kConcern) {
+    const std::string how_large =
+        accuracy.error > 1 ? "larger than x itself" : Figure(100 * accuracy.error) + " % of the size of x";
     verdict.concerns.insert(verdict.concerns.begin(),
-                            "The estimated error is " + Figure(100 * accuracy.error) +
-                                " % of the size of x: take shorter steps, or ask for an error.");
+                            "The estimated error is " + how_large + ": take shorter steps, or ask for an error.");
   }
   return verdict;
 }

@@ -183,14 +183,12 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   if (options.has_steps()) {
     result.num_steps = options.steps();
     if (options.steps() <= 0) {
-      violations.push_back({"steps", fmt::format("{}; must be at least 1 (unset takes {})", options.steps(),
-                                                 Options::kDefaultSteps)});
+      violations.push_back({"steps", fmt::format("{}; must be at least 1", options.steps())});
     }
   } else if (options.has_step()) {
     result.step = options.step();
     if (!(options.step() > 0) || !std::isfinite(options.step())) {
-      violations.push_back({"step", fmt::format("{}; must be positive and finite (unset takes {} steps)",
-                                                options.step(), Options::kDefaultSteps)});
+      violations.push_back({"step", fmt::format("{}; must be positive and finite", options.step())});
     }
   } else if (options.has_grid_times()) {
     result.grid_times.assign(options.grid_times().times().begin(), options.grid_times().times().end());

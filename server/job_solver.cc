@@ -38,10 +38,12 @@ std::optional<std::string> ContentOf(const std::optional<std::string>& state, ch
 class RunObserver final : public Observer {
  public:
   // Columns below `stored` of the trajectory are in the store; `resumed` where this attempt goes on.
-  RunObserver(jobs::JobRun& run, double horizon, const ComponentNames& names, Index stored, bool resumed,
+  // `share`: of the work, up to the end of the trajectory.
+  RunObserver(jobs::JobRun& run, double horizon, double share, const ComponentNames& names, Index stored, bool resumed,
               std::chrono::milliseconds checkpoint_every)
       : run_(run),
         horizon_(horizon),
+        share_(share),
         names_(names),
         stored_(stored),
         resumed_(resumed),
@@ -100,7 +102,7 @@ class RunObserver final : public Observer {
       if (is_last) window.state = state;
       // Where only some times are kept, the solve is further than the last of them. What is told never goes back.
       reached_ = std::max(reached_, is_last ? time : window.end);
-      window.progress = std::clamp(reached_ / horizon_, 0.0, 1.0);
+      window.progress = share_ * std::clamp(reached_ / horizon_, 0.0, 1.0);
       v1::JobEvent event;
       event.mutable_checkpointed()->set_time(reached_);
       event.mutable_checkpointed()->set_times(stored_);
@@ -113,6 +115,8 @@ class RunObserver final : public Observer {
   // Columns of the trajectory that the store has, or is about to get.
   Index stored() const { return stored_; }
   std::int64_t num_told() const { return num_told_; }
+  // The work is done: progress is that of the trajectory from now on.
+  void FinishWork() { share_ = 1; }
   double seconds_telling() const { return seconds_telling_; }
 
  private:
@@ -136,6 +140,7 @@ class RunObserver final : public Observer {
 
   jobs::JobRun& run_;
   const double horizon_;
+  double share_;
   const ComponentNames& names_;
   Index stored_;
   double reached_ = 0;  // in the time of the problem
@@ -156,14 +161,22 @@ v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
   return summary;
 }
 
+// Solves of twice and four times the step follow for the error estimate.
+bool WillCompare(const Options& options) {
+  return options.has_grid() && options.error_tolerance == 0 && options.estimate_error &&
+         options.method != Method::kEventLocated;
+}
+constexpr double kShareOfComparedSolve = 1 / 1.75;
+
 double CountSteps(const PreparedSolve& prepared) {
   const double bytes_per_time =
       sizeof(double) * static_cast<double>(1 + prepared.num_states() + 2 * prepared.num_constraints());
   const Options& options = prepared.options;
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared.system);
-  if (options.step > 0) return std::ceil(horizon / options.step);
-  if (options.num_steps > 0) return static_cast<double>(options.num_steps);
-  return std::max<double>(Options::kDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
+  const double compared = WillCompare(options) ? 1 / kShareOfComparedSolve : 1;
+  if (options.step > 0) return compared * std::ceil(horizon / options.step);
+  if (options.num_steps > 0) return compared * static_cast<double>(options.num_steps);
+  return std::max<double>(Options::kMostDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
 }
 
 absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits, const FindProblem& find) {
@@ -215,7 +228,8 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   if (state) point.state = *state;
 
   const double horizon = std::visit([](const auto& problem) { return problem.horizon; }, prepared->system);
-  RunObserver observer(run, horizon, prepared->names, stored, state.has_value(), checkpoint_every_);
+  const double share = WillCompare(prepared->options) ? kShareOfComparedSolve : 1;
+  RunObserver observer(run, horizon, share, prepared->names, stored, state.has_value(), checkpoint_every_);
   absl::StatusOr<Solution> solution = absl::UnknownError("");
   if (const auto* problem = std::get_if<Problem>(&prepared->system)) {
     solution = dlcs::Solve(*problem, prepared->options, observer, run.stop(), setups_, state ? &point : nullptr);
@@ -224,6 +238,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   }
   if (!solution.ok()) return {FromEngine(solution.status(), prepared->system), ""};
   AddNames(prepared->names, *solution);
+  observer.FinishWork();
   spdlog::debug("job {}: {} events told in {:.1f} ms of {:.1f} ms", run.id(), observer.num_told(),
                 1e3 * observer.seconds_telling(), 1e3 * solution->cost.seconds_total);
 

@@ -42,7 +42,7 @@ inline constexpr const char* kSolveExamples =
     "5}\n"
     "\n"
     "Examples:\n"
-    "  dlcs solve circuit.json --steps 100000 --estimate-error\n"
+    "  dlcs solve circuit.json --steps 100000\n"
     "  dlcs solve circuit.json --tolerance 1e-8 --at 1,2.5\n"
     "  dlcs solve circuit.json --method time-stepping --step 1e-4 --project-initial-state\n"
     "  dlcs solve circuit.json --at 0.5,1,2 --format json --quiet\n"

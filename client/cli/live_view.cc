@@ -109,10 +109,10 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
   PrintText(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
   if (analysis.steps() == 0) {
-    PrintLine("steps as short as the error that is allowed needs");
+    PrintLine(settings_.default_error ? "steps as short as an error of 1e-06 needs (the default; choose with --tolerance or --steps)"
+                                      : "steps as short as the error that is allowed needs");
   } else {
-    PrintLine(fmt::format("{} of at most {:.4g}{}", Count(analysis.steps(), "step"), analysis.step(),
-                          settings_.default_steps ? " (the default; choose with --steps or --step)" : ""));
+    PrintLine(fmt::format("{} of at most {:.4g}", Count(analysis.steps(), "step"), analysis.step()));
   }
   if (!settings_.warnings) return;
   for (const std::string& warning : analysis.warnings()) PrintText("warning: " + warning);

@@ -45,7 +45,7 @@ class LiveView {
     double horizon = 1;          // T, the end of the bar
     bool warnings = true;        // show those of the analysis; a result that is printed has them too
     bool nonlinear = false;      // then the class is not that of M, and says of what
-    bool default_steps = false;  // nobody chose the step: say so
+    bool default_error = false;  // nobody chose a step or an error: say so
   };
 
   LiveView(std::FILE* out, const Settings& settings);

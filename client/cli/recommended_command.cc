@@ -47,6 +47,7 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   if (options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE) command += " --interpolation cubic-spline";
   if (options.contour().choice() != unset.contour().choice())
     command += " --contour " + ContourChoiceName(options.contour().choice());
+  if (options.has_estimate_error() && !options.estimate_error()) command += " --no-estimate-error";
   if (options.project_initial_state()) command += " --project-initial-state";
   if (options.inelastic_impact()) command += " --inelastic-impact";
   return command;

@@ -136,7 +136,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .horizon = input.horizon(),
                          .warnings = command.format != OutputFormat::kTable || !IsStandardOutput(command.output),
                          .nonlinear = input.is_nonlinear(),
-                         .default_steps = !HasStep(command.options)});
+                         .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0});
   const bool as_it_comes = command.format == OutputFormat::kCsv;
   ComponentNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {

@@ -87,6 +87,11 @@ bool EventLocator::Cross(double end) {
   gap_.reset();
   while (t_ < end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
+    if (HasSpentTheDefault()) {
+      return context_.Fail(Termination::kIterationLimit, t_,
+                           "The work that is taken without being asked for ended at t = " + FormatNumber(t_) +
+                               ": ask for an error.");
+    }
     progress_.At(t_);
     Progressed progressed = mode_ ? Progressed::kYes : Choose(end);
     if (progressed == Progressed::kYes) progressed = Advance(end);
@@ -94,6 +99,16 @@ bool EventLocator::Cross(double end) {
     if (progressed == Progressed::kNoMode && !MarchOn(end)) return false;
   }
   return true;
+}
+
+// By counts, so that it does not depend on the machine.
+bool EventLocator::HasSpentTheDefault() const {
+  constexpr Index kStepsOfASmoothStep = 10;  // of a march, that take as long
+  constexpr Index kStepsOfAMarchedStep = 3;  // one, and two of half its length
+  if (!context_.error_by_default) return false;
+  const Index spent = kStepsOfASmoothStep * (record_.steps + record_.rejected_steps) +
+                      kStepsOfAMarchedStep * record_.marched_steps;
+  return spent >= Options::kMostDefaultSteps;
 }
 
 // Proposes the next mode that y is determined in.

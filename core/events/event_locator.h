@@ -40,6 +40,7 @@ class EventLocator {
   Progressed Advance(double end);
   bool MarchOn(double end);
 
+  bool HasSpentTheDefault() const;
   Progressed GiveUpMode(const char* why);
   Progressed FailNonFinite(double step_end);
   Progressed Shorten(double length);

@@ -41,6 +41,9 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
   RaiseScale(step.x * LegendreValues(-1));
   RaiseScale(x);
 
+  // In a step this short x hardly moves, whatever is missed in it; it is taken at a jump or a kink, or x' is mostly rounding.
+  constexpr double kShortestMeasured = 1e-9;
+  if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
   const LegendreVector at_check = LegendreValues(sources.check_s);
   const Vector x_check = step.x * at_check;
   const Vector y_check = step.y * at_check;

@@ -20,7 +20,7 @@ bool MeetsTolerance(SolveContext& context, double tolerance, const EventRecord& 
   const std::string errors = "The estimated errors of the steps add up to " +
                              FormatNumber(record.accumulated_error) +
                              " of the size of x, more than the tolerance " + FormatNumber(tolerance);
-  if (context.options.error_tolerance > 0) {
+  if (context.options.error_tolerance > 0 && !context.error_by_default) {
     return context.Fail(Termination::kIterationLimit, std::numeric_limits<double>::quiet_NaN(),
                         errors + ". The trajectory reaches T all the same.");
   }
@@ -47,6 +47,7 @@ bool EventLocated(SolveContext& context) {
   solution.step = record.longest_step;
   solution.accuracy.source = AccuracySource::kControlled;
   solution.accuracy.asked = tolerance;
+  solution.accuracy.asked_by_default = context.error_by_default || asked == 0;
   solution.accuracy.error = std::max(record.accumulated_error, Accuracy::kLeastError);
   return reached && MeetsTolerance(context, tolerance, record);
 }

@@ -19,21 +19,25 @@ Index StepsFor(double length, double longest_step) {
   return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
 }
 
-// Appends equal steps over [begin, end] to `grid`.
-void AppendRun(double begin, double end, double longest_step, bool starts_at_break, Grid& grid) {
+// Appends equal steps over [begin, end] to `runs`.
+void AppendRun(double begin, double end, double longest_step, bool starts_at_break, std::vector<Run>& runs) {
   Run run;
-  run.first_node = static_cast<Index>(grid.times.size()) - 1;
+  run.first_node = runs.empty() ? 0 : runs.back().first_node + runs.back().steps;
   run.steps = StepsFor(end - begin, longest_step);
   run.begin = begin;
   run.end = end;
   run.step = (end - begin) / static_cast<double>(run.steps);
   run.starts_at_break = starts_at_break;
+  runs.push_back(run);
+}
+
+// Appends the nodes of `run` behind its first one.
+void AppendTimes(const Run& run, std::vector<double>& times) {
+  const double length = run.end - run.begin;
   for (Index k = 1; k < run.steps; ++k) {
-    grid.times.push_back(begin + (end - begin) * (static_cast<double>(k) / static_cast<double>(run.steps)));
+    times.push_back(run.begin + length * (static_cast<double>(k) / static_cast<double>(run.steps)));
   }
-  grid.times.push_back(end);
-  grid.longest_step = std::max(grid.longest_step, run.step);
-  grid.runs.push_back(run);
+  times.push_back(run.end);
 }
 
 // The output times strictly inside (begin, end) at which the stretch must be cut: none if all of them are nodes
@@ -109,25 +113,36 @@ Index NearestNode(const std::vector<double>& times, double t) {
 }
 
 // Equal steps between break points, cut at output times.
-Grid UniformGrid(double horizon, const std::vector<double>& break_points, const Options& options) {
+std::vector<Run> UniformRuns(double horizon, const std::vector<double>& break_points, const Options& options) {
   const Index wanted = options.num_steps > 0 ? options.num_steps : Options::kDefaultSteps;
   const double longest_step = options.step > 0 ? options.step : horizon / static_cast<double>(wanted);
 
-  Grid grid;
-  grid.times.reserve(static_cast<size_t>(StepsFor(horizon, longest_step)) + 1);  // and a few for break points
-  grid.times.push_back(0);
+  std::vector<Run> runs;
   std::vector<double> ends = break_points;
   ends.push_back(horizon);
   double begin = 0;
   for (const double end : ends) {
     bool at_break = true;
     for (const double split : SplittingTimes(begin, end, longest_step, options.output_times)) {
-      AppendRun(begin, split, longest_step, at_break, grid);
+      AppendRun(begin, split, longest_step, at_break, runs);
       begin = split;
       at_break = false;
     }
-    AppendRun(begin, end, longest_step, at_break, grid);
+    AppendRun(begin, end, longest_step, at_break, runs);
     begin = end;
+  }
+  return runs;
+}
+
+Grid UniformGrid(double horizon, const std::vector<double>& break_points, const Options& options) {
+  Grid grid;
+  grid.runs = UniformRuns(horizon, break_points, options);
+  const Run& last = grid.runs.back();
+  grid.times.reserve(static_cast<size_t>(last.first_node + last.steps) + 1);
+  grid.times.push_back(0);
+  for (const Run& run : grid.runs) {
+    AppendTimes(run, grid.times);
+    grid.longest_step = std::max(grid.longest_step, run.step);
   }
   return grid;
 }
@@ -150,6 +165,14 @@ Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Opt
   return grid;
 }
 
+double CountSteps(double horizon, const std::vector<double>& break_points, const Options& options) {
+  if (!options.grid_times.empty()) {
+    return static_cast<double>(options.grid_times.size() + break_points.size() + options.output_times.size()) + 1;
+  }
+  const Run last = UniformRuns(horizon, break_points, options).back();
+  return static_cast<double>(last.first_node + last.steps);
+}
+
 Grid Halve(const Grid& grid) {
   Grid halved;
   halved.longest_step = grid.longest_step / 2;
@@ -167,6 +190,30 @@ Grid Halve(const Grid& grid) {
   }
   for (const Index node : grid.output_nodes) halved.output_nodes.push_back(2 * node);
   return halved;
+}
+
+Grid Coarsen(const Grid& grid, Index most_outputs) {
+  const Index count = grid.num_steps();
+  std::vector<char> is_break(grid.times.size(), 0), is_output(grid.times.size(), 0);
+  for (const Run& run : grid.runs) is_break[run.first_node] = run.starts_at_break;
+  is_break[0] = is_break[count] = 1;
+  for (const Index node : grid.output_nodes) is_output[node] = 1;
+  const bool few_outputs = 4 * static_cast<Index>(grid.output_nodes.size()) <= count;
+
+  std::vector<Mark> nodes = {{grid.times[0], Mark::kEnd}};
+  std::vector<char> was_output = {is_output[0]};
+  for (Index node = 0; node < count;) {
+    const bool must_stop = is_break[node + 1] || (few_outputs && is_output[node + 1]);
+    node += must_stop ? 1 : 2;
+    nodes.push_back({grid.times[node], is_break[node] ? Mark::kBreakPoint : Mark::kGridTime});
+    was_output.push_back(is_output[node]);
+  }
+  Grid coarse = GridOfNodes(nodes);
+  const Index stride = coarse.num_steps() / std::max<Index>(1, most_outputs) + 1;
+  for (Index node = 0; node <= coarse.num_steps(); ++node) {
+    if (was_output[node] || node % stride == 0) coarse.output_nodes.push_back(node);
+  }
+  return coarse;
 }
 
 }  // namespace dlcs

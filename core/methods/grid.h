@@ -39,8 +39,16 @@ struct Grid {
 // that agree to the rounding of their times make one run. `options` must have passed Validate().
 Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options);
 
+// The steps that MakeGrid() would take, counted without making them: of what is asked for in vain, no node is stored.
+double CountSteps(double horizon, const std::vector<double>& break_points, const Options& options);
+
 // The same grid with every step halved; output nodes stay at their times.
 Grid Halve(const Grid& grid);
+
+// The grid of every second node between two break points, with one step of the old length where their number is odd. Output
+// nodes that are few among many stay nodes. All nodes are output nodes, up to `most_outputs`; of more, those at even distances
+// and those of `grid` that are left.
+Grid Coarsen(const Grid& grid, Index most_outputs);
 
 }  // namespace dlcs
 

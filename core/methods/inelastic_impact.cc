@@ -119,17 +119,36 @@ class Impacts {
       if (verdict != LcpVerdict::kSolved) return FailLcp(context_, verdict, time, "The LCP of the contact forces");
       x += tools.scheme.y_after * y;
     }
-    const Vector gap = problem_.N * x + segment.g.col(j);
+    Vector gap = problem_.N * x + segment.g.col(j);
+    const Eigen::Array<bool, Eigen::Dynamic, 1> closed = gap.array() <= 0;
+    PushOut(segment.g.col(j), gap, x);
     const Vector velocity = Velocity(x, segment.f.col(j), g_slope);
     // At rest the velocity is what rounding leaves of its two parts, without y and by y.
     const Vector size = velocity.cwiseAbs().cwiseMax(without_y.cwiseAbs());
-    if (!Collide(time, (gap.array() <= 0).matrix(), velocity, size, x)) return false;
+    if (!Collide(time, closed, velocity, size, x)) return false;
     if (!x.allFinite()) return FailLcp(context_, LcpVerdict::kNonFinite, time, "");
-    // What a gap has overshot at its impact stays with it while it is in contact.
+    // What a gap has overshot at its impact and could not be pushed out by stays with it while it is in contact.
     allowed_gap_ = allowed_gap_.cwiseMax((-gap).cwiseMax(0));
     segment.x.col(j) = x_ = x;
     segment.y.col(j) = y;
     return true;
+  }
+
+  // Moves `x` along A B, which changes positions as B does velocities, out of what a gap has overshot since its impact. Where no
+  // such move mends all gaps, none is made.
+  void PushOut(const Eigen::Ref<const Vector>& g, Vector& gap, Vector& x) {
+    const Vector tolerance = kZero * SizeOfSums(problem_.N, x, g);
+    std::vector<Index> overshot;
+    bool any = false;
+    for (Index i = 0; i < gap.size(); ++i) {
+      if (gap[i] <= 0) overshot.push_back(i);
+      any = any || gap[i] < -tolerance[i];
+    }
+    if (!any) return;
+    Vector p = Vector::Zero(gap.size());
+    if (SolveOn(overshot, impulse_response_, gap, p) != LcpVerdict::kSolved) return;
+    x += problem_.A * Vector(problem_.B * p);
+    gap += impulse_response_ * p;
   }
 
   // Lets the gaps that are `closed` and closing collide: `x` jumps by B p. Then sets the contacts. `size` is that of the

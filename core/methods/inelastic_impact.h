@@ -17,8 +17,8 @@ namespace dlcs {
 //
 //     0 <= p_K ⟂ v_K + (N A B)_KK p_K >= 0.
 //
-// This is Moreau's sweeping process with restitution zero, stepped in velocities: first order, a gap may be negative by
-// O(h) times its closing speed, and an impact is found at the node behind it. Its jumps are those of the solution.
+// A gap that has been overshot since its impact is opened again by the least move along A B. This is Moreau's sweeping process
+// with restitution zero, stepped in velocities: first order, and an impact is found at the node behind it. Its jumps are those of the solution.
 // y is the contact force between impacts, constant on each step. g' is taken from the differences of g.
 // Ends with kInfeasible where no impulse can stop a closing gap, or a gap is negative at 0 or behind a jump of g; with
 // kUnsupported where a row of N A B is zero.

@@ -77,11 +77,7 @@ void JudgeRelativeDegree(const Problem& problem, const Options& options, bool ze
     choice.refusal.clear();
     choice.method = Method::kTimeStepping;
     choice.reason = "relative degree two, solved as inelastic impact, as asked for";
-    if (options.error_tolerance > 0) {
-      choice.refusal = "No error can be asked for (error_tolerance = " + FormatNumber(options.error_tolerance) +
-                       ") of inelastic impacts: they happen at nodes, and x jumps there, so no two grids come near to "
-                       "each other. Give steps, and compare with half of them away from the impacts.";
-    } else if (options.method != Method::kAuto && options.method != Method::kTimeStepping) {
+    if (options.method != Method::kAuto && options.method != Method::kTimeStepping) {
       choice.refusal = std::string("Inelastic impacts are solved by time-stepping only, and the method asked for is ") +
                        MethodName(options.method) + ".";
     }
@@ -108,8 +104,8 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.reason = "asked for";
   } else if (PrefersEvents(problem, options, selection)) {
     choice.method = Method::kEventLocated;
-    choice.reason = "an error of " + FormatNumber(options.error_tolerance) +
-                    " is asked for: a few steps of high order between switching times reach it";
+    choice.reason = "for an error of " + FormatNumber(options.error_tolerance) +
+                    " a few steps of high order between switching times are enough";
   } else if (lipschitz) {
     const int threads = Workers(options.num_threads).max_threads();
     choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialMarch;

@@ -25,6 +25,11 @@
 namespace dlcs {
 namespace {
 
+// A convergent iteration may grow first, like (Lt)^k/k!. What grows by more than this loses the digits that remain.
+constexpr double kMostGrowth = 1e10;
+// One that grows by less is back where it began after this many iterations: Lt = ln 1e10 = 23, and (Lt)^k/k! = 1 at k = 60.
+constexpr Index kMostInVain = 100;
+
 class Iteration {
  public:
   Iteration(SolveContext& context, const Contour& contour, const SpectrumSplit& split)
@@ -43,7 +48,9 @@ class Iteration {
     context_.solution.cost.windows = 1;
 
     const Index limit = context_.options.max_iterations > 0 ? context_.options.max_iterations : 1000;
-    double first_change = 0, last_change = 0;
+    double first_change = 0, last_change = 0, first_size = 0;
+    double least_change = std::numeric_limits<double>::infinity();
+    Index iteration_of_least = 0;
     for (Index k = 1; k <= limit; ++k) {
       ++context_.solution.cost.iterations;
       if (!SolveLcps(k)) return false;
@@ -54,11 +61,30 @@ class Iteration {
       x_ = next;
 
       if (k == 1) first_change = change;
+      if (k == 1) first_size = size;
+      if (change < least_change) {
+        least_change = change;
+        iteration_of_least = k;
+      }
       Report(k, change, bound.LogFactor(static_cast<int>(k - 1)) + std::log(first_change));
       if (!std::isfinite(change)) {
         return context_.Fail(Termination::kDiverged, horizon,
                              "The iterates grew beyond the range of numbers. The whole horizon is one window "
                              "here; laplace-iteration takes shorter ones.");
+      }
+      if (change > kMostGrowth * first_size) {
+        return context_.Fail(Termination::kDiverged, horizon,
+                             "The iterates grew to " + FormatNumber(change) + " from " + FormatNumber(first_size) +
+                                 ": should they ever shrink again, rounding has taken what they would converge to. The "
+                                 "whole horizon is one window here; laplace-iteration takes shorter ones.");
+      }
+      if (k - iteration_of_least >= kMostInVain) {
+        Keep();
+        return context_.Fail(Termination::kIterationLimit, horizon,
+                             "The change has not fallen below " + FormatNumber(least_change) + " for " +
+                                 std::to_string(kMostInVain) +
+                                 " iterations; the trajectory is the last iterate. The whole horizon is one window here; "
+                                 "laplace-iteration takes shorter ones.");
       }
       const double contraction = k > 1 ? change / last_change : 1;
       const double tolerance = context_.options.iteration_tolerance * size;

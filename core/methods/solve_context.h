@@ -52,6 +52,9 @@ struct SolveContext {
   // LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
+  // The error was not asked for: event_located may miss it, and takes no more than the work of Options::kMostDefaultSteps steps.
+  bool error_by_default = false;
+
   // time_stepping: in two stages of second order (core/methods/sparse_step.h) instead of what the options say.
   bool two_stages = false;
   Checkpointing checkpointing = {};

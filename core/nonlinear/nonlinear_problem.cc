@@ -100,12 +100,6 @@ absl::Status CheckSound(const NonlinearProblem& problem, const Options& options)
     violations.push_back(
         {"method", "nonlinear problems are solved by laplace-iteration only; must be that or auto"});
   }
-  if (options.error_tolerance != 0) {
-    violations.push_back({"error_tolerance",
-                          NumberText(options.error_tolerance) +
-                              "; nonlinear problems are solved with given steps: must be absent. Give steps, and "
-                              "compare with twice as many"});
-  }
   return StatusOf(violations);
 }
 

@@ -9,8 +9,8 @@
 
 #include "core/analysis/matrix_class.h"
 #include "core/linalg/norms.h"
+#include "core/error_control.h"
 #include "core/methods/solve_context.h"
-#include "core/methods/step_control.h"
 #include "core/nonlinear/splitting_iteration.h"
 #include "core/parallel/stop_scope.h"
 #include "core/report.h"
@@ -18,10 +18,10 @@
 namespace dlcs {
 namespace {
 
-// What stays the same when the step is halved.
-struct Task {
+// What stays the same on every grid.
+struct NonlinearTask {
   const NonlinearProblem& problem;
-  const Options& options;
+  Options options;
   Selection selection;
   Vector y_guess;
   Workers workers;
@@ -50,7 +50,7 @@ bool RunUnlessStopped(NonlinearContext& context) {
   }
 }
 
-Solution SolveOnGrid(Task& task, NonlinearFunctions functions, const Grid& grid, Observer& observer) {
+Solution SolveOnGrid(NonlinearTask& task, NonlinearFunctions functions, const Grid& grid, Observer& observer) {
   Solution solution;
   solution.method = Method::kLaplaceIteration;
   solution.step = grid.longest_step;
@@ -78,24 +78,89 @@ Solution SolveOnGrid(Task& task, NonlinearFunctions functions, const Grid& grid,
   return solution;
 }
 
-// The splitting is of second order: the error is 4/3 of the difference to half the step.
-void EstimateError(Task& task, NonlinearFunctions functions, const Grid& grid, Solution& solution) {
-  Observer silent;
-  const Solution finer = SolveOnGrid(task, std::move(functions), Halve(grid), silent);
-  solution.cost.seconds_total = finer.cost.seconds_total;  // both count from the same start
-  if (finer.termination != Termination::kReachedEnd) {
-    solution.accuracy.note = std::string("Not estimated: with half the step the solve ended as ") +
-                             TerminationName(finer.termination) + ". " + finer.message;
-    return;
-  }
-  solution.accuracy.source = AccuracySource::kCompared;
-  solution.accuracy.error = NanMax(4.0 / 3 * RelativeDifference(solution.x, finer.x), Accuracy::kLeastError);
+// Solves on any grid, with functions of their own, and what to compare of them. `task` must outlive what is returned.
+SystemSolves SolvesOf(NonlinearTask& task, Observer& observer) {
+  return {.horizon = task.problem.horizon,
+          .break_points = BreakPoints(task.problem),
+          .expected_order = 2,
+          .trials = {.solve = [&task, &observer](const Grid& grid) -> absl::StatusOr<Solution> {
+                       auto functions = NonlinearFunctions::Create(task.problem);
+                       if (!functions.ok()) return functions.status();
+                       return SolveOnGrid(task, *std::move(functions), grid, observer);
+                     },
+                     .compare =
+                         [](const Solution& coarse, const Solution& fine) {
+                           return DifferencesBetween(coarse, fine, SizesOf(fine));
+                         },
+                     .fits = {}}};
 }
 
-absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, const Options& options, Observer& observer,
+// What the trajectory and the columns of a window on `steps` steps take.
+double PredictBytes(const NonlinearProblem& problem, double steps, double outputs) {
+  const auto numbers = static_cast<double>(problem.num_states() + 2 * problem.num_constraints() + 2);
+  return sizeof(double) * (steps + 1 + outputs * numbers);
+}
+
+// By trials, for the error that is asked for or that of the default.
+absl::StatusOr<Solution> SolveWithinError(NonlinearTask& task, bool by_default, Observer& observer) {
+  TrialObserver windows(observer, task.problem.horizon);
+  SystemSolves system = SolvesOf(task, windows);
+  system.trials.solve = [&, solve = system.trials.solve](const Grid& grid) {
+    windows.NextTrial();
+    return solve(grid);
+  };
+  system.trials.fits = [&](const Grid& grid) {
+    const double steps = 2 * static_cast<double>(grid.num_steps());
+    return 2 * PredictBytes(task.problem, steps, static_cast<double>(grid.output_nodes.size())) <= task.options.max_memory;
+  };
+  constexpr Index kMostTrialSteps = Index{1} << 20;
+  std::vector<double> wanted;
+  auto result = TrySteps(system, task.options, kMostTrialSteps, by_default, wanted);
+  if (!result.ok()) return result.status();
+  ConcludeTrials(system, *result, by_default, result->solution);
+  if (task.options.output_times_only || task.options.has_grid()) KeepTimes(wanted, result->solution);
+  return std::move(result->solution);
+}
+
+// On the grid that was given, with an estimate of the error where it is wanted and fits.
+absl::StatusOr<Solution> SolveOnGivenSteps(NonlinearTask& task, NonlinearFunctions functions, const Grid& grid, Observer& observer) {
+  Solution solution = SolveOnGrid(task, std::move(functions), grid, observer);
+  if (solution.termination != Termination::kReachedEnd) return solution;
+  if (!task.options.estimate_error) {
+    solution.accuracy.note = "No estimate was asked for.";
+    return solution;
+  }
+  const auto steps = static_cast<double>(grid.num_steps()), outputs = static_cast<double>(grid.output_nodes.size());
+  if (1.5 * PredictBytes(task.problem, steps, outputs) > task.options.max_memory) {
+    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory beside the trajectory.";
+    return solution;
+  }
+  Observer silent;
+  if (absl::Status status = CompareSteps(SolvesOf(task, silent), grid, solution); !status.ok()) return status;
+  solution.cost.seconds_total = SecondsSince(task.started);
+  return solution;
+}
+
+Solution Refused(const NonlinearProblem& problem, const AnalysisReport& report, std::string why) {
+  Solution refused;
+  refused.termination = Termination::kUnsupported;
+  refused.message = std::move(why);
+  refused.failure_time = 0;
+  refused.method = Method::kLaplaceIteration;
+  refused.warnings = report.warnings;
+  refused.x.resize(problem.num_states(), 0);
+  refused.y.resize(problem.num_constraints(), 0);
+  refused.w.resize(problem.num_constraints(), 0);
+  return refused;
+}
+
+absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, const Options& asked, Observer& observer,
                                             std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
+  if (absl::Status status = CheckSound(problem, asked); !status.ok()) return status;
+  Options options = asked;
+  const bool error_by_default = FillInDefaultError(options);
+  const bool tries_steps = options.error_tolerance > 0;
   auto functions = NonlinearFunctions::Create(problem);
   if (!functions.ok()) return functions.status();
 
@@ -109,15 +174,23 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
     selection = *SelectRule(SolutionRule::kAuto, matrix_class);
     report.matrix_class = "g_y at the start: " + matrix_class.description;
   }
-  const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   report.method = Method::kLaplaceIteration;
   report.reason = "(5.1) is solved by the splitting (5.2)";
   report.num_states = problem.num_states();
   report.num_constraints = problem.num_constraints();
-  report.num_steps = grid.num_steps();
-  report.step = grid.longest_step;
-  if (options.num_steps == 0 && options.step == 0 && options.grid_times.empty()) {
-    report.warnings.push_back("No step was given; taking " + std::to_string(Options::kDefaultSteps) + " steps.");
+  const double steps = CountSteps(problem.horizon, BreakPoints(problem), options);
+  const double outputs = options.output_times_only ? static_cast<double>(options.output_times.size()) : steps + 1;
+  const double least_bytes = PredictBytes(problem, steps, outputs);
+  if (least_bytes > options.max_memory) {
+    observer.OnAnalysis(report);
+    return Refused(problem, report, "The solve needs about " + FormatNumber(least_bytes) +
+                                        " bytes, more than max_memory = " + FormatNumber(options.max_memory) +
+                                        ". Ask for fewer steps or output times.");
+  }
+  const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
+  if (!tries_steps) {
+    report.num_steps = grid.num_steps();
+    report.step = grid.longest_step;
   }
   if (selection == Selection::kAny) {
     report.warnings.push_back("g_y at the start is neither a P-matrix nor a Z-matrix without a zero row: y need not be "
@@ -128,35 +201,23 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
 
   const std::vector<Index> free = functions->ConstraintsAbsentFromG();
   if (selection == Selection::kAny && !free.empty()) {
-    Solution refused;
-    refused.termination = Termination::kUnsupported;
-    refused.message =
-        "y" + std::to_string(free.front() + 1) +
-        " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
-        "(5.2) cannot start: only a step that couples x and y means anything here.";
-    refused.failure_time = 0;
-    refused.method = Method::kLaplaceIteration;
-    refused.warnings = report.warnings;
-    refused.x.resize(problem.num_states(), 0);
-    refused.y.resize(problem.num_constraints(), 0);
-    refused.w.resize(problem.num_constraints(), 0);
-    return refused;
+    return Refused(problem, report,
+                   "y" + std::to_string(free.front() + 1) +
+                       " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
+                       "(5.2) cannot start: only a step that couples x and y means anything here.");
   }
-  Task task{.problem = problem,
+  NonlinearTask task{.problem = problem,
             .options = options,
             .selection = selection,
             .y_guess = y_guess,
             .workers = Workers(options.num_threads),
             .stop = std::move(stop),
             .started = started};
-  Solution solution = SolveOnGrid(task, *std::move(functions), grid, observer);
-  solution.reason = report.matrix_class + "; " + solution.reason;
-  solution.warnings = report.warnings;
-  if (options.estimate_error && solution.termination == Termination::kReachedEnd) {
-    auto again = NonlinearFunctions::Create(problem);
-    if (!again.ok()) return again.status();
-    EstimateError(task, *std::move(again), grid, solution);
-  }
+  auto solution = tries_steps ? SolveWithinError(task, error_by_default, observer)
+                              : SolveOnGivenSteps(task, *std::move(functions), grid, observer);
+  if (!solution.ok()) return solution;
+  solution->reason = report.matrix_class + "; " + solution->reason;
+  solution->warnings = report.warnings;
   return solution;
 }
 

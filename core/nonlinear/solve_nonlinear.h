@@ -28,6 +28,8 @@ namespace dlcs {
 // systems (the one of a P-matrix, the least one of a Z-matrix, any for other matrices); Solution::reason tells. Where g
 // does not depend on some y_i there is nothing to determine it: kUnsupported.
 //
+// Where an error is asked for or no step is given, the step comes from trials (core/error_control.h).
+//
 // Verdicts and errors as Solve(); a formula without a finite value ends the solve as kNonFinite with the formula and
 // the time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y). Threads: the result has the same bits for any number.
 absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,

@@ -20,7 +20,7 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double steps = static_cast<double>(grid.num_steps());
   const double outputs = static_cast<double>(grid.output_nodes.size());
   const double psi = static_cast<double>(problem.f.inner_size(problem.num_states()));
-  const double trajectory = (m + 2 * n + 1) * outputs * kNumber;
+  const double trajectory = ((m + 2 * n + 2) * outputs + steps + 1) * kNumber;  // with the grid
   const double couplings = 4 * n * n * kNumber;
   const double kernel =
       method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMostKernelDoubles) * kNumber : 0;

@@ -43,7 +43,7 @@ def run(*words):
 
 
 def solve(problem, *options):
-    return json.loads(run(PROGRAMS / "client/dlcs", "solve", problem, "--quiet", "--format", "json", *options))
+    return json.loads(run(PROGRAMS / "client/dlcs", "solve", problem, "--quiet", "--format", "json", "--no-estimate-error", *options))
 
 
 def iterate(prefix, system, method, steps, count, *kept):

@@ -35,6 +35,7 @@ Options MakeOptions(Method method, Index steps) {
   Options options;
   options.method = method;
   options.num_steps = steps;
+  options.estimate_error = false;
   options.num_threads = 1;
   return options;
 }

@@ -55,6 +55,7 @@ Solution SolveFor(const Problem& problem, Method method, Index steps, Index iter
   Options options;
   options.method = method;
   options.num_steps = steps;
+  options.estimate_error = false;
   options.window_steps = Options::kWholeHorizon;
   options.max_iterations = iterations;
   options.num_threads = 1;

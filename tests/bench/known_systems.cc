@@ -99,6 +99,7 @@ Options OptionsFor(const KnownSystem& system, Method method, bool averaged, Inde
   options.average_y = averaged;
   options.theta = averaged ? 0.5 : 0;
   options.num_steps = steps;
+  options.estimate_error = false;
   return options;
 }
 

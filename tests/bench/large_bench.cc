@@ -49,6 +49,7 @@ Options AtTheEnd(Method method, Realisation realisation) {
   options.method = method;
   options.realisation = realisation;
   options.num_steps = 400;
+  options.estimate_error = false;
   options.output_times = {0.5, 1};
   options.output_times_only = true;
   return options;
@@ -77,6 +78,7 @@ void BM_ManyConstraints(benchmark::State& state) {
   Options options = AtTheEnd(Method::kTimeStepping, Realisation::kSparseStepping);
   options.average_y = true;
   options.num_steps = 100;
+  options.estimate_error = false;
   Solve(state, testing::AdvectedGrid({.side = 45, .constraints = state.range(0), .speed = 0.3}), options);
 }
 BENCHMARK(BM_ManyConstraints)->Arg(500)->Arg(2000)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();

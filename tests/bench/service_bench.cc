@@ -53,6 +53,7 @@ Case MakeCase(const std::string& name, Method method, Index steps, Index output_
   Case result{name, testing::FourVariableEasy(), {}};
   result.options.method = method;
   result.options.num_steps = steps;
+  result.options.estimate_error = false;
   result.options.num_threads = 1;
   result.options.output_times_only = output_times > 0;
   for (Index k = 1; k <= output_times; ++k) {

@@ -68,6 +68,7 @@ Options OptionsFor(const Setting& setting, const Problem& problem, Method method
   Options options;
   options.method = method;
   options.num_steps = setting.steps;
+  options.estimate_error = false;
   options.num_threads = 1;
   options.output_times = {problem.horizon};
   options.output_times_only = true;

@@ -40,6 +40,7 @@ Work Iteration(const std::string& name, Problem problem, Index steps, bool all_s
   Options options;
   options.method = Method::kLaplaceIteration;
   options.num_steps = steps;
+  options.estimate_error = false;
   options.output_times_only = !all_states;
   if (!all_states) options.output_times = {problem.horizon};
   if (one_window) options.window_steps = Options::kWholeHorizon;
@@ -62,6 +63,7 @@ Work Ensemble(const std::string& name, Problem problem, Index steps, Index count
   Options options;
   options.method = Method::kExponentialMarch;
   options.num_steps = steps;
+  options.estimate_error = false;
   return {
       name,
       [problem = std::move(problem), options, members](benchmark::State& state, int threads) -> std::optional<Answer> {

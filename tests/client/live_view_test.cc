@@ -53,19 +53,20 @@ v1::SolveEvent WindowFinished(double end, bool accepted) {
   return event;
 }
 
-TEST(LiveViewTest, TellsTheAnalysisAndWhoChoseTheStep) {
+TEST(LiveViewTest, TellsTheAnalysisAndWhoChoseTheError) {
   v1::SolveEvent event;
   v1::Analysis& analysis = *event.mutable_analysis();
   analysis.set_matrix_class("Z-matrix");
   analysis.set_method(v1::METHOD_TIME_STEPPING);
   analysis.set_reason("because");
-  analysis.set_steps(1000);
   analysis.add_warnings("take care");
   const auto watch = [&](LiveView& view) { view.OnEvent(event); };
-  EXPECT_THAT(Shown({.default_steps = true}, watch),
-              AllOf(HasSubstr("Z-matrix"), HasSubstr("method time-stepping: because"),
-                    HasSubstr("1000 steps"), HasSubstr("--steps"), HasSubstr("warning: take care")));
-  EXPECT_THAT(Shown({.default_steps = false}, watch), Not(HasSubstr("--steps")));
+  EXPECT_THAT(Shown({.default_error = true}, watch),
+              AllOf(HasSubstr("Z-matrix"), HasSubstr("method time-stepping: because"), HasSubstr("1e-06"),
+                    HasSubstr("--tolerance"), HasSubstr("warning: take care")));
+  EXPECT_THAT(Shown({.default_error = false}, watch), Not(HasSubstr("--tolerance")));
+  analysis.set_steps(1000);
+  EXPECT_THAT(Shown({}, watch), HasSubstr("1000 steps"));
 }
 
 TEST(LiveViewTest, ShowsIteratesAsPlainLinesInALog) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
-#include "core/methods/step_control.h"
+#include "core/methods/component_errors.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
@@ -187,7 +187,7 @@ TEST(ErrorToleranceOptionTest, SaysWhatWasReachedWhereItIsOutOfReach) {
 
 TEST(ErrorToleranceOptionTest, ChoosesEventLocationAndSaysWhy) {
   const Solution solution = SolveFor(ExampleFourOne(), Within(1e-8));
-  EXPECT_NE(solution.reason.find("an error of 1e-08 is asked for"), std::string::npos) << solution.reason;
+  EXPECT_NE(solution.reason.find("for an error of 1e-08"), std::string::npos) << solution.reason;
   EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
   EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kEventLocated);
 }

@@ -110,16 +110,16 @@ TEST(OptionsTest, ChecksTheIteration) {
                 o.max_iterations = -1;
               }),
               ElementsAre("window_steps: -2; must be at least 1, or 0 to adapt, or -1 for the whole horizon",
-                          "tolerance: 0; must lie in (0, 1]",
+                          "iteration_tolerance: 0; must lie in (0, 1]",
                           "max_iterations: -1; must be at least 1, or 0 for the default"));
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = kNaN; }),
-              ElementsAre("tolerance: nan; must lie in (0, 1]"));
+              ElementsAre("iteration_tolerance: nan; must lie in (0, 1]"));
   for (const Index windows : {0, 65}) {
     EXPECT_THAT(ComplaintsAfter([&](Options& o) { o.windows_in_flight = windows; }),
                 ElementsAre("windows_in_flight: " + std::to_string(windows) + "; must be between 1 and 64"));
   }
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = 1.5; }),
-              ElementsAre("tolerance: 1.5; must lie in (0, 1]"));
+              ElementsAre("iteration_tolerance: 1.5; must lie in (0, 1]"));
 }
 
 TEST(OptionsTest, ChecksTheContourAndTheThreads) {

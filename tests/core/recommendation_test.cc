@@ -39,10 +39,9 @@ TEST_P(RecommendationTest, IsFollowedAndWorks) {
   const auto solution = Solve(the_case.problem, options, silent, {});
   ASSERT_TRUE(solution.ok()) << solution.status();
   ASSERT_EQ(solution->termination, Termination::kReachedEnd) << solution->message;
-  // The recommendation promises 1e-3 of each component at 65 times, from differences of trials; a factor of three for
-  // what differences do not see.
   const CaseError error = ErrorOf(the_case, solution->times, solution->x, solution->y);
-  EXPECT_LT(error.x, 3 * kRecommendedAccuracy) << options.num_steps << " steps";
+  EXPECT_EQ(options.error_tolerance, Options::kDefaultErrorTolerance);
+  EXPECT_LT(error.x, Options::kDefaultErrorTolerance);
   EXPECT_LT(solution->certificate.node_residual, 1e-9 * solution->certificate.lcp_scale);
   EXPECT_EQ(options.project_initial_state, !the_case.state_jumps.empty());
 }
@@ -72,7 +71,8 @@ TEST(RecommendationTest, KeepsTheStepAndTheMethodThatWereGiven) {
   ASSERT_TRUE(recommendation.ok()) << recommendation.status();
   EXPECT_EQ(recommendation->options.method, Method::kTimeStepping);
   EXPECT_EQ(recommendation->options.num_steps, 321);
-  EXPECT_FALSE(recommendation->predicted_error.has_value());
+  EXPECT_EQ(recommendation->options.error_tolerance, 0);
+  EXPECT_GT(recommendation->predicted_error.value(), 0);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "core/linalg/norms.h"
 #include "core/number_text.h"
 #include "core/solve.h"
+#include "core/verdict.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
 
@@ -138,17 +139,20 @@ TEST(SolveNonlinear, EstimatesItsError) {
   EXPECT_LT(solution.accuracy.error, 30 * relative);
 }
 
-// Van der Pol's oscillator against a stop at x1 = 1 that yields like a hardening spring; the second opinion is Runge
-// and Kutta's method with y from its own scalar equation.
-TEST(SolveNonlinear, TakesNoToleranceWithoutKeepingIt) {
-  Options options;
-  options.error_tolerance = 1e-8;
-  Observer silent;
-  const auto solution = SolveNonlinear(WrittenOut(testing::ExampleFourOne()), options, silent, {});
-  EXPECT_EQ(solution.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(solution.status().message()), HasSubstr("error_tolerance: 1e-08; nonlinear problems"));
+TEST(SolveNonlinear, KeepsTheErrorThatIsAskedFor) {
+  for (const double tolerance : {1e-3, 1e-5, 0.0}) {
+    Options options;
+    options.error_tolerance = tolerance;
+    const Solution solution = SolveWith(Harvest(), options);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_EQ(solution.accuracy.asked, tolerance > 0 ? tolerance : Options::kDefaultErrorTolerance);
+    EXPECT_LE(HarvestError(solution) / solution.certificate.x_scale, solution.accuracy.asked);
+    EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved);
+  }
 }
 
+// Van der Pol's oscillator against a stop at x1 = 1 that yields like a hardening spring; the second opinion is Runge
+// and Kutta's method with y from its own scalar equation.
 TEST(SolveNonlinear, AgreesWithRungeKuttaOnAnOscillatorWithAStop) {
   NonlinearProblem problem;
   problem.f = {"x2", "(1 - x1**2)*x2 - x1 - y1"};

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far two trajectories of one problem are apart, component by component.
+
+#ifndef DLCS_CORE_METHODS_COMPONENT_ERRORS_H_
+#define DLCS_CORE_METHODS_COMPONENT_ERRORS_H_
+
+#include <vector>
+
+#include "core/problem.h"
+#include "core/solution.h"
+
+namespace dlcs {
+
+// Of each state, and of each component of B y where that counts; relative to the size of the component.
+struct ComponentErrors {
+  Vector x;
+  Vector By;
+
+  double largest() const;  // NaN where one is
+};
+
+// What the components are measured by: their largest values on [0, T], and what rounding may make of the numbers they
+// are summed from. A component that is no more than its rounding has no accuracy, and its differences count as none.
+struct ComponentSizes {
+  Vector x, x_rounding;
+  Vector By, By_rounding;  // empty where B y does not count
+};
+
+// As far as `solution` shows them. x_i is summed from what moves it, over as long as it remembers: T, or 1/|A_ii|.
+ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_counts);
+// Of a problem that is not linear: x alone, each against itself.
+ComponentSizes SizesOf(const Solution& solution);
+
+// The largest differences at the times that both have, but for those within `apart` of a jump of either at an inner
+// time where x must be expected to be on different sides of it. Memory: of a few columns.
+ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const Problem& problem,
+                                   const ComponentSizes& sizes, double apart = 0);
+ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
+
+// The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.
+double RelativeDifference(const Matrix& coarse, const Matrix& fine);
+
+// Leaves only the columns of `solution` that stand at `wanted`, some of its times, increasing.
+void KeepTimes(const std::vector<double>& wanted, Solution& solution);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_METHODS_COMPONENT_ERRORS_H_
