@@ -11,7 +11,7 @@
 // Python raises an error (1/0, sqrt(-1)) the value is the infinity or NaN of IEEE arithmetic, and NaN passes
 // through min and max.
 //
-// Where its switching times are known (core/formula_switching.h), comparisons, abs, sign, floor, ceil, min and max are
+// Where its switching times are known (core/formula_switching.h), comparisons, sign, floor and ceil are
 // decided once for the stretch between two of them. So a formula has both its limits at a switching time, and keeps
 // them where that time is rounded.
 

@@ -194,12 +194,6 @@ inline double DecisionOf(const FormulaStep& step, const std::vector<double>& val
   return IsExtremum(step.operation) ? value != a : value;
 }
 
-// The value of a switch for operands `a` and `b` where its decision is known.
-inline double DecidedValue(FormulaOperation operation, double decision, double a, double b) {
-  if (operation == FormulaOperation::kAbs) return decision * a;
-  return IsExtremum(operation) ? (decision == 0 ? a : b) : decision;
-}
-
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_FORMULA_TREE_H_

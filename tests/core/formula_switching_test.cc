@@ -225,6 +225,15 @@ TEST(FormulaSwitchingTest, RefusesNothingThatHasValues) {
   }
 }
 
+TEST(FormulaSwitchingTest, KeepsRootsOfWhatIsNeverNegative) {
+  for (const char* text : {"sqrt(abs(cos(2*t)))", "sqrt(max(0, sin(t)))", "sqrt(1 - min(1, 2*cos(t)))"}) {
+    for (const double time : TimesOf(text, 10)) {
+      EXPECT_NEAR(LimitsOf(text, 10, time).left, 0, 1e-7) << text;
+      EXPECT_NEAR(LimitsOf(text, 10, time).right, 0, 1e-7) << text;
+    }
+  }
+}
+
 TEST(FormulaSwitchingTest, SaysWhereNoLimitIsSeen) {
   EXPECT_THAT(SwitchingOf("sin(1/t)", 10).warnings, ElementsAre(HasSubstr("could not be found out")));
 }
