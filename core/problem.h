@@ -24,6 +24,7 @@ enum class SolutionRule {
   kHiddenLeastElement,  // least in the order of pos X, (4.11) of [Chen & Xiang]; M must be a hidden Z-matrix
   kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
   kMinimiser,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
+  kSparsest,            // fewest y_i > 0, of several the least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
 };
 
 // What kMinimiser minimises over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where

@@ -82,6 +82,8 @@ v1::SolutionRule ToProto(SolutionRule rule) {
       return v1::SOLUTION_RULE_LEAST_NORM;
     case SolutionRule::kMinimiser:
       return v1::SOLUTION_RULE_MINIMISER;
+    case SolutionRule::kSparsest:
+      return v1::SOLUTION_RULE_SPARSEST;
   }
   return v1::SOLUTION_RULE_UNSPECIFIED;
 }
@@ -145,11 +147,13 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
       return SolutionRule::kLeastNorm;
     case v1::SOLUTION_RULE_MINIMISER:
       return SolutionRule::kMinimiser;
+    case v1::SOLUTION_RULE_SPARSEST:
+      return SolutionRule::kSparsest;
     default:
       break;
   }
   violations.push_back({"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
-                                            "2 least element, 3 hidden least element, 4 least norm, 5 minimiser)",
+                                            "2 least element, 3 hidden least element, 4 least norm, 5 minimiser, 6 sparsest)",
                                             static_cast<int>(rule))});
   return SolutionRule::kAuto;
 }

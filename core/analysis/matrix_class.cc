@@ -32,8 +32,7 @@ Fact TestZMatrix(const Matrix& M) {
   for (Index i = 0; i < M.rows(); ++i) {
     for (Index j = 0; j < M.cols(); ++j) {
       if (i != j && M(i, j) > 0) {
-        Fact fact{Answer::kNo,
-                  absl::StrCat("M[", i, "][", j, "] = ", M(i, j), " is positive, off the diagonal")};
+        Fact fact{Answer::kNo, absl::StrCat("M[", i, "][", j, "] = ", M(i, j), " is positive, off the diagonal")};
         fact.witness.indices = {std::min(i, j), std::max(i, j)};
         fact.witness.value = M(i, j);
         return fact;
@@ -69,6 +68,8 @@ const char* SelectionName(Selection selection) {
       return "the solution of least norm";
     case Selection::kMinimiser:
       return "the minimiser of |C y - b|";
+    case Selection::kSparsest:
+      return "the solution with the fewest positive components";
     case Selection::kAny:
       break;
   }
@@ -83,20 +84,17 @@ bool IsAlwaysLipschitz(Selection selection) {
 namespace {
 
 absl::Status Refuse(const char* rule, const char* needs, const Fact& fact) {
-  return absl::InvalidArgumentError(
-      absl::StrCat("rule: ", rule, " needs ", needs, " M, but ",
-                   fact.no() ? "" : "whether it is one is not known: ", fact.why));
+  return absl::InvalidArgumentError(absl::StrCat("rule: ", rule, " needs ", needs, " M, but ",
+                                                 fact.no() ? "" : "whether it is one is not known: ", fact.why));
 }
 
 // Least norm and minimiser: the solution set is convex, or all its pieces are looked at.
-absl::StatusOr<Selection> SelectMinimiser(Selection selection, const char* rule,
-                                          const MatrixClass& matrix_class) {
+absl::StatusOr<Selection> SelectMinimiser(Selection selection, const char* rule, const MatrixClass& matrix_class) {
   if (matrix_class.p.yes()) return Selection::kUnique;
-  if (matrix_class.positive_semidefinite.yes() || matrix_class.size <= kMaxSolutionEnumeration)
-    return selection;
-  return absl::InvalidArgumentError(absl::StrCat(
-      "rule: ", rule, " needs a positive semidefinite M, or one with n <= ", kMaxSolutionEnumeration,
-      ", but n = ", matrix_class.size, " and ", matrix_class.positive_semidefinite.why));
+  if (matrix_class.positive_semidefinite.yes() || matrix_class.size <= kMaxSolutionEnumeration) return selection;
+  return absl::InvalidArgumentError(
+      absl::StrCat("rule: ", rule, " needs a positive semidefinite M, or one with n <= ", kMaxSolutionEnumeration,
+                   ", but n = ", matrix_class.size, " and ", matrix_class.positive_semidefinite.why));
 }
 
 }  // namespace
@@ -123,9 +121,15 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
       return SelectMinimiser(Selection::kLeastNorm, "least-norm", matrix_class);
     case SolutionRule::kMinimiser:
       return SelectMinimiser(Selection::kMinimiser, "minimiser", matrix_class);
+    case SolutionRule::kSparsest:
+      if (p) return Selection::kUnique;
+      if (z) return Selection::kLeastElement;  // positive in no more components than any other solution
+      if (matrix_class.size <= kMaxSolutionEnumeration) return Selection::kSparsest;
+      return absl::InvalidArgumentError(absl::StrCat("rule: sparsest needs a P- or a Z-matrix M, or one with n <= ",
+                                                     kMaxSolutionEnumeration, ", but n = ", matrix_class.size));
   }
   return absl::InvalidArgumentError(
-      "rule: not one of auto, unique, least-element, hidden-least-element, least-norm, minimiser");
+      "rule: not one of auto, unique, least-element, hidden-least-element, least-norm, minimiser, sparsest");
 }
 
 }  // namespace dlcs

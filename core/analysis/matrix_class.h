@@ -48,6 +48,7 @@ enum class Selection {
   kHiddenLeastElement,  // M is a hidden Z-matrix
   kLeastNorm,           // M is positive semidefinite, or small
   kMinimiser,           // the same
+  kSparsest,            // M is small
   kAny,                 // none of these: any solution; only coupled steps make sense
 };
 const char* SelectionName(Selection selection);  // "the one solution", "the least element", ...

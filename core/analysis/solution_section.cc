@@ -29,9 +29,7 @@ Constant ToConstant(std::string id, std::string symbol, std::string title, const
           .source = std::move(source)};
 }
 
-std::string SetText(const std::vector<Index>& set) {
-  return absl::StrCat("{", absl::StrJoin(set, ", "), "}");
-}
+std::string SetText(const std::vector<Index>& set) { return absl::StrCat("{", absl::StrJoin(set, ", "), "}"); }
 
 void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection selection, AnalysisSection& section) {
   const LipschitzBound lipschitz = BoundLipschitz(M);
@@ -51,14 +49,14 @@ void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection se
                                          absl::StrCat("(2.14), Proposition 2.1 of ", kPaper)));
   if (!IsAlwaysLipschitz(selection) && selection != Selection::kAny) {
     const std::optional<double> slope = LargestSlope(M);
-    section.constants.push_back({.id = "slope",
-                                 .symbol = "max ‖M_SS⁺‖",
-                                 .title = "steepest piece of the selected solution where it does not jump",
-                                 .value = slope,
-                                 .kind = ConstantKind::kUpperBound,
-                                 .why = slope ? "the largest norm of a pseudo-inverse of a principal submatrix"
-                                              : "n is beyond enumeration",
-                                 .source = "Remark 3.1 of [Wu & Chen]"});
+    section.constants.push_back(
+        {.id = "slope",
+         .symbol = "max ‖M_SS⁺‖",
+         .title = "steepest piece of the selected solution where it does not jump",
+         .value = slope,
+         .kind = ConstantKind::kUpperBound,
+         .why = slope ? "the largest norm of a pseudo-inverse of a principal submatrix" : "n is beyond enumeration",
+         .source = "Remark 3.1 of [Wu & Chen]"});
   }
 }
 
@@ -69,8 +67,8 @@ void AddSolution(const Matrix& M, const LcpResult& result, AnalysisSection& sect
                   absl::StrCat("J = ", SetText(sets.J), " (y > 0), I = ", SetText(sets.I),
                                " (w > 0), K = ", SetText(sets.K), " (y = w = 0)")};
   degenerate.witness.indices = sets.K;
-  section.findings.push_back({"degenerate", "the solution at t = 0 is degenerate", degenerate,
-                              absl::StrCat("section 2 of ", kPaper)});
+  section.findings.push_back(
+      {"degenerate", "the solution at t = 0 is degenerate", degenerate, absl::StrCat("section 2 of ", kPaper)});
   Fact differentiable = TestDifferentiable(M, sets);
   if (!IsAlwaysLipschitz(result.selection) && differentiable.yes()) {
     differentiable.why += "; if the selected solution is continuous near q";
@@ -100,14 +98,14 @@ void AddUniqueness(const Matrix& M, const Vector& q, const MatrixClass& matrix_c
   Fact unique{all.unique() ? Answer::kYes : Answer::kNo, found};
   if (!all.complete && !unique.yes() && count <= 1) unique.answer = Answer::kUnknown;
   section.findings.push_back({"unique", title, unique, ""});
-  section.constants.push_back({.id = "basic-solutions",
-                               .symbol = "",
-                               .title = "basic solutions at t = 0",
-                               .value = count,
-                               .kind = all.complete ? ConstantKind::kExact : ConstantKind::kLowerBound,
-                               .why = all.complete ? "all complementary bases were looked at"
-                                                   : "not all complementary bases were decided",
-                               .source = ""});
+  section.constants.push_back(
+      {.id = "basic-solutions",
+       .symbol = "",
+       .title = "basic solutions at t = 0",
+       .value = count,
+       .kind = all.complete ? ConstantKind::kExact : ConstantKind::kLowerBound,
+       .why = all.complete ? "all complementary bases were looked at" : "not all complementary bases were decided",
+       .source = ""});
   if (unique.no() && !all.empty() && selection == Selection::kAny) {
     section.warnings.push_back(
         absl::StrCat("LCP(N x0 + g(0), M) has several solutions (", found,
@@ -151,7 +149,7 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
     section.warnings.push_back(
         "The least element in the order of pos X depends on X, which M does not determine: it is that of the X found.");
   }
-  if (selection == Selection::kLeastNorm || selection == Selection::kMinimiser) {
+  if (selection == Selection::kLeastNorm || selection == Selection::kMinimiser || selection == Selection::kSparsest) {
     section.warnings.push_back(absl::StrCat(
         SelectionName(selection), " need not be a continuous function of x for this M (Remark 2.1 of ", kPaper, ")."));
   }

@@ -18,6 +18,7 @@
 #include "core/lcp/least_norm.h"
 #include "core/lcp/minimiser.h"
 #include "core/lcp/polish.h"
+#include "core/lcp/sparsest.h"
 #include "core/lcp/tridiagonal_solver.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem_checks.h"
@@ -79,6 +80,8 @@ std::unique_ptr<LcpSolver> MakeGeneralSolver(const Matrix& M, const SolutionChoi
       return MakeMinimiser(M, std::nullopt);
     case Selection::kMinimiser:
       return MakeMinimiser(M, choice.selector);
+    case Selection::kSparsest:
+      return std::make_unique<SparsestSolver>(M);
     case Selection::kAny:
       break;
   }

@@ -202,12 +202,20 @@ TEST(HostileLcpTest, ListsAllBasicSolutions) {
 TEST(HostileLcpTest, FollowsTheRuleInAnyUnits) {
   Tally tally;
   ForCases(400, [&](const Posed& posed) {
-    for (const SolutionRule rule : {SolutionRule::kUnique, SolutionRule::kLeastElement,
-                                    SolutionRule::kHiddenLeastElement, SolutionRule::kLeastNorm}) {
+    for (const SolutionRule rule :
+         {SolutionRule::kUnique, SolutionRule::kLeastElement, SolutionRule::kHiddenLeastElement,
+          SolutionRule::kLeastNorm, SolutionRule::kSparsest}) {
       const auto result = SolveLcp(posed.doubles.M, posed.doubles.q, rule);
       if (!result.ok()) continue;
       Expect(posed, result->verdict, result->y, SelectionName(result->selection) + std::string(" by ") + result->method,
              tally);
+      if (result->verdict == LcpVerdict::kSolved && rule == SolutionRule::kSparsest) {
+        for (const testing::Fractions& vertex : posed.exact.vertices) {
+          const auto count =
+              std::count_if(vertex.numerator.begin(), vertex.numerator.end(), [](auto y) { return y > 0; });
+          EXPECT_LE((result->y.array() > 0).count(), count) << AsFile(posed.doubles);
+        }
+      }
       if (result->verdict != LcpVerdict::kSolved || result->selection != Selection::kLeastNorm) continue;
       for (const testing::Fractions& vertex : posed.exact.vertices) {
         long double norm = 0;

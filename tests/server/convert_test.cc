@@ -76,8 +76,8 @@ TEST(ConvertTest, ProblemSurvivesTheRoundTrip) {
 TEST(ConvertTest, EveryRuleAndItsSelectorSurviveTheRoundTrip) {
   Problem problem = EveryKindOfPiece();
   for (const SolutionRule rule :
-       {SolutionRule::kAuto, SolutionRule::kUnique, SolutionRule::kLeastElement,
-        SolutionRule::kHiddenLeastElement, SolutionRule::kLeastNorm, SolutionRule::kMinimiser}) {
+       {SolutionRule::kAuto, SolutionRule::kUnique, SolutionRule::kLeastElement, SolutionRule::kHiddenLeastElement,
+        SolutionRule::kLeastNorm, SolutionRule::kMinimiser, SolutionRule::kSparsest}) {
     problem.rule = rule;
     std::vector<Violation> violations;
     const Problem back = ProblemFromProto(ToProto(problem), violations);
@@ -200,10 +200,9 @@ TEST(ConvertTest, RefusesChoicesOfANewerVersion) {
   options.mutable_contour()->set_choice(static_cast<v1::ContourChoice>(80));
   std::vector<Violation> violations;
   OptionsFromProto(options, violations);
-  ASSERT_THAT(
-      violations,
-      ElementsAre(Field(&Violation::field, "step_solver"), Field(&Violation::field, "kernel"),
-                  Field(&Violation::field, "contour.choice"), Field(&Violation::field, "interpolation")));
+  ASSERT_THAT(violations,
+              ElementsAre(Field(&Violation::field, "step_solver"), Field(&Violation::field, "kernel"),
+                          Field(&Violation::field, "contour.choice"), Field(&Violation::field, "interpolation")));
   EXPECT_THAT(violations[0].description, HasSubstr("77"));
 }
 
