@@ -18,7 +18,8 @@ namespace {
 
 constexpr Index kFirstTrialSteps = 64;
 constexpr Index kMostTrialSteps = Index{1} << 22;
-constexpr Index kMostPaperSteps = 2048;  // paper_iteration costs the square of their number
+constexpr Index kMostPaperSteps = 2048;         // paper_iteration costs the square of their number, ...
+constexpr Index kMostDefaultPaperSteps = 1024;  // ... and a contour for the default error three times one of 25 nodes
 constexpr Index kNodesKept = 4096;
 
 std::string StepsText(Index steps) { return std::to_string(steps) + (steps == 1 ? " step" : " steps"); }
@@ -150,9 +151,10 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
                         static_cast<double>(1 + task.problem.num_states() + 2 * task.problem.num_constraints());
     return FitsBeside(task, next, held);
   };
+  const Index most_of_paper = task.error_by_default ? kMostDefaultPaperSteps : kMostPaperSteps;
+  const Index most_steps = IsPaper(task) ? most_of_paper : kMostTrialSteps;
   std::vector<double> wanted;
-  auto result =
-      TrySteps(system, task.options, IsPaper(task) ? kMostPaperSteps : kMostTrialSteps, task.error_by_default, wanted);
+  auto result = TrySteps(system, task.options, most_steps, task.error_by_default, wanted);
   if (!result.ok()) return result.status();
   Solution& solution = result->solution;
   if (solution.contour && solution.contour->nodes > 0) {
