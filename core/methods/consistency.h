@@ -21,11 +21,16 @@ namespace dlcs {
 // the options ask to project, and then applied and noted in the solution. When no jump helps: kInfeasible.
 // For other M nothing is decided here: the first coupled step will tell.
 //
+// Rows of N x + g that are negative by less than kLcpTolerance of their size (behind steps a little more) are zero, and
+// a jump that moves them by less is none. Their size is the largest over the solve as far as it is known,
+// context.row_size: of |N||x| + |g| + |M||y| at the starts of stretches, `y` being that of the stretch before, and of
+// |g| in a look over [0, T].
+//
 // Returns false when the solve has ended. Sets `y_is_solution` to whether y was found; otherwise y is zero.
 // Source: the jump rule of linear passive complementarity systems, [Camlibel, Heemels, Schumacher 2002]
 // K. Camlibel, W. Heemels, J. Schumacher. On linear passive complementarity systems. Eur. J. Control 8, 220-237.
-bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vector>& g,
-                  Eigen::Ref<Vector> x, Eigen::Ref<Vector> y, bool& y_is_solution);
+bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
+                  Eigen::Ref<Vector> y, bool& y_is_solution);
 
 }  // namespace dlcs
 

@@ -55,6 +55,10 @@ struct SolveContext {
   // The error was not asked for: event_located may miss it, and takes no more than the work of Options::kMostDefaultSteps steps.
   bool error_by_default = false;
 
+  // The largest sizes, over the solve as far as it is known, of the numbers that the rows of N x + g are summed from; empty
+  // before the first StartStretch().
+  Vector row_size = {};
+
   // time_stepping: in two stages of second order (core/methods/sparse_step.h) instead of what the options say.
   bool two_stages = false;
   Checkpointing checkpointing = {};
