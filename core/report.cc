@@ -36,6 +36,14 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
         "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "
         "(N x + g)' = 0. This law was asked for; the system itself does not hold it.");
   }
+  const MatrixClass& matrix_class = plan.matrix_class;
+  const bool may_be_several = plan.selection == Selection::kAny && matrix_class.p.answer == Answer::kNo &&
+                              matrix_class.positive_semidefinite.answer == Answer::kNo;
+  if (may_be_several && !plan.is_refused()) {
+    report.warnings.push_back("M is " + matrix_class.description +
+                              ": y, and x with it, may be one of several solutions, of which other methods and other steps may "
+                              "follow another.");
+  }
   if (!plan.method.impulsive_rows.empty()) {
     report.warnings.push_back(
         "y reaches " + plan.method.impulsive +
