@@ -31,8 +31,12 @@ CoupledMarch::Step CoupledMarch::Take(double begin, double end, double length,
   step.kept_selection = departures_.steps_off_selection == 0;
   step.x = segment_.x.col(1);
   step.y = segment_.y.col(1);
-  step.w = problem_.N * step.x + segment_.g.col(1) + problem_.M * step.y;
+  step.g = segment_.g.col(1);
+  step.w = problem_.N * step.x + step.g + problem_.M * step.y;
   step.error = (step.x - coarse).cwiseAbs();
+  constexpr double kRounding = 1e-14;
+  step.noise = kRounding * (x.cwiseAbs().cwiseMax(step.x.cwiseAbs()) +
+                            length * (problem_.B.AbsTimes(step.y.cwiseAbs()) + segment_.f.col(1).cwiseAbs()));
   return step;
 }
 

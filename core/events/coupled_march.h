@@ -28,7 +28,9 @@ class CoupledMarch {
     Vector x;                    // at the end, after two steps of half the length
     Vector y;
     Vector w;
+    Vector g;
     Vector error;  // |x - that after one step|
+    Vector noise;  // what rounding does to it
   };
   // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin before
   // rounding: a power of two is found again.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 #include "core/methods/consistency.h"
 
@@ -18,8 +19,8 @@ constexpr int kAttempts = ModeSearch::kAttempts;
 constexpr int kMostShortModes = 256;
 constexpr int kCountOfStill = 32;
 constexpr double kShortModePart = 1e-6;
-// A step of less than this part of the horizon is not worth a collocation; nor does a mode last that ends so
-// soon.
+// A step of less than this part of the horizon is not worth a collocation, unless a mode has a rate for it; nor does a
+// mode last that ends so soon.
 constexpr double kShortestPart = 1e-12;
 constexpr double kNoModePart = 1e-14;
 // Error control never asks for less than this part of the tolerance of one step.
@@ -33,7 +34,9 @@ constexpr double kLongestAfterEvent = 16;
 // Steps are controlled with this part of the tolerance: errors of single steps add up, and grow with the
 // system.
 constexpr double kSafety = 0.05;
-constexpr Index kMostMarchedSteps = 200000;
+// Rounding of this part of the terms of a constraint does not take a state off it.
+constexpr double kOnConstraints = 1e-12;
+constexpr Index kMostMarchedSteps = 40000;
 
 }  // namespace
 
@@ -46,11 +49,12 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, EventRecord&
       search_(problem_, context.selection, sampler_),
       march_(problem_, context.selection, sampler_),
       output_(problem_, context.grid, context.options.keep_pieces),
+      errors_(problem_.x0),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
       w_(y_) {
-  magnitudes_.x = x_.cwiseAbs();
+  magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
 }
 
@@ -58,7 +62,7 @@ bool EventLocator::Run() {
   const std::vector<double> breaks = BreakPoints(problem_);
   std::vector<double> ends = KnownKinks(problem_);
   ends.push_back(problem_.horizon);
-  const double norm = InfinityNorm(problem_.A);
+  const double norm = InfinityNorm(Balance(problem_.A.Dense()).matrix);
   length_ = norm > 0 ? 4 / norm : problem_.horizon;
   bool may_jump = true;
   for (const double end : ends) {
@@ -85,6 +89,7 @@ bool EventLocator::Cross(double end) {
   mode_begin_ = t_;
   last_mode_length_ = end - t_;
   gap_.reset();
+  kink_.reset();
   while (t_ < end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
     if (HasSpentTheDefault()) {
@@ -92,6 +97,8 @@ bool EventLocator::Cross(double end) {
                            "The work that is taken without being asked for ended at t = " + FormatNumber(t_) +
                                ": ask for an error.");
     }
+    if (kink_ && t_ >= *kink_ && !PassKink()) return false;
+    if (IsStuck()) return false;
     progress_.At(t_);
     Progressed progressed = mode_ ? Progressed::kYes : Choose(end);
     if (progressed == Progressed::kYes) progressed = Advance(end);
@@ -111,6 +118,36 @@ bool EventLocator::HasSpentTheDefault() const {
   return spent >= Options::kMostDefaultSteps;
 }
 
+// Goes on behind a kink of the sources as behind a break point, where g jumps with another state perhaps.
+bool EventLocator::PassKink() {
+  constexpr double kNoJump = 1e-10;
+  mode_ = nullptr;
+  attempt_ = 0;
+  gap_.reset();
+  Vector before(problem_.num_constraints()), behind(problem_.num_constraints());
+  sampler_.G(*kink_, Side::kLeft, before);
+  sampler_.G(*kink_, Side::kRight, behind);
+  kink_.reset();
+  const bool jumps = ((behind - before).array().abs() > kNoJump * context_.row_size.array()).any();
+  return !jumps || Start(t_);
+}
+
+// So many steps, taken or not, that have not come forward by this part of the horizon: something was not foreseen.
+bool EventLocator::IsStuck() {
+  constexpr Index kMostTries = 32768;
+  constexpr double kLeastProgress = 1e-3;
+  if (t_ - tries_from_ > kLeastProgress * problem_.horizon) {
+    tries_ = 0;
+    tries_from_ = t_;
+  }
+  if (++tries_ <= kMostTries) return false;
+  context_.Fail(Termination::kIterationLimit, t_,
+                "The steps do not get past t = " + FormatNumber(t_) +
+                    " at the accuracy asked for. If f, g or a solution of "
+                    "theirs is not smooth there, declare that time as a break point; or ask for a larger tolerance.");
+  return true;
+}
+
 // Proposes the next mode that y is determined in.
 EventLocator::Progressed EventLocator::Choose(double end) {
   bool lost_least_element = false;
@@ -119,13 +156,23 @@ EventLocator::Progressed EventLocator::Choose(double end) {
     const bool solved = proposal.verdict == LcpVerdict::kSolved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
     mode_ = proposal.kept_selection ? proposal.mode : nullptr;
-    if (mode_) return Progressed::kYes;
+    if (mode_) {
+      if (record_.intervals.empty() && record_.rejected_steps == 0) BeginWith(*mode_);
+      return Progressed::kYes;
+    }
     why_march_ = solved ? "the active set does not determine y (relative degree above one)"
                         : "the coupled LCP that proposes an active set was not solved";
   }
   if (!lost_least_element) return Progressed::kNoMode;
   context_.FailLostLeastElement(t_);
   return Progressed::kFailed;
+}
+
+// The first step: by the fastest eigenvalue, which has no units but that of time.
+void EventLocator::BeginWith(const Mode& mode) {
+  double fastest = 0;
+  for (Index j = 0; j < mode.form.triangle.rows(); ++j) fastest = std::max(fastest, std::abs(mode.form.triangle(j, j)));
+  length_ = fastest * problem_.horizon > 4 ? 4 / fastest : problem_.horizon;
 }
 
 // Another proposal where some are left.
@@ -135,10 +182,18 @@ EventLocator::Progressed EventLocator::GiveUpMode(const char* why) {
   return attempt_ < kAttempts ? Progressed::kYes : Progressed::kNoMode;
 }
 
+// Of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
+double EventLocator::Shortest(double part_of_horizon, double part_of_rate) const {
+  constexpr double kPartOfRate = 0.01;
+  constexpr double kOfTime = 2e-15;
+  const double acts = mode_ && mode_->rate > 0 ? kPartOfRate / mode_->rate : problem_.horizon;
+  return std::max(kOfTime * t_, std::min(part_of_horizon * problem_.horizon, part_of_rate * acts));
+}
+
 double EventLocator::Share(double length) const { return std::max(length / problem_.horizon, kLeastShare); }
 
 double EventLocator::StepLength(double end) const {
-  const double left = end - t_;
+  const double left = (kink_ ? std::min(*kink_, end) : end) - t_;
   if (length_ >= left) return left;
   return std::min(length_, left / 2);
 }
@@ -146,9 +201,14 @@ double EventLocator::StepLength(double end) const {
 // One step in the mode: accepted up to its end or to the first event, or shortened, or the mode given up.
 EventLocator::Progressed EventLocator::Advance(double end) {
   const double length = StepLength(end);
-  const double step_end = length == end - t_ ? end : t_ + length;  // not beyond a break point by rounding
+  double step_end = t_ + length;
+  for (const double known : {end, kink_.value_or(end)}) {
+    if (length == known - t_) step_end = known;  // not beyond a break point by rounding
+  }
   sampler_.Sample(t_, step_end, sources_);
   if (!sources_.finite) return FailNonFinite(step_end);
+  RaiseReach();
+  x_begin_ = x_;
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
   const auto take = [&] {
     return TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
@@ -163,19 +223,24 @@ EventLocator::Progressed EventLocator::Advance(double end) {
 
   const auto mode_end = FindModeEnd(step_);
   if (!mode_end) {
-    length_ = std::max(length_, length * std::clamp(factor, 0.5, 5.0));
+    // Where rounding is all that is seen it does not fall with the length.
+    constexpr int kManyOfOneLength = 8;
+    of_one_length_ = factor > 1 ? 0 : of_one_length_ + 1;
+    const double longer =
+        of_one_length_ % kManyOfOneLength == kManyOfOneLength - 1 ? 4.0 : std::clamp(factor, 0.5, 5.0);
+    length_ = std::max(length_, length * longer);
     Accept(step_end, 1);
     return Progressed::kYes;
   }
   const double lasted = length * (1 + mode_end->s) / 2;
   const double again = lasted / kLeastKept;
-  step_.error_ratio = NanMax(
-      step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
-  if (!(step_.error_ratio <= 1) && again < length && again > kShortestPart * problem_.horizon) return Shorten(again);
+  step_.error_ratio =
+      NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
+  if (!(step_.error_ratio <= 1) && again < length && again > Shortest(kShortestPart, 1)) return Shorten(again);
   search_.GuessBehind(*mode_, mode_end->guard);
-  if (lasted <= std::max(kNoModePart * problem_.horizon, 4e-16 * t_)) return GiveUpMode("no active set lasts");
+  if (lasted <= std::max(Shortest(kNoModePart, 1e-2), 4e-16 * t_)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
-  return EndMode(mode_end->s);
+  return EndMode(*mode_end);
 }
 
 EventLocator::Progressed EventLocator::FailNonFinite(double step_end) {
@@ -185,17 +250,28 @@ EventLocator::Progressed EventLocator::FailNonFinite(double step_end) {
 }
 
 EventLocator::Progressed EventLocator::Shorten(double length) {
-  const double shortest = kShortestPart * problem_.horizon;
+  constexpr int kManyRejected = 3;
+  constexpr double kNotSmooth = 1e3;
+  const double shortest = Shortest(kShortestPart, 1);
   ++record_.rejected_steps;
   length_ = length;
+  const bool may_be_kink =
+      ++rejected_in_a_row_ == kManyRejected || (rejected_in_a_row_ == 1 && step_.error_ratio > kNotSmooth);
+  if (may_be_kink && !kink_) {
+    kink_ = sampler_.FindKink(t_, t_ + sources_.length);
+    if (kink_ && *kink_ - t_ <= shortest) kink_.reset();
+    if (kink_) length_ = std::max(length_, *kink_ - t_);
+  }
   if (length_ >= shortest) return Progressed::kYes;
-  why_march_ = "no step was short enough for the tolerance: a source jumps or has a kink at an undeclared time";
+  why_march_ =
+      "no step was short enough for the tolerance: a source jumps or has a kink at a time that is no break point";
   length_ = 16 * shortest;
   return Progressed::kNoMode;
 }
 
-// An event at t, the position `s` of the last step.
-EventLocator::Progressed EventLocator::EndMode(double s) {
+// An event at t, the end of the last mode.
+EventLocator::Progressed EventLocator::EndMode(const ModeEnd& end) {
+  errors_.AddEvent(*mode_, step_, sources_, end.s, end.guard);
   gap_ = GapOf(sources_);
   mode_ = nullptr;
   const double lasted = t_ - mode_begin_;
@@ -207,12 +283,20 @@ EventLocator::Progressed EventLocator::EndMode(double s) {
     burst_ = 1;
     return Progressed::kYes;
   }
-  const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(s)));
+  const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(end.s)));
   const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
   short_modes_ += moved ? 1 : kCountOfStill;
   if (short_modes_ < kMostShortModes) return Progressed::kYes;
   why_march_ = "switching times accumulate";
   return Progressed::kNoMode;
+}
+
+// By one step of the fastest rate: A x and f, in the units of each component.
+void EventLocator::RaiseReach() {
+  const double rate = std::max(mode_->rate, 1 / problem_.horizon);
+  const Vector& reach = magnitudes_.x_reach;
+  magnitudes_.x_reach =
+      reach.cwiseMax(magnitudes_.x).cwiseMax(0.5 / rate * (mode_->dynamics_size * reach + sources_.f_size));
 }
 
 // Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its
@@ -221,28 +305,55 @@ bool EventLocator::Project() {
   if (!mode_->differentiated()) return true;
   const Vector g = sources_.g * LegendreValues(-1);
   const Vector change = mode_->correction * (mode_->rows * x_ + mode_->rows_g * g);
-  if ((change.array().abs() > tolerance_ * magnitudes_.x.array() + 1e-12 * MaxAbs(x_)).any()) return false;
+  const Vector terms =
+      mode_->correction.cwiseAbs() * (mode_->rows.cwiseAbs() * x_.cwiseAbs() + mode_->rows_g.cwiseAbs() * g.cwiseAbs());
+  if ((change.array().abs() > tolerance_ * magnitudes_.x.array() + kOnConstraints * terms.array()).any()) return false;
   x_ -= change;
   return true;
+}
+
+// What x' is off by where a guard of the step is below zero, but not below its level: y_i that should be zero, or a
+// pair that should have been active, of which y_i would have been w_i / M_ii.
+Vector EventLocator::Overlooked(double s_end) const {
+  constexpr int kLooks = 6;
+  Vector lowest = Vector::Zero(y_.size());
+  for (int k = 1; k <= kLooks; ++k) {
+    lowest = lowest.cwiseMin(step_.guard * LegendreValues(-1 + (s_end + 1) * k / kLooks));
+  }
+  lowest = (-lowest - step_.guard_noise).cwiseMax(0);
+  Vector slope = Vector::Zero(x_.size());
+  if ((lowest.array() == 0).all()) return slope;
+  const Matrix& M = problem_.M.Dense();
+  for (Index i = 0; i < lowest.size(); ++i) {
+    if (lowest[i] == 0) continue;
+    const bool is_active = std::binary_search(mode_->active.begin(), mode_->active.end(), i);
+    const double y = is_active || !(M(i, i) > 0) ? lowest[i] : lowest[i] / M(i, i);
+    slope += y * problem_.B.Dense().col(i).cwiseAbs();
+  }
+  return slope;
 }
 
 // Takes the part of the step up to `end`, at position `s_end`.
 void EventLocator::Accept(double end, double s_end) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
-  output_.AddSmooth(sources_, step_, mode_->active, end, s_end);
+  output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
+  errors_.AddStep(step_, sources_, Overlooked(s_end), s_end);
   const LegendreVector at = LegendreValues(s_end);
-  record_.accumulated_error += step_.error_ratio * tolerance_ * Share(sources_.length);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);
   t_ = end;
-  magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
+  constexpr int kLooks = 4;  // a step may be a whole period
+  for (int k = 1; k <= kLooks; ++k) {
+    magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * LegendreValues(-1 + (s_end + 1) * k / kLooks)).cwiseAbs());
+  }
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
   w_ = (step_.guard * at).cwiseMax(0);
   for (const Index i : mode_->active) w_[i] = 0;
   magnitudes_.w = magnitudes_.w.cwiseMax(w_);
   ++record_.steps;
   attempt_ = 0;
+  rejected_in_a_row_ = 0;
   gap_.reset();
 }
 
@@ -281,16 +392,16 @@ bool EventLocator::MarchOn(double end) {
     }
     if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
     const double allowed = tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
-    const double ratio = (step.error.array() /
-                          (allowed * magnitudes_.x.array().max(step.x.array().abs()) + 1e-14 * MaxAbs(step.x) + 1e-300))
-                             .maxCoeff();
+    const double ratio =
+        (step.error.array() / (allowed * magnitudes_.x.array().max(step.x.array().abs()) + step.noise.array() + 1e-300))
+            .maxCoeff();
     if (!(ratio <= 1) && length > shortest) {
       march_length_ = length / 2;
       continue;
     }
-    output_.AddMarched(t_, step_end, x_, step.x, step.y, step.w);
+    output_.AddMarched(t_, step_end, x_, step.x, step.y, step.w, step.g);
     NoteInterval(step_end, nullptr);
-    record_.accumulated_error += ratio * allowed;
+    errors_.Add(step.error);
     x_ = step.x;
     y_ = step.y;
     w_ = step.w;
@@ -324,6 +435,8 @@ void EventLocator::Finish() {
   cost.steps = record_.steps + record_.marched_steps;
   cost.marched_steps = record_.marched_steps;
   cost.lcps += search_.lcps() + march_.lcps();
+  record_.errors_x = errors_.RelativeTo(magnitudes_.x);
+  record_.accumulated_error = MaxAbs(record_.errors_x);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/events/coupled_march.h"
+#include "core/events/error_growth.h"
 #include "core/events/event_output.h"
 #include "core/events/event_record.h"
 #include "core/events/mode_search.h"
@@ -39,17 +40,23 @@ class EventLocator {
   Progressed Choose(double end);
   Progressed Advance(double end);
   bool MarchOn(double end);
+  void BeginWith(const Mode& mode);
 
   bool HasSpentTheDefault() const;
   Progressed GiveUpMode(const char* why);
   Progressed FailNonFinite(double step_end);
   Progressed Shorten(double length);
-  Progressed EndMode(double s);
+  bool PassKink();
+  bool IsStuck();
+  Progressed EndMode(const ModeEnd& end);
+  void RaiseReach();
   bool Project();
+  Vector Overlooked(double s_end) const;
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
   void HandOver(const EventOutput::Stretch& stretch);
   double StepLength(double end) const;
+  double Shortest(double part_of_horizon, double part_of_rate) const;
   double Share(double length) const;  // of the tolerance, for a step
 
   SolveContext& context_;
@@ -60,12 +67,14 @@ class EventLocator {
   ModeSearch search_;
   CoupledMarch march_;
   EventOutput output_;
+  ErrorGrowth errors_;
   Progress progress_;
 
   double t_ = 0;
   Vector x_;
   Vector y_;
   Vector w_;
+  Vector x_begin_;  // at t_, before it was brought onto the constraints of a mode
   Magnitudes magnitudes_;
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
@@ -74,7 +83,12 @@ class EventLocator {
   double mode_begin_ = 0;
   double last_mode_length_ = 0;
   std::optional<SourceGap> gap_;  // behind an event
-  Index burst_ = 1;               // steps of the next march
+  std::optional<double> kink_;    // ahead: where a source is not smooth, though no break point says so
+  int rejected_in_a_row_ = 0;
+  int of_one_length_ = 0;  // steps in a row that found no reason to grow
+  Index tries_ = 0;        // since `tries_from_`
+  double tries_from_ = 0;
+  Index burst_ = 1;  // steps of the next march
   double march_length_ = 0;
   std::string why_march_;
   StepSources sources_;

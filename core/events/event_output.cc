@@ -3,6 +3,7 @@
 #include "core/events/event_output.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/linalg/norms.h"
 
@@ -12,7 +13,12 @@ EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pi
     : problem_(problem),
       grid_(grid),
       keeps_pieces_(keeps_pieces),
-      num_nodes_(static_cast<Index>(grid.times.size())) {
+      num_nodes_(static_cast<Index>(grid.times.size())),
+      at_nodes_{Vector::Zero(problem.num_constraints()), Vector::Zero(problem.num_constraints())},
+      between_nodes_(at_nodes_),
+      defect_(Vector::Zero(problem.num_states())),
+      w_size_(Vector::Zero(problem.num_constraints())),
+      slope_size_(Vector::Zero(problem.num_states())) {
   segment_.x.resize(problem.num_states(), num_nodes_);
   segment_.y.resize(problem.num_constraints(), num_nodes_);
   w_.resize(problem.num_constraints(), num_nodes_);
@@ -21,13 +27,17 @@ EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pi
   c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
 }
 
-void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, const std::vector<Index>& active,
-                            double end, double s_end) {
+void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
+                            const std::vector<Index>& active, double end, double s_end) {
   LegendreSeries w_series = step.guard;
   for (const Index i : active) w_series.row(i).setZero();
   while (HasNodeBefore(end)) {
-    const double s =
-        std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
+    if (grid_.times[next_node_] == sources.begin) {
+      const LegendreVector at = LegendreValues(-1);
+      Record(x_begin, (step.y * at).cwiseMax(0), (w_series * at).cwiseMax(0));
+      continue;
+    }
+    const double s = std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
     const LegendreVector at = LegendreValues(s);
     Record(step.x * at, (step.y * at).cwiseMax(0), (w_series * at).cwiseMax(0));
   }
@@ -36,8 +46,7 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
   const LegendreVector at_end = LegendreValues(s_end);
   const Vector x = step.x * at_end;
   const Vector y = step.y * at_end;
-  const Vector w = problem_.N * x + sources.g * at_end + problem_.M * y;
-  Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
+  Measure(x, y, sources.g * at_end, active, at_nodes_, certificate_.node_complementarity);
   RaiseScale(step.x * LegendreValues(-1));
   RaiseScale(x);
 
@@ -47,16 +56,20 @@ void EventOutput::AddSmooth(const StepSources& sources, const SmoothStep& step, 
   const LegendreVector at_check = LegendreValues(sources.check_s);
   const Vector x_check = step.x * at_check;
   const Vector y_check = step.y * at_check;
-  const Vector w_check = problem_.N * x_check + sources.g_at_check + problem_.M * y_check;
-  Measure(y_check, w_check, certificate_.midpoint_residual, certificate_.midpoint_complementarity);
+  Measure(x_check, y_check, sources.g_at_check, active, between_nodes_, certificate_.midpoint_complementarity);
   const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
   const Vector x_slope = step.x * (2 / sources.length * (GetLegendreBasis().derivative * at_check));
-  certificate_.ode_defect = NanMax(certificate_.ode_defect, MaxAbs(x_slope - slope));
+  slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
+                                     sources.f_at_check.cwiseAbs());
+  RaiseRowMaxAbs(x_slope - slope, defect_);
+  // A state that stays zero is not zero to the last bit: it is a sum of what it moves by.
+  constexpr double kOfMotion = 1e-8;
+  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfMotion * sources.length * slope_size_));
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 
-void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end,
-                             const Vector& y, const Vector& w) {
+void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
+                             const Vector& w, const Vector& g) {
   while (HasNodeBefore(end)) {
     const double part = (grid_.times[next_node_] - begin) / (end - begin);
     Record((1 - part) * x_begin + part * x_end, y, w);
@@ -66,7 +79,11 @@ void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, co
     line << (x_begin + x_end) / 2, (x_end - x_begin) / 2;
     pieces_.push_back({begin, end, end - begin, std::move(line), y, w});
   }
-  Measure(y, w, certificate_.node_residual, certificate_.node_complementarity);
+  std::vector<Index> active;
+  for (Index i = 0; i < y.size(); ++i) {
+    if (y[i] > 0) active.push_back(i);
+  }
+  Measure(x_end, y, g, active, at_nodes_, certificate_.node_complementarity);
   RaiseScale(x_begin);
   RaiseScale(x_end);
 }
@@ -102,11 +119,51 @@ void EventOutput::Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<con
   ++next_node_;
 }
 
-void EventOutput::Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w,
-                          double& residual, double& complementarity) {
-  residual = NanMax(residual, NaturalResidual(y, w));
+void EventOutput::Measure(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                          const Eigen::Ref<const Vector>& g, const std::vector<Index>& active, Misfit& misfit,
+                          double& complementarity) {
+  const Vector w = problem_.N * x + g + problem_.M * y;
+  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(x.cwiseAbs()) + g.cwiseAbs() + problem_.M.AbsTimes(y.cwiseAbs()));
+  Vector of_w = (-w).cwiseMax(0);
+  for (const Index i : active) of_w[i] = std::abs(w[i]);
+  RaiseRowMaxAbs((-y).cwiseMax(0), misfit.y);
+  RaiseRowMaxAbs(of_w, misfit.w);
   complementarity = NanMax(complementarity, std::abs(y.dot(w)));
   certificate_.lcp_scale = NanMax(certificate_.lcp_scale, NanMax(MaxAbs(y), MaxAbs(w)));
+}
+
+// The largest part of a row that an entry of the column is.
+double EventOutput::PartIn(const Matrix& matrix, Index column, const Vector& size) const {
+  double largest = 0;
+  for (Index i = 0; i < size.size(); ++i) {
+    if (size[i] > 0) largest = std::max(largest, std::abs(matrix(i, column)) / size[i]);
+  }
+  return largest;
+}
+
+double EventOutput::Relative(const Misfit& misfit) const {
+  double largest = 0;
+  for (Index i = 0; i < w_size_.size(); ++i) {
+    if (misfit.w[i] != 0) largest = NanMax(largest, misfit.w[i] / w_size_[i]);
+    if (misfit.y[i] == 0) continue;
+    const double part = std::max(PartIn(problem_.M.Dense(), i, w_size_), PartIn(problem_.B.Dense(), i, slope_size_));
+    largest = NanMax(largest, misfit.y[i] * part);
+  }
+  return largest;
+}
+
+Certificate EventOutput::certificate() const {
+  Certificate certificate = certificate_;
+  certificate.node_residual_of_rows = Relative(at_nodes_);
+  certificate.midpoint_residual_of_rows = Relative(between_nodes_);
+  certificate.node_residual = certificate.node_residual_of_rows * certificate.lcp_scale;
+  certificate.midpoint_residual = certificate.midpoint_residual_of_rows * certificate.lcp_scale;
+  double defect = 0;
+  for (Index i = 0; i < defect_.size(); ++i) {
+    if (defect_[i] != 0) defect = NanMax(defect, defect_[i] / slope_size_[i]);
+  }
+  certificate.ode_defect = defect * certificate.ode_scale;
+  return certificate;
 }
 
 }  // namespace dlcs

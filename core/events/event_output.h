@@ -29,12 +29,13 @@ class EventOutput {
   EventOutput(const Problem& problem, const Grid& grid, bool keeps_pieces);
 
   // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value
-  // at an event is that behind it. `active` are the pairs whose guard is y_i.
-  void AddSmooth(const StepSources& sources, const SmoothStep& step, const std::vector<Index>& active, double end,
-                 double s_end);
-  // A step of the coupled march: x linear, y constant. `w` is that at the end.
+  // at an event is that behind it. `x_begin` is the state at its begin as it was before the mode had it; `active` are
+  // the pairs whose guard is y_i.
+  void AddSmooth(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
+                 const std::vector<Index>& active, double end, double s_end);
+  // A step of the coupled march: x linear, y constant. `w` and `g` are those at the end.
   void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
-                  const Vector& w);
+                  const Vector& w, const Vector& g);
   // The left limits at the end of a stretch, where sources and state may jump. Gives the nodes of the stretch.
   Stretch EndStretch(double end, const Vector& x, const Vector& y, const Vector& w);
   // The nodes of a stretch that has not come to its end; no steps where there are less than two.
@@ -43,15 +44,25 @@ class EventOutput {
   // What AddSmooth() and AddMarched() were given, as polynomials: where x is linear and y constant, of degree 1 and 0.
   std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }
 
-  // Nodes are the ends of steps, midpoints the times inside them where the sources were looked at once more.
-  const Certificate& certificate() const { return certificate_; }
+  // Nodes are the ends of steps, midpoints the times inside them where the sources were looked at once more. Residuals
+  // and defect are those of the row where they are largest relative to its own size, the largest sum of the sizes of
+  // its terms so far, and in the unit of the sizes that they are compared with. A y_i that should be zero counts by
+  // what it is to the rows that it acts on.
+  Certificate certificate() const;
 
  private:
   bool HasNodeBefore(double end) const { return next_node_ < num_nodes_ && grid_.times[next_node_] < end; }
   void RaiseScale(const Vector& x);
   void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w);
-  void Measure(const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w, double& residual,
-               double& complementarity);
+  // How far pairs are from what they should be: y_i below zero, and w_i below zero, or from zero where y_i is positive.
+  struct Misfit {
+    Vector y, w;
+  };
+  // y and w at a time where x and g are these; `active` are the pairs with w_i = 0.
+  void Measure(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& g,
+               const std::vector<Index>& active, Misfit& misfit, double& complementarity);
+  double Relative(const Misfit& misfit) const;
+  double PartIn(const Matrix& matrix, Index column, const Vector& size) const;
 
   const Problem& problem_;
   const Grid& grid_;
@@ -61,6 +72,9 @@ class EventOutput {
   Matrix w_;  // at its nodes
   Index next_node_ = 0;
   Certificate certificate_;
+  Misfit at_nodes_, between_nodes_;
+  Vector defect_;               // of x'
+  Vector w_size_, slope_size_;  // the largest so far, of the terms of w and x'
   std::vector<TrajectoryPiece> pieces_;
 };
 

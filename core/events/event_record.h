@@ -27,9 +27,10 @@ struct EventRecord {
   Index rejected_steps = 0;             // too long for the tolerance
   Index marched_steps = 0;
   double longest_step = 0;
-  // Sum over all steps of the estimated local error over its magnitude: what the tolerance bounds while every
-  // step could be made short enough.
+  // The largest estimated error of a component of x, relative to the size of the component: with the growth of
+  // errors, and rounding.
   double accumulated_error = 0;
+  Vector errors_x;  // of each component
 
   // `next` begins where the last interval ends, and lengthens it where nothing changes.
   void Add(ModeInterval next);

@@ -3,13 +3,14 @@
 #include "core/events/mode.h"
 
 #include <Eigen/SVD>
+#include <cmath>
 #include <optional>
 #include <utility>
 
+#include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
-#include "core/linalg/schur_form.h"
 
 namespace dlcs {
 namespace {
@@ -17,33 +18,51 @@ namespace {
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
 
-// -matrix⁻¹, absent where it is singular to working precision, measured after its rows were scaled to size
-// one: rows have units of their own.
+// Powers of two that make the largest entries of the rows and columns of rows · matrix · columns nearly one: rows and
+// columns have units of their own. Where a row or column is zero, its scale is one.
+struct Equilibrium {
+  Vector rows;
+  Vector columns;
+};
+
+Equilibrium Equilibrate(const Matrix& matrix) {
+  constexpr int kRounds = 4;
+  Equilibrium scale{Vector::Ones(matrix.rows()), Vector::Ones(matrix.cols())};
+  const auto root = [](double size) { return size > 0 ? std::exp2(-std::round(std::log2(size) / 2)) : 1.0; };
+  for (int round = 0; round < kRounds; ++round) {
+    const Matrix scaled = (scale.rows.asDiagonal() * matrix * scale.columns.asDiagonal()).cwiseAbs();
+    for (Index i = 0; i < scaled.rows(); ++i) scale.rows[i] *= root(scaled.row(i).maxCoeff());
+    for (Index j = 0; j < scaled.cols(); ++j) scale.columns[j] *= root(scaled.col(j).maxCoeff());
+  }
+  return scale;
+}
+
+// -matrix⁻¹, absent where it is singular to working precision, in units in which rows and columns are of size one.
 std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   const Index size = matrix.rows();
   if (size == 0) return Matrix(0, 0);
-  const Vector size_of_rows = matrix.cwiseAbs().rowwise().maxCoeff();
-  if (!(size_of_rows.minCoeff() > 0)) return std::nullopt;
-  const Vector scale = size_of_rows.cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * matrix;
+  const auto [rows, columns] = Equilibrate(matrix);
+  const Matrix scaled = rows.asDiagonal() * matrix * columns.asDiagonal();
   const Matrix inverse = PanelLu(scaled).Solve(Matrix::Identity(size, size));
   if (!(InfinityNorm(scaled) * InfinityNorm(inverse) * kSingular < 1)) return std::nullopt;
-  return -inverse * scale.asDiagonal();
+  return -(columns.asDiagonal() * inverse * rows.asDiagonal());
 }
 
-// The rows U₁ᵀ and U₀ᵀ of an orthogonal matrix with U₀ᵀ M_SS = 0 and U₁ᵀ M_SS of full rank.
+// The rows U₁ᵀ and U₀ᵀ of a matrix, orthogonal but for the units of rows, with U₀ᵀ M_SS = 0 and U₁ᵀ M_SS of full rank.
 struct RowSpaces {
   Matrix range;
   Matrix null;
 };
 
 RowSpaces SplitRows(const Matrix& M_SS) {
-  const Eigen::JacobiSVD<Matrix> svd(M_SS, Eigen::ComputeFullU);
+  const auto [of_rows, of_columns] = Equilibrate(M_SS);
+  const Eigen::JacobiSVD<Matrix> svd(of_rows.asDiagonal() * M_SS * of_columns.asDiagonal(), Eigen::ComputeFullU);
   const Vector& values = svd.singularValues();
   Index rank = 0;
   while (rank < values.size() && values[rank] > kSingular * values[0]) ++rank;
   const Index size = M_SS.rows();
-  return {svd.matrixU().leftCols(rank).transpose(), svd.matrixU().rightCols(size - rank).transpose()};
+  return {svd.matrixU().leftCols(rank).transpose() * of_rows.asDiagonal(),
+          svd.matrixU().rightCols(size - rank).transpose() * of_rows.asDiagonal()};
 }
 
 // Columns S of an identity: selects, and puts back.
@@ -119,10 +138,11 @@ std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active
     mode->source_f = Matrix::Identity(m, m) + problem.B * mode->y.f;
     mode->source_slope = problem.B * mode->y.slope;
   }
-  std::optional<SchurForm> form = ComputeSchurForm(mode->dynamics);
+  mode->dynamics_size = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode->y.state.cwiseAbs();
+  std::optional<GradedSchurForm> form = ComputeGradedSchurForm(mode->dynamics, problem.horizon);
   if (!form) return nullptr;
-  mode->vectors = std::move(form->vectors);
-  mode->triangle = std::move(form->triangle);
+  mode->form = *std::move(form);
+  mode->rate = InfinityNorm(Balance(mode->dynamics).matrix);
   return mode;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/linalg/graded_schur.h"
 #include "core/problem.h"
 #include "core/types.h"
 
@@ -32,15 +33,16 @@ struct LinearOutput {
 struct Mode {
   std::vector<Index> active;  // S, increasing
   LinearOutput y;             // n rows, zero off S
-  LinearOutput guard;   // n rows: y_i for i in S, w_i otherwise; the mode ends where one becomes negative
-  Matrix dynamics;      // m × m
-  Matrix source_f;      // m × m; empty: the identity
-  Matrix source_g;      // m × n; empty: zero
-  Matrix source_slope;  // m × n; empty: zero
+  LinearOutput guard;         // n rows: y_i for i in S, w_i otherwise; the mode ends where one becomes negative
+  Matrix dynamics;            // m × m
+  Matrix source_f;            // m × m; empty: the identity
+  Matrix source_g;            // m × n; empty: zero
+  Matrix source_slope;        // m × n; empty: zero
 
-  // dynamics = vectors · triangle · vectorsᴴ, a complex Schur form.
-  Eigen::MatrixXcd vectors;
-  Eigen::MatrixXcd triangle;
+  GradedSchurForm form;  // of dynamics
+  double rate = 0;       // the largest row sum of dynamics, balanced: no time in which it acts is shorter than 1/rate
+  // |A| + |B||y.state|: the numbers that the entries of dynamics were summed from.
+  Matrix dynamics_size;
 
   // What the state must satisfy, rows · x + rows_g · g = 0, and the smallest correction along B_S: x -=
   // correction · (that residual). No rows where M_SS is nonsingular.

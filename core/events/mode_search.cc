@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -29,7 +30,7 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
     : problem_(problem),
       sources_(sources),
       abs_N_(problem.N.Dense().cwiseAbs()),
-      norm_A_(InfinityNorm(problem.A)),
+      norm_A_(InfinityNorm(Balance(problem.A.Dense()).matrix)),
       solvers_([&problem, selection](double h) {
         const Matrix coupling = h * problem.N.Dense() * (problem.B.Dense() + h / 2 * problem.A.Dense() * problem.B.Dense());
         return MakeCoupledLcpSolver(problem.M, coupling, selection);

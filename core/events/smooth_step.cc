@@ -6,19 +6,22 @@
 #include <cmath>
 #include <limits>
 
+#include "core/events/error_growth.h"
 #include "core/events/first_crossing.h"
-#include "core/events/mode_step.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
 
-constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+constexpr double kUnit = std::numeric_limits<double>::epsilon();
+constexpr double kRounding = 64 * kUnit;
+// Of the noise of sources, which is a bound, that of a value is this much less.
+constexpr double kRoundingOfValues = 16 * kUnit;
 // The part of that which one coefficient may hold.
 constexpr double kOfCoefficient = 1.0 / 8;
 // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the
-// step: where modes accumulate, all sizes are small.
-constexpr double kLevelPart = 1e-3;
+// step: where modes accumulate, all sizes are small. What is above is no error to speak of.
+constexpr double kLevelPart = 1e-6;
 
 LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const StepSources& sources) {
   LegendreSeries series = output.state * x;
@@ -28,14 +31,14 @@ LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const
   return series;
 }
 
-// The slope is a difference of values of g over the step, times up to K².
-Vector SlopeNoise(const StepSources& sources) {
-  return kLegendreDegree * kLegendreDegree * 2 / sources.length * sources.g_size;
+// The slope is a difference of values of g over the step, times up to K²: what numbers of the size `of_g` come to in
+// it.
+Vector OfSlope(const StepSources& sources, const Vector& of_g) {
+  return kLegendreDegree * kLegendreDegree * 2 / sources.length * of_g;
 }
 
 // |output| applied to the given sizes of its arguments.
-Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g,
-            const Vector& slope) {
+Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g, const Vector& slope) {
   Vector size = output.state.cwiseAbs() * x;
   if (output.g.size() > 0) size += output.g.cwiseAbs() * g;
   if (output.f.size() > 0) size += output.f.cwiseAbs() * f;
@@ -46,28 +49,37 @@ Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const 
 // An upper bound of |series| on the step.
 Vector SizeOf(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
 
-// Components that are small beside others count as this part of them at least: what is zero at the start and
-// grows like a power of time never is accurate in itself.
-Vector Magnitude(const Vector& largest) {
-  constexpr double kLeastPart = 1e-6;
-  return largest.cwiseMax(kLeastPart * MaxAbs(largest));
+// What errors of f and g are of x'.
+Vector AtSlope(const Mode& mode, const Vector& f, const Vector& g) {
+  Vector slope = mode.source_f.size() > 0 ? Vector(mode.source_f.cwiseAbs() * f) : f;
+  if (mode.source_g.size() > 0) slope += mode.source_g.cwiseAbs() * g;
+  return slope;
+}
+
+// The largest size of what `start` and a constant `source` make of x on the step, at a few times.
+Vector LargestAnswer(const ModeStepper& stepper, const Vector& start, const Vector& source) {
+  Matrix at(kLegendreSize, 4);
+  at << LegendreValues(-0.9), LegendreValues(-0.4), LegendreValues(0.3), LegendreValues(1);
+  return RowMaxAbs(stepper.Respond(start, source, at));
 }
 
 double LargestRatio(const Vector& error, const Vector& allowed) {
   double largest = 0;
-  for (Index i = 0; i < error.size(); ++i)
-    largest = NanMax(largest, error[i] == 0 ? 0 : error[i] / allowed[i]);
+  for (Index i = 0; i < error.size(); ++i) largest = NanMax(largest, error[i] == 0 ? 0 : error[i] / allowed[i]);
   return largest;
 }
 
 // What SmoothStep::error_ratio is for the given sizes of x and the guards.
 double ErrorRatio(const Mode& mode, const SmoothStep& step, const Vector& x_size, const Vector& guard_size,
                   const Magnitudes& magnitudes, double tolerance, double share) {
-  const Vector x_allowed = tolerance * share * Magnitude(magnitudes.x.cwiseMax(x_size)) + step.x_noise;
-  Vector guard_magnitude = Magnitude(magnitudes.w);
-  const Vector y_magnitude = Magnitude(magnitudes.y);
-  for (const Index i : mode.active) guard_magnitude[i] = y_magnitude[i];
-  const Vector guard_allowed = tolerance * guard_magnitude.cwiseMax(guard_size) + step.guard_noise;
+  constexpr double kLeastPartOfReach = 1e-7;
+  constexpr double kLeastPartOfTerms = 1e-6;
+  const Vector x_magnitude = magnitudes.x.cwiseMax(x_size).cwiseMax(kLeastPartOfReach * magnitudes.x_reach);
+  const Vector x_allowed = tolerance * share * x_magnitude + step.x_noise;
+  Vector guard_magnitude = magnitudes.w;
+  for (const Index i : mode.active) guard_magnitude[i] = magnitudes.y[i];
+  guard_magnitude = guard_magnitude.cwiseMax(guard_size).cwiseMax(kLeastPartOfTerms * step.guard_terms);
+  const Vector guard_allowed = tolerance * guard_magnitude + step.guard_noise;
   return NanMax(LargestRatio(step.x_error, x_allowed), LargestRatio(step.guard_error, guard_allowed));
 }
 
@@ -79,30 +91,45 @@ SourceGap GapOf(const StepSources& sources) {
 }
 
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
-                          const Magnitudes& magnitudes, double tolerance, double share,
-                          const SourceGap* gap) {
+                          const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap) {
   LegendreSeries b = mode.source_f.size() > 0 ? LegendreSeries(mode.source_f * sources.f) : sources.f;
   if (mode.source_g.size() > 0) b.noalias() += mode.source_g * sources.g;
   if (mode.source_slope.size() > 0) b.noalias() += mode.source_slope * sources.slope;
 
   SmoothStep step;
-  step.x = StepMode(mode, start, b, sources.length);
+  step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
+  ModeStepper::Solution solution = step.stepper->Solve(start, b);
+  step.x = std::move(solution.x);
+  // By rounding only: the equations of the mode keep its constraints.
+  if (mode.differentiated()) step.x -= mode.correction * (mode.rows * step.x + mode.rows_g * sources.g);
   step.y = Output(mode.y, step.x, sources);
   step.guard = Output(mode.guard, step.x, sources);
 
   const Vector x_size = SizeOf(step.x);
-  const Vector slope_size = SlopeNoise(sources);
+  const Vector slope_size = OfSlope(sources, sources.g_size);
   Vector b_size = RowMaxAbs(b);
   if (mode.source_slope.size() > 0) b_size += mode.source_slope.cwiseAbs() * slope_size;
-  // The Schur form mixes all components, and their rounding.
-  const double state_noise = kRounding * MaxAbs(x_size);
-  step.x_noise =
-      (kRounding * sources.length / 2 * (mode.dynamics.cwiseAbs() * x_size + b_size)).array() + state_noise;
-  step.x_error = EstimateTail(step.x, kOfCoefficient * step.x_noise) + sources.length * sources.f_error;
+  step.slope_noise = kUnit * (mode.dynamics_size * x_size + b_size) +
+                     kUnit / kRoundingOfValues * AtSlope(mode, sources.f_noise, sources.g_noise);
+  if (mode.source_slope.size() > 0) {
+    step.slope_noise += kUnit / kRoundingOfValues * (mode.source_slope.cwiseAbs() * OfSlope(sources, sources.g_noise));
+  }
+  step.slope_error = AtSlope(mode, sources.f_error, sources.g_error);
+  // Rounding as the equations answer to it; its signs are as good as any.
+  const Vector signs = SignsOfRounding(x_size.size());
+  const Vector answer =
+      LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size), signs.cwiseProduct(step.slope_noise));
+  step.x_noise = kRounding * x_size + kRounding / kUnit * answer;
+  step.x_error = EstimateTail(step.x, kOfCoefficient * step.x_noise) + solution.uncertainty;
+  if ((step.slope_error.array() != 0).any()) {
+    step.x_error += LargestAnswer(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.slope_error));
+  }
 
-  step.guard_noise = kRounding * Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size) +
-                     mode.guard.state.cwiseAbs() * step.x_noise;
+  step.guard_terms = Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size);
+  step.guard_noise = kRounding * step.guard_terms + mode.guard.state.cwiseAbs() * step.x_noise;
   if (mode.guard.g.size() > 0) step.guard_noise += mode.guard.g.cwiseAbs() * sources.g_noise;
+  if (mode.guard.f.size() > 0) step.guard_noise += mode.guard.f.cwiseAbs() * sources.f_noise;
+  if (mode.guard.slope.size() > 0) step.guard_noise += mode.guard.slope.cwiseAbs() * OfSlope(sources, sources.g_noise);
   const Vector guard_tail = EstimateTail(step.guard, kOfCoefficient * step.guard_noise);
   const Vector guard_size = SizeOf(step.guard);
   step.guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;

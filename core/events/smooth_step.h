@@ -4,9 +4,11 @@
 #ifndef DLCS_CORE_EVENTS_SMOOTH_STEP_H_
 #define DLCS_CORE_EVENTS_SMOOTH_STEP_H_
 
+#include <memory>
 #include <optional>
 
 #include "core/events/mode.h"
+#include "core/events/mode_step.h"
 #include "core/events/step_sources.h"
 
 namespace dlcs {
@@ -17,6 +19,9 @@ struct Magnitudes {
   Vector x;
   Vector y;
   Vector w;
+  // What x may come to be in a short time, in the units of each component. What is zero at the start and grows like a
+  // high power of time never is accurate in itself: a tiny part of this counts as accurate.
+  Vector x_reach;
 };
 
 // x, y and the guards of `mode` on a step, as polynomials in s.
@@ -24,7 +29,7 @@ struct SmoothStep {
   LegendreSeries x;
   LegendreSeries y;
   LegendreSeries guard;
-  // How far below zero a guard must fall to end the mode: a thousandth of the tolerance relative to its size
+  // How far below zero a guard must fall to end the mode: a millionth of the tolerance relative to its size
   // on this step, but no less than its rounding and its estimated error.
   Vector guard_level;
   // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the
@@ -33,6 +38,11 @@ struct SmoothStep {
   // What it was made from: estimated errors, and what rounding does.
   Vector x_error, guard_error;
   Vector x_noise, guard_noise;
+  Vector guard_terms;  // the sum of the sizes of what each guard is summed from
+  // Of the step of full length: how errors go on.
+  std::shared_ptr<const ModeStepper> stepper;
+  // What x' may be off by: the sources miss so much; and the rounding of its terms, the data among them.
+  Vector slope_error, slope_noise;
 };
 
 // How far two polynomials of the sources may be apart where one step ends and the next begins: an event is
@@ -48,12 +58,13 @@ SourceGap GapOf(const StepSources& sources);
 // last coefficients, by going on with their decay, and from what the sources miss at the checked time.
 // Allowed is, for x, tolerance times its magnitude times `share`, the part of the horizon that this step is;
 // for the guards (y and w, which hold no memory) tolerance times their magnitude; and what rounding does,
-// always. `gap`, null or that of the step before, raises the levels of the guards.
+// always. Every size is that of one component, or of the terms of one row. `gap`, null or that of the step before,
+// raises the levels of the guards.
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
                           const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap);
 
-// The error ratio where the step is cut at `s`, against the sizes up to there alone: in a mode that an event ends x may grow
-// beyond all that the solution is. The other arguments are those of TakeSmoothStep().
+// The error ratio where the step is cut at `s`, against the sizes up to there alone: in a mode that an event ends x may
+// grow beyond all that the solution is. The other arguments are those of TakeSmoothStep().
 double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
                         double tolerance, double share);
 

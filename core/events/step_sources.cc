@@ -17,13 +17,15 @@ constexpr double kCheckPosition = 0.1305;
 // Of interpolation: what a polynomial may be off without having missed anything.
 constexpr double kRounding = 32 * std::numeric_limits<double>::epsilon();
 
+// Of a formula that is a small difference of large terms.
+constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
+
 void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<double>& times) {
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {
     const auto* samples = std::get_if<SampledFunction>(&function.pieces[k].function);
     if (!samples) continue;
     const double begin = k == 0 ? 0 : std::max(0.0, function.pieces[k].start);
-    const double end =
-        k + 1 < function.pieces.size() ? std::min(horizon, function.pieces[k + 1].start) : horizon;
+    const double end = k + 1 < function.pieces.size() ? std::min(horizon, function.pieces[k + 1].start) : horizon;
     for (const double time : samples->times) {
       if (time > begin && time < end) times.push_back(time);
     }
@@ -37,16 +39,36 @@ double SourceSampler::Beside(double t, Side side) {
   return std::nextafter(t, side == Side::kRight ? kInfinity : -kInfinity);
 }
 
+void SourceSampler::LookAhead() {
+  f_largest_ = Vector::Zero(sources_.num_states());
+  g_largest_ = Vector::Zero(sources_.num_constraints());
+  Vector value;
+  const auto raise = [&](Vector& largest) {
+    for (Index i = 0; i < largest.size(); ++i) {
+      if (std::isfinite(value[i])) largest[i] = std::max(largest[i], std::abs(value[i]));
+    }
+  };
+  for (const double t : probes_) {
+    value.resize(f_largest_.size());
+    F(t, Side::kLeft, value);
+    raise(f_largest_);
+    value.resize(g_largest_.size());
+    G(t, Side::kLeft, value);
+    raise(g_largest_);
+  }
+}
+
 void SourceSampler::Sample(double begin, double end, StepSources& step) {
   const LegendreBasis& basis = GetLegendreBasis();
   const double length = end - begin;
+  if (f_largest_.size() + g_largest_.size() == 0) LookAhead();
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
   const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, LegendreSeries& slope,
-                          Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
+                          Vector& largest, Vector& largest_so_far, Vector& noise, Vector& at_check, Vector& error) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
@@ -57,7 +79,9 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
     slope = series * (2 / length * basis.derivative);
-    noise = kRounding * largest + 2 * time_rounding * slope.cwiseAbs().rowwise().sum();
+    largest_so_far = largest_so_far.cwiseMax(largest);
+    noise =
+        kRounding * largest + kRoundingOfTerms * largest_so_far + 2 * time_rounding * slope.cwiseAbs().rowwise().sum();
     error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
     error = error.cwiseMax(0);
@@ -65,11 +89,11 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   };
   using Value = Eigen::Ref<Vector>;
   const bool f_finite = sample(
-      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f,
-      f_slope_, step.f_size, step.f_noise, step.f_at_check, step.f_error);
+      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f, f_slope_,
+      step.f_size, f_largest_, step.f_noise, step.f_at_check, step.f_error);
   const bool g_finite = sample(
-      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g,
-      step.slope, step.g_size, step.g_noise, step.g_at_check, step.g_error);
+      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g, step.slope,
+      step.g_size, g_largest_, step.g_noise, step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
 }
@@ -97,6 +121,69 @@ bool SourceSampler::Probe(StepSources& step) {
     ++evaluations_;
   }
   return raised;
+}
+
+std::optional<double> SourceSampler::FindKink(double begin, double end) {
+  constexpr double kSmooth = 1e-13;
+  constexpr double kNarrow = 1e-6;
+  StepSources part;
+  Sample(begin, end, part);
+  if (!part.finite) return std::nullopt;
+  const Vector f_size = part.f_size, g_size = part.g_size;
+  const auto roughness = [&](double from, double to) {
+    Sample(from, to, part);
+    const auto largest = [](const LegendreSeries& series, const Vector& error, const Vector& size) {
+      const Vector tail = EstimateTail(series) + error;
+      double ratio = 0;
+      for (Index i = 0; i < tail.size(); ++i) {
+        if (size[i] > 0) ratio = NanMax(ratio, tail[i] / size[i]);
+      }
+      return ratio;
+    };
+    return NanMax(largest(part.f, part.f_error, f_size), largest(part.g, part.g_error, g_size));
+  };
+  const double narrow = kNarrow * (end - begin);
+  double from = begin, to = end;
+  while (true) {
+    const double middle = from + (to - from) / 2;
+    if (!(from < middle && middle < to)) break;
+    const double left = roughness(from, middle), right = roughness(middle, to);
+    if (!(std::isfinite(left) && std::isfinite(right))) return std::nullopt;
+    if (std::max(left, right) <= kSmooth) {
+      // On both sides: a kink between them, or none at all.
+      if (to - from > narrow) return std::nullopt;
+      return WhereTheyMeet(begin, from, to, end);
+    }
+    (left >= right ? to : from) = middle;
+  }
+  return to - from <= narrow ? std::optional<double>(to) : std::nullopt;
+}
+
+// A kink in [from, to], around which the sources are smooth: by the polynomials on both sides, of the component that
+// bends most.
+double SourceSampler::WhereTheyMeet(double begin, double from, double to, double end) {
+  constexpr double kBeside = 1e-3;
+  const double width = std::min({kBeside * (end - begin), from - begin, end - to});
+  if (!(width > 4 * (to - from))) return to;
+  StepSources left, right;
+  Sample(from - width, from, left);
+  Sample(to, to + width, right);
+  const LegendreVector at_begin = LegendreValues(-1), at_end = LegendreValues(1);
+  const double beyond = 2 * (to - from) / width;
+  const LegendreVector before = LegendreValues(-1 - beyond), behind = LegendreValues(1 + beyond);
+  double most = 0, part = 1;
+  const auto look = [&](const LegendreSeries& of_left, const LegendreSeries& of_right, const Vector& size) {
+    const Vector at_from = of_right * before - of_left * at_end, at_to = of_right * at_begin - of_left * behind;
+    for (Index i = 0; i < size.size(); ++i) {
+      const double bend = std::abs(at_to[i] - at_from[i]);
+      if (!(bend > most * size[i]) || !(at_from[i] * at_to[i] <= 0)) continue;
+      most = bend / size[i];
+      part = std::abs(at_from[i]) / bend;
+    }
+  };
+  look(left.f, right.f, left.f_size.cwiseMax(right.f_size));
+  look(left.g, right.g, left.g_size.cwiseMax(right.g_size));
+  return from + part * (to - from);
 }
 
 void SourceSampler::MoveCheck(double s, StepSources& step) {

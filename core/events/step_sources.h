@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_EVENTS_STEP_SOURCES_H_
 #define DLCS_CORE_EVENTS_STEP_SOURCES_H_
 
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,9 +40,14 @@ class SourceSampler {
   // Fills `step` for [begin, end]: K + 2 values of f and g, the first a right limit, the last a left one.
   void Sample(double begin, double end, StepSources& step);
 
-  // Raises the errors of `step` to those at the probes inside of it, and sees whether it is finite there; returns whether
-  // anything changed. Nodes may see nothing of a pulse that lies between them.
+  // Raises the errors of `step` to those at the probes inside of it, and sees whether it is finite there; returns
+  // whether anything changed. Nodes may see nothing of a pulse that lies between them.
   bool Probe(StepSources& step);
+
+  // A time in (begin, end] where f or g has a kink or a jump, where both are smooth on the rest of it; the roughest,
+  // where there are several. None where they are smooth, or nowhere smooth. Found by bisection, to an ulp for a jump,
+  // to the rounding of the source for a kink; some thousand values.
+  std::optional<double> FindKink(double begin, double end);
 
   // Looks at the sources of `step` at the position `s` instead of check_s; the errors found before stay.
   void MoveCheck(double s, StepSources& step);
@@ -58,6 +64,11 @@ class SourceSampler {
 
   Sources& sources_;
   std::vector<double> probes_;
+  void LookAhead();
+  double WhereTheyMeet(double begin, double from, double to, double end);
+
+  // The largest values seen so far, at the probes first: a formula may be a small difference of numbers of that size.
+  Vector f_largest_, g_largest_;
   LegendreSeries values_, f_slope_;
   Vector true_value_;
   Index evaluations_ = 0;

@@ -20,14 +20,14 @@ inline constexpr double kLargestEventTolerance = 0.1;
 // above one), coupled steps of first order carry on, as short as the tolerance asks, until one does. States
 // jump where StartStretch() says.
 //
-// The tolerance is options.error_tolerance, or kDefaultEventTolerance: the error asked for in x, relative to
-// the largest value of each component so far; y and w meet it relative to theirs. Estimated from the decay of
-// coefficients, per unit of time. The trajectory goes to context.recorder at the nodes of context.grid, whose
-// steps do not matter otherwise, and with options.keep_pieces the polynomials to Solution::pieces.
-// Switching times, certificate and cost go to the solution. Returns false where the solve ended before T, or
-// at T with an estimated error above options.error_tolerance; the solution says why. One thread, the stop
-// token looked at every step. Cost: 25 m³ for each active set that occurs, and for each step some 14 values
-// of f and g and 24 m² operations.
+// The tolerance is options.error_tolerance, or kDefaultEventTolerance: the error asked for in x, relative to the largest value
+// of each component so far; y and w meet it relative to theirs. Steps are estimated from the decay of coefficients, and what
+// becomes of their errors and of rounding by core/events/error_growth.h; where that is more than the tolerance, the solve is
+// repeated, up to two times, with smaller errors. The trajectory goes to context.recorder at the nodes of context.grid, whose
+// steps do not matter otherwise, and with options.keep_pieces the polynomials to Solution::pieces. Switching times, accuracy,
+// certificate and cost go to the solution. Returns false where the solve ended before T, or at T with an estimated error above
+// options.error_tolerance; the solution says why. One thread, the stop token looked at every step. Cost: 25 m³ for each active
+// set that occurs, and for each step some 14 values of f and g and 100 m² operations.
 bool EventLocated(SolveContext& context);
 
 }  // namespace dlcs

@@ -123,7 +123,7 @@ TEST(ModeStepTest, IsTheExponentialToRounding) {
     const Matrix A = random.Gaussian(6, 6);
     const double length = 4 / InfinityNorm(A);
     const Vector start = random.GaussianVector(6);
-    const LegendreSeries x = StepMode(ModeOf(A), start, LegendreSeries::Zero(6, kLegendreSize), length);
+    const LegendreSeries x = ModeStepper(ModeOf(A), length).Solve(start, LegendreSeries::Zero(6, kLegendreSize)).x;
     const Vector exact = ComputePhiFunctions(length * A).phi0 * start;
     EXPECT_LT(MaxAbs(x.rowwise().sum() - exact), 1e-13 * MaxAbs(exact));
     EXPECT_LT(MaxAbs(x * LegendreValues(-1) - start), 1e-14 * MaxAbs(start));
@@ -138,7 +138,7 @@ TEST(ModeStepTest, FindsPolynomialSolutionsExactly) {
   LegendreSeries exact = random.Gaussian(4, kLegendreSize);
   for (Index k = 0; k < kLegendreSize; ++k) exact.col(k) /= static_cast<double>((k + 1) * (k + 1));
   const LegendreSeries source = exact * (2 / length * GetLegendreBasis().derivative) - A * exact;
-  const LegendreSeries x = StepMode(ModeOf(A), exact * LegendreValues(-1), source, length);
+  const LegendreSeries x = ModeStepper(ModeOf(A), length).Solve(exact * LegendreValues(-1), source).x;
   EXPECT_LT(MaxAbs(x - exact), 1e-13);
 }
 
@@ -152,7 +152,7 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
       values(0, j) = -lambda * std::cos(3 * t) - 3 * std::sin(3 * t);
     }
     const LegendreSeries x =
-        StepMode(ModeOf(Matrix::Constant(1, 1, lambda)), Vector::Ones(1), InterpolateAtNodes(values), length);
+        ModeStepper(ModeOf(Matrix::Constant(1, 1, lambda)), length).Solve(Vector::Ones(1), InterpolateAtNodes(values)).x;
     for (const double s : {-0.9, -0.3, 0.4, 1.0}) {
       EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13)
           << lambda << " at " << s;
@@ -161,8 +161,8 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
 }
 
 TEST(ModeStepTest, DampsWhatItDoesNotResolve) {
-  const LegendreSeries x = StepMode(ModeOf(Matrix::Constant(1, 1, -1e9)), Vector::Ones(1),
-                                    LegendreSeries::Zero(1, kLegendreSize), 1);
+  const LegendreSeries x =
+      ModeStepper(ModeOf(Matrix::Constant(1, 1, -1e9)), 1).Solve(Vector::Ones(1), LegendreSeries::Zero(1, kLegendreSize)).x;
   EXPECT_LT(std::abs(x.sum()), 1e-6);
   EXPECT_GT(EstimateTail(x)[0], 0.1);  // and says that it did not
 }
