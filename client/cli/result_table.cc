@@ -92,8 +92,8 @@ void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
              c.midpoint_complementarity());
   // Where x solves the differential equation for y as it is, this says nothing of y.
   const bool exact = c.ode_defect() <= 1e-14 * c.ode_scale();
-  fmt::print(out, "  defect of x'     {:.1e} between nodes (size of x': {:.2g}){}\n", c.ode_defect(), c.ode_scale(),
-             exact ? "; for y as it is, whose error it does not see" : "");
+  fmt::print(out, "  defect of x'     {:.1e} between nodes (size of x': {:.2g})\n", c.ode_defect(), c.ode_scale());
+  if (exact) fmt::print(out, "                   for y as it is: it does not see the error of y\n");
 }
 
 // The superlinear fall of the residual where Newton's method had most to do.

@@ -213,9 +213,9 @@ TEST(ResultTableTest, EndsWithACertificateInWords) {
   EXPECT_THAT(table, Not(HasSubstr("shorter steps")));
 }
 
-TEST(ResultTableTest, SaysWhenTheGridIsTooCoarse) {
+TEST(ResultTableTest, SaysWhatTheVerdictIsConcernedAbout) {
   SolveResult result = Example();
-  result.summary.mutable_certificate()->set_midpoint_residual(1);
+  result.summary.mutable_verdict()->add_concerns("The residual is large: take shorter steps.");
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintTable("", result, 100, out); }), HasSubstr("shorter steps"));
 }
 
