@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grid_solve.h"
 
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -90,6 +91,10 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
   solution.certificate = context.certificate.certificate();
+  // Impacts are jumps of x inside of steps: the integral of A x + B y + f does not hold them.
+  if (task.plan.method.inelastic_impact) {
+    solution.certificate.drift_of_rows = std::numeric_limits<double>::quiet_NaN();
+  }
   const bool finite = solution.x.allFinite() && solution.y.allFinite() && solution.w.allFinite();
   if (!finite && solution.termination == Termination::kReachedEnd) {
     context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");

@@ -76,7 +76,8 @@ ComponentErrors Differences(const Solution& a, const Solution& b, const CommonCo
     const Index last = std::min(count, first + at_once);
     of_a.assign(common.of_a.begin() + first, common.of_a.begin() + last);
     of_b.assign(common.of_b.begin() + first, common.of_b.begin() + last);
-    RaiseRowMaxAbs(a.x(Eigen::all, of_a) - b.x(Eigen::all, of_b), x);
+    // As a matrix: an expression would copy the indices once for every column.
+    RaiseRowMaxAbs(Matrix(a.x(Eigen::all, of_a) - b.x(Eigen::all, of_b)), x);
     if (B) RaiseRowMaxAbs(*B * Matrix(a.y(Eigen::all, of_a) - b.y(Eigen::all, of_b)), By);
   }
   return {Relative(x, sizes.x, sizes.x_rounding), Relative(By, sizes.By, sizes.By_rounding)};

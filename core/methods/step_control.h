@@ -40,7 +40,7 @@ class Convergence {
 
 // The estimate times this is reported, since the errors of kinks that fall between nodes come and go from one grid to
 // the next. By trial, the truth was up to 2.04 times the estimate on tests/cases and the examples of the papers with 64
-// to 262144 steps, and 6 times on 3 of 1,000 random systems (tests/core/error_figure_test.cc, other seeds).
+// to 262144 steps, and 11 times on one of 293 random systems (tests/core/error_figure_test.cc, other seeds).
 inline constexpr double kSafety = 5;
 // The same for three grids of given steps, whose figure may be somewhat low, but should not frighten.
 inline constexpr double kSafetyOfComparison = 3;

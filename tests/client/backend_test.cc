@@ -157,7 +157,7 @@ TEST_F(BackendTest, AnalysesInBothPlacesWithTheSameWords) {
   EXPECT_EQ(here->SerializeAsString(), there->SerializeAsString());
   EXPECT_EQ(here->states(), request.problem().a().dense().rows());
   EXPECT_EQ(here->constraints(), request.problem().m().dense().rows());
-  EXPECT_NE(here->recommendation().options().method(), v1::METHOD_UNSPECIFIED);
+  EXPECT_EQ(here->recommendation().options().error_tolerance(), 1e-6);
 
   request.mutable_problem()->add_x0(std::nan(""));
   request.mutable_options()->set_theta(7);

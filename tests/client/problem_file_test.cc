@@ -252,7 +252,7 @@ INSTANTIATE_TEST_SUITE_P(
                {"\"t1\" is not a known key in pieces[0]", "\"t0\""}},
         Broken{"WrongRule",
                Example({{"rule", "smallest"}}),
-               {"rule is \"smallest\"; must be one of auto, unique, least-element"}},
+               {"rule is \"smallest\"; did you mean \"sparsest\"? It must be one of auto, unique, least-element"}},
         Broken{"NameNotText", Example({{"name", 7}}), {"name is a number (7); must be text"}}),
     [](const testing::TestParamInfo<Broken>& broken) { return broken.param.name; });
 

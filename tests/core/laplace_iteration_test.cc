@@ -253,6 +253,7 @@ TEST(LaplaceIterationTest, StopsOnRequestBetweenIterates) {
   } observer;
   Options options;
   options.method = Method::kLaplaceIteration;
+  options.num_steps = 1000;
   const auto solution = Solve(testing::FourVariableEasy(), options, observer, observer.source.get_token());
   ASSERT_TRUE(solution.ok());
   EXPECT_EQ(solution->termination, Termination::kCancelled);

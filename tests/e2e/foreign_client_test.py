@@ -183,7 +183,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual((response.states, response.constraints), (2, 4))
         self.assertIn("Z-matrix", response.matrix_class)
         self.assertIn("least element", response.rule)
-        self.assertEqual(response.recommendation.options.method, pb.METHOD_EXPONENTIAL_MARCH)
+        self.assertEqual(response.recommendation.options.error_tolerance, 1e-6)
         for section in response.sections:
             for finding in section.findings:
                 self.assertNotEqual(finding.answer, pb.ANSWER_UNSPECIFIED)

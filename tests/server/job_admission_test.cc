@@ -60,7 +60,7 @@ class JobAdmissionTest : public testing::ServiceTest {
     details.ParseFromString(told.status.error_details());
     for (const auto& detail : details.details()) {
       google::rpc::ErrorInfo info;
-      if (detail.UnpackTo(&info)) {
+      if (detail.UnpackTo(&info) && info.metadata().contains("limit")) {
         told.limit = info.metadata().at("limit");
         told.value = info.metadata().at("value");
         told.asked = info.metadata().at("asked");
@@ -112,7 +112,7 @@ TEST_F(JobAdmissionTest, WhatIsTooLargeForThisServerIsNeverTaken) {
   Told told = Create(MarchingRequest(30'000));
   ExpectRefused(told, "max_job_memory_bytes", false);
   EXPECT_EQ(told.value, "2000000");
-  told = Create(MarchingRequest(17'000));
+  told = Create(MarchingRequest(14'000));
   ExpectRefused(told, "max_job_core_seconds", false);
   EXPECT_EQ(told.value, "0.02");
   EXPECT_THAT(told.status.error_message(), HasSubstr("predicted to need max_job_core_seconds = "));

@@ -147,7 +147,7 @@ TEST_F(ProblemServiceTest, ANameGivesTheBitsOfTheProblem) {
   const auto result = backend->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
   const testing::Trajectory expected = testing::SolveHere(whole);
-  testing::ExpectSameTrajectory({result->times, result->x, result->y}, expected);
+  testing::ExpectSameTrajectory({result->times, result->x, result->y, result->w}, expected);
 
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = named;
@@ -185,7 +185,7 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
   const auto backend = *client::Client::Connect(server_->address());
   const auto result = backend->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
-  testing::ExpectSameTrajectory({result->times, result->x, result->y}, testing::SolveHere(changed));
+  testing::ExpectSameTrajectory({result->times, result->x, result->y, result->w}, testing::SolveHere(changed));
 
   named.mutable_changes()->add_x0(1);
   EXPECT_THAT(std::string(backend->Solve(named, {}, {}).status().message()), HasSubstr("x0"));
