@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // dlcsd: start, signals, wait.
 
+#include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,13 +29,45 @@ using std::chrono::milliseconds;
 // A solve that was stopped has its summary ready within a fraction of a second; the rest is for slow readers.
 constexpr milliseconds kDelivery{5000};
 
-// Runs the shutdown of which --help tells.
-void ShutDown(dlcs::DlcsServer& server, const sigset_t& signals, double grace_s) {
+// The handler leaves the number of each signal here. A handler, because libraries start threads before main() that block no
+// signals: a mask would leave those threads to die of them.
+std::array<int, 2> signal_pipe;
+
+extern "C" void OnSignal(int number) {
+  const int error = errno;
+  const char byte = static_cast<char>(number);
+  [[maybe_unused]] const ssize_t written = write(signal_pipe[1], &byte, 1);
+  errno = error;
+}
+
+bool CatchSignals() {
+  if (pipe2(signal_pipe.data(), O_CLOEXEC) != 0) return false;
+  struct sigaction action {};
+  action.sa_handler = OnSignal;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaction(number, &action, nullptr);
+  return true;
+}
+
+// The next signal, or 0 where none comes within `wait_ms` milliseconds; -1 waits for ever.
+int NextSignal(int wait_ms) {
+  pollfd readable{.fd = signal_pipe[0], .events = POLLIN, .revents = 0};
+  int ready = 0;
+  do {
+    ready = poll(&readable, 1, wait_ms);
+  } while (ready < 0 && errno == EINTR);
+  char number = 0;
+  return ready > 0 && read(signal_pipe[0], &number, 1) == 1 ? number : 0;
+}
+
+// Runs the shutdown that --help describes.
+void ShutDown(dlcs::DlcsServer& server, double grace_s) {
   server.Drain();
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(grace_s);
   while (!server.WaitUntilIdle(milliseconds(50)) && std::chrono::steady_clock::now() < end) {
-    const timespec no_wait{};
-    if (sigtimedwait(&signals, nullptr, &no_wait) > 0) break;
+    const int signal = NextSignal(0);
+    if (signal == SIGTERM || signal == SIGINT) break;
   }
   server.Stop(kDelivery);
 }
@@ -51,14 +87,10 @@ int main(int argc, char** argv) {
   for (const std::string& warning : flags->warnings) spdlog::warn("{}", warning);
   dlcs::KeepFreedMemory();
 
-  // Blocked before any thread exists, so that all inherit it and only this one takes the signals.
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  sigset_t blocked = signals;
-  sigaddset(&blocked, SIGHUP);
-  pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
+  if (!CatchSignals()) {
+    std::perror("dlcsd: a pipe for signals");
+    return 3;
+  }
 
   const absl::StatusOr<dlcs::StoreLock> lock = dlcs::StoreLock::Take(flags->config.store);
   if (!lock.ok()) {
@@ -80,10 +112,12 @@ int main(int argc, char** argv) {
   std::printf("dlcsd listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
 
-  int signal = 0;
-  while (sigwait(&blocked, &signal) == 0 && signal == SIGHUP) (*server)->Reload();
+  int signal = NextSignal(-1);
+  for (; signal == SIGHUP || signal == 0; signal = NextSignal(-1)) {
+    if (signal == SIGHUP) (*server)->Reload();
+  }
   spdlog::info("signal {}: shutting down, running solves have {} s", signal, flags->grace_s);
-  ShutDown(**server, signals, flags->grace_s);
+  ShutDown(**server, flags->grace_s);
   spdlog::info("shut down");
   return 0;
 }

@@ -104,7 +104,7 @@ TEST_F(HostileRequestTest, ShapesThatNobodyCanHold) {
       },
       RESOURCE_EXHAUSTED, "max_constraints");
   ExpectSolveRefused([&](auto& request) { request.mutable_problem()->mutable_m()->mutable_dense()->set_rows(-1); },
-                     INVALID_ARGUMENT, "M");
+                     INVALID_ARGUMENT, "problem.m");
   ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(1'000'000'000); }, RESOURCE_EXHAUSTED,
                      "max_steps");
   ExpectSolveRefused([](auto& request) { request.mutable_options()->set_steps(std::int64_t{1} << 62); },
