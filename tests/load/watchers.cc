@@ -88,6 +88,7 @@ v1::SolveRequest RequestOf(double rate, double seconds) {
   v1::SolveRequest request;
   *request.mutable_problem() = ToProto(chatty.problem);
   *request.mutable_options() = ToProto(chatty.options);
+  request.mutable_options()->set_estimate_error(false);  // what is watched is one solve
   return request;
 }
 

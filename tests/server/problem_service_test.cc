@@ -170,7 +170,7 @@ TEST_F(ProblemServiceTest, ANameGivesTheBitsOfTheProblem) {
   *ensemble.mutable_options() = whole.options();
   ensemble.add_members();
   ensemble.add_members()->add_x0(2);
-  EXPECT_EQ(backend->SolveEnsemble(ensemble, {}, {})->solved(), 2);
+  EXPECT_EQ(backend->SolveEnsemble(ensemble, {}, {})->reached(), 2);
 }
 
 TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
