@@ -312,20 +312,16 @@ bool EventLocator::Project() {
   return true;
 }
 
-// What x' is off by where a guard of the step is below zero, but not below its level: y_i that should be zero, or a
-// pair that should have been active, of which y_i would have been w_i / M_ii.
-Vector EventLocator::Overlooked(double s_end) const {
-  constexpr int kLooks = 6;
-  Vector lowest = Vector::Zero(y_.size());
-  for (int k = 1; k <= kLooks; ++k) {
-    lowest = lowest.cwiseMin(step_.guard * LegendreValues(-1 + (s_end + 1) * k / kLooks));
-  }
-  lowest = (-lowest - step_.guard_noise).cwiseMax(0);
+// What x' is off by where a guard of the step is below zero, but not below its level, at the places of which the rows of
+// `at` are the LegendreValues(): y_i that should be zero, or a pair that should have been active, of which y_i would
+// have been w_i / M_ii.
+Vector EventLocator::Overlooked(const LegendreRows& at) const {
   Vector slope = Vector::Zero(x_.size());
-  if ((lowest.array() == 0).all()) return slope;
+  const Vector lowest = -((step_.guard * at.transpose()).rowwise().minCoeff().cwiseMin(0) + step_.guard_noise);
+  if ((lowest.array() <= 0).all()) return slope;
   const Matrix& M = problem_.M.Dense();
   for (Index i = 0; i < lowest.size(); ++i) {
-    if (lowest[i] == 0) continue;
+    if (lowest[i] <= 0) continue;
     const bool is_active = std::binary_search(mode_->active.begin(), mode_->active.end(), i);
     const double y = is_active || !(M(i, i) > 0) ? lowest[i] : lowest[i] / M(i, i);
     slope += y * problem_.B.Dense().col(i).cwiseAbs();
@@ -335,18 +331,19 @@ Vector EventLocator::Overlooked(double s_end) const {
 
 // Takes the part of the step up to `end`, at position `s_end`.
 void EventLocator::Accept(double end, double s_end) {
+  constexpr Index kLooks = 6;  // a step may be a whole period
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
   output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
-  errors_.AddStep(step_, sources_, Overlooked(s_end), s_end);
+  Vector places(kLooks);
+  for (Index k = 0; k < kLooks; ++k) places[k] = -1 + (s_end + 1) * static_cast<double>(k + 1) / kLooks;
+  LegendreValuesAt(places, looks_);
+  errors_.AddStep(step_, sources_, Overlooked(looks_), s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);
   t_ = end;
-  constexpr int kLooks = 4;  // a step may be a whole period
-  for (int k = 1; k <= kLooks; ++k) {
-    magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * LegendreValues(-1 + (s_end + 1) * k / kLooks)).cwiseAbs());
-  }
+  magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * looks_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
   w_ = (step_.guard * at).cwiseMax(0);
   for (const Index i : mode_->active) w_[i] = 0;

@@ -51,7 +51,7 @@ class EventLocator {
   Progressed EndMode(const ModeEnd& end);
   void RaiseReach();
   bool Project();
-  Vector Overlooked(double s_end) const;
+  Vector Overlooked(const LegendreRows& at) const;
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
   void HandOver(const EventOutput::Stretch& stretch);
@@ -93,6 +93,7 @@ class EventLocator {
   std::string why_march_;
   StepSources sources_;
   SmoothStep step_;
+  LegendreRows looks_;
 };
 
 }  // namespace dlcs

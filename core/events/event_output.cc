@@ -31,16 +31,7 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
                             const std::vector<Index>& active, double end, double s_end) {
   LegendreSeries w_series = step.guard;
   for (const Index i : active) w_series.row(i).setZero();
-  while (HasNodeBefore(end)) {
-    if (grid_.times[next_node_] == sources.begin) {
-      const LegendreVector at = LegendreValues(-1);
-      Record(x_begin, (step.y * at).cwiseMax(0), (w_series * at).cwiseMax(0));
-      continue;
-    }
-    const double s = std::clamp(2 * (grid_.times[next_node_] - sources.begin) / sources.length - 1, -1.0, s_end);
-    const LegendreVector at = LegendreValues(s);
-    Record(step.x * at, (step.y * at).cwiseMax(0), (w_series * at).cwiseMax(0));
-  }
+  RecordNodes(x_begin, sources, step, w_series, end, s_end);
   if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y, std::move(w_series)});
 
   const LegendreVector at_end = LegendreValues(s_end);
@@ -66,6 +57,33 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   constexpr double kOfMotion = 1e-8;
   w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfMotion * sources.length * slope_size_));
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
+}
+
+// By blocks, so that the values of P_0 ... P_K are made side by side.
+void EventOutput::RecordNodes(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
+                              const LegendreSeries& w, double end, double s_end) {
+  constexpr Index kBlock = 256;
+  while (HasNodeBefore(end)) {
+    places_.resize(kBlock);
+    Index count = 0;
+    for (; count < kBlock && next_node_ + count < num_nodes_ && grid_.times[next_node_ + count] < end; ++count) {
+      const double t = grid_.times[next_node_ + count];
+      places_[count] = t == sources.begin ? -1 : std::clamp(2 * (t - sources.begin) / sources.length - 1, -1.0, s_end);
+    }
+    LegendreValuesAt(places_.head(count), values_);
+    const bool starts_at_node = grid_.times[next_node_] == sources.begin;
+    for (Index i = 0; i < count; ++i) {
+      const LegendreVector at = values_.row(i);
+      const Index column = next_node_ - segment_.first_node;
+      segment_.x.col(column).noalias() = step.x * at;
+      segment_.y.col(column).noalias() = step.y * at;
+      w_.col(column).noalias() = w * at;
+      segment_.y.col(column) = segment_.y.col(column).cwiseMax(0);
+      w_.col(column) = w_.col(column).cwiseMax(0);
+      if (i == 0 && starts_at_node) segment_.x.col(column) = x_begin;
+      ++next_node_;
+    }
+  }
 }
 
 void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,

@@ -53,6 +53,9 @@ class EventOutput {
  private:
   bool HasNodeBefore(double end) const { return next_node_ < num_nodes_ && grid_.times[next_node_] < end; }
   void RaiseScale(const Vector& x);
+  // The nodes in [sources.begin, end), where w of the step is `w`.
+  void RecordNodes(const Vector& x_begin, const StepSources& sources, const SmoothStep& step, const LegendreSeries& w,
+                   double end, double s_end);
   void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w);
   // How far pairs are from what they should be: y_i below zero, and w_i below zero, or from zero where y_i is positive.
   struct Misfit {
@@ -76,6 +79,8 @@ class EventOutput {
   Vector defect_;               // of x'
   Vector w_size_, slope_size_;  // the largest so far, of the terms of w and x'
   std::vector<TrajectoryPiece> pieces_;
+  Vector places_;  // of nodes in a step, and what P_0 ... P_K are there
+  LegendreRows values_;
 };
 
 }  // namespace dlcs

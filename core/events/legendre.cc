@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,6 +13,21 @@
 
 namespace dlcs {
 namespace {
+
+// P_{k+1} = (2k+1)/(k+1) s P_k - k/(k+1) P_{k-1}.
+struct Recurrence {
+  std::array<double, kLegendreSize> of_last{}, of_before{};
+};
+constexpr Recurrence MakeRecurrence() {
+  Recurrence recurrence;
+  for (Index k = 1; k < kLegendreDegree; ++k) {
+    const auto degree = static_cast<double>(k);
+    recurrence.of_last[k] = (2 * degree + 1) / (degree + 1);
+    recurrence.of_before[k] = degree / (degree + 1);
+  }
+  return recurrence;
+}
+constexpr Recurrence kRecurrence = MakeRecurrence();
 
 double Binomial(Index n, Index k) {
   double value = 1;
@@ -70,10 +86,19 @@ LegendreVector LegendreValues(double s) {
   values[0] = 1;
   values[1] = s;
   for (Index k = 1; k < kLegendreDegree; ++k) {
-    const auto degree = static_cast<double>(k);
-    values[k + 1] = ((2 * degree + 1) * s * values[k] - degree * values[k - 1]) / (degree + 1);
+    values[k + 1] = kRecurrence.of_last[k] * s * values[k] - kRecurrence.of_before[k] * values[k - 1];
   }
   return values;
+}
+
+void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values) {
+  values.resize(s.size(), kLegendreSize);
+  values.col(0).setOnes();
+  values.col(1) = s;
+  for (Index k = 1; k < kLegendreDegree; ++k) {
+    values.col(k + 1).array() = kRecurrence.of_last[k] * s.array() * values.col(k).array() -
+                                kRecurrence.of_before[k] * values.col(k - 1).array();
+  }
 }
 
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values) {

@@ -39,6 +39,10 @@ const LegendreBasis& GetLegendreBasis();
 // P_0(s) ... P_K(s): series * LegendreValues(s) is the value at s.
 LegendreVector LegendreValues(double s);
 
+// The same at many places: row i holds the values at s[i], with the bits of LegendreValues(s[i]).
+using LegendreRows = Eigen::Matrix<double, Eigen::Dynamic, kLegendreSize>;
+void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values);
+
 // The series through `values`, one column for each node. A row of equal values has exactly one coefficient.
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values);
 
