@@ -39,8 +39,8 @@ Neighbours NeighboursOf(const KroneckerSum& sum, std::size_t k) {
   return of;
 }
 
-// left = (F_1 ⊕ F_2 ⊕ ...) right, one column: for each factor and each index that runs slower a product of its transpose with
-// a matrix whose columns are the values of that factor's index.
+// left = (F_1 ⊕ F_2 ⊕ ...) right, one column: for each factor and each index that runs slower a product of its
+// transpose with a matrix whose columns are the values of that factor's index.
 void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, double* left) {
   std::fill(left, left + size, 0.0);
   for (std::size_t k = 0; k < sum.factors.size(); ++k) {
@@ -76,9 +76,28 @@ void MultiplySparse(const SparseMatrix& sparse, const Eigen::Ref<const Matrix>& 
 Vector AbsTimesSparse(const SparseMatrix& matrix, const Eigen::Ref<const Vector>& v) {
   Vector sums = Vector::Zero(matrix.rows());
   for (Index j = 0; j < matrix.outerSize(); ++j) {
-    for (SparseMatrix::InnerIterator entry(matrix, j); entry; ++entry) sums[entry.row()] += std::abs(entry.value()) * v[j];
+    for (SparseMatrix::InnerIterator entry(matrix, j); entry; ++entry)
+      sums[entry.row()] += std::abs(entry.value()) * v[j];
   }
   return sums;
+}
+
+// Entries off the diagonals of different factors never meet; their diagonals add up.
+Vector AbsTimesKronecker(const KroneckerSum& sum, const Vector& v) {
+  KroneckerSum off_diagonal;
+  Vector diagonal = Vector::Zero(1);
+  for (const SparseMatrix& factor : sum.factors) {
+    const Vector of_factor = factor.diagonal(), before = diagonal;
+    diagonal.resize(before.size() * of_factor.size());
+    for (Index i = 0; i < before.size(); ++i) {
+      diagonal.segment(i * of_factor.size(), of_factor.size()) = before[i] + of_factor.array();
+    }
+    off_diagonal.factors.push_back(factor.cwiseAbs());
+    off_diagonal.factors.back().prune([](Index i, Index j, double) { return i != j; });
+  }
+  Vector sums(v.size());
+  MultiplyColumn(off_diagonal, v.data(), v.size(), sums.data());
+  return sums + diagonal.cwiseAbs().cwiseProduct(v);
 }
 
 SparseMatrix Compressed(SparseMatrix matrix) {
@@ -134,10 +153,7 @@ StructuredMatrix::StructuredMatrix(SparseMatrix sparse)
       expansion_(std::make_shared<Expansion>()) {}
 
 StructuredMatrix::StructuredMatrix(KroneckerSum sum)
-    : value_(std::move(sum)),
-      rows_(kronecker_sum()->size()),
-      cols_(rows_),
-      expansion_(std::make_shared<Expansion>()) {}
+    : value_(std::move(sum)), rows_(kronecker_sum()->size()), cols_(rows_), expansion_(std::make_shared<Expansion>()) {}
 
 Index StructuredMatrix::nonzeros() const {
   return std::visit(Overloaded{[](const Matrix& dense) { return dense.size(); },
@@ -175,11 +191,14 @@ SparseMatrix StructuredMatrix::Sparse() const {
 }
 
 Vector StructuredMatrix::AbsTimes(const Eigen::Ref<const Vector>& v) const {
-  return std::visit(
-      Overloaded{[&](const Matrix& dense) -> Vector { return dense.cwiseAbs() * v; },
-                 [&](const SparseMatrix& sparse) { return AbsTimesSparse(sparse, v); },
-                 [&](const KroneckerSum& sum) { return AbsTimesSparse(sum.Assemble(), v); }},
-      value_);
+  return std::visit(Overloaded{[&](const Matrix& dense) {
+                                 Vector sums = Vector::Zero(dense.rows());
+                                 for (Index j = 0; j < dense.cols(); ++j) sums += dense.col(j).cwiseAbs() * v[j];
+                                 return sums;
+                               },
+                               [&](const SparseMatrix& sparse) { return AbsTimesSparse(sparse, v); },
+                               [&](const KroneckerSum& sum) { return AbsTimesKronecker(sum, v); }},
+                    value_);
 }
 
 double StructuredMatrix::InfinityNorm() const {

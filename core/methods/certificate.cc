@@ -14,15 +14,17 @@ void AddTerm(const Matrix& coefficient, const Eigen::Ref<const Matrix>& values, 
   if (coefficient.size() > 0) sum.noalias() += coefficient * values;
 }
 
-// Raises each residual of a row to the largest |min(y / y_size, w / w_size)| over the columns.
+// Raises each residual of a row to the largest |min(y / y_size, w / w_size)| over the columns, which hold no NaN.
 void RaiseRowResiduals(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w,
                        const CertificateRows& rows, Vector& residual) {
   const auto inverse = [](double size) { return size > 0 ? 1 / size : size == 0 ? 0 : size; };
   const Vector of_y = rows.y_size.unaryExpr(inverse), of_w = rows.w_size.unaryExpr(inverse);
   for (Index j = 0; j < y.cols(); ++j) {
+    const double *const y_j = y.col(j).data(), *const w_j = w.col(j).data();
     for (Index i = 0; i < y.rows(); ++i) {
-      const double a = y(i, j) * of_y[i], b = w(i, j) * of_w[i];
-      residual[i] = NanMax(residual[i], std::abs(a < b || std::isnan(a) ? a : b));
+      const double a = y_j[i] * of_y[i], b = w_j[i] * of_w[i];
+      const double less = std::abs(a < b ? a : b);
+      residual[i] = less > residual[i] ? less : residual[i];
     }
   }
 }
@@ -95,12 +97,11 @@ void CertificateBuilder::AddDrift(const Matrix& increments, double step) {
   constexpr double kResolved = 0.5;
   CertificateRows& rows = rows_;
   const Vector slope = problem_.A.AbsTimes(rows.x_size) + problem_.B.AbsTimes(rows.y_size) + rows.f_size;
+  // 0 for the rows that steps of this length do not resolve.
+  const Vector counted = (step * slope.array() > kResolved * rows.x_size.array()).select(0, Vector::Ones(slope.size()));
   for (Index j = 0; j < increments.cols(); ++j) {
-    for (Index i = 0; i < increments.rows(); ++i) {
-      if (step * slope[i] > kResolved * rows.x_size[i]) continue;
-      rows.drift[i] += increments(i, j);
-      rows.largest_drift[i] = NanMax(rows.largest_drift[i], std::abs(rows.drift[i]));
-    }
+    rows.drift += counted.cwiseProduct(increments.col(j));
+    RaiseRowMaxAbs(rows.drift, rows.largest_drift);
   }
   Certificate& c = certificate_;
   c.drift_of_rows = 0;
@@ -113,6 +114,7 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
                              Index begin, Index end) {
   const Index steps = end - begin;
   if (steps == 0) return;
+  const double step = segment.step;
   const auto x = segment.x.middleCols(begin, steps + 1);
   const auto y = segment.y.middleCols(begin, steps + 1);
   const auto f = segment.f.middleCols(begin, steps + 1);
@@ -120,48 +122,54 @@ void CertificateBuilder::Add(const Segment& segment, const Eigen::Ref<const Matr
 
   const Index first = begin > 0 || segment.first_y_is_solution ? 0 : 1;
   const Index nodes = steps + 1 - first;
-  AddNodes(y.rightCols(nodes), w.rightCols(nodes));
-
   RaiseSizes(x, y, f, segment.g.middleCols(begin, steps + 1));
+  AddNodes(y.rightCols(nodes), w.rightCols(nodes));
   RaiseRowResiduals(y.rightCols(nodes), w.rightCols(nodes), rows_, rows_.node_residual);
 
-  Matrix of_state = f;
-  of_state.noalias() += problem_.A * x;
+  Matrix slope = problem_.A * x;
   const Matrix By = problem_.B * y;
-  AddStates(x, of_state + By);
-
-  Matrix y_mid = y.rightCols(steps), By_mid = By.rightCols(steps);
-  if (scheme.y_is_linear) {
-    y_mid = (y_mid + y.leftCols(steps)) / 2;
-    By_mid = (By_mid + By.leftCols(steps)) / 2;
-  }
+  Matrix slope_mid = f_mid;
   Matrix x_mid;
   if (scheme.x_is_linear) {
     x_mid = (x.leftCols(steps) + x.rightCols(steps)) / 2;
+    slope_mid += (slope.leftCols(steps) + slope.rightCols(steps)) / 2;
   } else {
     x_mid.noalias() = scheme.mid_state * x.leftCols(steps);
     AddTerm(scheme.mid_y_before, y.leftCols(steps), x_mid);
     AddTerm(scheme.mid_y_after, y.rightCols(steps), x_mid);
     AddTerm(scheme.mid_f_before, f.leftCols(steps), x_mid);
     AddTerm(scheme.mid_f_after, f.rightCols(steps), x_mid);
+    slope_mid.noalias() += problem_.A * x_mid;
   }
-  Matrix of_state_mid = f_mid;
-  of_state_mid.noalias() += problem_.A * x_mid;
-  const Matrix change = x.rightCols(steps) - x.leftCols(steps);
+  Matrix y_mid = y.rightCols(steps);
+  if (scheme.y_is_linear) {
+    y_mid = (y_mid + y.leftCols(steps)) / 2;
+    slope_mid += (By.leftCols(steps) + By.rightCols(steps)) / 2;
+  } else {
+    slope_mid += By.rightCols(steps);
+  }
+  slope += f + By;
+  AddStates(x, slope);
+
+  const auto change = x.rightCols(steps) - x.leftCols(steps);
   // Where x solves the differential equation with the interpolated f, what is left of it is the interpolation.
-  const double defect = scheme.x_is_linear ? MaxAbs(change / segment.step - of_state_mid - By_mid)
+  const double defect = scheme.x_is_linear ? MaxAbs(change / step - slope_mid)
                                            : MaxAbs((f.leftCols(steps) + f.rightCols(steps)) / 2 - f_mid);
-  AddDrift(change - segment.step / 6 * (of_state.leftCols(steps) + 4 * of_state_mid + of_state.rightCols(steps)) -
-               segment.step * By_mid,
-           segment.step);
+  // By Simpson's rule.
+  Matrix increments = change - step / 6 * (slope.leftCols(steps) + 4 * slope_mid + slope.rightCols(steps));
+  if (!scheme.y_is_linear) increments += step / 6 * (By.leftCols(steps) - By.rightCols(steps));  // y is that of the end
+  AddDrift(increments, step);
 
   Matrix w_mid = segment.g_mid.middleCols(begin, steps);
   w_mid.noalias() += problem_.N * x_mid;
   w_mid.noalias() += problem_.M * y_mid;
   AddMidpoints(y_mid, w_mid, defect);
   RaiseRowResiduals(y_mid, w_mid, rows_, rows_.midpoint_residual);
-  certificate_.node_residual_of_rows = LargestOf(rows_.node_residual);
-  certificate_.midpoint_residual_of_rows = LargestOf(rows_.midpoint_residual);
+  Certificate& c = certificate_;
+  // A NaN among the pairs was seen there.
+  c.node_residual_of_rows = std::isnan(c.node_residual) ? c.node_residual : LargestOf(rows_.node_residual);
+  c.midpoint_residual_of_rows =
+      std::isnan(c.midpoint_residual) ? c.midpoint_residual : LargestOf(rows_.midpoint_residual);
 }
 
 }  // namespace dlcs
