@@ -67,11 +67,13 @@ PairNorms MeasurePairs(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const
   Lanes lanes;
   for (Index j = 0; j < y.cols(); ++j) {
     const double *const of_y = y.col(j).data(), *const of_w = w.col(j).data();
-    double product = MeasureWhole(of_y, of_w, whole, lanes);
+    double product = whole > 0 ? MeasureWhole(of_y, of_w, whole, lanes) : 0;
     for (Index i = whole; i < rows; ++i) {
-      norms.residual = std::max(norms.residual, std::abs(std::min(of_y[i], of_w[i])));
-      norms.size = NanMax(norms.size, NanMax(std::abs(of_y[i]), std::abs(of_w[i])));
-      product += of_y[i] * of_w[i];
+      const double a = of_y[i], b = of_w[i];
+      const double less = std::abs(a < b ? a : b), size = NanMax(std::abs(a), std::abs(b));
+      norms.residual = less > norms.residual ? less : norms.residual;
+      norms.size = NanMax(norms.size, size);
+      product += a * b;
     }
     norms.complementarity = NanMax(norms.complementarity, std::abs(product));
   }

@@ -29,6 +29,17 @@ void RaiseRowResiduals(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const
   }
 }
 
+// Raises `sizes` to max |entry| of each row of a matrix whose NaN others see.
+void RaiseRowSizes(const Eigen::Ref<const Matrix>& matrix, Vector& sizes) {
+  for (Index j = 0; j < matrix.cols(); ++j) {
+    const double* const column = matrix.col(j).data();
+    for (Index i = 0; i < matrix.rows(); ++i) {
+      const double size = std::abs(column[i]);
+      sizes[i] = size > sizes[i] ? size : sizes[i];
+    }
+  }
+}
+
 double LargestOf(const Vector& values) { return values.size() > 0 ? values.maxCoeff<Eigen::PropagateNaN>() : 0; }
 
 }  // namespace
@@ -78,10 +89,10 @@ void CertificateBuilder::RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eig
       of_pairs->setZero(n);
   }
   const Vector y_before = rows.y_size, w_before = rows.w_size;
-  RaiseRowMaxAbs(x, rows.x_size);
-  RaiseRowMaxAbs(y, rows.y_size);
-  RaiseRowMaxAbs(f, rows.f_size);
-  RaiseRowMaxAbs(g, rows.g_size);
+  RaiseRowSizes(x, rows.x_size);
+  RaiseRowSizes(y, rows.y_size);
+  RaiseRowSizes(f, rows.f_size);
+  RaiseRowSizes(g, rows.g_size);
   rows.w_size = problem_.N.AbsTimes(rows.x_size) + problem_.M.AbsTimes(rows.y_size) + rows.g_size;
   // In larger sizes the earlier residuals are smaller by one of the two quotients at least.
   for (Index i = 0; i < rows.y_size.size(); ++i) {
