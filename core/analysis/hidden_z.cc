@@ -2,6 +2,7 @@
 #include "core/analysis/hidden_z.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <random>
@@ -15,6 +16,7 @@
 #include "core/analysis/m_matrix.h"
 #include "core/analysis/principal_minors.h"
 #include "core/linalg/linear_program.h"
+#include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
@@ -220,10 +222,11 @@ bool EveryChoiceIsImpossible(const Matrix& M) {
   return true;
 }
 
-// The yes of ExactlyHiddenZ() with Y, r and s.
+// The yes of ExactlyHiddenZ() with Y, r and s. Columns of X may have any length.
 Fact WithWeights(const Matrix& M, Fact exact) {
   if (!exact.yes()) return exact;
-  const Matrix& X = exact.witness.X;
+  Matrix& X = exact.witness.X;
+  for (Index j = 0; j < X.cols(); ++j) X.col(j) *= std::ldexp(1.0, -std::ilogb(MaxAbs(X.col(j))));
   exact.witness.Y = M * X;
   for (Index j = 0; j < M.rows(); ++j) {  // where rounding says otherwise
     for (Index i = 0; i < M.rows(); ++i) {
@@ -249,21 +252,27 @@ Fact TestHiddenZ(const Matrix& M) {
   if (n > kMaxSize) {
     return {Answer::kUnknown, absl::StrCat("no Z-matrix, and n = ", n, " is beyond the search (n <= ", kMaxSize, ")")};
   }
-  // D M D with X' = D⁻¹X has the same signs; the factors are powers of two, so that nothing is rounded.
-  const Vector scale = SymmetricEquilibration(M);
-  const Matrix scaled = scale.asDiagonal() * M * scale.asDiagonal();
+  // R M C with X' = C⁻¹X and Y' = R Y has the same signs; the factors are powers of two, so that nothing is rounded.
+  const Equilibration scale = EquilibrateRowsAndColumns(M);
+  const Matrix scaled = Scaled(M, scale);
+  const auto in_units_of_M = [&](Fact fact) {
+    fact.witness.X = scale.column.asDiagonal() * fact.witness.X;
+    fact.witness.Y = fact.witness.Y.array().colwise() / scale.row.array();
+    fact.witness.r = fact.witness.r.cwiseQuotient(scale.column);
+    fact.witness.s = fact.witness.s.cwiseProduct(scale.row);
+    return fact;
+  };
   for (Index j = 0; j < n; ++j) {
     std::optional<Fact> no = Refute(scaled, j);
     if (!no) continue;
-    // Row j of D M D is compared with v' D M D: v = D v' / d_j.
-    no->witness.r = no->witness.r.cwiseProduct(scale);
-    no->witness.s = no->witness.s.cwiseProduct(scale) / scale[j];
+    // Row j of R M C is compared with v' R M C: v = R v' / r_j.
+    no->witness.r = no->witness.r.cwiseProduct(scale.row);
+    no->witness.s = no->witness.s.cwiseProduct(scale.row) / scale.row[j];
     return *std::move(no);
   }
   if (auto found = n <= kMaxAllChoices ? SearchAllChoices(scaled) : SearchSomeWeights(scaled)) {
     auto& [X, weights] = *found;
-    return Found(M, scale.asDiagonal() * X, {weights.r.cwiseQuotient(scale), weights.s.cwiseProduct(scale)},
-                 "X and Y of (4.10) were found by linear programming");
+    return in_units_of_M(Found(scaled, X, std::move(weights), "X and Y of (4.10) were found by linear programming"));
   }
   if (n > kMaxAllChoices) {
     return {Answer::kUnknown, absl::StrCat("none of ", 3 + kRandomPairs, " searches found an X with clear signs")};
@@ -271,7 +280,9 @@ Fact TestHiddenZ(const Matrix& M) {
   if (EveryChoiceIsImpossible(scaled)) {
     return {Answer::kNo, "for every choice of r_j = 0 or s_j = 0, j = 1, ..., n, some weights exclude all X"};
   }
-  if (Fact exact = WithWeights(M, ExactlyHiddenZ(M)); exact.answer != Answer::kUnknown) return exact;
+  if (Fact exact = WithWeights(scaled, ExactlyHiddenZ(scaled)); exact.answer != Answer::kUnknown) {
+    return exact.yes() ? in_units_of_M(std::move(exact)) : exact;
+  }
   return {Answer::kUnknown, "no X has clear signs, but some may on the boundary of the class"};
 }
 
