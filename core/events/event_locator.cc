@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/linalg/balance.h"
@@ -36,6 +37,8 @@ constexpr double kLongestAfterEvent = 16;
 constexpr double kSafety = 0.05;
 // Rounding of this part of the terms of a constraint does not take a state off it.
 constexpr double kOnConstraints = 1e-12;
+// Of what is no more than this part of them nothing is known.
+constexpr double kRoundingOfConstraints = 64 * std::numeric_limits<double>::epsilon();
 constexpr Index kMostMarchedSteps = 40000;
 
 }  // namespace
@@ -55,6 +58,7 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, EventRecord&
       y_(Vector::Zero(problem_.num_constraints())),
       w_(y_) {
   magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
+  magnitudes_.x_noise = Vector::Zero(problem_.num_states());
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
 }
 
@@ -93,9 +97,9 @@ bool EventLocator::Cross(double end) {
   while (t_ < end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
     if (HasSpentTheDefault()) {
-      return context_.Fail(Termination::kIterationLimit, t_,
-                           "The work that is taken without being asked for ended at t = " + FormatNumber(t_) +
-                               ": ask for an error.");
+      return context_.Fail(
+          Termination::kIterationLimit, t_,
+          "The work that is taken without being asked for ended at t = " + FormatNumber(t_) + ": ask for an error.");
     }
     if (kink_ && t_ >= *kink_ && !PassKink()) return false;
     if (IsStuck()) return false;
@@ -113,8 +117,8 @@ bool EventLocator::HasSpentTheDefault() const {
   constexpr Index kStepsOfASmoothStep = 10;  // of a march, that take as long
   constexpr Index kStepsOfAMarchedStep = 3;  // one, and two of half its length
   if (!context_.error_by_default) return false;
-  const Index spent = kStepsOfASmoothStep * (record_.steps + record_.rejected_steps) +
-                      kStepsOfAMarchedStep * record_.marched_steps;
+  const Index spent =
+      kStepsOfASmoothStep * (record_.steps + record_.rejected_steps) + kStepsOfAMarchedStep * record_.marched_steps;
   return spent >= Options::kMostDefaultSteps;
 }
 
@@ -210,8 +214,9 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   RaiseReach();
   x_begin_ = x_;
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
+  const Mode& mode = search_.DrawnBack(*mode_, x_.cwiseAbs(), sources_.f_size, sources_.g_size);
   const auto take = [&] {
-    return TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+    return TakeSmoothStep(mode, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
   };
   step_ = take();
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
@@ -294,9 +299,14 @@ EventLocator::Progressed EventLocator::EndMode(const ModeEnd& end) {
 // By one step of the fastest rate: A x and f, in the units of each component.
 void EventLocator::RaiseReach() {
   const double rate = std::max(mode_->rate, 1 / problem_.horizon);
-  const Vector& reach = magnitudes_.x_reach;
-  magnitudes_.x_reach =
-      reach.cwiseMax(magnitudes_.x).cwiseMax(0.5 / rate * (mode_->dynamics_size * reach + sources_.f_size));
+  Vector& reach = magnitudes_.x_reach;
+  reach = magnitudes_.x;
+  for (Index k = 0; k < kLegendreDegree; ++k) {
+    const Vector next = reach.cwiseMax(0.5 / rate * (mode_->dynamics.cwiseAbs() * reach + sources_.f_size));
+    const bool grows = (next.array() > 2 * reach.array()).any();
+    reach = next;
+    if (!grows) break;
+  }
 }
 
 // Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its
@@ -304,26 +314,30 @@ void EventLocator::RaiseReach() {
 bool EventLocator::Project() {
   if (!mode_->differentiated()) return true;
   const Vector g = sources_.g * LegendreValues(-1);
-  const Vector change = mode_->correction * (mode_->rows * x_ + mode_->rows_g * g);
-  const Vector terms =
-      mode_->correction.cwiseAbs() * (mode_->rows.cwiseAbs() * x_.cwiseAbs() + mode_->rows_g.cwiseAbs() * g.cwiseAbs());
+  const Vector residual = mode_->rows * x_ + mode_->rows_g * g;
+  const Vector size = mode_->rows.cwiseAbs() * x_.cwiseAbs() + mode_->rows_g.cwiseAbs() * g.cwiseAbs();
+  if ((residual.array().abs() <= kRoundingOfConstraints * size.array()).all()) return true;
+  const Vector change = mode_->correction * residual;
+  const Vector terms = mode_->correction.cwiseAbs() * size;
   if ((change.array().abs() > tolerance_ * magnitudes_.x.array() + kOnConstraints * terms.array()).any()) return false;
   x_ -= change;
   return true;
 }
 
-// What x' is off by where a guard of the step is below zero, but not below its level, at the places of which the rows of
-// `at` are the LegendreValues(): y_i that should be zero, or a pair that should have been active, of which y_i would
-// have been w_i / M_ii.
+// What x' is off by, on average, where a guard of the step is below zero, but not below its level: y_i that should be
+// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii. The rows of `at` are the
+// LegendreValues() of the Chebyshev points of the part that is taken; the last, where an event is just below zero,
+// counts little.
 Vector EventLocator::Overlooked(const LegendreRows& at) const {
   Vector slope = Vector::Zero(x_.size());
-  const Vector lowest = -((step_.guard * at.transpose()).rowwise().minCoeff().cwiseMin(0) + step_.guard_noise);
-  if ((lowest.array() <= 0).all()) return slope;
+  const Matrix below = ((-step_.guard * at.transpose()).colwise() - step_.guard_noise).cwiseMax(0);
+  if ((below.array() == 0).all()) return slope;
+  const Vector y_missed = below * GetLegendreBasis().from_nodes.col(0);
   const Matrix& M = problem_.M.Dense();
-  for (Index i = 0; i < lowest.size(); ++i) {
-    if (lowest[i] <= 0) continue;
+  for (Index i = 0; i < y_missed.size(); ++i) {
+    if (y_missed[i] == 0) continue;
     const bool is_active = std::binary_search(mode_->active.begin(), mode_->active.end(), i);
-    const double y = is_active || !(M(i, i) > 0) ? lowest[i] : lowest[i] / M(i, i);
+    const double y = is_active || !(M(i, i) > 0) ? y_missed[i] : y_missed[i] / M(i, i);
     slope += y * problem_.B.Dense().col(i).cwiseAbs();
   }
   return slope;
@@ -331,19 +345,17 @@ Vector EventLocator::Overlooked(const LegendreRows& at) const {
 
 // Takes the part of the step up to `end`, at position `s_end`.
 void EventLocator::Accept(double end, double s_end) {
-  constexpr Index kLooks = 6;  // a step may be a whole period
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
   output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
-  Vector places(kLooks);
-  for (Index k = 0; k < kLooks; ++k) places[k] = -1 + (s_end + 1) * static_cast<double>(k + 1) / kLooks;
-  LegendreValuesAt(places, looks_);
+  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, looks_);
   errors_.AddStep(step_, sources_, Overlooked(looks_), s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);
   t_ = end;
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * looks_.transpose()).cwiseAbs().rowwise().maxCoeff());
+  magnitudes_.x_noise = step_.x_rounding;
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
   w_ = (step_.guard * at).cwiseMax(0);
   for (const Index i : mode_->active) w_[i] = 0;
@@ -404,6 +416,7 @@ bool EventLocator::MarchOn(double end) {
     w_ = step.w;
     t_ = step_end;
     magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
+    magnitudes_.x_noise = step.noise;
     ++record_.marched_steps;
     ++k;
     if (ratio < 0.2) march_length_ = 2 * length;

@@ -124,6 +124,15 @@ LinearOutput MakeGuard(const Problem& problem, const Mode& mode) {
   return guard;
 }
 
+// What is made of dynamics. False where that fails.
+bool Complete(const Problem& problem, Mode& mode) {
+  std::optional<GradedSchurForm> form = ComputeGradedSchurForm(mode.dynamics, problem.horizon);
+  if (!form) return false;
+  mode.form = *std::move(form);
+  mode.rate = InfinityNorm(Balance(mode.dynamics).matrix);
+  return true;
+}
+
 }  // namespace
 
 std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active) {
@@ -139,11 +148,18 @@ std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active
     mode->source_slope = problem.B * mode->y.slope;
   }
   mode->dynamics_size = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode->y.state.cwiseAbs();
-  std::optional<GradedSchurForm> form = ComputeGradedSchurForm(mode->dynamics, problem.horizon);
-  if (!form) return nullptr;
-  mode->form = *std::move(form);
-  mode->rate = InfinityNorm(Balance(mode->dynamics).matrix);
+  if (!Complete(problem, *mode)) return nullptr;
   return mode;
+}
+
+std::unique_ptr<Mode> DrawBack(const Problem& problem, const Mode& mode, const Vector& rates) {
+  auto drawn = std::make_unique<Mode>(mode);
+  const Matrix back = mode.correction * rates.asDiagonal();
+  drawn->dynamics -= back * mode.rows;
+  drawn->source_g -= back * mode.rows_g;
+  drawn->dynamics_size += back.cwiseAbs() * mode.rows.cwiseAbs();
+  if (!Complete(problem, *drawn)) return nullptr;
+  return drawn;
 }
 
 }  // namespace dlcs

@@ -58,6 +58,11 @@ struct Mode {
 // and a factorization of |S| × |S|.
 std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active);
 
+// `mode` with dynamics that draw a state back to the constraint c along its correction at rates[c], which changes
+// nothing for a state that satisfies it. Where fast rows cancel, the rounding of their terms takes a state off in no
+// time, and nothing else would bring it back. Null, and cost, as MakeMode().
+std::unique_ptr<Mode> DrawBack(const Problem& problem, const Mode& mode, const Vector& rates);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_EVENTS_MODE_H_

@@ -47,10 +47,19 @@ class ModeSearch {
   // the numbers of an event are as small as the rounding of the LCP, that guess is as good a solution as any.
   void GuessBehind(const Mode& mode, Index guard);
 
+  // `mode`, which a proposal held, drawn back to its constraints (core/events/mode.h) as fast as rounding takes a state
+  // of the sizes `x` off, for sources of the sizes `f` and `g`; no row gets larger terms than it has.
+  const Mode& DrawnBack(const Mode& mode, const Vector& x, const Vector& f, const Vector& g);
+
   Index lcps() const { return lcps_; }
   Index modes_made() const { return modes_made_; }
 
  private:
+  // A mode, null where there is none, and what DrawBack() made of it for powers of two as rates.
+  struct Kept {
+    std::unique_ptr<Mode> mode;
+    std::map<std::vector<int>, std::unique_ptr<Mode>> drawn_back;
+  };
   const Mode* ModeOf(const Basis& basis);
 
   const Problem& problem_;
@@ -58,7 +67,7 @@ class ModeSearch {
   Matrix abs_N_;
   double norm_A_;
   StepCache<LcpSolver> solvers_;
-  std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets
+  std::map<std::vector<Index>, Kept> modes_;  // by their active sets
   Basis basis_;
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
   Index lcps_ = 0;

@@ -22,6 +22,8 @@ constexpr double kOfCoefficient = 1.0 / 8;
 // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the
 // step: where modes accumulate, all sizes are small. What is above is no error to speak of.
 constexpr double kLevelPart = 1e-6;
+// A row of which the terms act so many times on half a step has forgotten at its end what it was at the start.
+constexpr double kForgets = 2;
 
 LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const StepSources& sources) {
   LegendreSeries series = output.state * x;
@@ -32,10 +34,9 @@ LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const
 }
 
 // The slope is a difference of values of g over the step, times up to K²: what numbers of the size `of_g` come to in
-// it.
-Vector OfSlope(const StepSources& sources, const Vector& of_g) {
-  return kLegendreDegree * kLegendreDegree * 2 / sources.length * of_g;
-}
+// it. Its integral has them without that factor.
+constexpr double kOfSlope = kLegendreDegree * kLegendreDegree;
+Vector OfSlope(const StepSources& sources, const Vector& of_g) { return kOfSlope * 2 / sources.length * of_g; }
 
 // |output| applied to the given sizes of its arguments.
 Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g, const Vector& slope) {
@@ -54,6 +55,38 @@ Vector AtSlope(const Mode& mode, const Vector& f, const Vector& g) {
   Vector slope = mode.source_f.size() > 0 ? Vector(mode.source_f.cwiseAbs() * f) : f;
   if (mode.source_g.size() > 0) slope += mode.source_g.cwiseAbs() * g;
   return slope;
+}
+
+// Half the length of the step in the times in which the terms of each row act, at most some: by these stiff rows answer
+// to rounding in their coefficients, which come to (2k + 1) times that of an integral.
+Vector Stiffness(const Mode& mode, const Vector& x_size, double length) {
+  constexpr double kMost = 2 * kLegendreDegree + 1;
+  const Vector change = length / 2 * (mode.dynamics.cwiseAbs() * x_size);
+  Vector stiffness(x_size.size());
+  for (Index i = 0; i < x_size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMost, change[i] / x_size[i]) : 0;
+  return stiffness;
+}
+
+// The part of each row that is a multiple of P_K - P_{K-1}: what a fast state that does not start where it settles
+// leaves on a step that is far longer than it takes to. No Radau point sees it, and what it is to decay from is the
+// whole error: nothing follows it.
+Vector LayerOf(const Mode& mode, const LegendreSeries& x, double length) {
+  constexpr Index K = kLegendreDegree;
+  constexpr double kFast = 20 * K;
+  constexpr double kCancels = 1.0 / 8;
+  Vector layer = Vector::Zero(x.rows());
+  for (Index i = 0; i < layer.size(); ++i) {
+    if (!(length / 2 * std::abs(mode.dynamics(i, i)) > kFast)) continue;
+    const double part = (x(i, K) - x(i, K - 1)) / 2;
+    if (std::abs(x(i, K) + x(i, K - 1)) <= kCancels * std::abs(part)) layer[i] = part;
+  }
+  return layer;
+}
+
+LegendreSeries WithoutLayer(LegendreSeries series, const Vector& layer) {
+  series.col(kLegendreDegree) -= layer;
+  series.col(kLegendreDegree - 1) += layer;
+  return series;
 }
 
 // The largest size of what `start` and a constant `source` make of x on the step, at a few times.
@@ -100,37 +133,56 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
   ModeStepper::Solution solution = step.stepper->Solve(start, b);
   step.x = std::move(solution.x);
-  // By rounding only: the equations of the mode keep its constraints.
-  if (mode.differentiated()) step.x -= mode.correction * (mode.rows * step.x + mode.rows_g * sources.g);
+  Vector start_size = SizeOf(step.x);
+  if (mode.differentiated()) {
+    // The equations of the mode keep its constraints, but for rounding; a change by no more than that would set fast
+    // states off where they have settled.
+    const Vector terms = mode.rows.cwiseAbs() * start_size + mode.rows_g.cwiseAbs() * sources.g_size;
+    const LegendreSeries residual = mode.rows * step.x + mode.rows_g * sources.g;
+    if ((RowMaxAbs(residual).array() > kRounding * terms.array()).any()) step.x -= mode.correction * residual;
+    start_size += mode.correction.cwiseAbs() * terms;
+  }
   step.y = Output(mode.y, step.x, sources);
   step.guard = Output(mode.guard, step.x, sources);
 
   const Vector x_size = SizeOf(step.x);
   const Vector slope_size = OfSlope(sources, sources.g_size);
+  const Vector slope_noise = OfSlope(sources, sources.g_noise);
   Vector b_size = RowMaxAbs(b);
-  if (mode.source_slope.size() > 0) b_size += mode.source_slope.cwiseAbs() * slope_size;
-  step.slope_noise = kUnit * (mode.dynamics_size * x_size + b_size) +
-                     kUnit / kRoundingOfValues * AtSlope(mode, sources.f_noise, sources.g_noise);
+  Vector noise_of_slope = Vector::Zero(x_size.size());
   if (mode.source_slope.size() > 0) {
-    step.slope_noise += kUnit / kRoundingOfValues * (mode.source_slope.cwiseAbs() * OfSlope(sources, sources.g_noise));
+    const Matrix source_slope = mode.source_slope.cwiseAbs();
+    noise_of_slope = source_slope * (kUnit * slope_size + kUnit / kRoundingOfValues * slope_noise);
   }
+  step.slope_noise = kUnit * (mode.dynamics_size * x_size + b_size) +
+                     kUnit / kRoundingOfValues * AtSlope(mode, sources.f_noise, sources.g_noise) +
+                     noise_of_slope / kOfSlope;
   step.slope_error = AtSlope(mode, sources.f_error, sources.g_error);
+  const Vector stiffness = Stiffness(mode, x_size, sources.length);
   // Rounding as the equations answer to it; its signs are as good as any.
   const Vector signs = SignsOfRounding(x_size.size());
-  const Vector answer =
-      LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size), signs.cwiseProduct(step.slope_noise));
-  step.x_noise = kRounding * x_size + kRounding / kUnit * answer;
-  step.x_error = EstimateTail(step.x, kOfCoefficient * step.x_noise) + solution.uncertainty;
+  const Vector answer = LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(start_size),
+                                      signs.cwiseProduct(step.slope_noise + noise_of_slope));
+  step.x_rounding = kRounding * x_size + kRounding / kUnit * answer;
+  step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
+  const Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
+  const Vector layer = LayerOf(mode, step.x, sources.length);
+  step.x_error =
+      EstimateTail(WithoutLayer(step.x, layer), x_coefficients) + 2 * layer.cwiseAbs() + solution.uncertainty;
   if ((step.slope_error.array() != 0).any()) {
     step.x_error += LargestAnswer(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.slope_error));
   }
 
   step.guard_terms = Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size);
-  step.guard_noise = kRounding * step.guard_terms + mode.guard.state.cwiseAbs() * step.x_noise;
+  step.guard_noise = kRounding * step.guard_terms;
   if (mode.guard.g.size() > 0) step.guard_noise += mode.guard.g.cwiseAbs() * sources.g_noise;
   if (mode.guard.f.size() > 0) step.guard_noise += mode.guard.f.cwiseAbs() * sources.f_noise;
-  if (mode.guard.slope.size() > 0) step.guard_noise += mode.guard.slope.cwiseAbs() * OfSlope(sources, sources.g_noise);
-  const Vector guard_tail = EstimateTail(step.guard, kOfCoefficient * step.guard_noise);
+  if (mode.guard.slope.size() > 0) step.guard_noise += mode.guard.slope.cwiseAbs() * slope_noise;
+  const Vector guard_coefficients = kOfCoefficient * step.guard_noise + mode.guard.state.cwiseAbs() * x_coefficients;
+  step.guard_noise += mode.guard.state.cwiseAbs() * step.x_noise;
+  const Vector guard_layer = mode.guard.state * layer;
+  const Vector guard_tail =
+      EstimateTail(WithoutLayer(step.guard, guard_layer), guard_coefficients) + 2 * guard_layer.cwiseAbs();
   const Vector guard_size = SizeOf(step.guard);
   step.guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;
   step.error_ratio = ErrorRatio(mode, step, x_size, guard_size, magnitudes, tolerance, share);

@@ -22,6 +22,8 @@ struct Magnitudes {
   // What x may come to be in a short time, in the units of each component. What is zero at the start and grows like a
   // high power of time never is accurate in itself: a tiny part of this counts as accurate.
   Vector x_reach;
+  // What rounding has done to x on the step before. A fast state forgets it at once, in a layer that is no error.
+  Vector x_noise;
 };
 
 // x, y and the guards of `mode` on a step, as polynomials in s.
@@ -38,6 +40,7 @@ struct SmoothStep {
   // What it was made from: estimated errors, and what rounding does.
   Vector x_error, guard_error;
   Vector x_noise, guard_noise;
+  Vector x_rounding;   // of this step alone
   Vector guard_terms;  // the sum of the sizes of what each guard is summed from
   // Of the step of full length: how errors go on.
   std::shared_ptr<const ModeStepper> stepper;

@@ -72,7 +72,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
-      evaluate(t, j == 0 ? Side::kRight : Side::kLeft, values_.col(j));
+      // A node beside an end may round to it.
+      evaluate(t, basis.nodes[j] < 0 ? Side::kRight : Side::kLeft, values_.col(j));
     }
     series = InterpolateAtNodes(values_);
     largest = RowMaxAbs(values_);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "tests/hostile/generator.h"
@@ -37,6 +38,34 @@ TEST_P(HostileSystems, AreNeverWrongWithAGoodVerdict) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tolerances, HostileSystems, ::testing::Values(1e-4, 1e-7));
+
+// Systems that were refused without need once.
+struct Hard {
+  uint64_t seed;
+  const char* name;
+};
+
+class HostileSeeds : public ::testing::TestWithParam<Hard> {};
+
+TEST_P(HostileSeeds, AreSolvedWithinTheErrorAskedFor) {
+  const System system = MakeSystem(GetParam().seed);
+  const Reference reference = Refer(system, ComparisonTimes(system));
+  ASSERT_EQ(reference.status, Reference::Status::kReached) << reference.reason;
+  for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
+    const Trial trial = Try(system, reference, {.tolerance = tolerance}, 10);
+    EXPECT_EQ(trial.judgement, Judgement::kRight)
+        << Name(trial.judgement) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of x"
+        << trial.component + 1 << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
+    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, HostileSeeds,
+                         ::testing::Values(Hard{118, "SkewMStiffDiagonalA"},
+                                           Hard{20095, "SemidefiniteMStiffTriangularA"}, Hard{20069, "NoMCircuitA"},
+                                           Hard{20113, "MixedRowsGradedA"}, Hard{43, "JumpsBesideShortSteps"},
+                                           Hard{20035, "NonsymmetricPStiffDiagonalA"}),
+                         [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 TEST(HostileReference, KnowsTheBouncingDiode) {
   // x' = -x + y, 0 <= y ⟂ x - 1/2 + 2y >= 0, x(0) = 1: free until ln 2, then x' = -3x/2 + 1/4.
