@@ -10,6 +10,7 @@
 #include "core/linalg/balance.h"
 #include "core/linalg/double_double.h"
 #include "core/linalg/norms.h"
+#include "core/linalg/qr_iteration.h"
 #include "core/linalg/schur_form.h"
 #include "core/parallel/stop_scope.h"
 
@@ -84,7 +85,7 @@ void RotateColumns(const Rotation& r, WideMatrix& A, Index i, Index last) {
   }
 }
 
-// T := Uᴴ T U upper triangular, with the large eigenvalues first, as in core/linalg/schur_form.cc but for the numbers.
+// T := Uᴴ T U upper triangular, with the large eigenvalues first.
 class WideSchur {
  public:
   explicit WideSchur(const Matrix& A) : T(A.rows()), U(A.rows()) {
@@ -95,56 +96,21 @@ class WideSchur {
   }
 
   bool Run() {
+    constexpr Index kMostIterations = 60;
     ReduceToHessenberg();
-    if (!Iterate()) return false;
+    if (!IterateQr(T.size(), kMostIterations, *this)) return false;
     Sort();
     return true;
   }
 
   WideMatrix T, U;
 
- private:
-  void Rotate(const Rotation& r, Index i, Index first, Index last) {
-    RotateRows(r, T, i, first);
-    RotateColumns(r, T, i, last);
-    RotateColumns(r, U, i, U.size() - 1);
-  }
-
-  void ReduceToHessenberg() {
-    const Index size = T.size();
-    for (Index j = 0; j + 2 < size; ++j) {
-      LookForStop();
-      for (Index i = size - 2; i > j; --i) {
-        if (T(i + 1, j).Size() == 0) continue;
-        Rotate(RotationOf(T(i, j), T(i + 1, j)), i, j, size - 1);
-        T(i + 1, j) = {};
-      }
-    }
-  }
-
+  // What IterateQr() needs.
   bool CutsOff(Index i) {
     constexpr double kPrecision = 0x1p-103;
     const double beside = T(i, i).Size() + T(i + 1, i + 1).Size();
     if (!(T(i + 1, i).Size() <= kPrecision * beside)) return false;
     T(i + 1, i) = {};
-    return true;
-  }
-
-  bool Iterate() {
-    constexpr Index kMostIterationsPerEigenvalue = 60;
-    Index left = kMostIterationsPerEigenvalue * T.size();
-    int iteration = 0;
-    for (Index end = T.size() - 1; end > 0;) {
-      if (CutsOff(end - 1)) {
-        --end;
-        iteration = 0;
-        continue;
-      }
-      if (left-- == 0) return false;
-      Index begin = end - 1;
-      while (begin > 0 && !CutsOff(begin - 1)) --begin;
-      Sweep(begin, end, Shift(end, iteration++));
-    }
     return true;
   }
 
@@ -166,12 +132,31 @@ class WideSchur {
     return {last.real + change.real(), last.imag + change.imag()};
   }
 
-  void Sweep(Index begin, Index end, const Wide& shift) {
+  void Begin(Index begin, Index end, const Wide& shift) {
     Rotate(RotationOf(T(begin, begin) - shift, T(begin + 1, begin)), begin, begin, std::min(begin + 2, end));
-    for (Index i = begin + 1; i < end; ++i) {
+  }
+
+  void Chase(Index i, Index end) {
+    Rotate(RotationOf(T(i, i - 1), T(i + 1, i - 1)), i, i - 1, std::min(i + 2, end));
+    T(i + 1, i - 1) = {};
+  }
+
+ private:
+  void Rotate(const Rotation& r, Index i, Index first, Index last) {
+    RotateRows(r, T, i, first);
+    RotateColumns(r, T, i, last);
+    RotateColumns(r, U, i, U.size() - 1);
+  }
+
+  void ReduceToHessenberg() {
+    const Index size = T.size();
+    for (Index j = 0; j + 2 < size; ++j) {
       LookForStop();
-      Rotate(RotationOf(T(i, i - 1), T(i + 1, i - 1)), i, i - 1, std::min(i + 2, end));
-      T(i + 1, i - 1) = {};
+      for (Index i = size - 2; i > j; --i) {
+        if (T(i + 1, j).Size() == 0) continue;
+        Rotate(RotationOf(T(i, j), T(i + 1, j)), i, j, size - 1);
+        T(i + 1, j) = {};
+      }
     }
   }
 

@@ -8,6 +8,7 @@
 #include <complex>
 #include <limits>
 
+#include "core/linalg/qr_iteration.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
@@ -43,31 +44,11 @@ void ReduceToHessenberg(Matrix& H, Matrix& Q) {
   }
 }
 
-// The QR algorithm on an upper Hessenberg `T`; `U` takes the rotations too.
-class QrIteration {
+// What IterateQr() needs of an upper Hessenberg `T`; `U` takes the rotations too.
+class ComplexQr {
  public:
-  QrIteration(ComplexMatrix& T, ComplexMatrix& U) : T_(T), U_(U) {}
+  ComplexQr(ComplexMatrix& T, ComplexMatrix& U) : T_(T), U_(U) {}
 
-  bool Run() {
-    constexpr Index kMostIterationsPerEigenvalue = 30;
-    Index left = kMostIterationsPerEigenvalue * T_.rows();
-    int iteration = 0;  // since an eigenvalue was found last
-    for (Index end = T_.rows() - 1; end > 0;) {
-      if (CutsOff(end - 1)) {
-        --end;
-        iteration = 0;
-        continue;
-      }
-      if (left-- == 0) return false;
-      Index begin = end - 1;
-      while (begin > 0 && !CutsOff(begin - 1)) --begin;
-      Sweep(begin, end, Shift(end, iteration++));
-    }
-    return true;
-  }
-
- private:
-  // Whether T(i+1, i) is negligible beside its neighbours on the diagonal; then it is set to zero.
   bool CutsOff(Index i) {
     const double beside = Size(T_(i, i)) + Size(T_(i + 1, i + 1));
     if (!(Size(T_(i + 1, i)) <= std::numeric_limits<double>::epsilon() * beside)) return false;
@@ -98,19 +79,20 @@ class QrIteration {
     return scale * (Size(one - t(1, 1)) < Size(other - t(1, 1)) ? one : other);
   }
 
-  // One step of QR on the block [begin, end], chasing the bulge downwards.
-  void Sweep(Index begin, Index end, const Complex& shift) {
+  void Begin(Index begin, Index end, const Complex& shift) {
     Eigen::JacobiRotation<Complex> rotation;
     rotation.makeGivens(T_(begin, begin) - shift, T_(begin + 1, begin));
     Rotate(rotation, begin, begin, end);
-    for (Index i = begin + 1; i < end; ++i) {
-      LookForStop();
-      rotation.makeGivens(T_(i, i - 1), T_(i + 1, i - 1), &T_(i, i - 1));
-      T_(i + 1, i - 1) = 0;
-      Rotate(rotation, i, i, end);
-    }
   }
 
+  void Chase(Index i, Index end) {
+    Eigen::JacobiRotation<Complex> rotation;
+    rotation.makeGivens(T_(i, i - 1), T_(i + 1, i - 1), &T_(i, i - 1));
+    T_(i + 1, i - 1) = 0;
+    Rotate(rotation, i, i, end);
+  }
+
+ private:
   // Rotates the rows i and i + 1 from column `first` on, and the columns i and i + 1 as far down as they reach.
   void Rotate(const Eigen::JacobiRotation<Complex>& rotation, Index i, Index first, Index end) {
     T_.rightCols(T_.cols() - first).applyOnTheLeft(i, i + 1, rotation.adjoint());
@@ -129,7 +111,9 @@ std::optional<SchurForm> ComputeSchurForm(const Matrix& A) {
   Matrix H = A, Q;
   ReduceToHessenberg(H, Q);
   SchurForm form{H.cast<Complex>(), Q.cast<Complex>()};
-  if (!QrIteration(form.triangle, form.vectors).Run()) return std::nullopt;
+  constexpr Index kMostIterations = 30;
+  ComplexQr qr(form.triangle, form.vectors);
+  if (!IterateQr(A.rows(), kMostIterations, qr)) return std::nullopt;
   return form;
 }
 
