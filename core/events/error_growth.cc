@@ -58,14 +58,18 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   Pass(step, sources);
   const LegendreVector at = LegendreValues(s_end);
   const Vector rounding = kUnit * step.x.cwiseAbs().rowwise().sum();
+  const Vector missed = kOfMissed * step.slope_error + overlooked;
+  Matrix slopes(rounding.size(), kErrors);
   for (Index e = 0; e < kErrors; ++e) {
     // What an ulp of the data is stays the same, but for one of them.
     const auto seed = static_cast<unsigned>(e);
     const Vector of_data = SignsOfRounding(rounding.size(), seed + 1 < kErrors ? seed : seed + steps_);
-    const Vector missed = kOfMissed * step.slope_error + overlooked;
-    const Vector slope = of_data.cwiseProduct(step.slope_noise) + Signs(e).cwiseProduct(missed);
-    errors_.col(e) = step.stepper->Respond(errors_.col(e), slope, at);
-    errors_.col(e) += SignsOfRounding(rounding.size(), kErrors * steps_ + seed).cwiseProduct(rounding);
+    slopes.col(e) = of_data.cwiseProduct(step.slope_noise) + Signs(e).cwiseProduct(missed);
+  }
+  errors_ = step.stepper->Respond(errors_, slopes, at);
+  for (Index e = 0; e < kErrors; ++e) {
+    errors_.col(e) +=
+        SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
   }
   Raise(step.x_error);
   noise_ = noise_.cwiseMax(step.x_noise);

@@ -2,6 +2,8 @@
 
 #include "core/events/mode_step.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/linalg/norms.h"
@@ -36,6 +38,14 @@ std::complex<double> Times(const std::complex<double>& a, const std::complex<dou
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
+std::complex<double> Inverse(const std::complex<double>& z) {
+  // Scaled, since the square of a large |z| overflows.
+  const double size = std::max(std::abs(z.real()), std::abs(z.imag()));
+  const double a = z.real() / size, b = z.imag() / size;
+  const double over = 1 / (size * (a * a + b * b));
+  return {a * over, -b * over};
+}
+
 }  // namespace
 
 // With v = z x + r + τ (P_K - P_{K-1}) of degree K - 1, which is x', the integral of P_k gives
@@ -44,7 +54,7 @@ std::complex<double> Times(const std::complex<double>& a, const std::complex<dou
 // Σ(-1)^k c_k = start.
 ModeStepper::Scalar ModeStepper::Eliminate(Complex z) {
   Scalar scalar;
-  scalar.over_pivot = 1.0 / (1.0 - z / Odd(K - 1));
+  scalar.over_pivot = Inverse(1.0 - z / Odd(K - 1));
   scalar.ratio[K] = Times(z / Odd(K - 1), scalar.over_pivot);
   scalar.ratio[K - 1] = z / Odd(K - 2);
   // What z multiplies in v_{k+1}, as a function of c_k; for k + 1 = K - 1 that is c_{K-1} + c_K = offset_K +
@@ -52,7 +62,7 @@ ModeStepper::Scalar ModeStepper::Eliminate(Complex z) {
   Complex next_ratio = Times(scalar.ratio[K - 1], scalar.over_pivot);
   for (Index k = K - 2; k >= 1; --k) {
     scalar.weight[k] = z / Odd(k + 1);
-    scalar.over_divisor[k] = 1.0 / (1.0 + Times(scalar.weight[k], next_ratio));
+    scalar.over_divisor[k] = Inverse(1.0 + Times(scalar.weight[k], next_ratio));
     scalar.ratio[k] = Times(z / Odd(k - 1), scalar.over_divisor[k]);
     next_ratio = scalar.ratio[k];
   }
@@ -61,7 +71,7 @@ ModeStepper::Scalar ModeStepper::Eliminate(Complex z) {
     factor = Times(factor, scalar.ratio[k]);
     sum += k % 2 ? -factor : factor;
   }
-  scalar.over_sum = 1.0 / sum;
+  scalar.over_sum = Inverse(sum);
   return scalar;
 }
 
@@ -146,13 +156,19 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   return solution;
 }
 
-Matrix ModeStepper::Respond(const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Vector>& source,
+Matrix ModeStepper::Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
                             const Eigen::Ref<const Matrix>& at) const {
-  ComplexSeries c = ComplexSeries::Zero(start.size(), kLegendreSize);
-  c.col(0) = mode_.form.inverse * start;
-  c.col(1) = mode_.form.inverse * (half_ * source);
-  SolveTriangle(c);
-  return (mode_.form.vectors * (c * at)).real();
+  const Eigen::MatrixXcd from = mode_.form.inverse * starts, driven = mode_.form.inverse * (half_ * sources);
+  Eigen::MatrixXcd values(starts.rows(), starts.cols() * at.cols());
+  ComplexSeries c(starts.rows(), kLegendreSize);
+  for (Index e = 0; e < starts.cols(); ++e) {
+    c.setZero();
+    c.col(0) = from.col(e);
+    c.col(1) = driven.col(e);
+    SolveTriangle(c);
+    values.middleCols(e * at.cols(), at.cols()).noalias() = c * at;
+  }
+  return (mode_.form.vectors * values).real();
 }
 
 }  // namespace dlcs

@@ -39,9 +39,10 @@ class ModeStepper {
   // The step from `start` with the source b = `source`.
   Solution Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source) const;
 
-  // The same for a source that is constant, not corrected, at the times of which the columns of `at` are the
-  // LegendreValues(): what becomes of errors.
-  Matrix Respond(const Eigen::Ref<const Vector>& start, const Eigen::Ref<const Vector>& source,
+  // What becomes of errors: the same for sources that are constant, not corrected. `starts` and `sources` have a column
+  // for each error. At the times of which the columns of `at` are the LegendreValues(): those of the first error, then
+  // of the second, and so on.
+  Matrix Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
                  const Eigen::Ref<const Matrix>& at) const;
 
  private:

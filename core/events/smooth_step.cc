@@ -8,6 +8,7 @@
 
 #include "core/events/error_growth.h"
 #include "core/events/first_crossing.h"
+#include "core/linalg/abs_times.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -40,10 +41,10 @@ Vector OfSlope(const StepSources& sources, const Vector& of_g) { return kOfSlope
 
 // |output| applied to the given sizes of its arguments.
 Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g, const Vector& slope) {
-  Vector size = output.state.cwiseAbs() * x;
-  if (output.g.size() > 0) size += output.g.cwiseAbs() * g;
-  if (output.f.size() > 0) size += output.f.cwiseAbs() * f;
-  if (output.slope.size() > 0) size += output.slope.cwiseAbs() * slope;
+  Vector size = AbsTimes(output.state, x);
+  if (output.g.size() > 0) size += AbsTimes(output.g, g);
+  if (output.f.size() > 0) size += AbsTimes(output.f, f);
+  if (output.slope.size() > 0) size += AbsTimes(output.slope, slope);
   return size;
 }
 
@@ -52,8 +53,8 @@ Vector SizeOf(const LegendreSeries& series) { return series.cwiseAbs().rowwise()
 
 // What errors of f and g are of x'.
 Vector AtSlope(const Mode& mode, const Vector& f, const Vector& g) {
-  Vector slope = mode.source_f.size() > 0 ? Vector(mode.source_f.cwiseAbs() * f) : f;
-  if (mode.source_g.size() > 0) slope += mode.source_g.cwiseAbs() * g;
+  Vector slope = mode.source_f.size() > 0 ? AbsTimes(mode.source_f, f) : f;
+  if (mode.source_g.size() > 0) slope += AbsTimes(mode.source_g, g);
   return slope;
 }
 
@@ -61,7 +62,7 @@ Vector AtSlope(const Mode& mode, const Vector& f, const Vector& g) {
 // to rounding in their coefficients, which come to (2k + 1) times that of an integral.
 Vector Stiffness(const Mode& mode, const Vector& x_size, double length) {
   constexpr double kMost = 2 * kLegendreDegree + 1;
-  const Vector change = length / 2 * (mode.dynamics.cwiseAbs() * x_size);
+  const Vector change = length / 2 * AbsTimes(mode.dynamics, x_size);
   Vector stiffness(x_size.size());
   for (Index i = 0; i < x_size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMost, change[i] / x_size[i]) : 0;
   return stiffness;
@@ -91,8 +92,11 @@ LegendreSeries WithoutLayer(LegendreSeries series, const Vector& layer) {
 
 // The largest size of what `start` and a constant `source` make of x on the step, at a few times.
 Vector LargestAnswer(const ModeStepper& stepper, const Vector& start, const Vector& source) {
-  Matrix at(kLegendreSize, 4);
-  at << LegendreValues(-0.9), LegendreValues(-0.4), LegendreValues(0.3), LegendreValues(1);
+  static const Matrix at = [] {
+    LegendreRows rows;
+    LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
+    return Matrix(rows.transpose());
+  }();
   return RowMaxAbs(stepper.Respond(start, source, at));
 }
 
@@ -137,10 +141,10 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (mode.differentiated()) {
     // The equations of the mode keep its constraints, but for rounding; a change by no more than that would set fast
     // states off where they have settled.
-    const Vector terms = mode.rows.cwiseAbs() * start_size + mode.rows_g.cwiseAbs() * sources.g_size;
+    const Vector terms = AbsTimes(mode.rows, start_size) + AbsTimes(mode.rows_g, sources.g_size);
     const LegendreSeries residual = mode.rows * step.x + mode.rows_g * sources.g;
     if ((RowMaxAbs(residual).array() > kRounding * terms.array()).any()) step.x -= mode.correction * residual;
-    start_size += mode.correction.cwiseAbs() * terms;
+    start_size += AbsTimes(mode.correction, terms);
   }
   step.y = Output(mode.y, step.x, sources);
   step.guard = Output(mode.guard, step.x, sources);
@@ -151,8 +155,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   Vector b_size = RowMaxAbs(b);
   Vector noise_of_slope = Vector::Zero(x_size.size());
   if (mode.source_slope.size() > 0) {
-    const Matrix source_slope = mode.source_slope.cwiseAbs();
-    noise_of_slope = source_slope * (kUnit * slope_size + kUnit / kRoundingOfValues * slope_noise);
+    noise_of_slope = AbsTimes(mode.source_slope, kUnit * slope_size + kUnit / kRoundingOfValues * slope_noise);
   }
   step.slope_noise = kUnit * (mode.dynamics_size * x_size + b_size) +
                      kUnit / kRoundingOfValues * AtSlope(mode, sources.f_noise, sources.g_noise) +
@@ -175,16 +178,16 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
 
   step.guard_terms = Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size);
   step.guard_noise = kRounding * step.guard_terms;
-  if (mode.guard.g.size() > 0) step.guard_noise += mode.guard.g.cwiseAbs() * sources.g_noise;
-  if (mode.guard.f.size() > 0) step.guard_noise += mode.guard.f.cwiseAbs() * sources.f_noise;
-  if (mode.guard.slope.size() > 0) step.guard_noise += mode.guard.slope.cwiseAbs() * slope_noise;
-  const Vector guard_coefficients = kOfCoefficient * step.guard_noise + mode.guard.state.cwiseAbs() * x_coefficients;
-  step.guard_noise += mode.guard.state.cwiseAbs() * step.x_noise;
+  if (mode.guard.g.size() > 0) step.guard_noise += AbsTimes(mode.guard.g, sources.g_noise);
+  if (mode.guard.f.size() > 0) step.guard_noise += AbsTimes(mode.guard.f, sources.f_noise);
+  if (mode.guard.slope.size() > 0) step.guard_noise += AbsTimes(mode.guard.slope, slope_noise);
+  const Vector guard_coefficients = kOfCoefficient * step.guard_noise + AbsTimes(mode.guard.state, x_coefficients);
+  step.guard_noise += AbsTimes(mode.guard.state, step.x_noise);
   const Vector guard_layer = mode.guard.state * layer;
   const Vector guard_tail =
       EstimateTail(WithoutLayer(step.guard, guard_layer), guard_coefficients) + 2 * guard_layer.cwiseAbs();
   const Vector guard_size = SizeOf(step.guard);
-  step.guard_error = guard_tail + mode.guard.g.cwiseAbs() * sources.g_error;
+  step.guard_error = guard_tail + AbsTimes(mode.guard.g, sources.g_error);
   step.error_ratio = ErrorRatio(mode, step, x_size, guard_size, magnitudes, tolerance, share);
   step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(guard_tail);
   if (gap) step.guard_level += Size(mode.guard, Vector::Zero(step.x.rows()), gap->f, gap->g, gap->slope);

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <utility>
 
+#include "core/linalg/abs_times.h"
 #include "core/linalg/diagonals.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
@@ -191,11 +192,7 @@ SparseMatrix StructuredMatrix::Sparse() const {
 }
 
 Vector StructuredMatrix::AbsTimes(const Eigen::Ref<const Vector>& v) const {
-  return std::visit(Overloaded{[&](const Matrix& dense) {
-                                 Vector sums = Vector::Zero(dense.rows());
-                                 for (Index j = 0; j < dense.cols(); ++j) sums += dense.col(j).cwiseAbs() * v[j];
-                                 return sums;
-                               },
+  return std::visit(Overloaded{[&](const Matrix& dense) { return dlcs::AbsTimes(dense, v); },
                                [&](const SparseMatrix& sparse) { return AbsTimesSparse(sparse, v); },
                                [&](const KroneckerSum& sum) { return AbsTimesKronecker(sum, v); }},
                     value_);
