@@ -24,6 +24,10 @@ constexpr double kZero = 1e-23;          // in the lexicographic test
 constexpr double kZeroAtStart = 1e-13;   // and where a state may be inconsistent by rounding
 constexpr double kRefined = 1e-27;
 constexpr int kDerivatives = 8;
+constexpr double kReportedZero = 1e-3;    // of a mode that is reported from a time that is not exact
+constexpr double kReportedTime = 1e-3;    // that a mode may end before, of its length, ...
+constexpr double kReportedMoment = 1e-9;  // ... and of T
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kOutgrown = 1e40;
 
 // From values at 0, 1/16, ..., 1 to Bernstein coefficients.
@@ -263,11 +267,35 @@ class Walk {
     return result;
   }
 
+  // Whether y and w of a reported mode are nonnegative, but for what an error of the time it begins at makes of them.
+  bool IsNonnegative(const Mode& mode) const {
+    for (int i = 0; i < mode.signs().rows(); ++i) {
+      const double value = ToDouble(Dot(mode.signs().row(i), z_));
+      if (value < -kReportedZero * ToDouble(AbsoluteDot(mode.signs().row(i), z_))) return false;
+    }
+    return true;
+  }
+
+  // To the decision that a zero stands for; false where the mode was reported to last.
+  bool ReachDecision(Mode& mode, Real begin) {
+    const auto next = std::upper_bound(replay_->decisions.begin(), replay_->decisions.end(), ToDouble(time_));
+    if (next == replay_->decisions.end()) return false;
+    const double left = ToDouble(Real(*next) - time_), lasted = ToDouble(time_ - begin);
+    if (left > std::max(kReportedTime * (lasted + left), kReportedMoment * system_.horizon)) return false;
+    Output(mode, z_, time_, Real(*next), false);
+    Follow(mode, Real(*next) - time_, {});
+    return true;
+  }
+
   // The mode to follow from z_ at time_ on.
   std::shared_ptr<Mode> Next(unsigned before) {
     if (!replay_) {
       const auto followers = Followers(before, false);
       return followers.empty() ? nullptr : followers.front();
+    }
+    if (const std::optional<unsigned> reported = replay_->reported(ToDouble(time_))) {
+      const std::shared_ptr<Mode> mode = ModeOf(*reported);
+      return mode && IsNonnegative(*mode) ? mode : nullptr;
     }
     const auto followers = Followers(before, true);
     if (followers.empty()) return nullptr;
@@ -319,6 +347,7 @@ class Walk {
     if (!mode) return Stop(Reference::Status::kNoMode, "no mode at the start of a stretch");
     active_ = mode->active();
     while (true) {
+      const Real begin = time_;
       Real end = stretch.end;
       bool decides = false;
       if (replay_) {
@@ -334,6 +363,8 @@ class Walk {
       if (!result_.reason.empty()) return false;
       if (!crossed && !decides) return true;
       const unsigned before = crossed ? active_ ^ *crossed : active_;
+      if (crossed && replay_ && replay_->reported(ToDouble(begin)) && !ReachDecision(*mode, begin))
+        return Stop(Reference::Status::kNoMode, "the reported mode ends before the one behind it begins");
       mode = Next(before);
       if (!mode) return Stop(Reference::Status::kNoMode, "no mode behind an event");
       if (crossed || mode->active() != active_) {
@@ -379,7 +410,10 @@ class Walk {
         }
         if (size == 0) continue;
         const Column predicted = OddFromEven() * even;
-        for (int k = 0; k < kDegree; ++k) worst = std::max(worst, std::abs(ToDouble(predicted[k] - odd[k])) / size);
+        for (int k = 0; k < kDegree; ++k) {
+          const double miss = std::abs(ToDouble(predicted[k] - odd[k])) / size;
+          worst = miss >= 0 ? std::max(worst, miss) : kInfinity;  // beyond the range of numbers on a long step
+        }
         if (worst > kUnresolved) break;
         const auto below = FirstBelow(BernsteinFromValues() * even, kCrossed * size, 0, 1, 60);
         if (below && (!first || *below < *first)) {

@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,9 @@ struct ReferenceLimits {
 // meant; -1 for none. Called also at the `decisions`, times where the mode may change though it need not.
 struct Replay {
   std::vector<double> decisions;
+  // The mode that is reported behind `time`, as bits, until the next of the decisions: it is followed unless its y or w
+  // become negative before. Nothing where none is reported.
+  std::function<std::optional<unsigned>(double time)> reported;
   // For each candidate, x after a while `probe` behind `time`.
   std::function<double(double time)> probe_time;
   std::function<int(double time, double probe, const std::vector<Eigen::VectorXd>& states)> choose;

@@ -96,6 +96,20 @@ std::optional<double> FigureOf(const Solution& solution) {
   return std::max(solution.accuracy.error, kFloor);
 }
 
+// The active set that the engine reports behind `time`, as bits; nothing where coupled steps were taken.
+std::optional<unsigned> ReportedActive(const Solution& solution, double time) {
+  unsigned active = 0;
+  bool is_known = true;
+  for (const SwitchingTime& event : solution.switching_times) {
+    if (event.time > time) break;
+    for (const Index i : event.entering) active |= 1u << i;
+    for (const Index i : event.leaving) active &= ~(1u << i);
+    if (event.kind == "coupled steps begin") is_known = false;
+    if (event.kind == "coupled steps end") is_known = true;
+  }
+  return is_known ? std::optional<unsigned>(active) : std::nullopt;
+}
+
 Reference ReplayOf(const System& system, const Solution& solution, const std::vector<double>& times) {
   Replay replay;
   for (const SwitchingTime& event : solution.switching_times) {
@@ -110,6 +124,10 @@ Reference ReplayOf(const System& system, const Solution& solution, const std::ve
     const double until = end == ends.end() ? system.horizon : *end;
     const auto node = std::lower_bound(solution.times.begin(), solution.times.end(), time + 0.1 * (until - time));
     return node == solution.times.end() ? solution.times.back() : *node;
+  };
+  replay.reported = [&solution, &system](double time) {
+    constexpr double kSameTime = 1e-13;
+    return ReportedActive(solution, time + kSameTime * system.horizon);
   };
   replay.choose = [&solution](double, double probe, const std::vector<Eigen::VectorXd>& states) {
     const Index column = ColumnAt(solution, probe);
