@@ -17,6 +17,7 @@ EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pi
       at_nodes_{Vector::Zero(problem.num_constraints()), Vector::Zero(problem.num_constraints())},
       between_nodes_(at_nodes_),
       defect_(Vector::Zero(problem.num_states())),
+      terms_(defect_),
       w_size_(Vector::Zero(problem.num_constraints())),
       slope_size_(Vector::Zero(problem.num_states())) {
   segment_.x.resize(problem.num_states(), num_nodes_);
@@ -38,10 +39,14 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   const Vector x = step.x * at_end;
   const Vector y = step.y * at_end;
   Measure(x, y, sources.g * at_end, active, at_nodes_, certificate_.node_complementarity);
-  RaiseScale(step.x * LegendreValues(-1));
+  RaiseScale(x_begin);
   RaiseScale(x);
+  const Vector y_begin = step.y * LegendreValues(-1);
+  terms_ = terms_.cwiseMax(problem_.A.AbsTimes(x_begin.cwiseAbs()) + problem_.B.AbsTimes(y_begin.cwiseAbs()) +
+                           sources.f_size);
 
-  // In a step this short x hardly moves, whatever is missed in it; it is taken at a jump or a kink, or x' is mostly rounding.
+  // In a step this short x hardly moves, whatever is missed in it; it is taken at a jump or a kink, or x' is mostly
+  // rounding.
   constexpr double kShortestMeasured = 1e-9;
   if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
   const LegendreVector at_check = LegendreValues(sources.check_s);
@@ -178,7 +183,7 @@ Certificate EventOutput::certificate() const {
   certificate.midpoint_residual = certificate.midpoint_residual_of_rows * certificate.lcp_scale;
   double defect = 0;
   for (Index i = 0; i < defect_.size(); ++i) {
-    if (defect_[i] != 0) defect = NanMax(defect, defect_[i] / slope_size_[i]);
+    if (defect_[i] != 0) defect = NanMax(defect, defect_[i] / std::max(terms_[i], slope_size_[i]));
   }
   certificate.ode_defect = defect * certificate.ode_scale;
   return certificate;

@@ -76,7 +76,7 @@ class EventOutput {
   Index next_node_ = 0;
   Certificate certificate_;
   Misfit at_nodes_, between_nodes_;
-  Vector defect_;               // of x'
+  Vector defect_, terms_;       // of x'; and the largest that its terms come to, on short steps too
   Vector w_size_, slope_size_;  // the largest so far, of the terms of w and x'
   std::vector<TrajectoryPiece> pieces_;
   Vector places_;  // of nodes in a step, and what P_0 ... P_K are there

@@ -64,7 +64,8 @@ INSTANTIATE_TEST_SUITE_P(Seeds, HostileSeeds,
                          ::testing::Values(Hard{118, "SkewMStiffDiagonalA"},
                                            Hard{20095, "SemidefiniteMStiffTriangularA"}, Hard{20069, "NoMCircuitA"},
                                            Hard{20113, "MixedRowsGradedA"}, Hard{43, "JumpsBesideShortSteps"},
-                                           Hard{20035, "NonsymmetricPStiffDiagonalA"}),
+                                           Hard{20035, "NonsymmetricPStiffDiagonalA"},
+                                           Hard{20114, "MorePairsThanStates"}),
                          [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 TEST(HostileReference, KnowsTheBouncingDiode) {

@@ -125,9 +125,9 @@ Reference ReplayOf(const System& system, const Solution& solution, const std::ve
     const auto node = std::lower_bound(solution.times.begin(), solution.times.end(), time + 0.1 * (until - time));
     return node == solution.times.end() ? solution.times.back() : *node;
   };
-  replay.reported = [&solution, &system](double time) {
-    constexpr double kSameTime = 1e-13;
-    return ReportedActive(solution, time + kSameTime * system.horizon);
+  replay.reported = [&solution](double time) {
+    constexpr double kSameTime = 4e-16;
+    return ReportedActive(solution, time * (1 + kSameTime));
   };
   replay.choose = [&solution](double, double probe, const std::vector<Eigen::VectorXd>& states) {
     const Index column = ColumnAt(solution, probe);
