@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "core/analysis/class_profile.h"
@@ -13,6 +14,7 @@
 #include "core/analysis/solution_section.h"
 #include "core/analysis/time_stepping_section.h"
 #include "core/parallel/stop_scope.h"
+#include "core/realisation/choice.h"
 #include "core/soundness.h"
 
 namespace dlcs {
@@ -34,9 +36,10 @@ bool IsTooLarge(const Problem& problem) {
 
 AnalysisSection NotComputed(const char* id, const char* title, const Problem& problem) {
   AnalysisSection section{id, title, {}, {}, {}};
-  const std::string size = std::to_string(problem.num_states()) + " states and " +
-                           std::to_string(problem.num_constraints()) + " pairs";
-  section.findings.push_back({"computed", "All was looked at",
+  const std::string size =
+      std::to_string(problem.num_states()) + " states and " + std::to_string(problem.num_constraints()) + " pairs";
+  section.findings.push_back({"computed",
+                              "All was looked at",
                               {Answer::kNo, "not computed: too large, " + size + "; at most " +
                                                 std::to_string(kMostWrittenDown) + " of each are looked at here"},
                               ""});
@@ -79,7 +82,8 @@ absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options,
   Analysis analysis;
   const StopScope scope(stop);
   try {
-    if (absl::Status status = Fill(problem, options, stop, analysis); !status.ok()) return status;
+    const std::optional<Problem> sparse = WithSparseMatrices(problem, options);
+    if (absl::Status status = Fill(sparse ? *sparse : problem, options, stop, analysis); !status.ok()) return status;
   } catch (const Stopped&) {
   }
   for (const AnalysisSection& section : analysis.sections) {

@@ -2,6 +2,7 @@
 #include "core/solve.h"
 
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "core/error_control.h"
@@ -9,6 +10,7 @@
 #include "core/grid_solve.h"
 #include "core/parallel/stop_scope.h"
 #include "core/plan.h"
+#include "core/realisation/choice.h"
 #include "core/report.h"
 #include "core/soundness.h"
 
@@ -60,11 +62,12 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
   return SolveSound(problem, options, observer, std::move(stop), setups, resume);
 }
 
-absl::StatusOr<Solution> SolveSound(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
-                                    SetupCache* setups, const ResumePoint* resume) {
+absl::StatusOr<Solution> SolveSound(const Problem& problem, const Options& options, Observer& observer,
+                                    std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {
-    return SolveUnlessStopped(problem, options, observer, stop, setups, resume);
+    const std::optional<Problem> sparse = WithSparseMatrices(problem, options);
+    return SolveUnlessStopped(sparse ? *sparse : problem, options, observer, stop, setups, resume);
   } catch (const Stopped&) {
     return StoppedBeforeTheStart(problem.num_states(), problem.num_constraints());
   }

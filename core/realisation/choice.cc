@@ -93,4 +93,20 @@ RealisationChoice ChooseRealisation(const Problem& problem, const Options& optio
   return DenseOrRefuse(problem, why_not);
 }
 
+std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options& options) {
+  constexpr double kMostlyZero = 0.05;
+  const auto is_mostly_zero = [](const StructuredMatrix& matrix) {
+    return matrix.is_dense() && static_cast<double>((matrix.Dense().array() != 0).count()) <=
+                                    kMostlyZero * static_cast<double>(matrix.size());
+  };
+  const bool is_left_open = options.method == Method::kAuto && options.realisation == Realisation::kAuto;
+  const bool is_large = problem.num_states() > kSmallSparse && problem.num_constraints() > kFewConstraints;
+  if (!is_left_open || !is_large || !is_mostly_zero(problem.A)) return std::nullopt;
+  Problem sparse = problem;
+  for (StructuredMatrix* matrix : {&sparse.A, &sparse.B, &sparse.N, &sparse.M}) {
+    if (is_mostly_zero(*matrix)) *matrix = matrix->Sparse();
+  }
+  return sparse;
+}
+
 }  // namespace dlcs

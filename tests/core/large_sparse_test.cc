@@ -30,8 +30,7 @@ Options With(Method method, Realisation realisation) {
 
 TEST(LargeSparseTest, MarchesAndIteratesOnContoursAsWithDenseMatrices) {
   const Problem problem = AdvectedGrid({.side = 9, .constraints = 4, .speed = 0.4});
-  const Solution dense =
-      SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialMarch, Realisation::kDense));
+  const Solution dense = SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialMarch, Realisation::kDense));
   ASSERT_GT(MaxAbs(dense.y), 0.1);
   for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration}) {
     const Solution solution = SolveToEnd(problem, With(method, Realisation::kContour));
@@ -59,8 +58,8 @@ TEST(LargeSparseTest, GoesOnFromRunToRun) {
 // 90,000 states, whose dense A would take 65 GB.
 Problem TooLarge() { return AdvectedGrid({.side = 300, .constraints = 2}); }
 
-// Left to itself the engine steps implicitly where contours would take minutes: half the step, a quarter of the error, although
-// the start is rough.
+// Left to itself the engine steps implicitly where contours would take minutes: half the step, a quarter of the error,
+// although the start is rough.
 TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
   const Problem problem = AdvectedGrid({.side = 150, .constraints = 2, .speed = 0.4});
   const auto state_with = [&](Index steps) {
@@ -77,8 +76,30 @@ TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
   EXPECT_GT(MaxAbs(coarse - middle), 3 * MaxAbs(middle - fine));
 }
 
-// The one LCP that no step of the iteration solves is that of the start: here N x0 + g = -1 and M = -1, and from the first step on
-// y = 0 is a solution.
+// Decoupled rows, written as dense matrices, as whoever fills them in a loop does: the same bits as from their entries.
+TEST(LargeSparseTest, StepsSparselyWhereDenseMatricesAreMostlyZero) {
+  constexpr Index kSize = 320;
+  Problem problem;
+  const Matrix identity = Matrix::Identity(kSize, kSize);
+  problem.A = Matrix(Vector::LinSpaced(kSize, -1, -2).asDiagonal());
+  problem.B = problem.N = problem.M = identity;
+  problem.f = TimeFunction::Zero(kSize);
+  problem.g = TimeFunction::Constant(Vector::LinSpaced(kSize, -1, 1));
+  problem.x0 = Vector::Zero(kSize);
+  problem.horizon = 1;
+  Options options;
+  options.num_steps = 20;
+  const Solution dense = SolveToEnd(problem, options);
+  EXPECT_EQ(dense.realisation.used, Realisation::kSparseStepping) << dense.reason;
+  ASSERT_GT(MaxAbs(dense.y), 0.1);
+  for (StructuredMatrix* matrix : {&problem.A, &problem.B, &problem.N, &problem.M}) *matrix = matrix->Sparse();
+  EXPECT_EQ(dense.x, SolveToEnd(problem, options).x);
+  problem.A = Matrix(problem.A.Dense() + Matrix::Ones(kSize, kSize));
+  EXPECT_EQ(SolveToEnd(problem, options).realisation.used, Realisation::kDense);
+}
+
+// The one LCP that no step of the iteration solves is that of the start: here N x0 + g = -1 and M = -1, and from the
+// first step on y = 0 is a solution.
 TEST(LargeSparseTest, IterationOnContoursChecksTheStart) {
   Problem problem = AdvectedGrid({.side = 9, .constraints = 1});
   SparseMatrix M(1, 1);
@@ -97,7 +118,8 @@ TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
   newton.step_solver = StepSolver::kNewton;
   for (const Options& options :
        {With(Method::kPaperIteration, Realisation::kAuto), With(Method::kEventLocated, Realisation::kAuto),
-        With(Method::kExponentialMarch, Realisation::kDense), With(Method::kTimeStepping, Realisation::kDense), newton}) {
+        With(Method::kExponentialMarch, Realisation::kDense), With(Method::kTimeStepping, Realisation::kDense),
+        newton}) {
     const Solution solution = SolveWith(TooLarge(), options);
     EXPECT_EQ(solution.termination, Termination::kUnsupported) << MethodName(options.method);
     EXPECT_NE(solution.message.find("m = 90000"), std::string::npos) << solution.message;
