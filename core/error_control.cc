@@ -18,8 +18,9 @@ namespace {
 
 constexpr Index kFirstTrialSteps = 64;
 constexpr Index kMostTrialSteps = Index{1} << 22;
-constexpr Index kMostPaperSteps = 2048;         // paper_iteration costs the square of their number, ...
-constexpr Index kMostDefaultPaperSteps = 1024;  // ... and a contour for the default error three times one of 25 nodes
+// paper_iteration costs the square of their number, and a contour for the default error three times one of 25 nodes.
+constexpr Index kMostPaperSteps = 2048;
+constexpr Index kMostDefaultPaperSteps = 256;
 constexpr Index kNodesKept = 4096;
 
 std::string StepsText(Index steps) { return std::to_string(steps) + (steps == 1 ? " step" : " steps"); }
