@@ -205,7 +205,8 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
                             .expected_order = system.expected_order,
                             .most_steps = most_steps,
                             .most_steps_all = by_default ? Options::kMostDefaultSteps : 0,
-                            .nodes_kept = has_grid ? 0 : kNodesKept};
+                            .nodes_kept = has_grid ? 0 : kNodesKept,
+                            .whole_horizon = options.method == Method::kPaperIteration};
   return SolveToTolerance(control, std::move(grid), system.trials);
 }
 

@@ -119,7 +119,10 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
     if (solved && coarse) convergence.Add(trials.compare(*coarse, *fine));
     result.solution = *std::move(fine);
     if (!solved) {
-      if (FailsForAnyStep(result.solution.termination) || grid.num_steps() > kMostFailingSteps) return result;
+      const Termination termination = result.solution.termination;
+      const bool diverges = control.whole_horizon && (termination == Termination::kDiverged ||
+                                                      termination == Termination::kIterationLimit);
+      if (diverges || FailsForAnyStep(termination) || grid.num_steps() > kMostFailingSteps) return result;
       coarse.reset();
       convergence = Convergence(control.expected_order);
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;

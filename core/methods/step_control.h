@@ -51,6 +51,7 @@ struct StepControl {
   Index most_steps = 0;      // of a trial
   Index most_steps_all = 0;  // of all trials together; 0 for any number
   Index nodes_kept = 0;      // grids up to so many steps become output altogether, and of finer ones the nodes of these
+  bool whole_horizon = false;  // is one iteration: where it does not converge, shorter steps do not help
 };
 
 struct TrialSolves {

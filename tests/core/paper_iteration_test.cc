@@ -272,5 +272,26 @@ TEST(PaperIterationTest, KeepsTheLastIterateWhereIterationsRunOut) {
   }
 }
 
+// Feedback of gain 4 on [0, 40]: the iteration over the whole of it diverges, whatever the steps.
+TEST(PaperIterationTest, EndsAtTheFirstTrialThatDiverges) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.B = Matrix{{4}};
+  problem.M = Matrix{{1}};
+  problem.N = Matrix{{-1}};
+  problem.f = problem.g = TimeFunction::Formulas({"sin(t)"});
+  problem.x0 = Vector{{-1}};
+  problem.horizon = 40;
+  Options options;
+  options.method = Method::kPaperIteration;
+  struct : Observer {
+    void OnWindowStarted(const WindowReport&) override { ++windows; }
+    int windows = 0;
+  } observer;
+  const Solution solution = Solve(problem, options, observer, {}).value();
+  EXPECT_EQ(solution.termination, Termination::kDiverged) << solution.message;
+  EXPECT_EQ(observer.windows, 1);
+}
+
 }  // namespace
 }  // namespace dlcs
