@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/linalg/norms.h"
+#include "core/methods/event_located.h"
 #include "core/number_text.h"
 #include "core/parallel/stop_scope.h"
 #include "core/realisation/memory_prediction.h"
@@ -152,6 +153,7 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
                         static_cast<double>(1 + task.problem.num_states() + 2 * task.problem.num_constraints());
     return FitsBeside(task, next, held);
   };
+  if (task.is_behind_events) system.most_default_steps -= kMostDefaultEventWork;
   const Index most_of_paper = task.error_by_default ? kMostDefaultPaperSteps : kMostPaperSteps;
   const Index most_steps = IsPaper(task) ? most_of_paper : kMostTrialSteps;
   std::vector<double> wanted;
@@ -204,7 +206,7 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
   const StepControl control{.tolerance = options.error_tolerance,
                             .expected_order = system.expected_order,
                             .most_steps = most_steps,
-                            .most_steps_all = by_default ? Options::kMostDefaultSteps : 0,
+                            .most_steps_all = by_default ? system.most_default_steps : 0,
                             .nodes_kept = has_grid ? 0 : kNodesKept,
                             .whole_horizon = options.method == Method::kPaperIteration};
   return SolveToTolerance(control, std::move(grid), system.trials);

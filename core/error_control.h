@@ -35,6 +35,7 @@ struct SystemSolves {
   std::vector<double> break_points;
   double expected_order = 2;
   TrialSolves trials;
+  Index most_default_steps = Options::kMostDefaultSteps;  // of all trials together, where nobody asked for the error
 };
 
 // Compares `solution` on `grid` with solves of twice and four times the step; with half of it where that fails or shows

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/fall_back.h"
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -21,11 +22,14 @@ bool AllowsCoupling(const Task& task) {
 
 bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupling(task); }
 
+// Whether steps without events may do better: not where event location came to T in its modes, and what it misses the
+// error by is rounding.
 bool MissedByEvents(const Task& task, const Solution& solution) {
   if (task.options.method != Method::kAuto || solution.method != Method::kEventLocated) return false;
-  const bool missed = solution.termination == Termination::kReachedEnd &&
-                      !(solution.accuracy.error <= task.options.error_tolerance);
-  return missed || solution.termination == Termination::kIterationLimit;
+  const bool reached = solution.termination == Termination::kReachedEnd;
+  if (!reached && solution.termination != Termination::kIterationLimit) return false;
+  if (!reached && !std::isnan(solution.failure_time)) return true;
+  return solution.cost.marched_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
 }
 
 // Where both reached T, the one that erred less.
@@ -53,9 +57,7 @@ absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const 
 
 }  // namespace
 
-bool MayFallBack(const Task& task) {
-  return task.plan.selection == Selection::kLeastElement && AllowsCoupling(task);
-}
+bool MayFallBack(const Task& task) { return task.plan.selection == Selection::kLeastElement && AllowsCoupling(task); }
 
 absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution) {
   if (MayCouple(task)) {
@@ -66,6 +68,7 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     solution = *std::move(coupled);
   }
   if (MissedByEvents(task, solution)) {
+    task.is_behind_events = true;
     Options without_events = task.options;
     without_events.error_tolerance = 0;
     auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);

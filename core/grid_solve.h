@@ -34,6 +34,7 @@ struct Task {
   const ResumePoint* resume = nullptr;  // likewise: where the first try goes on
   bool leaves_checkpoints = false;  // no other try will have to take over
   bool error_by_default = false;    // options.error_tolerance was filled in: FillInDefaultError()
+  bool is_behind_events = false;    // which have spent what there is for them of the work by default
   bool lost_least_element = false;  // by the last solve: see SolveContext
 };
 

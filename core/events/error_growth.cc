@@ -70,6 +70,8 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   for (Index e = 0; e < kErrors; ++e) {
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
+    // At its end a step is far better than inside of it, where an event cuts it.
+    if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
   }
   Raise(step.x_error);
   noise_ = noise_.cwiseMax(step.x_noise);
@@ -83,7 +85,7 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   has_event_ = true;
   for (Index e = 0; e < kErrors; ++e) {
     const double moved = mode.guard.state.row(guard).dot(errors_.col(e));
-    const double delay = -(moved + std::copysign(step.guard_error[guard], moved)) / speed;
+    const double delay = -(moved + std::copysign(step.guard_tail[guard], moved)) / speed;
     // Where a guard grazes zero its speed tells nothing.
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }

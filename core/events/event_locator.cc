@@ -43,11 +43,12 @@ constexpr Index kMostMarchedSteps = 40000;
 
 }  // namespace
 
-EventLocator::EventLocator(SolveContext& context, double tolerance, EventRecord& record)
+EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record)
     : context_(context),
       problem_(context.problem),
       sampler_(context.sources, ProbeTimes(context.problem)),
       tolerance_(kSafety * tolerance),
+      most_work_(most_work),
       record_(record),
       search_(problem_, context.selection, sampler_),
       march_(problem_, context.selection, sampler_),
@@ -96,7 +97,8 @@ bool EventLocator::Cross(double end) {
   kink_.reset();
   while (t_ < end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
-    if (HasSpentTheDefault()) {
+    record_.modes_made = search_.modes_made();
+    if (record_.Work(problem_.num_states()) >= most_work_) {
       return context_.Fail(
           Termination::kIterationLimit, t_,
           "The work that is taken without being asked for ended at t = " + FormatNumber(t_) + ": ask for an error.");
@@ -110,16 +112,6 @@ bool EventLocator::Cross(double end) {
     if (progressed == Progressed::kNoMode && !MarchOn(end)) return false;
   }
   return true;
-}
-
-// By counts, so that it does not depend on the machine.
-bool EventLocator::HasSpentTheDefault() const {
-  constexpr Index kStepsOfASmoothStep = 10;  // of a march, that take as long
-  constexpr Index kStepsOfAMarchedStep = 3;  // one, and two of half its length
-  if (!context_.error_by_default) return false;
-  const Index spent =
-      kStepsOfASmoothStep * (record_.steps + record_.rejected_steps) + kStepsOfAMarchedStep * record_.marched_steps;
-  return spent >= Options::kMostDefaultSteps;
 }
 
 // Goes on behind a kink of the sources as behind a break point, where g jumps with another state perhaps.
@@ -224,7 +216,10 @@ EventLocator::Progressed EventLocator::Advance(double end) {
     step_ = take();
   }
   const double factor = 0.9 * std::pow(step_.error_ratio, -1.0 / (kLegendreDegree - 1));
-  if (!(step_.error_ratio <= 1)) return Shorten(length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1));
+  if (!(step_.error_ratio <= 1)) {
+    const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1);
+    return Shorten(std::min(shorter, std::max(step_.layer_length, Shortest(kShortestPart, 1))));
+  }
 
   const auto mode_end = FindModeEnd(step_);
   if (!mode_end) {
@@ -232,7 +227,7 @@ EventLocator::Progressed EventLocator::Advance(double end) {
     constexpr int kManyOfOneLength = 8;
     of_one_length_ = factor > 1 ? 0 : of_one_length_ + 1;
     const double longer =
-        of_one_length_ % kManyOfOneLength == kManyOfOneLength - 1 ? 4.0 : std::clamp(factor, 0.5, 5.0);
+        of_one_length_ % kManyOfOneLength == kManyOfOneLength - 1 ? 4.0 : std::clamp(factor, 0.5, 16.0);
     length_ = std::max(length_, length * longer);
     Accept(step_end, 1);
     return Progressed::kYes;
@@ -316,11 +311,13 @@ bool EventLocator::Project() {
   const Vector g = sources_.g * LegendreValues(-1);
   const Vector residual = mode_->rows * x_ + mode_->rows_g * g;
   const Vector size = mode_->rows.cwiseAbs() * x_.cwiseAbs() + mode_->rows_g.cwiseAbs() * g.cwiseAbs();
-  if ((residual.array().abs() <= kRoundingOfConstraints * size.array()).all()) return true;
+  const Vector rounding = kRoundingOfConstraints * size + mode_->rows_g.cwiseAbs() * sources_.g_noise;
+  if ((residual.array().abs() <= rounding.array()).all()) return true;
   const Vector change = mode_->correction * residual;
   const Vector terms = mode_->correction.cwiseAbs() * size;
   if ((change.array().abs() > tolerance_ * magnitudes_.x.array() + kOnConstraints * terms.array()).any()) return false;
   x_ -= change;
+  magnitudes_.x_noise += change.cwiseAbs().cwiseMin(mode_->correction.cwiseAbs() * rounding);
   return true;
 }
 
@@ -330,7 +327,8 @@ bool EventLocator::Project() {
 // counts little.
 Vector EventLocator::Overlooked(const LegendreRows& at) const {
   Vector slope = Vector::Zero(x_.size());
-  const Matrix below = ((-step_.guard * at.transpose()).colwise() - step_.guard_noise).cwiseMax(0);
+  constexpr double kOfNoise = 1.0 / 16;  // which is a bound
+  const Matrix below = ((-step_.guard * at.transpose()).colwise() - kOfNoise * step_.guard_noise).cwiseMax(0);
   if ((below.array() == 0).all()) return slope;
   const Vector y_missed = below * GetLegendreBasis().from_nodes.col(0);
   const Matrix& M = problem_.M.Dense();

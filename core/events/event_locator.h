@@ -21,8 +21,8 @@ namespace dlcs {
 
 class EventLocator {
  public:
-  // Keeps references; `tolerance` and the rest as EventLocated().
-  EventLocator(SolveContext& context, double tolerance, EventRecord& record);
+  // Keeps references; `tolerance` and the rest as EventLocated(). Gives up behind `most_work`, as EventRecord::Work().
+  EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
 
   // Goes to T and hands the trajectory to the recorder of the context. Returns whether it came there;
   // otherwise the solution says why not.
@@ -42,7 +42,6 @@ class EventLocator {
   bool MarchOn(double end);
   void BeginWith(const Mode& mode);
 
-  bool HasSpentTheDefault() const;
   Progressed GiveUpMode(const char* why);
   Progressed FailNonFinite(double step_end);
   Progressed Shorten(double length);
@@ -63,6 +62,7 @@ class EventLocator {
   const Problem& problem_;
   SourceSampler sampler_;
   const double tolerance_;
+  const Index most_work_;
   EventRecord& record_;
   ModeSearch search_;
   CoupledMarch march_;

@@ -38,7 +38,6 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   const LegendreVector at_end = LegendreValues(s_end);
   const Vector x = step.x * at_end;
   const Vector y = step.y * at_end;
-  Measure(x, y, sources.g * at_end, active, at_nodes_, certificate_.node_complementarity);
   RaiseScale(x_begin);
   RaiseScale(x);
   const Vector y_begin = step.y * LegendreValues(-1);
@@ -49,6 +48,7 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   // rounding.
   constexpr double kShortestMeasured = 1e-9;
   if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
+  Measure(x, y, sources.g * at_end, active, at_nodes_, certificate_.node_complementarity);
   const LegendreVector at_check = LegendreValues(sources.check_s);
   const Vector x_check = step.x * at_check;
   const Vector y_check = step.y * at_check;

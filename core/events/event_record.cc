@@ -19,17 +19,24 @@ std::vector<Index> Without(const std::vector<Index>& set, const std::vector<Inde
 
 }  // namespace
 
+// Medians of 120 random systems of up to 40 states; single ones are off by up to three times.
+Index EventRecord::Work(Index num_states) const {
+  constexpr Index kOfASmoothStep = 40;
+  constexpr Index kOfAModePerState = 50;
+  constexpr Index kOfAMarchedStep = 3;  // one, and two of half its length
+  return kOfASmoothStep * (steps + rejected_steps) + kOfAModePerState * num_states * modes_made +
+         kOfAMarchedStep * marched_steps;
+}
+
 void EventRecord::Add(ModeInterval next) {
-  if (!intervals.empty() && intervals.back().marched == next.marched &&
-      intervals.back().active == next.active) {
+  if (!intervals.empty() && intervals.back().marched == next.marched && intervals.back().active == next.active) {
     intervals.back().end = next.end;
   } else {
     intervals.push_back(std::move(next));
   }
 }
 
-std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record,
-                                            const std::vector<double>& break_points,
+std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std::vector<double>& break_points,
                                             const std::vector<StateJump>& jumps) {
   const auto jumps_at = [&](double time) {
     return std::any_of(jumps.begin(), jumps.end(), [&](const StateJump& jump) { return jump.time == time; });
@@ -70,10 +77,10 @@ std::string DescribeMarches(const EventRecord& record) {
     ++stretches;
   }
   if (!first) return "";
-  return "No active set lasted from t = " + FormatNumber(first->begin) + " to " + FormatNumber(first->end) +
-         " (" + first->why + ")" +
-         (stretches > 1 ? ", and on " + std::to_string(stretches - 1) + " later stretches" : std::string()) +
-         ": " + std::to_string(record.marched_steps) + " coupled steps of first order carried on there.";
+  return "No active set lasted from t = " + FormatNumber(first->begin) + " to " + FormatNumber(first->end) + " (" +
+         first->why + ")" +
+         (stretches > 1 ? ", and on " + std::to_string(stretches - 1) + " later stretches" : std::string()) + ": " +
+         std::to_string(record.marched_steps) + " coupled steps of first order carried on there.";
 }
 
 }  // namespace dlcs

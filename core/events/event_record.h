@@ -26,11 +26,16 @@ struct EventRecord {
   Index steps = 0;                      // inside modes, accepted
   Index rejected_steps = 0;             // too long for the tolerance
   Index marched_steps = 0;
+  Index modes_made = 0;
   double longest_step = 0;
   // The largest estimated error of a component of x, relative to the size of the component: with the growth of
   // errors, and rounding.
   double accumulated_error = 0;
   Vector errors_x;  // of each component
+
+  // What it took, in steps of an exponential march of the same system with `num_states`, as measured: by counts, so that
+  // it does not depend on the machine.
+  Index Work(Index num_states) const;
 
   // `next` begins where the last interval ends, and lengthens it where nothing changes.
   void Add(ModeInterval next);

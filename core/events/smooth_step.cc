@@ -106,18 +106,42 @@ double LargestRatio(const Vector& error, const Vector& allowed) {
   return largest;
 }
 
-// What SmoothStep::error_ratio is for the given sizes of x and the guards.
-double ErrorRatio(const Mode& mode, const SmoothStep& step, const Vector& x_size, const Vector& guard_size,
-                  const Magnitudes& magnitudes, double tolerance, double share) {
+// What is allowed of x and the guards.
+struct Allowed {
+  Vector x;
+  Vector guard;
+};
+
+// For the given sizes of them.
+Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const Vector& x_size, const Vector& guard_size,
+                      const Magnitudes& magnitudes, double tolerance, double share) {
   constexpr double kLeastPartOfReach = 1e-7;
   constexpr double kLeastPartOfTerms = 1e-6;
   const Vector x_magnitude = magnitudes.x.cwiseMax(x_size).cwiseMax(kLeastPartOfReach * magnitudes.x_reach);
-  const Vector x_allowed = tolerance * share * x_magnitude + step.x_noise;
   Vector guard_magnitude = magnitudes.w;
   for (const Index i : mode.active) guard_magnitude[i] = magnitudes.y[i];
   guard_magnitude = guard_magnitude.cwiseMax(guard_size).cwiseMax(kLeastPartOfTerms * step.guard_terms);
-  const Vector guard_allowed = tolerance * guard_magnitude + step.guard_noise;
-  return NanMax(LargestRatio(step.x_error, x_allowed), LargestRatio(step.guard_error, guard_allowed));
+  return {tolerance * share * x_magnitude + step.x_noise, tolerance * guard_magnitude + step.guard_noise};
+}
+
+double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
+  return NanMax(LargestRatio(step.x_error, allowed.x), LargestRatio(step.guard_error, allowed.guard));
+}
+
+// SmoothStep::layer_length for the given layers of x. A layer of little more than is allowed may be one of rounding, of
+// which shorter steps have more.
+double LayerLength(const Mode& mode, const Vector& layer, const Allowed& allowed) {
+  constexpr double kResolved = 8;  // times in which a fast state settles, on one step
+  constexpr double kClearlyMore = 32;
+  double fastest = 0;
+  for (Index i = 0; i < layer.size(); ++i) {
+    if (layer[i] == 0) continue;
+    const double missed = 2 * std::abs(layer[i]) / kClearlyMore;
+    const bool counts =
+        missed > allowed.x[i] || (missed * mode.guard.state.col(i).cwiseAbs().array() > allowed.guard.array()).any();
+    if (counts) fastest = std::max(fastest, std::abs(mode.dynamics(i, i)));
+  }
+  return kResolved / fastest;
 }
 
 }  // namespace
@@ -137,15 +161,22 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
   ModeStepper::Solution solution = step.stepper->Solve(start, b);
   step.x = std::move(solution.x);
-  Vector start_size = SizeOf(step.x);
+  Vector corrected = Vector::Zero(step.x.rows());
   if (mode.differentiated()) {
     // The equations of the mode keep its constraints, but for rounding; a change by no more than that would set fast
     // states off where they have settled.
-    const Vector terms = AbsTimes(mode.rows, start_size) + AbsTimes(mode.rows_g, sources.g_size);
+    const Vector rounding = kRounding * (AbsTimes(mode.rows, SizeOf(step.x)) + AbsTimes(mode.rows_g, sources.g_size)) +
+                            AbsTimes(mode.rows_g, sources.g_noise);
     const LegendreSeries residual = mode.rows * step.x + mode.rows_g * sources.g;
-    if ((RowMaxAbs(residual).array() > kRounding * terms.array()).any()) step.x -= mode.correction * residual;
-    start_size += AbsTimes(mode.correction, terms);
+    if ((RowMaxAbs(residual).array() > rounding.array()).any()) {
+      const LegendreSeries change = mode.correction * residual;
+      step.x -= change;
+      corrected = RowMaxAbs(change);
+    }
   }
+  // A layer is over before anything else moves, and its polynomial is not.
+  const Vector layer = LayerOf(mode, step.x, sources.length);
+  step.x = WithoutLayer(step.x, layer);
   step.y = Output(mode.y, step.x, sources);
   step.guard = Output(mode.guard, step.x, sources);
 
@@ -164,14 +195,13 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector stiffness = Stiffness(mode, x_size, sources.length);
   // Rounding as the equations answer to it; its signs are as good as any.
   const Vector signs = SignsOfRounding(x_size.size());
-  const Vector answer = LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(start_size),
+  const Vector answer = LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size),
                                       signs.cwiseProduct(step.slope_noise + noise_of_slope));
-  step.x_rounding = kRounding * x_size + kRounding / kUnit * answer;
+  step.x_rounding = kRounding * x_size + kRounding / kUnit * answer + corrected;
   step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
   const Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
-  const Vector layer = LayerOf(mode, step.x, sources.length);
-  step.x_error =
-      EstimateTail(WithoutLayer(step.x, layer), x_coefficients) + 2 * layer.cwiseAbs() + solution.uncertainty;
+  step.x_tail = EstimateTail(step.x, x_coefficients);
+  step.x_error = step.x_tail + 2 * layer.cwiseAbs() + solution.uncertainty;
   if ((step.slope_error.array() != 0).any()) {
     step.x_error += LargestAnswer(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.slope_error));
   }
@@ -183,13 +213,14 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (mode.guard.slope.size() > 0) step.guard_noise += AbsTimes(mode.guard.slope, slope_noise);
   const Vector guard_coefficients = kOfCoefficient * step.guard_noise + AbsTimes(mode.guard.state, x_coefficients);
   step.guard_noise += AbsTimes(mode.guard.state, step.x_noise);
-  const Vector guard_layer = mode.guard.state * layer;
-  const Vector guard_tail =
-      EstimateTail(WithoutLayer(step.guard, guard_layer), guard_coefficients) + 2 * guard_layer.cwiseAbs();
+  step.guard_tail = EstimateTail(step.guard, guard_coefficients);
   const Vector guard_size = SizeOf(step.guard);
-  step.guard_error = guard_tail + AbsTimes(mode.guard.g, sources.g_error);
-  step.error_ratio = ErrorRatio(mode, step, x_size, guard_size, magnitudes, tolerance, share);
-  step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(guard_tail);
+  step.guard_error =
+      step.guard_tail + 2 * (mode.guard.state * layer).cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
+  const Allowed allowed = AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share);
+  step.error_ratio = ErrorRatio(step, allowed);
+  if (step.error_ratio > 1) step.layer_length = LayerLength(mode, layer, allowed);
+  step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
   if (gap) step.guard_level += Size(mode.guard, Vector::Zero(step.x.rows()), gap->f, gap->g, gap->slope);
   return step;
 }
@@ -203,7 +234,7 @@ double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, cons
     x_size = x_size.cwiseMax((step.x * at).cwiseAbs());
     guard_size = guard_size.cwiseMax((step.guard * at).cwiseAbs());
   }
-  return ErrorRatio(mode, step, x_size, guard_size, magnitudes, tolerance, share);
+  return ErrorRatio(step, AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share));
 }
 
 namespace {

@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_EVENTS_SMOOTH_STEP_H_
 #define DLCS_CORE_EVENTS_SMOOTH_STEP_H_
 
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -37,9 +38,12 @@ struct SmoothStep {
   // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the
   // step is accurate where it is at most 1. Errors fall with the power K of the length.
   double error_ratio = 0;
+  // Where layers of fast states make it more: how long a step may be that resolves them; else infinite.
+  double layer_length = std::numeric_limits<double>::infinity();
   // What it was made from: estimated errors, and what rounding does.
   Vector x_error, guard_error;
   Vector x_noise, guard_noise;
+  Vector x_tail, guard_tail;  // of the errors, what is there all over the step but at its end
   Vector x_rounding;   // of this step alone
   Vector guard_terms;  // the sum of the sizes of what each guard is summed from
   // Of the step of full length: how errors go on.

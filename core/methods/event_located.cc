@@ -51,24 +51,27 @@ bool EventLocated(SolveContext& context) {
   Solution& solution = context.solution;
   double of_steps = tolerance;
   double error_before = std::numeric_limits<double>::infinity();
+  // What is not asked for is bounded in its work, and leaves something for steps without events.
+  const Index num_states = context.problem.num_states();
+  const Index most_work = context.error_by_default ? kMostDefaultEventWork : std::numeric_limits<Index>::max();
+  Index work = 0;
   EventRecord record;
   bool reached = false, is_rounding = false;
   for (int solves = 1; true; ++solves) {
     record = {};
-    EventLocator locator(context, of_steps, record);
+    EventLocator locator(context, of_steps, most_work - work, record);
     try {
       reached = locator.Run();
     } catch (const Stopped&) {
       context.FailCancelled(locator.reached());
     }
     locator.Finish();
+    work += record.Work(num_states);
     const double error = record.accumulated_error;
     is_rounding = solves > 1 && error >= kNoBetter * error_before;
     if (!reached || error <= tolerance || !std::isfinite(error)) break;
     if (solves == kMostSolves || is_rounding || record.marched_steps > kMostMarchedAgain) break;
-    // What is not asked for is bounded in its work.
-    const Index smooth_steps = record.steps + record.rejected_steps;
-    if (context.error_by_default && 30 * smooth_steps > Options::kMostDefaultSteps) break;
+    if (most_work - work < 2 * record.Work(num_states)) break;
     error_before = error;
     of_steps = NextTolerance(of_steps, tolerance, error);
     context.recorder.GoOnFrom(0);

@@ -12,6 +12,10 @@ namespace dlcs {
 inline constexpr double kDefaultEventTolerance = 1e-9;
 inline constexpr double kLargestEventTolerance = 0.1;
 
+// Of Options::kMostDefaultSteps, the part that is for event location; the rest is for steps without events where it does
+// not come to T.
+inline constexpr Index kMostDefaultEventWork = 15'900;
+
 // Follows the system from mode to mode. In a mode (core/events/mode.h) the system is a linear differential
 // equation, solved by collocation of degree 12 with the step that the tolerance allows
 // (core/events/mode_step.h, smooth_step.h); the mode ends where the first guard crosses zero, located to

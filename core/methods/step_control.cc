@@ -132,9 +132,10 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
       if (!convergence.empty()) result.order = convergence.order();
       result.reached = convergence.shows_order() && error <= control.tolerance &&
                        !AgreesByChance(convergence.last_difference(), result.solution, control.tolerance);
-      const double least_steps = static_cast<double>(grid.num_steps()) * std::sqrt(error / control.tolerance);
+      const double least_steps =
+          static_cast<double>(grid.num_steps()) * std::pow(error / control.tolerance, 1 / control.expected_order);
       const bool hopeless =
-          grid.num_steps() >= kHopelessSteps && least_steps > 100.0 * static_cast<double>(control.most_steps);
+          grid.num_steps() >= kHopelessSteps && least_steps > 8.0 * static_cast<double>(control.most_steps);
       if (result.reached || hopeless) return result;
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
       coarse = std::move(result.solution);
