@@ -58,9 +58,13 @@ void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, c
   slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
                                      sources.f_at_check.cwiseAbs());
   RaiseRowMaxAbs(x_slope - slope, defect_);
-  // A state that stays zero is not zero to the last bit: it is a sum of what it moves by.
-  constexpr double kOfMotion = 1e-8;
-  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfMotion * sources.length * slope_size_));
+  // What stays zero is not zero to the last bit: a state is a sum of what it moves by, y of the terms that cancel in
+  // it.
+  constexpr double kOfTerms = 1e-8;
+  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfTerms * sources.length * slope_size_));
+  Vector of_y = Vector::Zero(y.size());
+  for (const Index i : active) of_y[i] = kOfTerms * step.guard_terms[i];
+  w_size_ = w_size_.cwiseMax(problem_.M.AbsTimes(of_y));
   certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
 }
 

@@ -56,13 +56,17 @@ struct RowSpaces {
 
 RowSpaces SplitRows(const Matrix& M_SS) {
   const auto [of_rows, of_columns] = Equilibrate(M_SS);
-  const Eigen::JacobiSVD<Matrix> svd(of_rows.asDiagonal() * M_SS * of_columns.asDiagonal(), Eigen::ComputeFullU);
+  const Matrix scaled = of_rows.asDiagonal() * M_SS * of_columns.asDiagonal();
+  const Eigen::JacobiSVD<Matrix> svd(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vector& values = svd.singularValues();
   Index rank = 0;
   while (rank < values.size() && values[rank] > kSingular * values[0]) ++rank;
-  const Index size = M_SS.rows();
-  return {svd.matrixU().leftCols(rank).transpose() * of_rows.asDiagonal(),
-          svd.matrixU().rightCols(size - rank).transpose() * of_rows.asDiagonal()};
+  const Matrix range = svd.matrixU().leftCols(rank).transpose();
+  Matrix null = svd.matrixU().rightCols(M_SS.rows() - rank).transpose();
+  // Small entries have the rounding of large ones, and stand before large terms: one step of refinement.
+  const Matrix left = (null.cast<long double>() * scaled.cast<long double>()).cast<double>();
+  null -= left * svd.matrixV().leftCols(rank) * values.head(rank).cwiseInverse().asDiagonal() * range;
+  return {range * of_rows.asDiagonal(), null * of_rows.asDiagonal()};
 }
 
 // Columns S of an identity: selects, and puts back.

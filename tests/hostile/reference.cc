@@ -269,9 +269,10 @@ class Walk {
 
   // Whether y and w of a reported mode are nonnegative, but for what an error of the time it begins at makes of them.
   bool IsNonnegative(const Mode& mode) const {
+    const Column sizes = Sizes();
     for (int i = 0; i < mode.signs().rows(); ++i) {
       const double value = ToDouble(Dot(mode.signs().row(i), z_));
-      if (value < -kReportedZero * ToDouble(AbsoluteDot(mode.signs().row(i), z_))) return false;
+      if (value < -kReportedZero * ToDouble(AbsoluteDot(mode.signs().row(i), sizes))) return false;
     }
     return true;
   }
