@@ -206,11 +206,18 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   RaiseReach();
   x_begin_ = x_;
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
-  const Mode& mode = search_.DrawnBack(*mode_, x_.cwiseAbs(), sources_.f_size, sources_.g_size);
+  const auto drawn_back = [&](const Vector& x_size) {
+    return &search_.DrawnBack(*mode_, x_size, sources_.f_size, sources_.g_size);
+  };
+  const Mode* mode = drawn_back(x_.cwiseAbs());
   const auto take = [&] {
-    return TakeSmoothStep(mode, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+    return TakeSmoothStep(*mode, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
   };
   step_ = take();
+  if (const Mode* of_step = drawn_back(step_.x.cwiseAbs().rowwise().sum()); of_step != mode) {
+    mode = of_step;
+    step_ = take();
+  }
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
     if (!sources_.finite) return FailNonFinite(step_end);
     step_ = take();
