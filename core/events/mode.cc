@@ -2,6 +2,7 @@
 
 #include "core/events/mode.h"
 
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
 #include <optional>
@@ -76,36 +77,84 @@ Matrix Selector(Index n, const std::vector<Index>& S) {
   return selector;
 }
 
-bool DetermineMultipliers(const Problem& problem, Mode& mode) {
+// Coordinates z of y_S = T z in which the columns of B_S are of one size and not nearly dependent, as they are where
+// they act on a fast state most: T = P R⁻¹ by the QR factorization B_S P = Q R with column pivots. A row of B_S T is
+// formed from that row of B_S alone, so that it has the rounding of its own entries. T is the identity where columns of
+// B_S are dependent.
+class Coordinates {
+ public:
+  explicit Coordinates(const Matrix& B_S) : columns_(B_S) {
+    if (B_S.rows() < B_S.cols() || B_S.cols() == 0) return;
+    const Vector scale = Equilibrate(B_S).columns;
+    const Eigen::ColPivHouseholderQR<Matrix> qr(B_S * scale.asDiagonal());
+    const Matrix R = qr.matrixR().topRows(B_S.cols()).triangularView<Eigen::Upper>();
+    if (!(std::abs(R(R.rows() - 1, R.cols() - 1)) > kSingular * std::abs(R(0, 0)))) return;
+    order_ = scale.asDiagonal() * Matrix(qr.colsPermutation());
+    R_ = R;
+    columns_ = Of(B_S);
+  }
+
+  // B_S T.
+  const Matrix& columns() const { return columns_; }
+  // X T and T Z.
+  Matrix Of(const Matrix& X) const {
+    return R_.size() > 0 ? Matrix(R_.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(X * order_)) : X;
+  }
+  Matrix Back(const Matrix& Z) const {
+    return R_.size() > 0 ? Matrix(order_ * R_.triangularView<Eigen::Upper>().solve(Z)) : Z;
+  }
+
+ private:
+  Matrix order_, R_;
+  Matrix columns_;
+};
+
+// B y of a mode, and |B||y.state| where no smaller numbers serve.
+struct Forces {
+  LinearOutput y;
+  Matrix size;
+};
+
+// What y_S is, or nothing where it is not determined.
+std::optional<Forces> DetermineMultipliers(const Problem& problem, Mode& mode) {
   const std::vector<Index>& S = mode.active;
   const Matrix selector = Selector(problem.num_constraints(), S);
   const Matrix M_SS = problem.M.Dense()(S, S);
   const Matrix N_S = problem.N.Dense()(S, Eigen::all);
+  Forces forces;
   if (const auto inverse = NegativeInverse(M_SS)) {
     const Matrix map = Product(selector, *inverse);
     mode.y.state = Product(map, N_S);
     mode.y.g = Product(map, selector.transpose());
-    return true;
+    forces.y.state = problem.B * mode.y.state;
+    forces.y.g = problem.B * mode.y.g;
+    forces.size = problem.B.Dense().cwiseAbs() * mode.y.state.cwiseAbs();
+    return forces;
   }
   const RowSpaces rows = SplitRows(M_SS);
-  const Matrix B_S = problem.B.Dense()(Eigen::all, S);
+  const Coordinates coordinates(problem.B.Dense()(Eigen::all, S));
+  const Matrix& B_S = coordinates.columns();
   const Index rank = rows.range.rows();
   const Index size = static_cast<Index>(S.size());
   Matrix system(size, size);
-  system << rows.range * M_SS, rows.null * N_S * B_S;
+  system << rows.range * coordinates.Of(M_SS), rows.null * N_S * B_S;
   const auto inverse = NegativeInverse(system);
-  if (!inverse) return false;
-  const Matrix of_range = selector * inverse->leftCols(rank);
-  const Matrix of_null = selector * inverse->rightCols(size - rank) * rows.null;
-  mode.y.state = of_range * rows.range * N_S + of_null * N_S * problem.A.Dense();
-  mode.y.f = of_null * N_S;
-  mode.y.g = of_range * rows.range * selector.transpose();
-  mode.y.slope = of_null * selector.transpose();
+  if (!inverse) return std::nullopt;
+  const Matrix of_range = inverse->leftCols(rank) * rows.range;
+  const Matrix of_null = inverse->rightCols(size - rank) * rows.null;
+  const LinearOutput z{.state = of_range * N_S + of_null * N_S * problem.A.Dense(),
+                       .f = of_null * N_S,
+                       .g = of_range * selector.transpose(),
+                       .slope = of_null * selector.transpose()};
+  const auto in_y = [&](const Matrix& of_z) { return Matrix(selector * coordinates.Back(of_z)); };
+  mode.y = {.state = in_y(z.state), .f = in_y(z.f), .g = in_y(z.g), .slope = in_y(z.slope)};
+  forces.y = {.state = B_S * z.state, .f = B_S * z.f, .g = B_S * z.g, .slope = B_S * z.slope};
+  forces.size = B_S.cwiseAbs() * z.state.cwiseAbs();
   mode.rows = rows.null * N_S;
   mode.rows_g = rows.null * selector.transpose();
   // Along B_S in directions that M_SS does not feel: the columns of the inverse that belong to the null rows.
   mode.correction = -B_S * inverse->rightCols(size - rank);
-  return true;
+  return forces;
 }
 
 // y on S, and w = N x + g + M y elsewhere.
@@ -142,16 +191,17 @@ bool Complete(const Problem& problem, Mode& mode) {
 std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active) {
   auto mode = std::make_unique<Mode>();
   mode->active = std::move(active);
-  if (!DetermineMultipliers(problem, *mode)) return nullptr;
+  std::optional<Forces> forces = DetermineMultipliers(problem, *mode);
+  if (!forces) return nullptr;
   mode->guard = MakeGuard(problem, *mode);
-  mode->dynamics = problem.A.Dense() + problem.B * mode->y.state;
-  if (!mode->active.empty()) mode->source_g = problem.B * mode->y.g;
+  mode->dynamics = problem.A.Dense() + forces->y.state;
+  mode->dynamics_size = problem.A.Dense().cwiseAbs() + forces->size;
+  if (!mode->active.empty()) mode->source_g = std::move(forces->y.g);
   if (mode->differentiated()) {
     const Index m = problem.num_states();
-    mode->source_f = Matrix::Identity(m, m) + problem.B * mode->y.f;
-    mode->source_slope = problem.B * mode->y.slope;
+    mode->source_f = Matrix::Identity(m, m) + forces->y.f;
+    mode->source_slope = std::move(forces->y.slope);
   }
-  mode->dynamics_size = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode->y.state.cwiseAbs();
   if (!Complete(problem, *mode)) return nullptr;
   return mode;
 }

@@ -41,7 +41,7 @@ struct Mode {
 
   GradedSchurForm form;  // of dynamics
   double rate = 0;       // the largest row sum of dynamics, balanced: no time in which it acts is shorter than 1/rate
-  // |A| + |B||y.state|: the numbers that the entries of dynamics were summed from.
+  // |A| + |B||y.state|, in coordinates of y that make it small: the numbers that dynamics was summed from.
   Matrix dynamics_size;
 
   // What the state must satisfy, rows · x + rows_g · g = 0, and the smallest correction along B_S: x -=
