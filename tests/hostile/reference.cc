@@ -279,9 +279,10 @@ class Walk {
 
   // To the decision that a zero stands for; false where the mode was reported to last.
   bool ReachDecision(Mode& mode, Real begin) {
-    const auto next = std::upper_bound(replay_->decisions.begin(), replay_->decisions.end(), ToDouble(time_));
+    const auto next = std::lower_bound(replay_->decisions.begin(), replay_->decisions.end(), ToDouble(time_));
     if (next == replay_->decisions.end()) return false;
     const double left = ToDouble(Real(*next) - time_), lasted = ToDouble(time_ - begin);
+    if (left <= 0) return true;
     if (left > std::max(kReportedTime * (lasted + left), kReportedMoment * system_.horizon)) return false;
     Output(mode, z_, time_, Real(*next), false);
     Follow(mode, Real(*next) - time_, {});
