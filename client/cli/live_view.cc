@@ -100,6 +100,7 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   {
     const std::lock_guard lock(mutex_);
     analyzed_ = true;
+    tries_steps_ = analysis.steps() == 0 && analysis.method() != v1::METHOD_EVENT_LOCATED;
     queued_ = false;
   }
   std::string lipschitz;
@@ -197,7 +198,8 @@ std::string LiveView::Phase() const {
   if (iterate_.iteration() > 0) {
     return fmt::format("window {}, iteration {}, change {:.0e}", iterate_.window(), iterate_.iteration(), iterate_.change());
   }
-  if (reached_ >= settings_.horizon) return "checks the result";
+  if (tries_steps_ && reached_ > 0) return "tries shorter and shorter steps";
+  if (reached_ >= settings_.horizon) return settings_.estimates ? "estimates the error" : "checks the result";
   if (reached_ > 0) return passes_ > 1 ? fmt::format("pass {}", passes_) : "";
   return analyzed_ ? "sets up" : "analyses";
 }
@@ -207,9 +209,12 @@ std::string LiveView::Bar() const {
   const double done = std::clamp(settings_.horizon > 0 ? reached_ / settings_.horizon : 0.0, 0.0, 1.0);
   const int full = static_cast<int>(std::floor(done * kBarLetters));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  std::string line = fmt::format("[{}{}] {:3.0f} %  t = {:.4g} of {:.4g}  {:.1f} s", std::string(full, '#'),
-                                 std::string(kBarLetters - full, '.'), 100 * done, reached_, settings_.horizon, seconds);
-  if (seconds > kSecondsBeforeGuess && done > kDoneBeforeGuess && done < 1 && passes_ == 1) {
+  // All of it is done where nothing is left to do: 99.9 % are 99.
+  std::string line = fmt::format("[{}{}] {:3.0f} %", std::string(full, '#'), std::string(kBarLetters - full, '.'),
+                                 std::floor(100 * done));
+  if (!tries_steps_) line += fmt::format("  t = {:.4g} of {:.4g}", reached_, settings_.horizon);
+  line += fmt::format("  {:.1f} s", seconds);
+  if (seconds > kSecondsBeforeGuess && done > kDoneBeforeGuess && done < 1 && passes_ == 1 && !tries_steps_) {
     line += fmt::format(", about {} left", Duration(seconds * (1 - done) / done));
   }
   if (const std::string phase = Phase(); !phase.empty()) line += "  " + phase;

@@ -46,6 +46,7 @@ class LiveView {
     bool warnings = true;        // show those of the analysis; a result that is printed has them too
     bool nonlinear = false;      // then the class is not that of M, and says of what
     bool default_error = false;  // nobody chose a step or an error: say so
+    bool estimates = false;      // where steps are given, their error is estimated behind the end
   };
 
   LiveView(std::FILE* out, const Settings& settings);
@@ -87,6 +88,7 @@ class LiveView {
   double reached_ = 0;               // the time up to which windows were accepted
   std::int64_t passes_ = 1;          // over [0, T]: an estimate of the error takes further ones
   bool analyzed_ = false;
+  bool tries_steps_ = false;  // times are those of several solves, and say only how much of the work is done
   bool queued_ = false;
   std::int64_t passed_over_ = 0;
   bool condensed_ = false;

@@ -157,6 +157,26 @@ TEST(LiveViewTest, SaysWhatIsBeingDoneBeforeThereIsATime) {
               HasSubstr("iteration 7"));
 }
 
+TEST(LiveViewTest, SaysNoTimeOfSolvesWithShorterAndShorterSteps) {
+  const std::string shown = ShownWithABar({.terminal = true, .horizon = 2}, [](LiveView& view) {
+    v1::SolveEvent analysis;
+    analysis.mutable_analysis()->set_method(v1::METHOD_TIME_STEPPING);
+    view.OnEvent(analysis);
+    view.OnEvent(WindowFinished(1.9995, true));
+  });
+  EXPECT_THAT(shown,
+              AllOf(HasSubstr("  99 %  "), HasSubstr("tries shorter and shorter steps"), Not(HasSubstr(" of 2"))));
+}
+
+TEST(LiveViewTest, SaysWhatFollowsTheEnd) {
+  const auto at_the_end = [](bool estimates) {
+    return ShownWithABar({.terminal = true, .horizon = 2, .estimates = estimates},
+                         [](LiveView& view) { view.OnEvent(WindowFinished(2, true)); });
+  };
+  EXPECT_THAT(at_the_end(true), AllOf(HasSubstr(" 100 %  "), HasSubstr("estimates the error")));
+  EXPECT_THAT(at_the_end(false), HasSubstr("checks the result"));
+}
+
 TEST(LiveViewTest, ShowsIteratesOnATerminalWhereAskedTo) {
   EXPECT_THAT(ShownWithABar({.terminal = true, .verbose = true}, [](LiveView& view) { view.OnEvent(Iterate(1)); }),
               AllOf(HasSubstr("LCP resid"), HasSubstr("1.50e-03")));
