@@ -62,4 +62,8 @@ ProgramOutcome RunDlcs(const std::string& arguments, const std::string& prefix) 
   return outcome;
 }
 
+ProgramOutcome SolveText(const std::string& json, const std::string& options) {
+  return RunDlcs("solve - " + options, "echo '" + json + "' | ");
+}
+
 }  // namespace dlcs::client

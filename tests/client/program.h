@@ -21,6 +21,13 @@ struct ProgramOutcome {
 // Runs `dlcs` with `arguments`, as a shell reads them, in front of it `prefix` ("echo '{}' | ").
 ProgramOutcome RunDlcs(const std::string& arguments, const std::string& prefix = "");
 
+// A problem with a state and a pair that is solved in a few milliseconds.
+inline constexpr const char* kEasyProblem =
+    R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4, "f": ["sin(t)"], "g": [-1]})json";
+
+// Runs `dlcs solve` with `options` on the problem `json`, a text without single quotes.
+ProgramOutcome SolveText(const std::string& json, const std::string& options);
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_TESTS_CLIENT_PROGRAM_H_

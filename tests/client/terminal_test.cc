@@ -23,10 +23,7 @@ using ::testing::Not;
 
 class TerminalTest : public ::testing::Test {
  protected:
-  TerminalTest() {
-    std::ofstream(problem_) << R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4,
-                                       "f": ["sin(t)"], "g": [-1]})json";
-  }
+  TerminalTest() { std::ofstream(problem_) << kEasyProblem; }
 
   std::string Solve(const std::map<std::string, std::string>& variables, int columns = 80) const {
     RunningProgram program({"solve", problem_, "--steps", "100"}, {.variables = variables, .columns = columns});
