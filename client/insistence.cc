@@ -10,7 +10,9 @@
 #include <mutex>
 #include <optional>
 #include <random>
+#include <string>
 
+#include "client/rpc_error.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 
@@ -91,6 +93,7 @@ namespace {
 std::string WhatHappened(const grpc::Status& status) {
   std::string said = status.error_message();
   if (said.empty() || status.error_code() == grpc::StatusCode::CANCELLED) return "the connection was cut";
+  if (said.starts_with("failed to connect")) return "no server answers (" + WhyNobodyAnswers(said) + ")";
   if (said.ends_with('.')) said.pop_back();
   return said;
 }

@@ -39,6 +39,8 @@ std::optional<std::string> NoteMeantBy(const std::string& key) {
   return std::nullopt;
 }
 
+std::string Quoted(const std::string& word) { return '"' + word + '"'; }
+
 bool LooksLikeANumber(const nlohmann::json& value) {
   if (!value.is_string()) return false;
   const std::string& text = value.get_ref<const std::string&>();
@@ -104,8 +106,8 @@ void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vect
     if (nearest && std::find(told.begin(), told.end(), *nearest) == told.end()) nearest.reset();
     if (!nearest) nearest = NearestName(key, told);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
-    Refuse(fmt::format("\"{}\"", Shortened(key, kMaxShownBytes)),
-           nearest ? fmt::format("is not a known key{}; did you mean \"{}\"?", where, *nearest)
+    Refuse(Quoted(Shortened(key, kMaxShownBytes)),
+           nearest ? fmt::format("is not a known key{}{}", where, DidYouMean(Quoted(*nearest)))
                    : fmt::format("is not a known key{}; known are {}", where, fmt::join(told, ", ")));
   }
 }
@@ -218,9 +220,8 @@ std::optional<std::string> JsonReader::ReadWord(const nlohmann::json& value, con
   if (!text || std::find(words.begin(), words.end(), *text) != words.end()) return text;
   const std::string shown = Shortened(*text, kMaxShownBytes);
   const std::optional<std::string> nearest = NearestName(shown, words);
-  Refuse(path, nearest ? fmt::format("is \"{}\"; did you mean \"{}\"? It must be one of {}", shown, *nearest,
-                                     fmt::join(words, ", "))
-                       : fmt::format("is \"{}\"; must be one of {}", shown, fmt::join(words, ", ")));
+  Refuse(path, fmt::format("is {}; must be one of {}{}", Quoted(shown), fmt::join(words, ", "),
+                           nearest ? DidYouMean(Quoted(*nearest)) : ""));
   return std::nullopt;
 }
 

@@ -335,8 +335,10 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return absl::InvalidArgumentError(fmt::format("{}: the file is empty", source));
   }
+  // To the parser a zero is the end, whatever stands behind it.
+  const bool has_zeros = text.find('\0') != std::string::npos;
   StrictReader reader;
-  if (nlohmann::json::sax_parse(text, &reader)) return std::move(reader.value());
+  if (!has_zeros && nlohmann::json::sax_parse(text, &reader)) return std::move(reader.value());
   if (!reader.refusal().empty()) {
     return absl::InvalidArgumentError(fmt::format("{}: {}", source, reader.refusal()));
   }

@@ -51,7 +51,7 @@ std::string NoAnswer(const std::string& address, const std::string& said) {
     return fmt::format("no machine called \"{}\" is known (DNS has no address for it). Check the spelling of HOST in --server", host);
   }
   const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
-  return fmt::format("no server answers at {} ({}). Check host and port{}", address, said,
+  return fmt::format("no server answers at {} ({}). Check host and port{}", address, WhyNobodyAnswers(said),
                      here ? ", or start one with: dlcsd --listen " + address : ", and that a dlcsd runs there");
 }
 
@@ -95,6 +95,11 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
 }
 
 }  // namespace
+
+std::string WhyNobodyAnswers(const std::string& said) {
+  const std::size_t last = said.rfind(": ");
+  return last == std::string::npos ? said : said.substr(last + 2);
+}
 
 std::string DescribeViolations(const google::rpc::BadRequest& bad_request) {
   std::string text;

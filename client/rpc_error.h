@@ -20,6 +20,9 @@ std::string DescribeViolations(const google::rpc::BadRequest& bad_request);
 // RetryInfo) into the message; `address` is the server's, for messages.
 absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address);
 
+// Why nobody answers, "Connection refused", of what gRPC says of it, which lists first where it has been.
+std::string WhyNobodyAnswers(const std::string& said);
+
 }  // namespace dlcs::client
 
 #endif  // DLCS_CLIENT_RPC_ERROR_H_

@@ -254,11 +254,21 @@ std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& 
   for (const Advice& foreign : kForeignNames) {
     if (foreign.found == lower) return std::string(foreign.advice);
   }
-  const bool has_index =
-      lower.size() > 1 && (lower[0] == 'x' || lower[0] == 'y') && std::all_of(lower.begin() + 1, lower.end(), IsDigit);
-  if (has_index && variables.states == 0 && variables.constraints == 0) {
-    return "formulas in states and constraints need \"kind\": \"nonlinear\"; in a linear problem f and g depend on t "
-           "alone";
+  const auto components = [](char letter, Index count) {
+    if (count == 0) return std::string();
+    return std::string(" ") + letter + "1" + (count > 1 ? std::string(" ... ") + letter + std::to_string(count) : "");
+  };
+  const std::string x_and_y = components('x', variables.states) + components('y', variables.constraints);
+  const auto is_letter_of = [&lower](std::string_view letters) {
+    return letters.find(lower.front()) != std::string_view::npos &&
+           std::all_of(lower.begin() + 1, lower.end(), IsDigit);
+  };
+  // A w without a number may be an angular frequency.
+  if (is_letter_of("xy") || (lower.size() > 1 && is_letter_of("w"))) {
+    return x_and_y.empty()
+               ? "formulas in states and constraints need \"kind\": \"nonlinear\"; in a linear problem f and g "
+                 "depend on t alone"
+               : "components are" + x_and_y;
   }
   // A name is near when a third of its letters are wrong at most; T is near t, but x is not.
   std::size_t best = name.size() / 3 + 1;
@@ -270,10 +280,7 @@ std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& 
       nearest = candidate;
     }
   };
-  std::string all = "the names are t";
-  if (variables.states > 0) all += " x1 ... x" + std::to_string(variables.states);
-  if (variables.constraints > 0) all += " y1 ... y" + std::to_string(variables.constraints);
-  all += " pi e";
+  std::string all = "the names are t" + x_and_y + " pi e";
   for (std::string_view constant : {"t", "pi", "e"}) consider(constant);
   for (const auto& [parameter, value] : variables.parameters) {
     consider(parameter);
@@ -283,6 +290,7 @@ std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& 
     consider(function.name);
     all.append(" ").append(function.name);
   }
+  all += "; numbers of your own go into \"parameters\"";
   return nearest.empty() ? all : "did you mean '" + std::string(nearest) + "'?";
 }
 

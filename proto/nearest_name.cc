@@ -72,4 +72,8 @@ std::optional<std::string> NearestName(const std::string& name, const std::vecto
   return nearest;
 }
 
+std::string DidYouMean(const std::optional<std::string>& meant) {
+  return meant ? "; did you mean " + *meant + "?" : "";
+}
+
 }  // namespace dlcs

@@ -17,6 +17,9 @@ namespace dlcs {
 // product per entry.
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
 
+// "; did you mean MEANT?", for the end of a refusal; empty where there is no such name.
+std::string DidYouMean(const std::optional<std::string>& meant);
+
 }  // namespace dlcs
 
 #endif  // DLCS_PROTO_NEAREST_NAME_H_

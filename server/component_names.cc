@@ -78,7 +78,8 @@ std::string FaultOfName(const std::string& name, char letter, std::size_t index)
   const std::string own = fmt::format("{}{}", letter, index + 1);
   if (name == own) return "";
   if (!IsNumbered(name)) return FaultOfOwnName(name);
-  return fmt::format("{}; names a component by its number, and this one has {}", Quoted(name), own);
+  return fmt::format("{}; x, y and w with a number are names of components, and that of this one is {}", Quoted(name),
+                     own);
 }
 
 class NameCheck {

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -50,9 +51,21 @@ constexpr const char* kFooter =
 
 // "90", "90s", "30m", "12h", "7d".
 void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) {
-  CLI::AsNumberWithUnit in_seconds(std::map<std::string, double>{{"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}});
-  in_seconds.description("");  // it says FLOAT and the units in a notation of its own
-  app.add_option(name, seconds, help)->transform(in_seconds)->type_name("AGE");
+  const auto in_seconds = [](std::string& text) -> std::string {
+    const std::map<std::string, double> units = {{"", 1}, {"s", 1}, {"m", 60}, {"h", 3600}, {"d", 86400}};
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, number);
+    const auto unit = units.find(std::string(rest, end));
+    const bool sound = error == std::errc() && std::isfinite(number) && number >= 0 && unit != units.end();
+    if (!sound) {
+      return fmt::format("\"{}\" is no length of time; write seconds, or 90s, 30m, 12h, 7d",
+                         Shortened(text, kMaxShownBytes));
+    }
+    text = fmt::format("{}", number * unit->second);
+    return "";
+  };
+  app.add_option(name, seconds, help)->transform(CLI::Validator(in_seconds, ""))->type_name("AGE");
 }
 
 // Of jobs and uploaded problems: without --store they change nothing.
@@ -91,10 +104,21 @@ void AddAccessFlags(CLI::App& app, AccessSettings& access) {
   app.add_option("--max-watches-per-user", access.max_watches_per_user, "Jobs that one user watches at the same time");
 }
 
+// An option whose values are `words`.
+void AddWord(CLI::App& app, const std::string& name, std::string& value, const std::vector<std::string>& words,
+             const std::string& help) {
+  const auto check = [words](const std::string& given) -> std::string {
+    if (std::find(words.begin(), words.end(), given) != words.end()) return "";
+    return fmt::format("\"{}\" is none of {}{}", Shortened(given, kMaxShownBytes), fmt::join(words, ", "),
+                       DidYouMean(NearestName(given, words)));
+  };
+  app.add_option(name, value, help)->check(check)->type_name(fmt::format("{}", fmt::join(words, "|")));
+}
+
 void AddTokenCommand(CLI::App& app, NewToken& wanted) {
   CLI::App& token = *app.add_subcommand("token", "Make a token for a user, and print the line for --tokens");
   token.add_option("NAME", wanted.user, "The user, in letters, digits or . _ @ : / + -")->required()->type_name("");
-  token.add_option("--right", wanted.right, "What the user may do: reader, submitter or admin")->type_name("RIGHT");
+  AddWord(token, "--right", wanted.right, {"reader", "submitter", "admin"}, "What the user may do");
   token.add_option("--save", wanted.save, "Write the token there, for its owner alone, and not on standard error")
       ->type_name("FILE");
   token.footer(
@@ -127,8 +151,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--store", config.store,
                  "Where jobs are kept: a file, made where there is none, or postgresql://USER@HOST/NAME, which several servers "
                  "share; without it no jobs are taken");
-  app.add_option("--role", config.role,
-                 "all; front: takes calls and leaves jobs to workers; worker: runs jobs and takes no calls");
+  AddWord(app, "--role", config.role, {"all", "front", "worker"},
+          "front: takes calls and leaves jobs to workers; worker: runs jobs and takes no calls");
   app.add_option("--worker-name", config.worker_name,
                  "Of this server on a shared store, the same after a restart; otherwise HOST:PORT");
   app.add_option("--lease-ms", config.lease_ms,
@@ -137,11 +161,18 @@ void AddFlags(CLI::App& app, Flags& flags) {
   AddJobFlags(app, config);
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
-      ->check(CLI::Range(0.0, 86400.0));
-  app.add_option("--log-level", flags.log_level, "Of the lines on standard error")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}));
-  app.add_option("--log-format", flags.log_format, "text, or json: one object a line")
-      ->check(CLI::IsMember({"text", "json"}));
+      ->check([](const std::string& text) -> std::string {
+        double seconds = 0;
+        const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+        const bool sound =
+            error == std::errc() && rest == text.data() + text.size() && seconds >= 0 && seconds <= 86400;
+        return sound ? ""
+                     : fmt::format("\"{}\" is not a number of seconds between 0 and 86400",
+                                   Shortened(text, kMaxShownBytes));
+      });
+  AddWord(app, "--log-level", flags.log_level, {"debug", "info", "warn", "error", "off"},
+          "Of the lines on standard error");
+  AddWord(app, "--log-format", flags.log_format, {"text", "json"}, "Lines of text, or one object a line");
 }
 
 std::string VariableOf(const std::string& key) {
@@ -151,10 +182,10 @@ std::string VariableOf(const std::string& key) {
   return name;
 }
 
-// Of a name that is no setting: the nearest one that is.
+// What a message about a name that is no setting ends with.
 std::string Proposal(const std::string& name, const std::vector<std::string>& known) {
-  const std::optional<std::string> nearest = NearestName(name, known);
-  return nearest ? fmt::format("did you mean {}?", *nearest) : "dlcsd --help lists all";
+  const std::string meant = DidYouMean(NearestName(name, known));
+  return meant.empty() ? "; dlcsd --help lists all" : meant;
 }
 
 // Kubernetes gives every container variables of all services: those of one that is called dlcsd.
@@ -219,10 +250,9 @@ class SettingsFile final : public CLI::ConfigBase {
       const std::string place = fmt::format("{}:{}", path, setting.line);
       const CLI::Option* const option = app_.get_option_no_throw("--" + setting.key);
       if (option == nullptr || !option->get_configurable()) {
-        throw CLI::ConfigError(
-            fmt::format("{}: {}: there is no such setting; {}", place, Shortened(setting.key, kMaxShownBytes),
-                        Proposal(setting.key, KeysOf(app_))),
-            CLI::ExitCodes::ConfigError);
+        throw CLI::ConfigError(fmt::format("{}: {}: there is no such setting{}", place,
+                                           Shortened(setting.key, kMaxShownBytes), Proposal(setting.key, KeysOf(app_))),
+                               CLI::ExitCodes::ConfigError);
       }
       if (option->count() > 0 || IsSet(option->get_envname())) continue;
       origins_[setting.key] = place;
@@ -301,7 +331,7 @@ class CommandLine {
     const std::string name = word.substr(0, word.find('='));
     std::vector<std::string> flags = {"--config", "--check-config", "--help", "--version"};
     for (const std::string& key : keys) flags.push_back("--" + key);
-    return fmt::format("{}: there is no such flag; {}", Shortened(name, kMaxShownBytes), Proposal(name, flags));
+    return fmt::format("{}: there is no such flag{}", Shortened(name, kMaxShownBytes), Proposal(name, flags));
   }
 
   void WarnOfVariables() {
@@ -311,7 +341,7 @@ class CommandLine {
       const std::string text = *entry, name = text.substr(0, text.find('='));
       if (name.rfind("DLCSD_", 0) != 0 || IsOfKubernetes(name)) continue;
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      flags_.warnings.push_back(fmt::format("{} is set, but there is no such setting; {}",
+      flags_.warnings.push_back(fmt::format("{} is set, but there is no such setting{}",
                                             Shortened(name, kMaxShownBytes), Proposal(name, known)));
     }
   }

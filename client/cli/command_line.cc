@@ -46,7 +46,7 @@ void AddSolveOptions(CLI::App& app, SolveCommand& command) {
       "At most so many; the result does not depend on it (0: all)");
   AddDeadline(app, command.deadline_s);
   AddOutput(app, command.output, "the result");
-  AddQuiet(app, command.quiet, "Nothing on standard error but errors");
+  AddQuiet(app, command.quiet, "Nothing on standard error but errors; the verdict is in the result and the exit code");
 }
 
 void AddSolve(CLI::App& main, SolveCommand& command) {
@@ -112,10 +112,13 @@ void AddDcp(CLI::App& main, DcpCommand& command) {
 
 void AddModel(CLI::App& main, ModelCommand& command) {
   CLI::App& app = *main.add_subcommand("model", "Make a problem file of a model");
-  app.add_option("KIND", command.kind, "The kind of model")
-      ->required()
-      ->type_name("input-output|signorini")
-      ->check(CLI::IsMember({"input-output", "signorini"}).description(""));
+  AddWord<std::string>(
+      app, "KIND", {"input-output", "signorini"},
+      [](const std::string& word) {
+        return word == "input-output" || word == "signorini" ? std::optional(word) : std::nullopt;
+      },
+      [&command](const std::string& word) { command.kind = word; }, "The kind of model")
+      ->required();
   CLI::Option* file = app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
                           ->type_name("FILE");
   CLI::Option* cells = AddNumber(
@@ -256,7 +259,17 @@ std::string NotKnown(const CLI::App& app, const std::string& word) {
   const CLI::App& current = Current(app);
   auto meant = OptionOfValue(current, name);
   if (!meant) meant = NearestName(name, KnownNames(current));
-  return fmt::format("\"{}\" is not known here{}", name, meant ? fmt::format("; did you mean {}?", *meant) : "");
+  return fmt::format("\"{}\" is not known here{}", name, DidYouMean(meant));
+}
+
+// An empty name of a file, a job or the like is a variable of a script that is not set.
+void RefuseEmptyNames(CLI::App& command) {
+  const auto not_empty = [](const std::string& text) {
+    return std::string(text.empty() ? "is empty; is a variable of your script unset?" : "");
+  };
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_positional() || option->get_type_name() == "FILE") option->check(CLI::Validator(not_empty, ""));
+  }
 }
 
 // Where an option stands in the help of a command that has many.
@@ -396,6 +409,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   app.formatter(std::make_shared<GroupedHelp>());
   for (CLI::App* command : app.get_subcommands({})) {
     Group(*command);
+    RefuseEmptyNames(*command);
     BreakDescriptions(*command);
     command->formatter(app.get_formatter());
   }
@@ -404,6 +418,11 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   // "dlcs help solve" is "dlcs solve --help".
   if (!arguments.empty() && arguments.front() == "help") {
     arguments.erase(arguments.begin());
+    const std::vector<std::string> commands = KnownCommands(app);
+    if (!arguments.empty() && std::find(commands.begin(), commands.end(), arguments.front()) == commands.end()) {
+      fmt::print(stderr, "dlcs: {}\nFor all commands run: dlcs --help\n", NotKnown(app, arguments.front()));
+      return kBadInput;
+    }
     arguments.push_back("--help");
   }
   try {

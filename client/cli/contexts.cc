@@ -97,9 +97,8 @@ absl::StatusOr<ServerTarget> FindContext(const Contexts& contexts, const std::st
     return absl::InvalidArgumentError(
         fmt::format("there is no context \"{}\"; make it with: dlcs context set {} --server HOST:PORT", name, name));
   }
-  const auto nearest = NearestName(name, names);
   return absl::InvalidArgumentError(fmt::format("there is no context \"{}\", but {}{}", name, fmt::join(names, ", "),
-                                                nearest ? fmt::format("; did you mean {}?", *nearest) : ""));
+                                                DidYouMean(NearestName(name, names))));
 }
 
 }  // namespace dlcs::client

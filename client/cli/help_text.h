@@ -7,9 +7,9 @@
 namespace dlcs::client {
 
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 solved; 1 the mathematics has no answer (the result says why); 2 bad input (file,\n"
-    "option, problem); 3 the service failed, or the solve was cancelled there or ran out of time; 130 Ctrl-C,\n"
-    "143 SIGTERM.";
+    "Exit codes: 0 solved; 1 the mathematics has no answer, or none within the error that was asked for (the\n"
+    "result says which); 2 bad input (file, option, problem); 3 the service failed, or the solve was cancelled\n"
+    "there or ran out of time; 130 Ctrl-C, 143 SIGTERM.";
 
 inline constexpr const char* kEnsembleExitCodes =
     "Exit codes: 0 all members solved; 1 for some the mathematics has no answer; 2 bad input (file, option,\n"

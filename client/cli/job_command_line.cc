@@ -100,10 +100,8 @@ void AddName(CLI::App& app, std::string& name) {
 }
 
 void AddNameOfEither(CLI::App& app, std::string& name) {
-  const auto not_empty = [](const std::string& word) { return std::string(word.empty() ? "must not be empty" : ""); };
   app.add_option("NAME", name, std::string(kJobNames) + " A problem likewise, with problems/ in front")
-      ->type_name("JOB|problems/ID")
-      ->check(CLI::Validator(not_empty, ""));
+      ->type_name("JOB|problems/ID");
 }
 
 CLI::Option& AddStates(CLI::App& app, std::vector<v1::JobState>& states) {

@@ -87,6 +87,7 @@ std::vector<double> ParseTimes(const std::string& text, const std::string& optio
 }
 
 std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option) {
+  if (text.empty()) throw CLI::ValidationError(option, "is empty; is a variable of your script unset?");
   const bool has_digits = text.find_first_of("0123456789") != std::string::npos;
   if (has_digits && text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
   const auto content = ReadTextFile(text);

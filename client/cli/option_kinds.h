@@ -50,17 +50,20 @@ CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metav
                        const NumberRule& rule, const std::function<void(double)>& set,
                        const std::string& help);
 
-// An option whose values are words; the nearest one is proposed for a word that is none of them.
+// An option whose values are words. For a word that is none of them the nearest is proposed, or what `meant_by` knows
+// it to mean.
 template <typename Value>
 CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<std::string>& words,
                      const std::function<std::optional<Value>(const std::string&)>& parse,
-                     const std::function<void(Value)>& set, const std::string& help) {
+                     const std::function<void(Value)>& set, const std::string& help,
+                     const std::function<std::optional<std::string>(const std::string&)>& meant_by = {}) {
   const auto read = [=](const std::string& text) {
     const auto value = parse(text);
     if (value) return set(*value);
-    const auto nearest = NearestName(text, words);
-    throw CLI::ValidationError(LongName(name), fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "),
-                                                 nearest ? fmt::format("; did you mean {}?", *nearest) : ""));
+    auto meant = meant_by ? meant_by(text) : std::nullopt;
+    if (!meant) meant = NearestName(text, words);
+    throw CLI::ValidationError(LongName(name),
+                               fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "), DidYouMean(meant)));
   };
   return app.add_option_function<std::string>(name, read, help)
       ->type_name(fmt::format("{}", fmt::join(words, "|")));

@@ -2,7 +2,11 @@
 #include "client/cli/solve_options.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "client/cli/option_kinds.h"
@@ -17,6 +21,25 @@ std::int64_t ParseWindow(const std::string& text) {
   if (text == "whole") return -1;
   const NumberRule rule = WholeAtLeast("auto, whole or a whole number of at least 1", 1);
   return static_cast<std::int64_t>(CheckedNumber(text, rule, "--window"));
+}
+
+// What serves here as `method` does in other programs.
+std::optional<std::string> MethodLike(const std::string& method) {
+  static const std::map<std::string, std::vector<std::string>> kElsewhere = {
+      {"event-located",
+       {"rk45", "rk23", "dop853", "dopri5", "radau", "bdf", "lsoda", "cvode", "ode45", "ode23", "ode15s", "rk4",
+        "event"}},
+      {"time-stepping",
+       {"euler", "implicit-euler", "backward-euler", "theta", "trapezoidal", "crank-nicolson", "moreau",
+        "moreau-jean"}},
+      {"exponential-march", {"expm", "etd", "etd2", "exponential-euler", "exponential-integrator"}}};
+  std::string lower = method;
+  std::ranges::transform(lower, lower.begin(),
+                         [](unsigned char c) { return c == '_' ? '-' : static_cast<char>(std::tolower(c)); });
+  for (const auto& [here, elsewhere] : kElsewhere) {
+    if (std::ranges::find(elsewhere, lower) != elsewhere.end()) return here;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -60,7 +83,7 @@ void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid) {
 void AddMethod(CLI::App& app, v1::SolveOptions& options) {
   AddWord<v1::Method>(
       app, "--method", MethodNames(), ParseMethod, [&](v1::Method method) { options.set_method(method); },
-      "auto chooses from the class of M and says why");
+      "auto chooses from the class of M and says why", MethodLike);
   AddNumber(
       app, "--theta", "THETA", Within("between 0 and 1", 0, 1), [&](double v) { options.set_theta(v); },
       "time-stepping: 0 implicit (default), 0.5 trapezoidal, 1 explicit in x");

@@ -282,11 +282,32 @@ TEST(CommandLineTest, ExplainsItself) {
 
 TEST(CommandLineTest, ProposesWhatWasMeant) {
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "march"}), HasSubstr("did you mean exponential-march?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "RK45"}), HasSubstr("did you mean event-located?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "implicit_euler"}), HasSubstr("did you mean time-stepping?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "quux"}), Not(HasSubstr("did you mean")));
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}), HasSubstr("did you mean least-element?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--newton"}), HasSubstr("did you mean --step-solver newton?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--kernel", "phi"}), HasSubstr("did you mean phi-functions?"));
   EXPECT_THAT(Refused({"solve", "p.json", "-f", "jsn"}), HasSubstr("did you mean json?"));
   EXPECT_THAT(Refused({"context", "sett", "lab"}), HasSubstr("did you mean set?"));
+}
+
+TEST(CommandLineTest, KnowsNoHelpForWhatIsNoCommand) {
+  EXPECT_THAT(Refused({"help", "slove"}), HasSubstr("did you mean solve?"));
+  EXPECT_THAT(Refused({"model", "signorni"}), HasSubstr("did you mean signorini?"));
+}
+
+TEST(CommandLineTest, TakesNoEmptyNameForAFileOrAJob) {
+  for (const std::vector<const char*>& arguments :
+       std::vector<std::vector<const char*>>{{"solve", ""},
+                                             {"solve", "p.json", "--output", ""},
+                                             {"solve", "p.json", "--grid", ""},
+                                             {"solve", "p.json", "--token-file", ""},
+                                             {"ensemble", "p.json", ""},
+                                             {"watch", ""},
+                                             {"get", ""}}) {
+    EXPECT_THAT(Refused(arguments), HasSubstr("is empty; is a variable of your script unset?")) << arguments[0];
+  }
 }
 
 TEST(CommandLineTest, SaysWhatAGridAndNumbersOfStepsAre) {

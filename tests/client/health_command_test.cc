@@ -110,7 +110,7 @@ TEST(HealthCommandTest, ExitsWithThreeWhereNobodyAnswers) {
   const ProgramOutcome nobody = RunDlcs("health --server 127.0.0.1:1");
   EXPECT_EQ(nobody.code, 3);
   EXPECT_EQ(nobody.out, "");
-  EXPECT_THAT(nobody.err, HasSubstr("no server answers at 127.0.0.1:1"));
+  EXPECT_THAT(nobody.err, HasSubstr("no server answers at 127.0.0.1:1 (Connection refused). Check"));
 
   // One that takes connections, and nothing more.
   const int mute = socket(AF_INET, SOCK_STREAM, 0);

@@ -49,8 +49,10 @@ TEST(CheckNamesTest, RefusesWhatFormulasKnowAndWhatStandsForTwoThings) {
     EXPECT_THAT(FaultOf({{"iL", taken}, {}}), HasSubstr("states[1]: ")) << taken;
     EXPECT_THAT(FaultOf({{}, {taken}}), HasSubstr("pairs[0]: ")) << taken;
   }
-  EXPECT_THAT(FaultOf({{"x2", "x1"}, {}}), HasSubstr("states[0]: \"x2\"; names a component by its number, and this one has x1"));
-  EXPECT_THAT(FaultOf({{}, {"x1"}}), HasSubstr("this one has y1"));
+  EXPECT_THAT(
+      FaultOf({{"x2", "x1"}, {}}),
+      HasSubstr("states[0]: \"x2\"; x, y and w with a number are names of components, and that of this one is x1"));
+  EXPECT_THAT(FaultOf({{}, {"x1"}}), HasSubstr("that of this one is y1"));
   EXPECT_THAT(FaultOf({{"iL", "w1"}, {}}), HasSubstr("states[1]: \"w1\""));
   EXPECT_THAT(FaultOf({{"iL", "iL"}, {}}), HasSubstr("states[1]: \"iL\"; is the name of states[0] already"));
   EXPECT_THAT(FaultOf({{"iL", "vC"}, {"vC"}}), HasSubstr("pairs[0]: \"vC\"; is the name of states[1] already"));

@@ -159,7 +159,7 @@ TEST(DlcsdTest, TakenPortsUnknownHostsAndBadFlagsAreClearErrors) {
       {{"--max-steps", "0"}, 2, "--max-steps 0: must be at least 1"},
       {{"--max-stepz", "7"}, 2, "--max-stepz"},
       {{"--log-level", "loud"}, 2, "--log-level"},
-      {{"--role", "boss"}, 2, "--role boss: must be all, front or worker"},
+      {{"--role", "boss"}, 2, "--role: \"boss\" is none of all, front, worker"},
       {{"--role", "front", "--store", "jobs.db"}, 2, "--role front: needs a store that servers share"},
       {{"--store", "postgresql://dlcs:p@ss@db/jobs"}, 2, "--store: not an address as postgresql://"},
       {{"--lease-ms", "10"}, 2, "--lease-ms 10: must be between 1000 and 3600000"},
