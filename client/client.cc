@@ -4,6 +4,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <string>
 #include <utility>
 
 #include "client/ensemble_result.h"
@@ -14,6 +18,46 @@ namespace {
 
 // For what is done behind a result: nobody waits for long.
 CallLimits Briefly() { return {.deadline = std::chrono::seconds(5), .stop = {}}; }
+
+// `limits` of a call that a Stopping ends.
+CallLimits WithoutStop(CallLimits limits) {
+  limits.stop = {};
+  return limits;
+}
+
+// Ends `stream` when a stop is requested: asks the server for what it has found, where the call is a solve there that
+// can be asked, and hangs up otherwise.
+class Stopping {
+ public:
+  Stopping(v1::SolverService::Stub& stub, const Connection& connection, Call& stream, const std::stop_token& stop)
+      : stub_(stub), connection_(connection), stream_(stream), on_stop_(stop, [this] { Stop(); }) {}
+
+  // What StopSolve knows the call by.
+  void Accepted(const std::string& solve_id) {
+    const std::lock_guard lock(mutex_);
+    solve_id_ = solve_id;
+  }
+
+ private:
+  void Stop() {
+    v1::StopSolveRequest request;
+    {
+      const std::lock_guard lock(mutex_);
+      request.set_solve_id(solve_id_);
+    }
+    Call call(connection_, Briefly());
+    v1::StopSolveResponse response;
+    const bool asked = !request.solve_id().empty() && stub_.StopSolve(call.context(), request, &response).ok();
+    if (!asked) stream_.context()->TryCancel();
+  }
+
+  v1::SolverService::Stub& stub_;
+  const Connection& connection_;
+  Call& stream_;
+  std::mutex mutex_;
+  std::string solve_id_;
+  std::stop_callback<std::function<void()>> on_stop_;  // last: it may call Stop() at once
+};
 
 }  // namespace
 
@@ -37,10 +81,13 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   FollowedSolve solve(collector, on_event);
   absl::Status status;
   {
-    Call call(connection_, limits);
+    Call call(connection_, WithoutStop(limits));
+    Stopping stopping(*stub_, connection_, call, limits.stop);
     const auto reader = stub_->Solve(call.context(), request);
     for (v1::SolveEvent event; reader->Read(&event);) {
       connection_.NoteAnswer();
+      // A job that nobody watches is ended by CancelSolveJob, below.
+      if (event.has_accepted() && event.accepted().job().empty()) stopping.Accepted(event.accepted().solve_id());
       solve.Take(event);
     }
     const grpc::Status ended = reader->Finish();
@@ -86,9 +133,13 @@ absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembl
                                                           const MemberCallback& on_member, const CallLimits& limits) {
   const auto start = std::chrono::steady_clock::now();
   EnsembleCollector collector(request, on_member, limits.keep_trajectory);
-  Call call(connection_, limits);
+  Call call(connection_, WithoutStop(limits));
+  Stopping stopping(*stub_, connection_, call, limits.stop);
   const auto reader = stub_->SolveEnsemble(call.context(), request);
-  for (v1::EnsembleEvent event; reader->Read(&event);) collector.Add(std::move(event));
+  for (v1::EnsembleEvent event; reader->Read(&event);) {
+    if (event.has_accepted()) stopping.Accepted(event.accepted().solve_id());
+    collector.Add(std::move(event));
+  }
   const grpc::Status status = reader->Finish();
   if (status.ok() || collector.has_summary()) return std::move(collector).Finish();
 

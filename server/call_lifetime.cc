@@ -41,8 +41,8 @@ FindProblem ProblemsOf(const CallEnvironment& environment, const grpc::CallbackS
 
 CallLifetime::CallLifetime(const CallEnvironment& environment) : environment_(environment), id_(NewSolveId()) {}
 
-absl::Status CallLifetime::Admit() {
-  control_ = environment_.calls.Register();
+absl::Status CallLifetime::Admit(const std::string& user) {
+  control_ = environment_.calls.Register({.id = id_, .user = user});
   if (control_ == nullptr) return ShuttingDown();
   absl::StatusOr<Admission::Ticket> solver = environment_.admission.TakeSolver();
   if (!solver.ok()) {

@@ -47,8 +47,8 @@ class CallLifetime {
   // Distinct among the calls of this process, and very likely among processes.
   const std::string& id() const { return id_; }
 
-  // Registers the call and takes a solver. Errors: ShuttingDown, ServerBusy.
-  absl::Status Admit();
+  // Registers the call, which `user` may stop by its id, and takes a solver. Errors: ShuttingDown, ServerBusy.
+  absl::Status Admit(const std::string& user);
   void GiveSolverBack() { solver_.reset(); }
   // Until the call ends. Errors: ServerBusy.
   absl::Status HoldResult(std::int64_t bytes);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/call_registry.h"
 
+#include <utility>
+
 namespace dlcs {
 
-std::shared_ptr<SolveControl> CallRegistry::Register() {
+std::shared_ptr<SolveControl> CallRegistry::Register(CallName name) {
   const std::lock_guard lock(mutex_);
   if (draining_) return nullptr;
   std::shared_ptr<SolveControl> control(new SolveControl, [this](SolveControl* done) {
@@ -15,7 +17,7 @@ std::shared_ptr<SolveControl> CallRegistry::Register() {
     }
     delete done;
   });
-  calls_.insert(control.get());
+  calls_.emplace(control.get(), std::move(name));
   return control;
 }
 
@@ -24,9 +26,20 @@ void CallRegistry::Drain() {
   draining_ = true;
 }
 
+bool CallRegistry::Stop(const std::string& id, const std::optional<std::string>& user, StopCause cause) {
+  if (id.empty()) return false;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [call, name] : calls_) {
+    if (name.id != id || (user && name.user != *user)) continue;
+    call->Stop(cause);
+    return true;
+  }
+  return false;
+}
+
 void CallRegistry::StopAll(StopCause cause) {
   const std::lock_guard lock(mutex_);
-  for (SolveControl* call : calls_) call->Stop(cause);
+  for (const auto& [call, name] : calls_) call->Stop(cause);
 }
 
 bool CallRegistry::WaitUntilIdle(std::chrono::milliseconds timeout) {

@@ -6,9 +6,11 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <map>
 #include <memory>
 #include <mutex>
-#include <set>
+#include <optional>
+#include <string>
 
 #include "server/solve_session.h"
 
@@ -17,8 +19,17 @@ namespace dlcs {
 // Safe from any thread; must outlive the controls it gave out.
 class CallRegistry {
  public:
+  // Who may stop a call, and by which name; others than the server only where it has one.
+  struct CallName {
+    std::string id;
+    std::string user;
+  };
+
   // A new call's control; the call is under way until the last copy is gone. Null once Drain() was called.
-  std::shared_ptr<SolveControl> Register();
+  std::shared_ptr<SolveControl> Register(CallName name = {});
+
+  // Stops the call of that id and user, or of any user where that is absent. False where none is under way.
+  bool Stop(const std::string& id, const std::optional<std::string>& user, StopCause cause);
 
   // No new calls from now on.
   void Drain();
@@ -32,7 +43,7 @@ class CallRegistry {
   std::mutex mutex_;
   std::condition_variable idle_;
   bool draining_ = false;
-  std::set<SolveControl*> calls_;
+  std::map<SolveControl*, CallName> calls_;
 };
 
 }  // namespace dlcs

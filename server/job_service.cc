@@ -82,7 +82,9 @@ absl::Status InCreateRequest(const absl::Status& status) {
   if (violations.empty()) return status;
   for (Violation& violation : violations) {
     const std::string name = violation.field.substr(0, violation.field.find_first_of(".["));
-    if (v1::SolveRequest::descriptor()->FindFieldByName(name) == nullptr || name == "request_id") continue;
+    if (v1::SolveRequest::descriptor()->FindFieldByName(name) == nullptr || name == "request_id" || name == "title") {
+      continue;
+    }
     violation.field = "solve." + violation.field;
   }
   return InvalidRequest(violations);
@@ -120,6 +122,7 @@ JobService::JobService(const ServerConfig& config, const Access& access, Metrics
 
 absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::CreateSolveJobRequest request,
                                                 const std::string& trace_id) {
+  if (request.title().empty()) request.set_title(request.solve().title());
   if (absl::Status status = Check(request); !status.ok()) return status;
   // A request that may have been taken already is looked for first.
   if (request.request_id().empty() && !request.validate_only()) {
@@ -131,6 +134,7 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
   submission.priority = request.priority();
   v1::SolveRequest& solve = *request.mutable_solve();
   solve.clear_request_id();
+  solve.clear_title();
   std::optional<v1::StoredProblem> uploaded;
   if (solve.has_problem_name()) {
     const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(solve.problem_name(), "problem_name");

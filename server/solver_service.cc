@@ -6,10 +6,14 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "fmt/format.h"
+#include "server/access/credentials.h"
 #include "server/call_session.h"
 #include "server/capabilities.h"
+#include "server/errors.h"
 #include "server/job_limits.h"
 #include "server/solve_call.h"
+#include "server/status.h"
 #include "server/unary_call.h"
 
 namespace dlcs {
@@ -47,6 +51,21 @@ grpc::ServerWriteReactor<v1::SolveEvent>* SolverService::Solve(grpc::CallbackSer
 grpc::ServerWriteReactor<v1::EnsembleEvent>* SolverService::SolveEnsemble(grpc::CallbackServerContext* context,
                                                                           const v1::SolveEnsembleRequest* request) {
   return EnsembleCall::Start(std::make_shared<EnsembleCall>(environment_, *context, *request));
+}
+
+grpc::ServerUnaryReactor* SolverService::StopSolve(grpc::CallbackServerContext* context,
+                                                   const v1::StopSolveRequest* request, v1::StopSolveResponse*) {
+  const auto stop = [&] {
+    const absl::StatusOr<Caller> caller = CallerOf(environment_.access, *context);
+    if (!caller.ok()) return caller.status();
+    const bool stopped = calls_.Stop(request->solve_id(), caller->SeesJobsOf(), StopCause::kCancelled);
+    return stopped ? absl::OkStatus()
+                   : absl::NotFoundError(fmt::format("no solve {} of yours is under way here; it may have ended",
+                                                     Quoted(request->solve_id())));
+  };
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(ToGrpc(stop()));
+  return reactor;
 }
 
 grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext*, const v1::SolveLcpRequest* request,

@@ -29,6 +29,8 @@ class SolverService final : public v1::SolverService::CallbackService {
                                                   const v1::SolveRequest* request) override;
   grpc::ServerWriteReactor<v1::EnsembleEvent>* SolveEnsemble(grpc::CallbackServerContext* context,
                                                              const v1::SolveEnsembleRequest* request) override;
+  grpc::ServerUnaryReactor* StopSolve(grpc::CallbackServerContext* context, const v1::StopSolveRequest* request,
+                                      v1::StopSolveResponse* response) override;
   grpc::ServerUnaryReactor* SolveLcp(grpc::CallbackServerContext* context, const v1::SolveLcpRequest* request,
                                      v1::SolveLcpResponse* response) override;
   grpc::ServerUnaryReactor* SolveDcp(grpc::CallbackServerContext* context, const v1::SolveDcpRequest* request,

@@ -29,10 +29,11 @@ namespace dlcs {
 // in flight. After the last event, or an error, or when the client is gone and the engine has noticed, it finishes the
 // call.
 //
-// The engine is stopped when the client hangs up, and some time before the deadline (CallLifetime::StopBeforeDeadline).
+// The engine is stopped when the client hangs up, by StopSolve, and some time before the deadline
+// (CallLifetime::StopBeforeDeadline).
 //
-// Lives until both gRPC (OnDone) and the worker have let go. A Mailbox has Next(Event&), has_more(), delivered(), closed() and
-// status(), as EventMailbox does.
+// Lives until both gRPC (OnDone) and the worker have let go. A Mailbox has Next(Event&), has_more(), delivered(),
+// closed() and status(), as EventMailbox does.
 template <typename Event, typename Mailbox>
 class StreamCall : public grpc::ServerWriteReactor<Event>,
                    public std::enable_shared_from_this<StreamCall<Event, Mailbox>> {
@@ -143,7 +144,8 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 16;
 
   void Begin() {
-    if (const absl::Status admitted = lifetime_.Admit(); !admitted.ok()) return this->Finish(ToGrpc(admitted));
+    const absl::Status admitted = lifetime_.Admit(UserOf(environment_.access, context_));
+    if (!admitted.ok()) return this->Finish(ToGrpc(admitted));
     // The worker starts when the headers are sent: before, gRPC has not taken the reactor over and a first
     // message could be lost.
     this->StartSendInitialMetadata();

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "client/cli/atomic_file.h"
@@ -18,6 +20,7 @@
 #include "client/cli/ticker.h"
 #include "client/insistence.h"
 #include "client/names.h"
+#include "proto/shortened.h"
 
 namespace dlcs::client {
 namespace {
@@ -28,9 +31,12 @@ constexpr int kTableIntervals = 10;
 // A table shows the solution at a few times, unless others were asked for.
 void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequest& request) {
   if (command.format != OutputFormat::kTable || !command.options.output_times().empty() || !(horizon > 0)) return;
-  for (int k = 0; k <= kTableIntervals; ++k) {
-    request.mutable_options()->add_output_times(k == kTableIntervals ? horizon : horizon * k / kTableIntervals);
+  std::set<double> times = {0, horizon};  // of the shortest horizons some are the same
+  for (int k = 1; k < kTableIntervals; ++k) {
+    const double time = horizon * k / kTableIntervals;
+    times.insert(std::isfinite(time) ? time : horizon / kTableIntervals * k);
   }
+  for (const double time : times) request.mutable_options()->add_output_times(time);
 }
 
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
@@ -136,7 +142,8 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .horizon = input.horizon(),
                          .warnings = command.format != OutputFormat::kTable || !IsStandardOutput(command.output),
                          .nonlinear = input.is_nonlinear(),
-                         .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0});
+                         .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
+                         .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
   const bool as_it_comes = command.format == OutputFormat::kCsv;
   ComponentNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
@@ -171,13 +178,16 @@ ExitCode Run(const SolveCommand& command) {
   const absl::Status fetched = input->FetchUploaded(limits);
   if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
   v1::SolveRequest request = input->SolveRequest(command.options);
-  if (!command.quiet && command.options.step() > input->horizon()) {
-    fmt::print(stderr, "dlcs: --step {} is longer than all the time there is, T = {}; a shorter one decides more\n",
+  if (!command.quiet && input->horizon() > 0 && command.options.step() > input->horizon()) {
+    fmt::print(stderr, "dlcs: --step {} is longer than T = {} and shortens no step; give a shorter one\n",
                command.options.step(), input->horizon());
   }
   AskForTableTimes(command, input->horizon(), request);
   // So that a cut does not end it, where the server takes jobs.
-  if (!command.server.address.empty()) request.set_request_id(NewRequestId());
+  if (!command.server.address.empty()) {
+    request.set_request_id(NewRequestId());
+    if (!input->is_uploaded()) request.set_title(Shortened(input->title(), kMaxTitleBytes));
+  }
 
   const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return ComplainAboutCall(result.status(), input->source());

@@ -16,6 +16,7 @@ constexpr MethodRule kChange{Right::kSubmitter, true};
 constexpr std::pair<std::string_view, MethodRule> kRules[] = {
     {"/dlcs.v1.SolverService/Solve", kWork},
     {"/dlcs.v1.SolverService/SolveEnsemble", kWork},
+    {"/dlcs.v1.SolverService/StopSolve", kWork},
     {"/dlcs.v1.SolverService/SolveLcp", kWork},
     {"/dlcs.v1.SolverService/SolveDcp", kWork},
     {"/dlcs.v1.SolverService/AnalyzeProblem", kWork},

@@ -29,10 +29,7 @@ using ::testing::Not;
 
 class InterruptTest : public ::testing::Test {
  protected:
-  InterruptTest() {
-    std::ofstream(problem_) << R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4,
-                                       "f": ["sin(t)"], "g": [-1]})json";
-  }
+  InterruptTest() { std::ofstream(problem_) << kEasyProblem; }
 
   // Takes minutes, and says so when it begins.
   std::vector<std::string> LongSolve(const std::vector<std::string>& options = {}) const {
@@ -41,15 +38,19 @@ class InterruptTest : public ::testing::Test {
     return arguments;
   }
 
-  void StartServer() {
+  void StartServer(const std::string& store) {
     spdlog::set_level(spdlog::level::off);
     ServerConfig config;
     config.listen = "127.0.0.1:0";
-    config.store = folder_.File("jobs.db");
+    config.store = store;
     config.checkpoint_ms = 20;
     auto server = DlcsServer::Start(config);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
+  }
+
+  void StartServerWithJobs() {
+    StartServer(folder_.File("jobs.db"));
     auto client = JobClient::Connect(server_->address());
     ASSERT_TRUE(client.ok()) << client.status();
     jobs_ = *std::move(client);
@@ -122,7 +123,7 @@ TEST_F(InterruptTest, APartOfAResultDoesNotGetTheNameOfTheWhole) {
 }
 
 TEST_F(InterruptTest, AServedSolveIsShownAsOneHereAndItsJobNamed) {
-  StartServer();
+  StartServerWithJobs();
   RunningProgram program({"solve", problem_, "--server", server_->address(), "--method", "time-stepping", "--steps",
                           "15000000", "--no-estimate-error", "--at", "0.04,4", "--format", "json"});
   const v1::SolveJob job = [&] {
@@ -138,10 +139,47 @@ TEST_F(InterruptTest, AServedSolveIsShownAsOneHereAndItsJobNamed) {
   EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-10);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("dlcs result " + job.name()), Not(HasSubstr("before its first"))));
   EXPECT_EQ(TheJob().state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(TheJob().title(), problem_);
+}
+
+TEST_F(InterruptTest, ASolveOfAServerWithoutJobsIsShownAsOneHere) {
+  StartServer("");
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string path = folder_.File("result.json");
+    RunningProgram program({"solve", problem_, "--server", server_->address(), "--method", "time-stepping", "--steps",
+                            "15000000", "--no-estimate-error", "--at", "0,4", "--format", "json", "--output", path},
+                           {.variables = {{"TERM", "xterm"}}, .columns = 100});
+    program.AwaitErrorText("t = 0.");  // it has begun
+    program.Send({signal});
+    const ProgramOutcome outcome = program.Await();
+    EXPECT_EQ(outcome.code, 128 + signal) << outcome.out;
+    std::ifstream stream(path + ".partial");
+    const auto root = nlohmann::json::parse(stream);
+    EXPECT_EQ(root["termination"], "CANCELLED");
+    EXPECT_THAT(root["message"].get<std::string>(), HasSubstr("The caller cancelled it"));
+    EXPECT_EQ(root["times"], nlohmann::json({0.0}));
+    EXPECT_EQ(root["x"], nlohmann::json({{1.0}}));
+    EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-10);
+  }
+}
+
+TEST_F(InterruptTest, MembersThatRunOnAServerAreStoppedAndTold) {
+  StartServer("");
+  const std::string members = folder_.File("members.json");
+  std::ofstream(members) << R"json([{"label": "short", "T": 1e-3}, {"label": "long"}])json";
+  RunningProgram program({"ensemble", problem_, members, "--server", server_->address(), "--method", "time-stepping",
+                          "--step", "3e-7", "--no-estimate-error", "--at", "0", "--format", "csv", "--threads", "2"},
+                         {.variables = {{"TERM", "dumb"}}, .columns = 200});
+  program.AwaitErrorText("0,short,0,1");
+  program.Send({SIGINT});
+  const ProgramOutcome outcome = program.Await();
+  EXPECT_EQ(outcome.code, 130);
+  // From the server: without its word, nothing would be known of the member that ran.
+  EXPECT_THAT(outcome.out, HasSubstr("1 reached T, 1 stopped"));
 }
 
 TEST_F(InterruptTest, WatchingEndsAndTheJobGoesOn) {
-  StartServer();
+  StartServerWithJobs();
   for (const int signal : {SIGINT, SIGTERM}) {
     std::vector<std::string> arguments = {"--server", server_->address()};
     const bool submits = signal == SIGINT;

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <thread>
 
 namespace dlcs {
@@ -22,6 +23,24 @@ TEST(CallRegistryTest, StopsWhatIsUnderWayAndRemembersWhy) {
   EXPECT_TRUE(first->token().stop_requested());
   EXPECT_EQ(first->cause(), StopCause::kShutdown);
   EXPECT_EQ(second->cause(), StopCause::kDeadline) << "the first cause stays";
+}
+
+TEST(CallRegistryTest, StopsTheCallOfAnIdForItsUserOrForAll) {
+  CallRegistry calls;
+  const std::shared_ptr<SolveControl> nameless = calls.Register();
+  std::shared_ptr<SolveControl> of_alice = calls.Register({.id = "solve-1", .user = "alice"});
+  const std::shared_ptr<SolveControl> of_bob = calls.Register({.id = "solve-2", .user = "bob"});
+  EXPECT_FALSE(calls.Stop("", "", StopCause::kCancelled));
+  EXPECT_FALSE(calls.Stop("solve-1", "bob", StopCause::kCancelled));
+  EXPECT_FALSE(of_alice->token().stop_requested());
+  EXPECT_TRUE(calls.Stop("solve-1", "alice", StopCause::kCancelled));
+  EXPECT_EQ(of_alice->cause(), StopCause::kCancelled);
+  EXPECT_FALSE(of_bob->token().stop_requested());
+  EXPECT_TRUE(calls.Stop("solve-2", std::nullopt, StopCause::kCancelled));
+  EXPECT_TRUE(of_bob->token().stop_requested());
+  EXPECT_FALSE(nameless->token().stop_requested());
+  of_alice.reset();
+  EXPECT_FALSE(calls.Stop("solve-1", "alice", StopCause::kCancelled)) << "it has ended";
 }
 
 TEST(CallRegistryTest, RefusesNewCallsWhileDraining) {

@@ -190,6 +190,33 @@ TEST_F(SecureServerTest, NoTokenAndAWrongOneAreToldApartAndNotRepeated) {
   EXPECT_TRUE(Ask(Options(kReader)).ok());
 }
 
+TEST_F(SecureServerTest, SolvesOfOthersAreNotStopped) {
+  Start(WithUsers({}));
+  const auto stub = v1::SolverService::NewStub(testing::Connect(server_->address()));
+  const auto ask = [](grpc::ClientContext& context, const std::string& token) {
+    testing::SetDeadline(context, seconds(60));
+    context.AddMetadata("authorization", "Bearer " + token);
+  };
+  grpc::ClientContext solving;
+  ask(solving, kAlice);
+  const auto reader = stub->Solve(&solving, testing::MarchingRequest(20'000'000));
+  v1::SolveEvent event;
+  ASSERT_TRUE(reader->Read(&event));
+  const auto stop = [&](const std::string& token) {
+    grpc::ClientContext context;
+    ask(context, token);
+    v1::StopSolveRequest request;
+    request.set_solve_id(event.accepted().solve_id());
+    v1::StopSolveResponse response;
+    return stub->StopSolve(&context, request, &response).error_code();
+  };
+  EXPECT_EQ(stop(kBob), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(stop(kAlice), grpc::StatusCode::OK);
+  while (reader->Read(&event)) continue;
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(event.summary().termination(), v1::CANCELLED);
+}
+
 TEST_F(SecureServerTest, JobsOfOthersAreNotFound) {
   Start(WithUsers({}));
   const auto alice = Jobs(kAlice), bob = Jobs(kBob), admin = Jobs(kAdmin), reader = Jobs(kReader);
