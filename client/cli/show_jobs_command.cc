@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,6 +14,7 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/job_commands.h"
 #include "client/cli/job_support.h"
+#include "client/cli/message_json.h"
 #include "client/cli/paragraphs.h"
 #include "client/cli/run_support.h"
 #include "client/cli/words.h"
@@ -23,12 +23,6 @@
 
 namespace dlcs::client {
 namespace {
-
-void PrintJson(const google::protobuf::Message& message) {
-  std::string line;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &line);
-  if (status.ok()) fmt::print("{}\n", line);
-}
 
 // Rows below their headers, each column as wide as its widest cell; the one called TITLE is cut where the line would be too long.
 void PrintRows(const std::vector<std::vector<std::string>>& rows) {
@@ -118,7 +112,7 @@ template <typename Message>
 void Print(const std::vector<Message>& messages, OutputFormat format) {
   if (format == OutputFormat::kTable) return PrintTable(messages);
   for (const Message& message : messages) {
-    format == OutputFormat::kName ? fmt::print("{}\n", message.name()) : PrintJson(message);
+    fmt::print("{}\n", format == OutputFormat::kName ? message.name() : JsonLine(message));
   }
 }
 

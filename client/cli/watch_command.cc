@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <google/protobuf/util/json_util.h>
 
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include "client/cli/job_commands.h"
 #include "client/cli/job_support.h"
 #include "client/cli/live_view.h"
+#include "client/cli/message_json.h"
 #include "client/cli/run_support.h"
 #include "client/cli/ticker.h"
 #include "proto/job_event.h"
@@ -61,9 +61,7 @@ class JobView {
 
  private:
   static void PrintJsonLine(const v1::JobEvent& event) {
-    std::string line;
-    const auto status = google::protobuf::util::MessageToJsonString(event, &line);
-    if (status.ok()) fmt::print("{}\n", line);
+    fmt::print("{}\n", JsonLine(event));
     std::fflush(stdout);
   }
 
