@@ -44,8 +44,8 @@ TEST_P(HostileAnswers, AreWithinTheErrorAskedFor) {
   for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
     const Trial trial = Try(the_case.system, reference, {.tolerance = tolerance}, 10);
     EXPECT_EQ(trial.judgement, Judgement::kRight)
-        << Name(trial.judgement) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of x"
-        << trial.component + 1 << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
+        << Name(trial.judgement) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
+        << trial.component << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
     EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
   }
 }

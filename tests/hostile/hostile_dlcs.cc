@@ -7,6 +7,7 @@
 // wrong.
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -23,10 +24,13 @@ namespace dlcs::hostile {
 namespace {
 
 constexpr double kSlow = 5;  // seconds
+constexpr std::array kMethods = {Method::kEventLocated, Method::kExponentialMarch, Method::kLaplaceIteration,
+                                 Method::kPaperIteration, Method::kTimeStepping};
 
 struct Arguments {
   uint64_t begin = 0, end = 100;
   std::vector<Asked> asked = {{1e-4, 0}, {1e-7, 0}, {1e-10, 0}, {0, 0}};
+  Method method = Method::kAuto;
   std::string failures;  // folder for the problems that fail
   double seconds = 10;
   bool verbose = false;
@@ -35,10 +39,11 @@ struct Arguments {
 
 int Usage() {
   std::fprintf(stderr,
-               "usage: hostile_dlcs [--seeds A:B] [--tolerance T,...,default,steps=N] [--failures FOLDER] [--seconds "
-               "S] [--verbose]\n"
+               "usage: hostile_dlcs [--seeds A:B] [--tolerance T,...,default,steps=N] [--method NAME] [--failures "
+               "FOLDER] [--seconds S] [--verbose]\n"
                "  --seeds A:B         seeds A to B - 1 (0:100)\n"
                "  --tolerance LIST    errors to ask for, or fixed steps (1e-4,1e-7,1e-10,default)\n"
+               "  --method NAME       solve by this method (auto)\n"
                "  --failures FOLDER   write the problems that fail to FOLDER/SEED.json\n"
                "  --seconds S         stop a solve after so long (10)\n"
                "  --verbose           a line for every trial\n"
@@ -77,6 +82,11 @@ bool Parse(int count, char** texts, Arguments& arguments) {
         }
         arguments.asked.push_back(asked);
       }
+    } else if (name == "--method") {
+      const auto method =
+          std::find_if(kMethods.begin(), kMethods.end(), [&](Method m) { return value == MethodName(m); });
+      if (method == kMethods.end()) return false;
+      arguments.method = *method;
     } else if (name == "--failures") {
       arguments.failures = value;
     } else if (name == "--seconds") {
@@ -105,10 +115,9 @@ struct Tally {
 };
 
 void Print(uint64_t seed, const System& system, const Asked& asked, const Trial& trial) {
-  std::printf("%llu %s %s: error %.1e of x%lld", static_cast<unsigned long long>(seed), Text(asked).c_str(),
-              Name(trial.judgement), trial.error.value_or(NAN), static_cast<long long>(trial.component + 1));
+  std::printf("%llu %s %s: error %.1e of %s", static_cast<unsigned long long>(seed), Text(asked).c_str(),
+              Name(trial.judgement), trial.error.value_or(NAN), trial.component.c_str());
   if (trial.figure) std::printf(", figure %.1e", *trial.figure);
-  if (trial.error_By) std::printf(", of B y %.1e", *trial.error_By);
   if (trial.condition) std::printf(", condition %.1e", *trial.condition);
   std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(),
               system.traits.c_str(), trial.verdict.c_str());
@@ -161,7 +170,8 @@ int Main(int count, char** texts) {
       continue;
     }
     for (size_t k = 0; k < arguments.asked.size(); ++k) {
-      const Asked& asked = arguments.asked[k];
+      Asked asked = arguments.asked[k];
+      asked.method = arguments.method;
       const Trial trial = Try(system, reference, asked, arguments.seconds);
       Tally& tally = tallies[k];
       ++tally.judgements[trial.judgement];

@@ -133,6 +133,7 @@ RegimeSystem::RegimeSystem(const System& system, const Stretch& stretch)
     for (int j = 0; j < num_states; ++j) B(j, i) *= columns[i];
   }
   unit_of_y = columns;
+  for (const double row : rows) unit_of_w.push_back(1 / row);
 }
 
 namespace {

@@ -26,6 +26,7 @@ struct RegimeSystem {
   DenseMatrix M;                  // n × n
   DenseMatrix W;                  // sources × sources
   std::vector<double> unit_of_y;  // y of the system = unit * y here
+  std::vector<double> unit_of_w;
 };
 
 class Mode {

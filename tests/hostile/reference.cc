@@ -122,7 +122,10 @@ class Walk {
     result_.x =
         Eigen::MatrixXd::Constant(m, static_cast<Index>(times_.size()), std::numeric_limits<double>::quiet_NaN());
     result_.By = result_.x;
+    result_.w = Eigen::MatrixXd::Constant(system_.num_pairs(), result_.x.cols(), result_.x(0, 0));
     result_.size = system_.x0.cwiseAbs();
+    result_.size_By = Eigen::VectorXd::Zero(m);
+    result_.size_w = Eigen::VectorXd::Zero(system_.num_pairs());
     z_.assign(m + system_.functions.size(), 0);
     for (int i = 0; i < m; ++i) z_[i] = system_.x0(i);
     for (const Stretch& stretch : Stretches(system_)) {
@@ -320,8 +323,12 @@ class Walk {
       const Real offset = Max(0, Real(times_[next_output_]) - begin);
       const Column z = mode.After(z_before, offset);
       for (int i = 0; i < system_.num_states(); ++i) result_.x(i, static_cast<Index>(next_output_)) = ToDouble(z[i]);
-      const Column By = regime_->system.B * (mode.y() * z);
+      const RegimeSystem& s = regime_->system;
+      const Column y = mode.y() * z, By = s.B * y, Nz = s.N * z, My = s.M * y;
       for (int i = 0; i < system_.num_states(); ++i) result_.By(i, static_cast<Index>(next_output_)) = ToDouble(By[i]);
+      for (int i = 0; i < system_.num_pairs(); ++i) {
+        result_.w(i, static_cast<Index>(next_output_)) = s.unit_of_w[i] * ToDouble(Nz[i] + My[i]);
+      }
       ++next_output_;
     }
   }
@@ -331,9 +338,14 @@ class Walk {
     return !(result_.size.maxCoeff() < kOutgrown * std::max(1.0, system_.x0.lpNorm<Eigen::Infinity>()));
   }
 
-  void Measure(const Column& z) {
-    for (Index i = 0; i < result_.size.size(); ++i)
-      result_.size(i) = std::max(result_.size(i), std::abs(ToDouble(z[i])));
+  void Measure(const Mode& mode, const Column& z) {
+    const auto raise = [](double& size, Real value) { size = std::max(size, std::abs(ToDouble(value))); };
+    for (Index i = 0; i < result_.size.size(); ++i) raise(result_.size(i), z[i]);
+    const RegimeSystem& s = regime_->system;
+    const Column y = mode.y() * z, By = s.B * y;
+    const Column Nz = AbsoluteProduct(s.N, z), My = AbsoluteProduct(s.M, y);
+    for (Index i = 0; i < result_.size_By.size(); ++i) raise(result_.size_By(i), By[i]);
+    for (Index i = 0; i < result_.size_w.size(); ++i) raise(result_.size_w(i), Real(s.unit_of_w[i]) * (Nz[i] + My[i]));
   }
 
   // The whole of `stretch`, from its begin; false where the walk ends.
@@ -451,7 +463,7 @@ class Walk {
         return std::nullopt;
       }
       Output(mode, z_, time_, time_ + length, false);
-      for (const Column& state : states) Measure(state);
+      for (const Column& state : states) Measure(mode, state);
       z_ = states.back();
       time_ += length;
       if (worst <= kWellResolved && level > 0) --level;
@@ -461,10 +473,10 @@ class Walk {
 
   void Follow(Mode& mode, Real offset, const std::vector<Column>& states) {
     const double parts = ToDouble(offset) / std::ldexp(system_.horizon, -level_) * (1 << kSamplesLog2);
-    for (size_t k = 0; k < states.size() && static_cast<double>(k) <= parts; ++k) Measure(states[k]);
+    for (size_t k = 0; k < states.size() && static_cast<double>(k) <= parts; ++k) Measure(mode, states[k]);
     z_ = mode.After(z_, offset);
     time_ += offset;
-    Measure(z_);
+    Measure(mode, z_);
     // The sources anew, which keeps them exact.
     const Column sources = SourceValues(system_, time_);
     std::copy(sources.begin(), sources.end(), z_.begin() + system_.num_states());

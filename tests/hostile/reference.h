@@ -38,8 +38,11 @@ struct Reference {
   // At the times asked for, up to `end`: columns.
   Eigen::MatrixXd x;
   Eigen::MatrixXd By;  // the left limit at T, and else the right one
-  // The largest |x_i| on [0, end].
+  Eigen::MatrixXd w;   // likewise
+  // The largest |x_i| and |(B y)_i| on [0, end], and the largest sum of the absolute values that w_i is summed from.
   Eigen::VectorXd size;
+  Eigen::VectorXd size_By;
+  Eigen::VectorXd size_w;
 };
 
 struct ReferenceLimits {

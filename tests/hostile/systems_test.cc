@@ -28,8 +28,8 @@ TEST_P(HostileSystems, AreNeverWrongWithAGoodVerdict) {
     if (!system.several_solutions) reference = Refer(system, ComparisonTimes(system));
     const Trial trial = Try(system, reference, {.tolerance = tolerance}, 5);
     EXPECT_NE(trial.judgement, Judgement::kWrong)
-        << "seed " << seed << ", " << system.traits << ": error " << trial.error.value_or(-1) << " of x"
-        << trial.component + 1 << ", " << trial.verdict;
+        << "seed " << seed << ", " << system.traits << ": error " << trial.error.value_or(-1) << " of "
+        << trial.component << ", " << trial.verdict;
     right += trial.judgement == Judgement::kRight;
     refused += trial.judgement == Judgement::kRefused;
   }

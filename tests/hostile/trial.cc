@@ -52,41 +52,31 @@ Index ColumnAt(const Solution& solution, double time) {
   return found != solution.times.end() && *found == time ? found - solution.times.begin() : -1;
 }
 
-void Compare(const Solution& solution, const std::vector<double>& times, const Reference& reference, Trial& trial) {
-  double worst = 0;
+// Raises the error of `trial` to the largest of `values` - `expected`, columns at `times`, relative to `sizes`.
+void Compare(const std::string& name, const Matrix& values, const Solution& solution, const std::vector<double>& times,
+             const Eigen::MatrixXd& expected, const Eigen::VectorXd& sizes, Trial& trial) {
   for (size_t k = 0; k < times.size(); ++k) {
     const Index column = ColumnAt(solution, times[k]);
-    if (column < 0 || std::isnan(reference.x(0, static_cast<Index>(k)))) continue;
-    for (Index i = 0; i < reference.x.rows(); ++i) {
-      const double difference = std::abs(solution.x(i, column) - reference.x(i, static_cast<Index>(k)));
+    if (column < 0 || std::isnan(expected(0, static_cast<Index>(k)))) continue;
+    for (Index i = 0; i < expected.rows(); ++i) {
+      const double difference = std::abs(values(i, column) - expected(i, static_cast<Index>(k)));
       if (difference == 0) continue;
-      const double relative =
-          reference.size(i) > 0 ? difference / reference.size(i) : std::numeric_limits<double>::infinity();
-      if (!(relative <= worst)) {
-        worst = relative;
-        trial.component = i;
+      const double relative = sizes(i) > 0 ? difference / sizes(i) : std::numeric_limits<double>::infinity();
+      if (!(relative <= *trial.error)) {
+        trial.error = relative;
+        trial.component = name + std::to_string(i + 1);
       }
     }
   }
-  trial.error = std::max(worst, kFloor);
 }
 
-// Relative to the largest |(B y)_i| at the times compared.
-void CompareForces(const System& system, const Solution& solution, const std::vector<double>& times,
-                   const Reference& reference, Trial& trial) {
-  double worst = 0;
-  for (Index i = 0; i < reference.By.rows(); ++i) {
-    double difference = 0, size = 0;
-    for (size_t k = 0; k < times.size(); ++k) {
-      const Index column = ColumnAt(solution, times[k]);
-      const double expected = reference.By(i, static_cast<Index>(k));
-      if (column < 0 || std::isnan(expected)) continue;
-      difference = std::max(difference, std::abs(system.B.row(i).dot(solution.y.col(column)) - expected));
-      size = std::max(size, std::abs(expected));
-    }
-    if (difference > 0) worst = std::max(worst, difference / size);
-  }
-  trial.error_By = std::max(worst, kFloor);
+void CompareAll(const System& system, const Solution& solution, const std::vector<double>& times,
+                const Reference& reference, Trial& trial) {
+  trial.error = kFloor;
+  Compare("x", solution.x, solution, times, reference.x, reference.size, trial);
+  if (!system.is_lipschitz) return;
+  Compare("By", system.B * solution.y, solution, times, reference.By, reference.size_By, trial);
+  Compare("w", solution.w, solution, times, reference.w, reference.size_w, trial);
 }
 
 // What the engine says of its error; nothing where it does not know.
@@ -187,6 +177,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   Options options;
   options.error_tolerance = asked.tolerance;
   options.num_steps = asked.steps;
+  options.method = asked.method;
   options.output_times = times;
   options.output_times_only = !system.several_solutions;
   options.num_threads = 1;
@@ -211,7 +202,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
     if (!reached) return trial;  // there may be none
     const Reference replayed = ReplayOf(system, solution, times);
     if (replayed.status == Reference::Status::kGivenUp) return trial;
-    Compare(solution, times, replayed, trial);
+    CompareAll(system, solution, times, replayed, trial);
     if (*trial.error <= asked.error() && replayed.status == Reference::Status::kReached) {
       trial.judgement = Judgement::kRight;
     } else if (trial.is_good_verdict && solution.method == Method::kEventLocated) {
@@ -222,8 +213,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   }
 
   if (reference.status == Reference::Status::kGivenUp) return trial;
-  Compare(solution, times, reference, trial);
-  if (system.is_lipschitz) CompareForces(system, solution, times, reference, trial);
+  CompareAll(system, solution, times, reference, trial);
   if (reference.status == Reference::Status::kNoMode) {
     const bool ends_there = !reached && std::abs(solution.failure_time - reference.end) <= 1e-3 * system.horizon;
     trial.judgement = ends_there ? Judgement::kRight : Judgement::kNotJudged;

@@ -29,20 +29,21 @@ struct Trial {
   Judgement judgement = Judgement::kNotJudged;
   bool is_good_verdict = false;  // solved within the error that was asked for
   bool reached_end = false;
-  std::optional<double> error;  // largest over times and components, relative to the size of each
-  Index component = -1;         // that it belongs to
-  std::optional<double>
-      error_By;  // the same of B y at the times compared, where y is a Lipschitz function of x; not judged
+  // The largest over times and components, relative to the size of each; of B y and w where y is a Lipschitz function
+  // of x.
+  std::optional<double> error;
+  std::string component;            // that it belongs to: "x1"
   std::optional<double> figure;     // what the engine says of it, in the same measure
   std::optional<double> condition;  // where it was looked at
   double seconds = 0;
   std::string verdict;  // termination, method and message of the engine
 };
 
-// What is asked of a solve: an error; or `steps` of equal length; or, where both are 0, nothing.
+// What is asked of a solve: an error; or `steps` of equal length; or, where both are 0, nothing. By any method.
 struct Asked {
   double tolerance = 0;
   Index steps = 0;
+  Method method = Method::kAuto;
 
   // The error that a good verdict promises: kDefaultTolerance where nothing is asked.
   double error() const { return tolerance > 0 ? tolerance : kDefaultTolerance; }
