@@ -10,6 +10,7 @@
 
 #include "core/linalg/norms.h"
 #include "core/methods/event_located.h"
+#include "core/methods/rounded_data.h"
 #include "core/number_text.h"
 #include "core/parallel/stop_scope.h"
 #include "core/realisation/memory_prediction.h"
@@ -34,18 +35,26 @@ std::string NoComparison(const std::string& with, const Solution& other) {
 
 bool Reached(const Solution& solution) { return solution.termination == Termination::kReachedEnd; }
 
-void SetCompared(const ComponentErrors& errors, std::string note, Accuracy& accuracy) {
+void SetCompared(ComponentErrors errors, std::string note, Accuracy& accuracy) {
   accuracy.source = AccuracySource::kCompared;
-  accuracy.error = NanMax(errors.largest(), Accuracy::kLeastError);
-  accuracy.errors_x = errors.x;
-  accuracy.errors_By = errors.By;
+  errors.MoveTo(accuracy);
   accuracy.note = std::move(note);
+}
+
+// With the data rounded otherwise, so that what is compared shows what rounding does too; where that is not possible,
+// with the data as they are.
+absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& grid, double ulps) {
+  if (trials.solve_rounded) {
+    absl::StatusOr<Solution> rounded = trials.solve_rounded(grid, ulps);
+    if (!rounded.ok() || Reached(*rounded)) return rounded;
+  }
+  return trials.solve(grid);
 }
 
 // By solves of twice and four times the step. False, with the reason in the accuracy, where they show nothing.
 absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& grid, Solution& solution) {
-  const Grid twice = Coarsen(grid, kNodesKept);
-  const Grid four_times = Coarsen(twice, kNodesKept);
+  const Grid twice = WithOtherSteps(grid, 2, kNodesKept);
+  const Grid four_times = WithOtherSteps(grid, 4, kNodesKept);
   // Where nodes that must stay are too dense there is hardly a longer step.
   if (5 * four_times.num_steps() > 3 * grid.num_steps()) return false;
   absl::StatusOr<Solution> longer = system.trials.solve(twice);
@@ -54,7 +63,7 @@ absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& 
     solution.accuracy.note = NoComparison("twice the step", *longer);
     return false;
   }
-  absl::StatusOr<Solution> longest = system.trials.solve(four_times);
+  absl::StatusOr<Solution> longest = SolveRounded(system.trials, four_times, kRoundedUlpsOfCoarsest);
   if (!longest.ok()) return longest.status();
   Convergence convergence(system.expected_order);
   std::string note = "Compared with " + StepsText(twice.num_steps());
@@ -71,7 +80,7 @@ absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& 
 absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solution& solution) {
   constexpr Index kFewSteps = 64;
   const Grid half = Halve(grid);
-  absl::StatusOr<Solution> shorter = system.trials.solve(half);
+  absl::StatusOr<Solution> shorter = SolveRounded(system.trials, half, kRoundedUlps);
   if (!shorter.ok()) return shorter.status();
   if (!Reached(*shorter)) {
     solution.accuracy.note = NoComparison("half the step", *shorter);
@@ -90,10 +99,8 @@ absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solu
       note += " and " + StepsText(quarter.num_steps());
     }
   }
-  const ComponentErrors rest = convergence.errors(kSafetyOfComparison);
-  errors.x += rest.x;
-  errors.By += rest.By;
-  SetCompared(errors, note + ".", solution.accuracy);
+  errors += convergence.errors(kSafetyOfComparison);
+  SetCompared(std::move(errors), note + ".", solution.accuracy);
   return absl::OkStatus();
 }
 
@@ -117,20 +124,40 @@ double BytesOf(const Solution& solution) {
   return sizeof(double) * static_cast<double>(solution.x.size() + 2 * solution.y.size() + solution.x.cols());
 }
 
+absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid, double ulps) {
+  const Problem rounded = WithRoundedData(task.problem, ulps, task.plan.selection == Selection::kUnique);
+  Task other{.problem = rounded,
+             .options = task.options,
+             .plan = task.plan,
+             .workers = Workers(task.options.num_threads),
+             .stop = task.stop,
+             .started = task.started};
+  Observer silent;
+  return SolveOnGrid(other, grid, silent);
+}
+
 // `task` must outlive what is returned.
 SystemSolves SolvesOf(Task& task, Observer& observer) {
   const bool y_counts = IsAlwaysLipschitz(task.plan.selection);
   const bool impacts = task.plan.method.inelastic_impact;
-  return {.horizon = task.problem.horizon,
-          .break_points = BreakPoints(task.problem),
-          .expected_order = ExpectedOrder(task),
-          .trials = {.solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
-                     .compare =
-                         [&task, y_counts, impacts](const Solution& coarse, const Solution& fine) {
-                           const ComponentSizes sizes = SizesOf(task.problem, fine, y_counts);
-                           return DifferencesBetween(coarse, fine, task.problem, sizes, impacts ? coarse.step : 0);
-                         },
-                     .fits = {}}};
+  SystemSolves system{
+      .horizon = task.problem.horizon,
+      .break_points = BreakPoints(task.problem),
+      .expected_order = ExpectedOrder(task),
+      .trials = {.solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
+                 .compare =
+                     [&task, y_counts, impacts](const Solution& coarse, const Solution& fine) {
+                       const ComponentSizes sizes = SizesOf(task.problem, fine, y_counts);
+                       return DifferencesBetween(coarse, fine, task.problem, sizes, impacts ? coarse.step : 0);
+                     },
+                 .fits = {}}};
+  // Other forms of A have set-ups of their own, too dear for this.
+  if (!task.plan.realisation.system) {
+    system.trials.solve_rounded = [&task](const Grid& grid, double ulps) {
+      return SolveWithRoundedData(task, grid, ulps);
+    };
+  }
+  return system;
 }
 
 // Steps as short as options.error_tolerance needs; a grid that was asked for is where output is wanted.
@@ -223,6 +250,13 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
   if (result.reached) return;
   // Grids that agree have not shown that they converge.
   if (accuracy.error <= accuracy.asked) accuracy.error = std::nextafter(2 * accuracy.asked, 1);
+  if (result.rounding > accuracy.asked) {
+    solution.message += " Changes in the last digits of the data move the solution by " +
+                        FormatNumber(result.rounding) + " of its size, more than the error of " +
+                        FormatNumber(accuracy.asked) + " that was asked for: no step comes nearer.";
+    if (!by_default) solution.termination = Termination::kIterationLimit;
+    return;
+  }
   if (by_default) {
     solution.message += " The work that is taken without being asked for ended before the error of " +
                         FormatNumber(accuracy.asked) + ": ask for an error or for steps.";
@@ -264,7 +298,8 @@ absl::Status EstimateError(Task& task, Solution& solution) {
     return absl::OkStatus();
   }
   const Grid& grid = task.plan.grid;
-  if (!FitsBeside(task, Coarsen(grid, kNodesKept), BytesOf(solution) + sizeof(double) * 2.0 * grid.times.size())) {
+  if (!FitsBeside(task, WithOtherSteps(grid, 2, kNodesKept),
+                  BytesOf(solution) + sizeof(double) * 2.0 * grid.times.size())) {
     solution.accuracy.note = "No estimate: a second solve does not fit into max_memory beside the trajectory.";
     return absl::OkStatus();
   }

@@ -72,6 +72,7 @@ struct Accuracy {
   bool asked_by_default = false;
   Vector errors_x;   // of each state; empty where `error` alone is known
   Vector errors_By;  // of each component of B y, where y is a Lipschitz function of x
+  Vector errors_w;   // of each w_i there, relative to the largest sum of absolute values that it is summed from
   std::string note;  // one sentence: what was compared, or why there is no estimate
 };
 

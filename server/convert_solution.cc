@@ -46,6 +46,7 @@ v1::Accuracy ToProto(const Accuracy& accuracy) {
   result.set_asked_by_default(accuracy.asked_by_default);
   Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMostErrors)), *result.mutable_errors_x());
   Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMostErrors)), *result.mutable_errors_by());
+  Append(accuracy.errors_w.head(std::min(accuracy.errors_w.size(), kMostErrors)), *result.mutable_errors_w());
   result.set_note(accuracy.note);
   return result;
 }

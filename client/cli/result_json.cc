@@ -45,6 +45,7 @@ ordered_json AccuracyJson(const v1::Accuracy& accuracy) {
           {"asked_by_default", accuracy.asked_by_default()},
           {"errors_x", List(accuracy.errors_x())},
           {"errors_by", List(accuracy.errors_by())},
+          {"errors_w", List(accuracy.errors_w())},
           {"note", accuracy.note()}};
 }
 

@@ -76,6 +76,7 @@ void PrintAccuracy(const v1::Accuracy& accuracy, std::FILE* out) {
     std::string parts;
     if (!accuracy.errors_x().empty()) parts += fmt::format(": {:.1e} of x", largest(accuracy.errors_x()));
     if (!accuracy.errors_by().empty()) parts += fmt::format(", {:.1e} of B y", largest(accuracy.errors_by()));
+    if (!accuracy.errors_w().empty()) parts += fmt::format(", {:.1e} of w", largest(accuracy.errors_w()));
     fmt::print(out, "  estimated error  {:.1e} of the size of each component{}\n", accuracy.error(), parts);
   } else {
     fmt::print(out, "  estimated error  none\n");

@@ -60,7 +60,7 @@ void LeaveOutJumps(const Solution& a, const Solution& b, double apart, CommonCol
 Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding) {
   Vector relative(difference.size());
   for (Index i = 0; i < difference.size(); ++i) {
-    relative[i] = difference[i] <= rounding[i] ? 0 : difference[i] / size[i];
+    relative[i] = size[i] <= rounding[i] ? 0 : difference[i] / size[i];
     if (std::isnan(size[i])) relative[i] = size[i];
   }
   return relative;
@@ -68,7 +68,7 @@ Vector Relative(const Vector& difference, const Vector& size, const Vector& roun
 
 ComponentErrors Differences(const Solution& a, const Solution& b, const CommonColumns& common,
                             const StructuredMatrix* B, const ComponentSizes& sizes) {
-  Vector x = Vector::Zero(a.x.rows()), By = Vector::Zero(B ? B->rows() : 0);
+  Vector x = Vector::Zero(a.x.rows()), By = Vector::Zero(B ? B->rows() : 0), w = Vector::Zero(sizes.w.size());
   const auto count = static_cast<Index>(common.of_a.size());
   const Index at_once = ColumnsAtOnce(a);
   std::vector<Index> of_a, of_b;
@@ -79,8 +79,10 @@ ComponentErrors Differences(const Solution& a, const Solution& b, const CommonCo
     // As a matrix: an expression would copy the indices once for every column.
     RaiseRowMaxAbs(Matrix(a.x(Eigen::all, of_a) - b.x(Eigen::all, of_b)), x);
     if (B) RaiseRowMaxAbs(*B * Matrix(a.y(Eigen::all, of_a) - b.y(Eigen::all, of_b)), By);
+    if (w.size() > 0) RaiseRowMaxAbs(Matrix(a.w(Eigen::all, of_a) - b.w(Eigen::all, of_b)), w);
   }
-  return {Relative(x, sizes.x, sizes.x_rounding), Relative(By, sizes.By, sizes.By_rounding)};
+  return {Relative(x, sizes.x, sizes.x_rounding), Relative(By, sizes.By, sizes.By_rounding),
+          Relative(w, sizes.w, Vector::Zero(w.size()))};
 }
 
 // Zero for a Kronecker sum, whose entries are not written down.
@@ -97,7 +99,37 @@ Vector MemoryOf(const StructuredMatrix& A, double horizon) {
 
 }  // namespace
 
-double ComponentErrors::largest() const { return NanMax(MaxAbs(x), MaxAbs(By)); }
+double ComponentErrors::largest() const { return NanMax(MaxAbs(x), NanMax(MaxAbs(By), MaxAbs(w))); }
+
+void ComponentErrors::RaiseTo(const ComponentErrors& other, double factor) {
+  const auto raise = [factor](Vector& errors, const Vector& others) {
+    errors = errors.binaryExpr(others, [factor](double a, double b) { return NanMax(a, factor * b); });
+  };
+  raise(x, other.x);
+  raise(By, other.By);
+  raise(w, other.w);
+}
+
+void ComponentErrors::operator+=(const ComponentErrors& other) {
+  x += other.x;
+  By += other.By;
+  w += other.w;
+}
+
+void ComponentErrors::operator*=(double factor) {
+  x *= factor;
+  By *= factor;
+  w *= factor;
+}
+
+void ComponentErrors::MoveTo(Accuracy& accuracy) {
+  // The sizes are those of the trajectory, which are off by as much: e / (1 - e), that has no end where e is 1.
+  for (Vector* errors : {&x, &By, &w}) errors->array() *= 1 + errors->array();
+  accuracy.error = NanMax(largest(), Accuracy::kLeastError);
+  accuracy.errors_x = std::move(x);
+  accuracy.errors_By = std::move(By);
+  accuracy.errors_w = std::move(w);
+}
 
 ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_counts) {
   ComponentSizes sizes;
@@ -109,11 +141,18 @@ ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_
   sizes.x_rounding = kRounding * (sizes.x + MemoryOf(problem.A, problem.horizon).cwiseProduct(moved));
   if (!y_counts) return sizes;
   sizes.By = Vector::Zero(problem.num_states());
+  Vector g = Vector::Zero(problem.num_constraints());
   const Index at_once = ColumnsAtOnce(solution);
   for (Index first = 0; first < solution.y.cols(); first += at_once) {
     const Index count = std::min(at_once, solution.y.cols() - first);
-    RaiseRowMaxAbs(problem.B * solution.y.middleCols(first, count), sizes.By);
+    const auto y_part = solution.y.middleCols(first, count);
+    RaiseRowMaxAbs(problem.B * y_part, sizes.By);
+    Matrix g_part = solution.w.middleCols(first, count);
+    g_part -= problem.N * solution.x.middleCols(first, count);
+    g_part -= problem.M * y_part;
+    RaiseRowMaxAbs(g_part, g);
   }
+  sizes.w = problem.N.AbsTimes(sizes.x) + problem.M.AbsTimes(y) + g;
   // y_i = -(N x + g + ...)_i / M_ii has the rounding of N x.
   const Vector by_Nx = problem.N.AbsTimes(sizes.x).cwiseProduct(
       DiagonalOf(problem.M).unaryExpr([](double d) { return d != 0 ? 1 / std::abs(d) : 0; }));

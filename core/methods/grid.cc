@@ -192,28 +192,46 @@ Grid Halve(const Grid& grid) {
   return halved;
 }
 
-Grid Coarsen(const Grid& grid, Index most_outputs) {
+Grid WithOtherSteps(const Grid& grid, Index factor, Index most_outputs) {
+  constexpr Index kFewSteps = 4;
   const Index count = grid.num_steps();
   std::vector<char> is_break(grid.times.size(), 0), is_output(grid.times.size(), 0);
   for (const Run& run : grid.runs) is_break[run.first_node] = run.starts_at_break;
   is_break[0] = is_break[count] = 1;
   for (const Index node : grid.output_nodes) is_output[node] = 1;
   const bool few_outputs = 4 * static_cast<Index>(grid.output_nodes.size()) <= count;
+  const auto stays = [&](Index node) { return is_break[node] || (few_outputs && is_output[node]); };
 
   std::vector<Mark> nodes = {{grid.times[0], Mark::kEnd}};
   std::vector<char> was_output = {is_output[0]};
-  for (Index node = 0; node < count;) {
-    const bool must_stop = is_break[node + 1] || (few_outputs && is_output[node + 1]);
-    node += must_stop ? 1 : 2;
+  const auto add = [&](Index node) {
     nodes.push_back({grid.times[node], is_break[node] ? Mark::kBreakPoint : Mark::kGridTime});
     was_output.push_back(is_output[node]);
+  };
+  for (Index begin = 0; begin < count;) {
+    Index end = begin + 1;
+    while (!stays(end)) ++end;
+    if (end - begin >= kFewSteps) {
+      for (Index node = begin; node < end;) add(node = std::min(end, node + factor));
+    } else {
+      for (Index node = begin; node < end; ++node) {
+        const double step = grid.times[node + 1] - grid.times[node];
+        for (Index part = 1; part < factor; ++part) {
+          nodes.push_back(
+              {grid.times[node] + step * static_cast<double>(part) / static_cast<double>(factor), Mark::kGridTime});
+          was_output.push_back(0);
+        }
+        add(node + 1);
+      }
+    }
+    begin = end;
   }
-  Grid coarse = GridOfNodes(nodes);
-  const Index stride = coarse.num_steps() / std::max<Index>(1, most_outputs) + 1;
-  for (Index node = 0; node <= coarse.num_steps(); ++node) {
-    if (was_output[node] || node % stride == 0) coarse.output_nodes.push_back(node);
+  Grid other = GridOfNodes(nodes);
+  const Index stride = other.num_steps() / std::max<Index>(1, most_outputs) + 1;
+  for (Index node = 0; node <= other.num_steps(); ++node) {
+    if (was_output[node] || node % stride == 0) other.output_nodes.push_back(node);
   }
-  return coarse;
+  return other;
 }
 
 }  // namespace dlcs

@@ -45,10 +45,11 @@ double CountSteps(double horizon, const std::vector<double>& break_points, const
 // The same grid with every step halved; output nodes stay at their times.
 Grid Halve(const Grid& grid);
 
-// The grid of every second node between two break points, with one step of the old length where their number is odd. Output
-// nodes that are few among many stay nodes. All nodes are output nodes, up to `most_outputs`; of more, those at even distances
-// and those of `grid` that are left.
-Grid Coarsen(const Grid& grid, Index most_outputs);
+// A grid to compare `grid` with. Between two break points it has every `factor`-th node, and at the end one shorter
+// step where their number does not fit; where the steps are fewer than four, each is cut into `factor` instead: a step
+// that stays as it is shows nothing. Output nodes that are few among many stay nodes. All nodes are output nodes, up to
+// `most_outputs`; of more, those at even distances and those of `grid` that are left.
+Grid WithOtherSteps(const Grid& grid, Index factor, Index most_outputs);
 
 }  // namespace dlcs
 

@@ -44,11 +44,6 @@ Grid Refine(const Grid& grid, Index nodes_kept) {
   return fine;
 }
 
-// The larger of two, entry by entry; NaN where one is.
-Vector Largest(const Vector& a, const Vector& b) {
-  return a.binaryExpr(b, [](double p, double q) { return NanMax(p, q); });
-}
-
 // Two grids that agree to the last bit where x' is far from the system within a step: neither has seen what is there,
 // such as a jump that all their nodes are on the same sides of.
 bool AgreesByChance(double difference, const Solution& fine, double tolerance) {
@@ -64,15 +59,57 @@ bool IsAllowed(const StepControl& control, const TrialSolves& trials, const Grid
   return !trials.fits || trials.fits(grid);
 }
 
-void SetAccuracy(const Convergence& convergence, double tolerance, Accuracy& accuracy) {
-  accuracy.source = AccuracySource::kControlled;
-  accuracy.asked = tolerance;
-  if (convergence.empty()) return;
-  ComponentErrors errors = convergence.errors(kSafety);
-  accuracy.error = NanMax(errors.largest(), Accuracy::kLeastError);
-  accuracy.errors_x = std::move(errors.x);
-  accuracy.errors_By = std::move(errors.By);
-}
+// A sequence of trials.
+class Trials {
+ public:
+  Trials(const StepControl& control, const TrialSolves& solves)
+      : control_(control), solves_(solves), convergence_(control.expected_order) {}
+
+  const Convergence& convergence() const { return convergence_; }
+  double rounding() const { return rounding_ ? rounding_->largest() : 0; }
+
+  // A trial that failed shows nothing, and neither do those before.
+  void StartAnew() {
+    coarse_.reset();
+    convergence_ = Convergence(control_.expected_order);
+  }
+
+  absl::Status Compare(Solution& fine) {
+    if (coarse_) convergence_.Add(solves_.compare(*coarse_, fine));
+    if (absl::Status status = LookAtRounding(); !status.ok()) return status;
+    Accuracy& accuracy = fine.accuracy;
+    accuracy.source = AccuracySource::kControlled;
+    accuracy.asked = control_.tolerance;
+    if (convergence_.empty()) return absl::OkStatus();
+    ComponentErrors errors = convergence_.errors(kSafety);
+    if (rounding_) errors += *rounding_;
+    errors.MoveTo(accuracy);
+    return absl::OkStatus();
+  }
+
+  void Remember(Solution fine, const Grid& grid) {
+    coarse_ = std::move(fine);
+    grid_ = grid;
+  }
+
+ private:
+  absl::Status LookAtRounding() {
+    constexpr double kResolved = 1e-3;
+    if (rounding_ || !solves_.solve_rounded || convergence_.empty()) return absl::OkStatus();
+    if (!(convergence_.errors().largest() <= std::max(control_.tolerance, kResolved))) return absl::OkStatus();
+    const absl::StatusOr<Solution> rounded = solves_.solve_rounded(grid_, kRoundedUlps);
+    if (!rounded.ok()) return rounded.status();
+    if (rounded->termination == Termination::kReachedEnd) rounding_ = solves_.compare(*rounded, *coarse_);
+    return absl::OkStatus();
+  }
+
+  const StepControl& control_;
+  const TrialSolves& solves_;
+  Convergence convergence_;
+  std::optional<ComponentErrors> rounding_;
+  std::optional<Solution> coarse_;  // the trial before, on grid_
+  Grid grid_;
+};
 
 }  // namespace
 
@@ -98,47 +135,45 @@ ComponentErrors Convergence::errors(double safety) const {
   double power = 1;
   for (auto before = differences_.rbegin() + 1; before != differences_.rend(); ++before) {
     power *= rate;
-    errors.x = Largest(errors.x, before->x / power);
-    errors.By = Largest(errors.By, before->By / power);
+    errors.RaiseTo(*before, 1 / power);
   }
-  errors.x *= safety / (rate - 1);
-  errors.By *= safety / (rate - 1);
+  errors *= safety / (rate - 1);
   return errors;
 }
 
 absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, Grid grid, const TrialSolves& trials) {
   ControlledSolution result;
-  std::optional<Solution> coarse;
-  Convergence convergence(control.expected_order);
+  Trials so_far(control, trials);
+  const Convergence& convergence = so_far.convergence();
   Index steps_so_far = 0;
   while (true) {
     absl::StatusOr<Solution> fine = trials.solve(grid);
     if (!fine.ok()) return fine.status();
     steps_so_far += grid.num_steps();
     const bool solved = fine->termination == Termination::kReachedEnd;
-    if (solved && coarse) convergence.Add(trials.compare(*coarse, *fine));
     result.solution = *std::move(fine);
     if (!solved) {
       const Termination termination = result.solution.termination;
       const bool diverges = control.whole_horizon && (termination == Termination::kDiverged ||
                                                       termination == Termination::kIterationLimit);
       if (diverges || FailsForAnyStep(termination) || grid.num_steps() > kMostFailingSteps) return result;
-      coarse.reset();
-      convergence = Convergence(control.expected_order);
+      so_far.StartAnew();
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
     } else {
-      SetAccuracy(convergence, control.tolerance, result.solution.accuracy);
+      if (absl::Status status = so_far.Compare(result.solution); !status.ok()) return status;
       const double error = result.solution.accuracy.error;
+      result.rounding = so_far.rounding();
       if (!convergence.empty()) result.order = convergence.order();
       result.reached = convergence.shows_order() && error <= control.tolerance &&
                        !AgreesByChance(convergence.last_difference(), result.solution, control.tolerance);
       const double least_steps =
           static_cast<double>(grid.num_steps()) * std::pow(error / control.tolerance, 1 / control.expected_order);
       const bool hopeless =
-          grid.num_steps() >= kHopelessSteps && least_steps > 8.0 * static_cast<double>(control.most_steps);
+          result.rounding > control.tolerance ||
+          (grid.num_steps() >= kHopelessSteps && least_steps > 8.0 * static_cast<double>(control.most_steps));
       if (result.reached || hopeless) return result;
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
-      coarse = std::move(result.solution);
+      so_far.Remember(std::move(result.solution), grid);
     }
     grid = Refine(grid, control.nodes_kept);
   }

@@ -54,8 +54,16 @@ struct StepControl {
   bool whole_horizon = false;  // is one iteration: where it does not converge, shorter steps do not help
 };
 
+// What is solved with the data rounded otherwise (core/methods/rounded_data.h) differs from what it is compared with by
+// so many ulps: of two solves on one grid, the figure is what some ulps make, and of the coarsest of three grids, whose
+// difference counts a quarter.
+inline constexpr double kRoundedUlps = 4;
+inline constexpr double kRoundedUlpsOfCoarsest = 16;
+
 struct TrialSolves {
   std::function<absl::StatusOr<Solution>(const Grid&)> solve;
+  // With the data changed by so many ulps; empty where that is not known to do.
+  std::function<absl::StatusOr<Solution>(const Grid&, double ulps)> solve_rounded = {};
   std::function<ComponentErrors(const Solution& coarse, const Solution& fine)> compare;
   std::function<bool(const Grid&)> fits;  // into the memory that is allowed
 };
@@ -63,6 +71,7 @@ struct TrialSolves {
 struct ControlledSolution {
   Solution solution;     // of the finest trial; its accuracy is set
   double order = 1;      // that was seen
+  double rounding = 0;   // what part of the error is that of the data, and of rounding
   bool reached = false;  // the error is below the tolerance
 };
 
@@ -73,9 +82,10 @@ struct ControlledSolution {
 // The error is estimated from the differences of neighbouring trials at all output nodes of the coarser one, with the
 // order that they show. A trial that fails is taken as a step too long: the next one has half of it, up to
 // kMostFailingSteps; failures that no step mends are returned at once, as are Cancelled and errors. Trials end without
-// success where the next one would have more steps than `control` allows or would not fit into memory, or where even
-// second order would need a hundred times as many. Cost: twice that of the last trial. Memory: the trajectories of two
-// trials.
+// success where the next one would have more steps than `control` allows or would not fit into memory, where even
+// second order would need a hundred times as many, or where other rounding of the data moves the solution by more than
+// the tolerance: the first trial whose error is below a thousandth is solved with such data too. Cost: twice that of
+// the last trial. Memory: the trajectories of two trials, of three at that one.
 absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, Grid grid, const TrialSolves& trials);
 
 }  // namespace dlcs

@@ -75,6 +75,22 @@ TEST(GridTest, HalvesEveryStepAndKeepsOutputTimes) {
   EXPECT_DOUBLE_EQ(halved.runs[0].step, grid.runs[0].step / 2);
 }
 
+TEST(GridTest, ComparesWithLongerStepsAndWhereTheyAreFewWithShorterOnes) {
+  Options options;
+  options.num_steps = 100;
+  options.output_times = {0.005, 0.035};  // one step, and three, and 97 of their own length
+  options.output_times_only = true;
+  const Grid grid = MakeGrid(1, {}, options);
+  ASSERT_EQ(grid.num_steps(), 1 + 3 + 97);
+  const Grid twice = WithOtherSteps(grid, 2, 1000);
+  EXPECT_EQ(twice.num_steps(), 2 + 6 + 49);
+  EXPECT_DOUBLE_EQ(twice.times[1], 0.0025);
+  EXPECT_EQ(twice.times[2], 0.005);
+  EXPECT_EQ(twice.times[8], 0.035);
+  EXPECT_GT(twice.longest_step, 0.0198);
+  EXPECT_EQ(WithOtherSteps(grid, 4, 1000).num_steps(), 4 + 12 + 25);
+}
+
 TEST(GridTest, TakesTheNodesThatAreGiven) {
   Options options;
   options.grid_times = {0.1, 0.2, 0.3, 0.35, 0.4, 0.9};

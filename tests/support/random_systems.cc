@@ -78,7 +78,11 @@ double TrueError(const Problem& problem, const Solution& solution, const Solutio
     return error;
   };
   const double error = largest(solution.x, exact.x);
-  return y_counts ? NanMax(error, largest(problem.B * solution.y, problem.B * exact.y)) : error;
+  if (!y_counts) return error;
+  const Matrix g = exact.w - problem.N * exact.x - problem.M * exact.y;
+  const Vector size_w = problem.N.AbsTimes(RowMaxAbs(exact.x)) + problem.M.AbsTimes(RowMaxAbs(exact.y)) + RowMaxAbs(g);
+  const double error_w = (RowMaxAbs(solution.w - exact.w).array() / size_w.array()).maxCoeff();
+  return NanMax(NanMax(error, error_w), largest(problem.B * solution.y, problem.B * exact.y));
 }
 
 }  // namespace dlcs::testing
