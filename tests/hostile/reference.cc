@@ -119,10 +119,12 @@ class Walk {
   Reference Run() {
     started_ = std::chrono::steady_clock::now();
     const int m = system_.num_states();
-    result_.x =
-        Eigen::MatrixXd::Constant(m, static_cast<Index>(times_.size()), std::numeric_limits<double>::quiet_NaN());
-    result_.By = result_.x;
-    result_.w = Eigen::MatrixXd::Constant(system_.num_pairs(), result_.x.cols(), result_.x(0, 0));
+    const auto unknown = [this](int rows) {
+      return Eigen::MatrixXd::Constant(rows, static_cast<Index>(times_.size()),
+                                       std::numeric_limits<double>::quiet_NaN());
+    };
+    result_.x = result_.By = unknown(m);
+    result_.w = unknown(system_.num_pairs());
     result_.size = system_.x0.cwiseAbs();
     result_.size_By = Eigen::VectorXd::Zero(m);
     result_.size_w = Eigen::VectorXd::Zero(system_.num_pairs());

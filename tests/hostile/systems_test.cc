@@ -14,13 +14,13 @@
 namespace dlcs::hostile {
 namespace {
 
-constexpr uint64_t kFirstSeed = 500000;
-constexpr uint64_t kSeeds = 28;  // two of each class
+constexpr uint64_t kFirstSeed = 700070;
+constexpr uint64_t kSeeds = 112;  // eight of each class
 
 class HostileSystems : public ::testing::TestWithParam<double> {};
 
 TEST_P(HostileSystems, AreNeverWrongWithAGoodVerdict) {
-  const double tolerance = GetParam();
+  const double tolerance = GetParam();  // 0: the default
   int right = 0, refused = 0;
   for (uint64_t seed = kFirstSeed; seed < kFirstSeed + kSeeds; ++seed) {
     const System system = MakeSystem(seed);
@@ -33,11 +33,12 @@ TEST_P(HostileSystems, AreNeverWrongWithAGoodVerdict) {
     right += trial.judgement == Judgement::kRight;
     refused += trial.judgement == Judgement::kRefused;
   }
-  // What is refused without need is counted by hostile_dlcs over more seeds; here it may not become the rule.
-  EXPECT_GT(right, 5 * refused) << right << " right, " << refused << " refused";
+  // Of 140 others, 2 were.
+  EXPECT_LE(refused, 4) << right << " right, " << refused << " refused";
+  EXPECT_GT(right, 80);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tolerances, HostileSystems, ::testing::Values(1e-4, 1e-7));
+INSTANTIATE_TEST_SUITE_P(Tolerances, HostileSystems, ::testing::Values(1e-4, 1e-7, 1e-10, 0));
 
 // Systems that were refused without need once.
 struct Hard {
@@ -54,8 +55,8 @@ TEST_P(HostileSeeds, AreSolvedWithinTheErrorAskedFor) {
   for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
     const Trial trial = Try(system, reference, {.tolerance = tolerance}, 10);
     EXPECT_EQ(trial.judgement, Judgement::kRight)
-        << Name(trial.judgement) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of x"
-        << trial.component + 1 << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
+        << Name(trial.judgement) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
+        << trial.component << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
     EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
   }
 }
