@@ -32,9 +32,11 @@ std::vector<Violation> AllViolations(const System& problem, const Options& optio
 constexpr const char* kLinear = "problem";
 constexpr const char* kNonlinear = "nonlinear";
 
-// The engine's name of a field of a problem, as the contract has it: matrices have capital letters in formulas and small ones there.
+// The name of a field of a problem in files and formulas, as the contract has it, where matrices have small letters.
 std::string WireProblemName(const std::string& name) {
   if (name == "T") return "horizon";
+  if (name == "states") return "state_names";
+  if (name == "pairs") return "pair_names";
   const bool matrix = name.size() == 1 && name[0] >= 'A' && name[0] <= 'Z';
   return matrix ? std::string(1, static_cast<char>(name[0] - 'A' + 'a')) : name;
 }
@@ -47,6 +49,7 @@ bool IsOption(const std::string& name) {
 // As InRequest() says, of one field.
 std::string PathOf(const std::string& field, const std::string& system) {
   constexpr std::string_view kMembers = "members[";
+  if (field == "members") return field;
   if (field.starts_with(kMembers)) {
     const std::size_t end = field.find("].");
     if (end == std::string::npos) return field;

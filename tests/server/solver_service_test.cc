@@ -470,6 +470,12 @@ INSTANTIATE_TEST_SUITE_P(
         Malformed{"HorizonInfinite", "problem.horizon", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(kInfinity); }},
         Malformed{"BreakPointOutside", "problem.break_points[0]",
                   [](v1::SolveRequest& r) { r.mutable_problem()->add_break_points(11); }},
+        Malformed{"StateName", "problem.state_names[0]",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->add_state_names("t"); }},
+        Malformed{"PairNames", "problem.pair_names",
+                  [](v1::SolveRequest& r) {
+                    for (const char* name : {"D1", "D2"}) r.mutable_problem()->add_pair_names(name);
+                  }},
         Malformed{"FunctionUnset", "problem.g", [](v1::SolveRequest& r) { r.mutable_problem()->clear_g(); }},
         Malformed{"PieceUnset", "problem.f.pieces[1]",
                   [](v1::SolveRequest& r) { r.mutable_problem()->mutable_f()->add_pieces()->set_start(1); }},
