@@ -2,6 +2,7 @@
 
 #include "core/events/mode.h"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
@@ -78,24 +79,37 @@ Matrix Selector(Index n, const std::vector<Index>& S) {
 }
 
 // Coordinates z of y_S = T z in which the columns of B_S are of one size and not nearly dependent, as they are where
-// they act on a fast state most: T = P R⁻¹ by the QR factorization B_S P = Q R with column pivots. A row of B_S T is
-// formed from that row of B_S alone, so that it has the rounding of its own entries. T is the identity where columns of
-// B_S are dependent.
+// they act on a fast state most: T = P R⁻¹ by the QR factorization D B_S P = Q R with column pivots, where D weighs the
+// states as N_S does. A row of B_S T is formed from that row of B_S alone, so that it has the rounding of its own
+// entries. `pivots` are as many rows of B_S T, far from dependent. Where columns of B_S are dependent T is the
+// identity, and there are no pivots.
 class Coordinates {
  public:
-  explicit Coordinates(const Matrix& B_S) : columns_(B_S) {
+  Coordinates(const Matrix& B_S, const Matrix& N_S) : columns_(B_S) {
     if (B_S.rows() < B_S.cols() || B_S.cols() == 0) return;
-    const Vector scale = Equilibrate(B_S).columns;
-    const Eigen::ColPivHouseholderQR<Matrix> qr(B_S * scale.asDiagonal());
+    const Vector weight = Equilibrate(N_S).columns.cwiseInverse();
+    Matrix weighed = weight.asDiagonal() * B_S;
+    for (Index i = 0; i < weighed.rows(); ++i) {
+      if (N_S.col(i).isZero(0)) weighed.row(i).setZero();
+    }
+    const Vector scale = Equilibrate(weighed).columns;
+    const Eigen::ColPivHouseholderQR<Matrix> qr(weighed * scale.asDiagonal());
     const Matrix R = qr.matrixR().topRows(B_S.cols()).triangularView<Eigen::Upper>();
     if (!(std::abs(R(R.rows() - 1, R.cols() - 1)) > kSingular * std::abs(R(0, 0)))) return;
     order_ = scale.asDiagonal() * Matrix(qr.colsPermutation());
     R_ = R;
     columns_ = Of(B_S);
+    const Eigen::FullPivLU<Matrix> lu(Of(weighed));
+    const auto& position = lu.permutationP().indices();
+    pivots_.resize(static_cast<std::size_t>(B_S.cols()));
+    for (Index i = 0; i < position.size(); ++i) {
+      if (position[i] < B_S.cols()) pivots_[static_cast<std::size_t>(position[i])] = i;
+    }
   }
 
   // B_S T.
   const Matrix& columns() const { return columns_; }
+  const std::vector<Index>& pivots() const { return pivots_; }
   // X T and T Z.
   Matrix Of(const Matrix& X) const {
     return R_.size() > 0 ? Matrix(R_.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(X * order_)) : X;
@@ -107,54 +121,71 @@ class Coordinates {
  private:
   Matrix order_, R_;
   Matrix columns_;
+  std::vector<Index> pivots_;
 };
 
-// B y of a mode, and |B||y.state| where no smaller numbers serve.
-struct Forces {
-  LinearOutput y;
-  Matrix size;
-};
+// y_S where M_SS is regular, and the equation of the states.
+void SubstituteMultipliers(const Problem& problem, const Matrix& N_S, const Matrix& inverse, Mode& mode) {
+  const Matrix selector = Selector(problem.num_constraints(), mode.active);
+  const Matrix map = Product(selector, inverse);
+  mode.y.state = Product(map, N_S);
+  mode.y.g = Product(map, selector.transpose());
+  mode.dynamics = problem.A.Dense() + problem.B * mode.y.state;
+  mode.dynamics_size = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode.y.state.cwiseAbs();
+  if (!mode.active.empty()) mode.source_g = problem.B * mode.y.g;
+}
 
-// What y_S is, or nothing where it is not determined.
-std::optional<Forces> DetermineMultipliers(const Problem& problem, Mode& mode) {
+// The same where M_SS is singular. False where y_S is not determined.
+bool DifferentiateConstraints(const Problem& problem, const Matrix& M_SS, const Matrix& N_S, Mode& mode) {
   const std::vector<Index>& S = mode.active;
-  const Matrix selector = Selector(problem.num_constraints(), S);
-  const Matrix M_SS = problem.M.Dense()(S, S);
-  const Matrix N_S = problem.N.Dense()(S, Eigen::all);
-  Forces forces;
-  if (const auto inverse = NegativeInverse(M_SS)) {
-    const Matrix map = Product(selector, *inverse);
-    mode.y.state = Product(map, N_S);
-    mode.y.g = Product(map, selector.transpose());
-    forces.y.state = problem.B * mode.y.state;
-    forces.y.g = problem.B * mode.y.g;
-    forces.size = problem.B.Dense().cwiseAbs() * mode.y.state.cwiseAbs();
-    return forces;
-  }
+  const Matrix& A = problem.A.Dense();
+  const Index m = A.rows(), size = static_cast<Index>(S.size());
   const RowSpaces rows = SplitRows(M_SS);
-  const Coordinates coordinates(problem.B.Dense()(Eigen::all, S));
-  const Matrix& B_S = coordinates.columns();
   const Index rank = rows.range.rows();
-  const Index size = static_cast<Index>(S.size());
+  const Coordinates coordinates(problem.B.Dense()(Eigen::all, S), N_S);
+  const Matrix& B_S = coordinates.columns();
+  const Matrix M_T = coordinates.Of(M_SS);
   Matrix system(size, size);
-  system << rows.range * coordinates.Of(M_SS), rows.null * N_S * B_S;
+  system << rows.range * M_T, rows.null * N_S * B_S;
   const auto inverse = NegativeInverse(system);
-  if (!inverse) return std::nullopt;
+  if (!inverse) return false;
+
+  // z = z' - of_A x - of_f f, so that the rows of the pivots vanish from what z' is made of: A - B_S of_A. Fast states
+  // are such rows, and their large entries would take the digits of the others.
+  const auto& pivots = coordinates.pivots();
+  Matrix of_A = Matrix::Zero(size, m), of_f = Matrix::Zero(size, m);
+  if (!pivots.empty()) {
+    const Eigen::FullPivLU<Matrix> at_pivots(B_S(pivots, Eigen::all));
+    of_A = at_pivots.solve(A(pivots, Eigen::all));
+    of_f = at_pivots.solve(Matrix::Identity(m, m)(pivots, Eigen::all));
+  }
+  Matrix rest = A - B_S * of_A, rest_f = Matrix::Identity(m, m) - B_S * of_f;
+  Matrix rest_size = A.cwiseAbs() + B_S.cwiseAbs() * of_A.cwiseAbs();
+  for (Matrix* matrix : {&rest, &rest_f, &rest_size}) {
+    for (const Index i : pivots) matrix->row(i).setZero();
+  }
+
   const Matrix of_range = inverse->leftCols(rank) * rows.range;
   const Matrix of_null = inverse->rightCols(size - rank) * rows.null;
-  const LinearOutput z{.state = of_range * N_S + of_null * N_S * problem.A.Dense(),
-                       .f = of_null * N_S,
+  const Matrix selector = Selector(problem.num_constraints(), S);
+  const LinearOutput z{.state = of_range * (N_S - M_T * of_A) + of_null * N_S * rest,
+                       .f = of_null * N_S * rest_f - of_range * M_T * of_f,
                        .g = of_range * selector.transpose(),
                        .slope = of_null * selector.transpose()};
+  mode.dynamics = rest + B_S * z.state;
+  const Matrix z_size = of_range.cwiseAbs() * (N_S.cwiseAbs() + M_T.cwiseAbs() * of_A.cwiseAbs()) +
+                        of_null.cwiseAbs() * (N_S.cwiseAbs() * rest_size);
+  mode.dynamics_size = rest_size + B_S.cwiseAbs() * z_size;
+  mode.source_f = rest_f + B_S * z.f;
+  mode.source_g = B_S * z.g;
+  mode.source_slope = B_S * z.slope;
   const auto in_y = [&](const Matrix& of_z) { return Matrix(selector * coordinates.Back(of_z)); };
-  mode.y = {.state = in_y(z.state), .f = in_y(z.f), .g = in_y(z.g), .slope = in_y(z.slope)};
-  forces.y = {.state = B_S * z.state, .f = B_S * z.f, .g = B_S * z.g, .slope = B_S * z.slope};
-  forces.size = B_S.cwiseAbs() * z.state.cwiseAbs();
+  mode.y = {.state = in_y(z.state - of_A), .f = in_y(z.f - of_f), .g = in_y(z.g), .slope = in_y(z.slope)};
   mode.rows = rows.null * N_S;
   mode.rows_g = rows.null * selector.transpose();
   // Along B_S in directions that M_SS does not feel: the columns of the inverse that belong to the null rows.
   mode.correction = -B_S * inverse->rightCols(size - rank);
-  return forces;
+  return true;
 }
 
 // y on S, and w = N x + g + M y elsewhere.
@@ -191,17 +222,14 @@ bool Complete(const Problem& problem, Mode& mode) {
 std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active) {
   auto mode = std::make_unique<Mode>();
   mode->active = std::move(active);
-  std::optional<Forces> forces = DetermineMultipliers(problem, *mode);
-  if (!forces) return nullptr;
-  mode->guard = MakeGuard(problem, *mode);
-  mode->dynamics = problem.A.Dense() + forces->y.state;
-  mode->dynamics_size = problem.A.Dense().cwiseAbs() + forces->size;
-  if (!mode->active.empty()) mode->source_g = std::move(forces->y.g);
-  if (mode->differentiated()) {
-    const Index m = problem.num_states();
-    mode->source_f = Matrix::Identity(m, m) + forces->y.f;
-    mode->source_slope = std::move(forces->y.slope);
+  const Matrix M_SS = problem.M.Dense()(mode->active, mode->active);
+  const Matrix N_S = problem.N.Dense()(mode->active, Eigen::all);
+  if (const auto inverse = NegativeInverse(M_SS)) {
+    SubstituteMultipliers(problem, N_S, *inverse, *mode);
+  } else if (!DifferentiateConstraints(problem, M_SS, N_S, *mode)) {
+    return nullptr;
   }
+  mode->guard = MakeGuard(problem, *mode);
   if (!Complete(problem, *mode)) return nullptr;
   return mode;
 }

@@ -67,7 +67,8 @@ INSTANTIATE_TEST_SUITE_P(Seeds, HostileSeeds,
                                            Hard{20113, "MixedRowsGradedA"}, Hard{43, "JumpsBesideShortSteps"},
                                            Hard{20035, "NonsymmetricPStiffDiagonalA"},
                                            Hard{20114, "MorePairsThanStates"}, Hard{20436, "RowsThatStayZero"},
-                                           Hard{20002, "PairsInUnits"}, Hard{20435, "ConstraintsOfAFastState"}),
+                                           Hard{20002, "PairsInUnits"}, Hard{20435, "ConstraintsOfAFastState"},
+                                           Hard{41155, "PairsOnAFastState"}),
                          [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 TEST(HostileReference, KnowsTheBouncingDiode) {
