@@ -70,6 +70,8 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   for (Index e = 0; e < kErrors; ++e) {
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
+    // A constraint that should have been given up holds back what its y makes of x; nothing did in the meantime.
+    errors_.col(e) += sources.length * (s_end + 1) / 2 * Signs(e).cwiseProduct(overlooked);
     // At its end a step is far better than inside of it, where an event cuts it.
     if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
   }
