@@ -11,6 +11,7 @@
 #include "core/linalg/norms.h"
 #include "core/methods/event_located.h"
 #include "core/methods/rounded_data.h"
+#include "core/methods/scheme.h"
 #include "core/number_text.h"
 #include "core/parallel/stop_scope.h"
 #include "core/realisation/memory_prediction.h"
@@ -124,6 +125,24 @@ double BytesOf(const Solution& solution) {
   return sizeof(double) * static_cast<double>(solution.x.size() + 2 * solution.y.size() + solution.x.cols());
 }
 
+// What x is off by where y is constant on each step but moves from one to the next. A fast state follows y within a
+// step, and lags behind by as much with every step that is long for it: no comparison of two of them shows that.
+Vector LagBehind(const Problem& problem, const Solution& solution) {
+  Vector lag = Vector::Zero(problem.num_states());
+  if (!(solution.step * problem.A.InfinityNorm() > 1)) return lag;
+  const Matrix of_change = ExponentialPiecewiseConstant(problem, solution.step).f_before * problem.B.Dense();
+  Vector before = Vector::Zero(lag.size());
+  for (Index k = 1; k < solution.y.cols(); ++k) {
+    const double apart = solution.times[static_cast<std::size_t>(k)] - solution.times[static_cast<std::size_t>(k) - 1];
+    const double steps = apart / solution.step;
+    Vector change = Vector::Zero(lag.size());
+    if (steps > 0.9) change = (of_change * (solution.y.col(k) - solution.y.col(k - 1)) / steps).cwiseAbs();
+    lag = lag.cwiseMax(change.cwiseMin(before));  // a jump of y alone is none
+    before = change;
+  }
+  return lag;
+}
+
 absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid, double ulps) {
   const Problem rounded = WithRoundedData(task.problem, ulps, task.plan.selection == Selection::kUnique);
   Task other{.problem = rounded,
@@ -140,15 +159,20 @@ absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid
 SystemSolves SolvesOf(Task& task, Observer& observer) {
   const bool y_counts = IsAlwaysLipschitz(task.plan.selection);
   const bool impacts = task.plan.method.inelastic_impact;
+  const bool lags = task.plan.method.method == Method::kExponentialMarch && !y_counts && !task.plan.realisation.system;
   SystemSolves system{
       .horizon = task.problem.horizon,
       .break_points = BreakPoints(task.problem),
       .expected_order = ExpectedOrder(task),
       .trials = {.solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
                  .compare =
-                     [&task, y_counts, impacts](const Solution& coarse, const Solution& fine) {
+                     [&task, y_counts, impacts, lags](const Solution& coarse, const Solution& fine) {
                        const ComponentSizes sizes = SizesOf(task.problem, fine, y_counts);
-                       return DifferencesBetween(coarse, fine, task.problem, sizes, impacts ? coarse.step : 0);
+                       ComponentErrors errors =
+                           DifferencesBetween(coarse, fine, task.problem, sizes, impacts ? coarse.step : 0);
+                       if (lags && coarse.step != fine.step)
+                         errors.x += Relative(LagBehind(task.problem, fine), sizes.x, sizes.x_rounding);
+                       return errors;
                      },
                  .fits = {}}};
   // Other forms of A have set-ups of their own, too dear for this.

@@ -57,15 +57,6 @@ void LeaveOutJumps(const Solution& a, const Solution& b, double apart, CommonCol
   common = std::move(kept);
 }
 
-Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding) {
-  Vector relative(difference.size());
-  for (Index i = 0; i < difference.size(); ++i) {
-    relative[i] = size[i] <= rounding[i] ? 0 : difference[i] / size[i];
-    if (std::isnan(size[i])) relative[i] = size[i];
-  }
-  return relative;
-}
-
 ComponentErrors Differences(const Solution& a, const Solution& b, const CommonColumns& common,
                             const StructuredMatrix* B, const ComponentSizes& sizes) {
   Vector x = Vector::Zero(a.x.rows()), By = Vector::Zero(B ? B->rows() : 0), w = Vector::Zero(sizes.w.size());
@@ -98,6 +89,15 @@ Vector MemoryOf(const StructuredMatrix& A, double horizon) {
 }
 
 }  // namespace
+
+Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding) {
+  Vector relative(difference.size());
+  for (Index i = 0; i < difference.size(); ++i) {
+    relative[i] = size[i] <= rounding[i] ? 0 : difference[i] / size[i];
+    if (std::isnan(size[i])) relative[i] = size[i];
+  }
+  return relative;
+}
 
 double ComponentErrors::largest() const { return NanMax(MaxAbs(x), NanMax(MaxAbs(By), MaxAbs(w))); }
 

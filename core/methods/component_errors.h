@@ -48,6 +48,9 @@ ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const P
                                    const ComponentSizes& sizes, double apart = 0);
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
 
+// Each difference relative to its size; 0 where that is no more than rounding.
+Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding);
+
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.
 double RelativeDifference(const Matrix& coarse, const Matrix& fine);
 

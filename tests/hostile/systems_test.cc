@@ -71,6 +71,19 @@ INSTANTIATE_TEST_SUITE_P(Seeds, HostileSeeds,
                                            Hard{41155, "PairsOnAFastState"}),
                          [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
+// Errors that comparing long steps with longer ones does not show: of single steps, of fast states that lag behind y,
+// and of rounding. Seeds whose figure was low once.
+TEST(HostileFigures, OfFixedStepsAreNotBelowAThird) {
+  for (const uint64_t seed : {30040, 30110, 30144, 41100, 41105, 41121, 41162, 41179, 41190}) {
+    const System system = MakeSystem(seed);
+    const Reference reference = Refer(system, ComparisonTimes(system));
+    ASSERT_EQ(reference.status, Reference::Status::kReached) << reference.reason;
+    const Trial trial = Try(system, reference, {.steps = 1000, .method = Method::kExponentialMarch}, 10);
+    ASSERT_TRUE(trial.reached_end) << seed;
+    EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "seed " << seed << ", " << system.traits;
+  }
+}
+
 TEST(HostileReference, KnowsTheBouncingDiode) {
   // x' = -x + y, 0 <= y ⟂ x - 1/2 + 2y >= 0, x(0) = 1: free until ln 2, then x' = -3x/2 + 1/4.
   System system;
