@@ -66,6 +66,11 @@ Verdict JudgeSolution(const Solution& solution) {
   if (!known) {
     verdict.kind = VerdictKind::kErrorUnknown;
     verdict.text = "reached T, error not estimated";
+    // Grids that failed leave nothing to compare the last one with.
+    if (accuracy.asked > 0) {
+      verdict.text += ", where " + FormatNumber(accuracy.asked) + " was aimed at";
+      verdict.success = false;
+    }
     return verdict;
   }
   const std::string estimated = "estimated error " + Figure(accuracy.error);

@@ -52,6 +52,10 @@ TEST(VerdictTest, KnowsWhatIsNotKnown) {
   EXPECT_TRUE(unknown.success);
   EXPECT_EQ(JudgeSolution(Reached(AccuracySource::kCompared, std::numeric_limits<double>::quiet_NaN(), 0)).kind,
             VerdictKind::kErrorUnknown);
+  const Verdict missed =
+      JudgeSolution(Reached(AccuracySource::kControlled, std::numeric_limits<double>::quiet_NaN(), 1e-6));
+  EXPECT_EQ(missed.text, "reached T, error not estimated, where 1e-06 was aimed at");
+  EXPECT_FALSE(missed.success);
   Solution failed = Reached(AccuracySource::kControlled, 1e-9, 1e-6);
   failed.termination = Termination::kInfeasible;
   EXPECT_EQ(JudgeSolution(failed).kind, VerdictKind::kNotSolved);
