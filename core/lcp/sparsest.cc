@@ -2,12 +2,14 @@
 #include "core/lcp/sparsest.h"
 
 #include <bit>
+#include <cmath>
 #include <vector>
 
 #include "core/lcp/basis_point.h"
 #include "core/lcp/enumeration.h"
 #include "core/lcp/nearest_point.h"
 #include "core/lcp/polish.h"
+#include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {
@@ -49,6 +51,9 @@ LcpVerdict SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen:
     return LcpVerdict::kNonFinite;
   }
   const Index n = q.size();
+  const double q_size = MaxAbs(lcp.q);
+  const int exponent = q_size > 0 ? std::ilogb(q_size) : 0;
+  const Vector q_of_size_one = std::ldexp(1.0, -exponent) * lcp.q;
   BasisPoint point(lcp, Elimination::kPivoting);
   Contest contest;
   const bool exactly = (tolerance.array() == 0).all();
@@ -70,9 +75,13 @@ LcpVerdict SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen:
         continue;
       }
       const std::vector<Index> indices = IndicesOf(S);
+      // In units in which M, q and y are of size one.
+      const Vector column = lcp.matrix->scale.column(indices) * std::ldexp(1.0, exponent);
+      const Vector unit = column / (column.size() > 0 ? column.maxCoeff() : 1.0);
       const NearestPoint nearest =
-          FindNearestPoint(SolutionFaceOf(M_, q, indices), {Matrix::Identity(count, count), Vector::Zero(count)});
+          FindNearestPoint(SolutionFaceOf(lcp.M(), q_of_size_one, indices), {unit.asDiagonal(), Vector::Zero(count)});
       FeasiblePoint face{nearest.answer, nearest.v};
+      if (face.answer == Feasibility::kFeasible) face.y = column.cwiseProduct(nearest.v);
       if (face.answer == Feasibility::kUnknown && exactly) face = SolveFaceExactly(M_, q, indices);
       if (face.answer == Feasibility::kUnknown) decided = false;
       if (face.answer != Feasibility::kFeasible) continue;

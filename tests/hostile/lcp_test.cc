@@ -11,6 +11,7 @@
 
 #include "core/lcp/batch.h"
 #include "core/lcp/sparse_solver.h"
+#include "core/linalg/norms.h"
 #include "core/parallel/parallel.h"
 #include "tests/hostile/exact_lcp.h"
 #include "tests/hostile/hostile_count.h"
@@ -275,6 +276,18 @@ TEST(HostileLcpTest, JudgesAProblemByItsOwnNumbers) {
     ASSERT_TRUE(solvable.ok());
     EXPECT_EQ(solvable->verdict, LcpVerdict::kSolved) << q;
     EXPECT_EQ(solvable->y[0], -q);
+  }
+}
+
+// y = (3, 5) for any size of M and q; the basis {0} alone is singular.
+TEST(HostileLcpTest, FindsTheFewestComponentsForMatricesOfAnySize) {
+  for (const double size : {0x1p-26, 1.0, 0x1p26}) {
+    for (const double of_q : {0x1p-40, 1.0, 0x1p40}) {
+      const auto result = SolveLcp(size * Matrix{{1, -1}, {1, 0}}, of_q * Vector{{2, -3}}, SolutionRule::kSparsest);
+      ASSERT_TRUE(result.ok());
+      ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << size << ", " << of_q << ": " << result->message;
+      EXPECT_LE(MaxAbs(result->y * (size / of_q) - Vector{{3, 5}}), 1e-12);
+    }
   }
 }
 

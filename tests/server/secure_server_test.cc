@@ -505,7 +505,7 @@ TEST_F(SecureDlcsdTest, MakesTokens) {
   EXPECT_THAT(WhatEnds({"token", "alice", "--save", saved}, 2), HasSubstr("File exists"));
   EXPECT_THAT(WhatEnds({"token", "two words"}, 2), HasSubstr("NAME \"two words\": must be 1 to 128 letters"));
   EXPECT_THAT(WhatEnds({"token", "alice", "--right", "owner"}, 2),
-              HasSubstr("--right owner: must be reader, submitter or admin"));
+              HasSubstr("--right: \"owner\" is none of reader, submitter, admin"));
   DlcsdProcess shown({"token", "bob"});
   const std::string bob = shown.ReadLine();
   EXPECT_EQ(shown.Wait(), 0);
