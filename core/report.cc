@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/report.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "core/linalg/norms.h"
 #include "core/methods/time_stepping.h"
 #include "core/number_text.h"
 
@@ -13,6 +17,33 @@ constexpr Index kMostConstraintsOfMinors = 20;
 std::string CoupledMatrixText(const Options& options, bool two_stages) {
   if (two_stages) return "γh N (I - γhA)⁻¹ B + M";
   return std::string(options.average_y ? "h/2 N (I - hA/2)⁻¹ B" : "h N (I - h(1-θ)A)⁻¹ B") + " + M";
+}
+
+// For positive semidefinite M, of which two solutions y differ by a z with (M + Mᵀ) z = 0: whether B z may differ from
+// zero, unless some symmetric positive definite P has P B = Nᵀ, so that no two x have a growing distance (N B is then
+// symmetric, positive semidefinite and of the rank of B). False where that would take
+// long, and for M = 0, where N B decides.
+bool MayLeaveStatesOpen(const Problem& problem) {
+  constexpr Index kMostPairs = 300;
+  constexpr double kZero = 1e-9;
+  if (problem.num_constraints() > kMostPairs || !problem.B.FitsDense() || problem.M.IsZero()) return false;
+  const Matrix &M = problem.M.Dense(), &B = problem.B.Dense();
+  const Eigen::SelfAdjointEigenSolver<Matrix> form(M + M.transpose());
+  const double size = MaxAbs(form.eigenvalues());
+  Matrix null(M.rows(), 0);
+  for (Index k = 0; k < M.rows(); ++k) {
+    if (std::abs(form.eigenvalues()[k]) > kZero * size) continue;
+    null.conservativeResize(Eigen::NoChange, null.cols() + 1);
+    null.rightCols(1) = form.eigenvectors().col(k);
+  }
+  if (null.cols() == 0 || MaxAbs(B * null) <= kZero * MaxAbs(B)) return false;
+  const Matrix NB = problem.N * B;
+  const double size_of_NB = MaxAbs(NB);
+  if (MaxAbs(NB - NB.transpose()) > kZero * size_of_NB) return true;
+  const Eigen::SelfAdjointEigenSolver<Matrix> storage(NB);
+  if (storage.eigenvalues().minCoeff() < -kZero * size_of_NB) return true;
+  const Index rank_of_NB = (storage.eigenvalues().array() > kZero * size_of_NB).count();
+  return rank_of_NB < Eigen::FullPivLU<Matrix>(B).setThreshold(kZero).rank();
 }
 
 }  // namespace
@@ -40,9 +71,17 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
   const bool may_be_several = plan.selection == Selection::kAny && matrix_class.p.answer == Answer::kNo &&
                               matrix_class.positive_semidefinite.answer == Answer::kNo;
   if (may_be_several && !plan.is_refused()) {
-    report.warnings.push_back("M is " + matrix_class.description +
-                              ": y, and x with it, may be one of several solutions, of which other methods and other steps may "
-                              "follow another.");
+    report.warnings.push_back(
+        "M is " + matrix_class.description +
+        ": y, and x with it, may be one of several solutions, of which other methods and other steps may "
+        "follow another.");
+  }
+  const bool is_monotone = plan.selection == Selection::kAny && matrix_class.p.answer == Answer::kNo &&
+                           matrix_class.positive_semidefinite.answer == Answer::kYes;
+  if (is_monotone && !plan.is_refused() && MayLeaveStatesOpen(problem)) {
+    report.warnings.push_back(
+        "M is " + matrix_class.description +
+        ", and B is not zero where M + Mᵀ is: x may be one of several solutions. A rule (--rule) says which is meant.");
   }
   if (!plan.method.impulsive_rows.empty()) {
     report.warnings.push_back(

@@ -318,8 +318,8 @@ TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
   EXPECT_GT(solution.cost.marched_steps, 0);
   EXPECT_EQ(solution.switching_times.back().kind, "coupled steps begin");
   EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-5);
-  ASSERT_EQ(solution.warnings.size(), 1u);
-  EXPECT_NE(solution.warnings[0].find("No active set lasted from t = "), std::string::npos) << solution.warnings[0];
+  ASSERT_EQ(solution.warnings.size(), 2u);  // relays that are not passive may leave x open, too
+  EXPECT_NE(solution.warnings[1].find("No active set lasted from t = "), std::string::npos) << solution.warnings[1];
   EXPECT_LE(solution.accuracy.error, solution.accuracy.asked);
 
   // Who asks for an error gets it: the steps are taken again, shorter. The state rests at zero behind the point.

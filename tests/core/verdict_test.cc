@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "core/solve.h"
 #include "tests/support/problems.h"
 #include "tests/support/solving.h"
@@ -99,6 +103,32 @@ TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   const Solution asked = testing::SolveWith(testing::ExampleFourOne(), options);
   EXPECT_EQ(asked.termination, Termination::kIterationLimit);
   EXPECT_EQ(JudgeSolution(asked).kind, VerdictKind::kNotSolved);
+}
+
+// Two pairs share one sum, and B sees one of them. Where B
+// sees both alike, or acts as N says, x is one whatever y is.
+TEST(SeveralSolutionsTest, OfMonotoneSystemsAreWarnedOfWhereXMayDiffer) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.N = Matrix{{1}, {1}};
+  problem.M = Matrix::Ones(2, 2);
+  problem.f = TimeFunction::Zero(1);
+  problem.g = TimeFunction::Constant(Vector{{-1, 1}});
+  problem.x0 = Vector{{0}};
+  problem.horizon = 1;
+  const auto warns = [&](const Matrix& B, const Matrix& M) {
+    problem.B = B;
+    problem.M = M;
+    const std::vector<std::string> warnings = testing::SolveToEnd(problem, {}).warnings;
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("x may be one of several solutions") != std::string::npos;
+    });
+  };
+  const Matrix ones = Matrix::Ones(2, 2), skew{{0, 1}, {-1, 0}};
+  EXPECT_TRUE(warns(Matrix{{1, 0}}, ones));
+  EXPECT_FALSE(warns(Matrix{{1, 1}}, ones));
+  EXPECT_FALSE(warns(Matrix{{2, 2}}, skew));
+  EXPECT_FALSE(warns(Matrix{{1, 0}}, Matrix{{2, 1}, {1, 2}}));
 }
 
 TEST(GivenStepsTest, HaveAnEstimateUnlessItIsDeclined) {
