@@ -226,8 +226,8 @@ std::optional<std::string> JsonReader::ReadWord(const nlohmann::json& value, con
 }
 
 std::optional<v1::SolutionRule> JsonReader::ReadRule(const nlohmann::json& value, const std::string& path) {
-  const auto word = ReadWord(value, path, RuleNames());
-  return word ? ParseRule(*word) : std::nullopt;
+  const auto word = ReadWord(value, path, Words<v1::SolutionRule>());
+  return word ? ParseWord<v1::SolutionRule>(*word) : std::nullopt;
 }
 
 absl::Status JsonReader::status() const {

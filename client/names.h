@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The enumerations of the wire in the words of files and of the command line.
+// The enumerations of the contract in the words of files, of the command line and of tables: METHOD_TIME_STEPPING is
+// "time-stepping", and the unspecified enumerator is "auto". A word that is newer than this program is its number.
 
 #ifndef DLCS_CLIENT_NAMES_H_
 #define DLCS_CLIENT_NAMES_H_
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/generated_enum_reflection.h>
 
 #include <optional>
 #include <string>
@@ -12,40 +16,24 @@
 
 namespace dlcs::client {
 
-// "auto", "laplace-iteration", "paper-iteration", ...; a method of a newer server is "method-<number>".
-std::string MethodName(v1::Method method);
-std::optional<v1::Method> ParseMethod(const std::string& name);
-std::vector<std::string> MethodNames();
+std::string EnumWord(const google::protobuf::EnumDescriptor& enumeration, int number);
+std::optional<int> ParseEnumWord(const google::protobuf::EnumDescriptor& enumeration, const std::string& word);
+// In the order of the contract, "auto" first.
+std::vector<std::string> EnumWords(const google::protobuf::EnumDescriptor& enumeration);
 
-// "auto", "unique", "least-element".
-std::string RuleName(v1::SolutionRule rule);
-std::optional<v1::SolutionRule> ParseRule(const std::string& name);
-std::vector<std::string> RuleNames();
-
-// "auto", "substitution", "newton".
-std::string StepSolverName(v1::StepSolver step_solver);
-std::optional<v1::StepSolver> ParseStepSolver(const std::string& name);
-std::vector<std::string> StepSolverNames();
-
-// "auto", "phi-functions", "contour".
-std::string KernelSourceName(v1::KernelSource kernel);
-std::optional<v1::KernelSource> ParseKernelSource(const std::string& name);
-std::vector<std::string> KernelSourceNames();
-
-// "auto", "dense", "kronecker-sum", "contour", "sparse-stepping".
-std::string RealisationName(v1::Realisation realisation);
-std::optional<v1::Realisation> ParseRealisation(const std::string& name);
-std::vector<std::string> RealisationNames();
-
-// "auto", "linear", "cubic-spline".
-std::string InterpolationName(v1::Interpolation interpolation);
-std::optional<v1::Interpolation> ParseInterpolation(const std::string& name);
-std::vector<std::string> InterpolationNames();
-
-// "auto", "theorem-2-2", "remark-2-4".
-std::string ContourChoiceName(v1::ContourChoice choice);
-std::optional<v1::ContourChoice> ParseContourChoice(const std::string& name);
-std::vector<std::string> ContourChoiceNames();
+template <typename Enum>
+std::string Word(Enum value) {
+  return EnumWord(*google::protobuf::GetEnumDescriptor<Enum>(), value);
+}
+template <typename Enum>
+std::optional<Enum> ParseWord(const std::string& word) {
+  const auto number = ParseEnumWord(*google::protobuf::GetEnumDescriptor<Enum>(), word);
+  return number ? std::optional(static_cast<Enum>(*number)) : std::nullopt;
+}
+template <typename Enum>
+std::vector<std::string> Words() {
+  return EnumWords(*google::protobuf::GetEnumDescriptor<Enum>());
+}
 
 // "REACHED_END", "INFEASIBLE", ...
 std::string TerminationName(v1::Termination termination);
@@ -57,13 +45,6 @@ std::string VerdictText(const v1::Summary& summary);
 std::string AccuracySourceName(v1::AccuracySource source);
 // Whether the answer may be used.
 bool Succeeded(const v1::Summary& summary);
-
-// "yes", "no", "unknown".
-std::string AnswerName(v1::Answer answer);
-
-// "exact", "upper-bound", "lower-bound", "estimate".
-std::string ConstantKindName(v1::ConstantKind kind);
-
 // "SOLVED", "INFEASIBLE", ...
 std::string VerdictName(v1::LcpVerdict verdict);
 

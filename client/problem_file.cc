@@ -244,7 +244,7 @@ ordered_json ProblemJson(const v1::Problem& problem) {
   if (!problem.pair_names().empty()) file["pairs"] = problem.pair_names();
   for (const v1::Parameter& parameter : problem.parameters()) file["parameters"][parameter.name()] = parameter.value();
   if (!problem.break_points().empty()) file["break_points"] = problem.break_points();
-  if (problem.rule() != v1::SOLUTION_RULE_UNSPECIFIED) file["rule"] = RuleName(problem.rule());
+  if (problem.rule() != v1::SOLUTION_RULE_UNSPECIFIED) file["rule"] = Word(problem.rule());
   if (problem.has_selector()) {
     file["selector"] = {{"C", MatrixJson(problem.selector().c())}, {"b", problem.selector().b()}};
   }

@@ -224,6 +224,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
 }
 
 v1::SolveOptions ToProto(const Options& options) {
+  const Options defaults;
   v1::SolveOptions result;
   result.set_method(ToProto(options.method));
   if (options.num_steps != 0) result.set_steps(options.num_steps);
@@ -234,27 +235,32 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_error_tolerance(options.error_tolerance);
   result.mutable_output_times()->Add(options.output_times.begin(), options.output_times.end());
   result.set_theta(options.theta);
-  result.set_step_solver(ToProto(options.step_solver));
+  if (options.step_solver != defaults.step_solver) result.set_step_solver(ToProto(options.step_solver));
   result.set_average_y(options.average_y);
   result.set_window_steps(options.window_steps);
   result.set_kernel(ToProto(options.kernel));
   result.set_acceleration(options.acceleration);
-  if (options.windows_in_flight != 1) result.set_windows_in_flight(options.windows_in_flight);
+  if (options.windows_in_flight != defaults.windows_in_flight) result.set_windows_in_flight(options.windows_in_flight);
   result.set_realisation(ToProto(options.realisation));
-  if (options.max_memory != Options().max_memory) result.set_max_memory_bytes(options.max_memory);
-  result.set_iteration_tolerance(options.iteration_tolerance);
+  if (options.max_memory != defaults.max_memory) result.set_max_memory_bytes(options.max_memory);
+  if (options.iteration_tolerance != defaults.iteration_tolerance) {
+    result.set_iteration_tolerance(options.iteration_tolerance);
+  }
   result.set_max_iterations(options.max_iterations);
-  v1::Contour& contour = *result.mutable_contour();
-  contour.set_nodes(static_cast<int>(options.num_contour_nodes));
+  v1::Contour contour;
+  if (options.num_contour_nodes != defaults.num_contour_nodes) {
+    contour.set_nodes(static_cast<int>(options.num_contour_nodes));
+  }
   contour.set_gamma(options.contour_gamma);
   contour.set_mu(options.contour_mu);
   contour.set_step(options.contour_step);
   contour.set_for_initial_state(options.contour_for_initial_state);
   contour.set_choice(ToProto(options.contour));
-  result.set_interpolation(ToProto(options.interpolation));
+  if (contour.ByteSizeLong() > 0) *result.mutable_contour() = contour;
+  if (options.interpolation != defaults.interpolation) result.set_interpolation(ToProto(options.interpolation));
   result.set_project_initial_state(options.project_initial_state);
   result.set_inelastic_impact(options.inelastic_impact);
-  result.set_estimate_error(options.estimate_error);
+  if (!options.estimate_error) result.set_estimate_error(false);
   result.set_threads(options.num_threads);
   return result;
 }

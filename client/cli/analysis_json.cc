@@ -51,7 +51,7 @@ ordered_json WitnessJson(const v1::Witness& witness) {
 
 ordered_json FindingJson(const v1::Finding& finding) {
   return {{"title", finding.title()},
-          {"answer", AnswerName(finding.answer())},
+          {"answer", Word(finding.answer())},
           {"why", finding.why()},
           {"witness", finding.has_witness() ? WitnessJson(finding.witness()) : ordered_json(nullptr)},
           {"source", finding.source()}};
@@ -61,7 +61,7 @@ ordered_json ConstantJson(const v1::Constant& constant) {
   return {{"symbol", constant.symbol()},
           {"title", constant.title()},
           {"value", constant.has_value() ? Number(constant.value()) : ordered_json(nullptr)},
-          {"kind", ConstantKindName(constant.kind())},
+          {"kind", Word(constant.kind())},
           {"why", constant.why()},
           {"source", constant.source()}};
 }
@@ -80,17 +80,17 @@ ordered_json SectionJson(const v1::AnalysisSection& section) {
 ordered_json RecommendationJson(const v1::Recommendation& recommendation) {
   const v1::SolveOptions& options = recommendation.options();
   return {
-      {"method", MethodName(options.method())},
+      {"method", Word(options.method())},
       {"steps", options.has_steps() ? ordered_json(options.steps()) : ordered_json(nullptr)},
       {"step", options.has_step() ? ordered_json(options.step()) : ordered_json(nullptr)},
       {"grid_times", options.has_grid_times() ? List(options.grid_times().times()) : ordered_json(nullptr)},
       {"window_steps", options.window_steps()},
       {"theta", options.theta()},
-      {"step_solver", StepSolverName(options.step_solver())},
+      {"step_solver", Word(options.step_solver())},
       {"average_y", options.average_y()},
-      {"kernel", KernelSourceName(options.kernel())},
-      {"interpolation", InterpolationName(options.interpolation())},
-      {"contour", ContourChoiceName(options.contour().choice())},
+      {"kernel", Word(options.kernel())},
+      {"interpolation", Word(options.interpolation())},
+      {"contour", Word(options.contour().choice())},
       {"project_initial_state", options.project_initial_state()},
       {"inelastic_impact", options.inelastic_impact()},
       {"reasons", List(recommendation.reasons())},

@@ -90,7 +90,7 @@ void PrintFindingsWhole(const v1::AnalysisSection& section, Paragraphs& paper) {
     for (const v1::Finding& finding : section.findings()) {
       if (finding.answer() != answer) continue;
       const std::string meaning = Meaning(finding);
-      PrintRow(AnswerName(answer).c_str(), Label(finding), width,
+      PrintRow(Word(answer).c_str(), Label(finding), width,
                meaning.empty() ? Grounds(finding) : fmt::format("({}) {}", meaning, Grounds(finding)), paper);
     }
   }
@@ -117,11 +117,11 @@ void PrintAnswer(const v1::AnalysisSection& section, v1::Answer answer, std::siz
     if (Follows(finding, section)) {
       following.push_back(Label(finding));
     } else {
-      PrintRow(AnswerName(answer).c_str(), Label(finding), width, finding.why(), paper);
+      PrintRow(Word(answer).c_str(), Label(finding), width, finding.why(), paper);
     }
   }
   if (!following.empty())
-    paper.Print(fmt::format("  {:<8} ", AnswerName(answer)),
+    paper.Print(fmt::format("  {:<8} ", Word(answer)),
                 fmt::format("hence {}", fmt::join(following, ", ")));
 }
 

@@ -5,10 +5,21 @@
 
 #include "client/cli/analysis_output.h"
 #include "client/cli/paragraphs.h"
+#include "client/cli/solve_option_table.h"
 #include "client/cli/words.h"
+#include "client/names.h"
 
 namespace dlcs::client {
 namespace {
+
+// As a shell reads it: quoted where it holds anything but letters that every shell leaves alone.
+std::string ShellWord(const std::string& text) {
+  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+:,@%";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
 
 constexpr const char* kHead = "  {:<10} ";
 
@@ -32,6 +43,14 @@ void PrintHead(const std::string& name, const Asked& asked, const v1::AnalyzePro
 }
 
 }  // namespace
+
+std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& options) {
+  std::string command = "dlcs solve " + ShellWord(asked.source);
+  if (!asked.server.empty()) command += " --server " + ShellWord(asked.server);
+  if (asked.rule) command += " --rule " + Word(*asked.rule);
+  for (const std::string& word : AsTyped(options, asked.grid)) command += " " + ShellWord(word);
+  return command;
+}
 
 void PrintAnalysisTable(const std::string& name, const Asked& asked,
                         const v1::AnalyzeProblemResponse& analysis, Detail detail, int width,

@@ -19,6 +19,7 @@
 #include "client/cli/option_kinds.h"
 #include "client/cli/run_support.h"
 #include "client/cli/server_options.h"
+#include "client/cli/solve_option_table.h"
 #include "client/cli/solve_options.h"
 #include "client/names.h"
 #include "proto/nearest_name.h"
@@ -40,10 +41,6 @@ void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   AddProblem(app, command.problem_path);
   AddServer(app, command.server, kServerHelp);
   AddHowToSolve(app, options, command.grid, command.rule);
-  AddNumber(
-      app, "--threads", "N", WholeAtLeast("a whole number of at least 0", 0),
-      [&](double v) { options.set_threads(static_cast<std::int32_t>(std::min(v, 2e9))); },
-      "At most so many; the result does not depend on it (0: all)");
   AddDeadline(app, command.deadline_s);
   AddOutput(app, command.output, "the result");
   AddQuiet(app, command.quiet, "Nothing on standard error but errors; the verdict is in the result and the exit code");
@@ -73,10 +70,7 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   CLI::App& app = *main.add_subcommand("analyze", "Say what is known about a system, and how to solve it");
   AddProblem(app, command.problem_path);
   AddServer(app, command.server, kServerHelp);
-  AddMethod(app, command.options);
-  AddGrid(app, command.options, command.grid);
-  AddJumps(app, command.options);
-  AddRule(app, command.rule);
+  AddHowToSolve(app, command.options, command.grid, command.rule);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.add_flag("-v,--verbose", command.verbose, "The table with every finding, witness, constant and source");
@@ -122,7 +116,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
   CLI::Option* file = app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
                           ->type_name("FILE");
   CLI::Option* cells = AddNumber(
-      app, "--cells", "N", WholeAtLeast("a whole number of at least 2", 2),
+      app, "--cells", "N", Whole("a whole number of at least 2", 2),
       [&command](double v) { command.cells = static_cast<std::int64_t>(std::min(v, 1e9)); },
       "signorini: cells of the grid in each direction, 1/Δx");
   CLI::Option* coefficient = AddNumber(
@@ -272,24 +266,26 @@ void RefuseEmptyNames(CLI::App& command) {
   }
 }
 
-// Where an option stands in the help of a command that has many.
-std::string GroupOf(const std::string& name) {
+// Groups of the help of a command that has many options.
+constexpr const char* kEveryday = "Everyday";
+constexpr const char* kOther = "Accuracy, model and machine";
+constexpr const char* kServer = "Server";
+
+std::string OnlyFor(v1::Method method) { return "Only " + Word(method); }
+
+std::string GroupOf(const std::string& flag) {
   static const std::map<std::string, std::vector<std::string>> kGroups = {
-      {"Everyday",
-       {"--tolerance", "--steps", "--step", "--at", "--method", "--format", "--output", "--quiet", "--verbose", "--deadline",
-        "--help", "--title", "--wait"}},
-      {"Only time-stepping", {"--theta", "--step-solver", "--average-y"}},
-      {"Only laplace-iteration", {"--window", "--kernel", "--acceleration", "--windows-in-flight"}},
-      {"Only paper-iteration",
-       {"--interpolation", "--contour", "--contour-nodes", "--contour-gamma", "--contour-mu", "--contour-step",
-        "--contour-initial-state"}},
-      {"Server",
-       {"--server", "--context", "--local", "--token-file", "--tls", "--tls-ca", "--tls-cert", "--tls-key", "--patience"}},
+      {kEveryday, {"--format", "--output", "--quiet", "--verbose", "--deadline", "--help", "--title", "--wait"}},
+      {kServer, {"--server", "--context", "--local", "--token-file", "--tls", "--tls-ca", "--tls-cert", "--tls-key", "--patience"}},
   };
-  for (const auto& [group, names] : kGroups) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) return group;
+  if (const SolveOption* row = FindSolveOption(flag)) {
+    if (row->method != v1::METHOD_UNSPECIFIED) return OnlyFor(row->method);
+    return row->group == OptionGroup::kEveryday ? kEveryday : kOther;
   }
-  return "Accuracy, model and machine";
+  for (const auto& [group, flags] : kGroups) {
+    if (std::find(flags.begin(), flags.end(), flag) != flags.end()) return group;
+  }
+  return kOther;
 }
 
 // Puts the options of a command with many into groups.
@@ -299,7 +295,7 @@ void Group(CLI::App& app) {
   for (CLI::Option* option : options) {
     if (!option->nonpositional()) continue;
     const std::string group = GroupOf("--" + option->get_lnames().front());
-    if (options.size() > kMany || group == "Server") option->group(group);
+    if (options.size() > kMany || group == kServer) option->group(group);
   }
 }
 
@@ -325,10 +321,11 @@ class GroupedHelp : public CLI::Formatter {
  private:
   std::string Groups(const CLI::App& app) const {
     std::string text;
-    for (const char* group : {"Options", "Everyday", "Accuracy, model and machine", "Only time-stepping",
-                              "Only laplace-iteration", "Only paper-iteration", "Server"}) {
+    for (const std::string& group : {std::string("Options"), std::string(kEveryday), std::string(kOther),
+                                     OnlyFor(v1::METHOD_TIME_STEPPING), OnlyFor(v1::METHOD_LAPLACE_ITERATION),
+                                     OnlyFor(v1::METHOD_PAPER_ITERATION), std::string(kServer)}) {
       const auto options = app.get_options(
-          [group](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
+          [&group](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
       if (!options.empty()) text += make_group(group, false, options);
     }
     return text;

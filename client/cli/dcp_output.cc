@@ -60,7 +60,7 @@ void PrintDcpTable(const v1::SolveDcpResponse& response, bool measured, int widt
     fmt::print(out, "  integral of w_i dv_i = 0  largest {:.1e}\n", c.complementarity());
   }
   const v1::Finding& unique = response.unique();
-  fmt::print(out, "\nOne solution for every q with q(0) >= 0: {} ({})\n", AnswerName(unique.answer()),
+  fmt::print(out, "\nOne solution for every q with q(0) >= 0: {} ({})\n", Word(unique.answer()),
              unique.why());
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -84,7 +85,7 @@ constexpr const char* kProblemsExamples =
 void AddTarget(CLI::App& app, JobTarget& target, const std::string& footer) {
   AddServer(app, target.server, fmt::format("The dlcsd at this address ({})", target.server.address));
   AddNumber(
-      app, "--patience", "SECONDS", {"a number of at least 0", [](double v) { return v >= 0; }},
+      app, "--patience", "SECONDS", {"a number of at least 0", 0},
       [&target](double v) {
         using Repeat = ConnectionOptions::Repeat;
         target.repeat = v > 0 ? Repeat::kAlways : Repeat::kNever;
@@ -136,7 +137,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
   AddName(app, command.name);
   AddTarget(app, command.target, kWatchExamples);
   AddNumber(
-      app, "--after", "N", WholeAtLeast("a whole number of at least 0", 0),
+      app, "--after", "N", Whole("a whole number of at least 0", 0),
       [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Events above this number only (0)");
   AddNumber(
       app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
@@ -169,13 +170,13 @@ void AddResult(CLI::App& main, ResultCommand& command) {
          "The stored times nearest to these, in any order; submit --at stores times exactly")
       ->type_name("T1,T2,...");
   AddNumber(
-      app, "--stride", "N", WholeAtLeast("a whole number of at least 1", 1),
+      app, "--stride", "N", Whole("a whole number of at least 1", 1),
       [&command](double v) { command.stride = static_cast<std::int64_t>(v); }, "Every so many times (1)");
   AddNumber(
-      app, "--from", "T", {"a number", [](double) { return true; }}, [&command](double v) { command.from = v; },
+      app, "--from", "T", {"a number", std::numeric_limits<double>::lowest()}, [&command](double v) { command.from = v; },
       "From this time on (0)");
   AddNumber(
-      app, "--to", "T", {"a number", [](double) { return true; }}, [&command](double v) { command.to = v; },
+      app, "--to", "T", {"a number", std::numeric_limits<double>::lowest()}, [&command](double v) { command.to = v; },
       "Up to this time (the end)");
   AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
   AddOutput(app, command.output, "it");
@@ -207,7 +208,7 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
   AddTarget(list, commands.list.target, kListExamples);
   AddStates(list, commands.list.states);
   AddNumber(
-      list, "--most", "N", WholeAtLeast("a whole number of at least 1", 1),
+      list, "--most", "N", Whole("a whole number of at least 1", 1),
       [&commands](double v) { commands.list.most = static_cast<std::int64_t>(std::min(v, 1e6)); },
       "At most so many (100)");
   AddFormat(list, {"table", "json", "name"}, commands.list.format, "What to print (table)");

@@ -82,7 +82,7 @@ void PrintDcpJson(const v1::SolveDcpResponse& response, bool measured, std::FILE
                                                         {"least_w", c.least_w()},
                                                         {"complementarity", c.complementarity()}}
                                          : ordered_json(nullptr)},
-         {"unique", {{"answer", AnswerName(response.unique().answer())}, {"why", response.unique().why()}}},
+         {"unique", {{"answer", Word(response.unique().answer())}, {"why", response.unique().why()}}},
          {"v", measured ? ordered_json(nullptr) : PathJson(response.v())}},
         out);
 }

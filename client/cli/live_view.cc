@@ -108,7 +108,7 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"),
                         Count(analysis.constraints(), "pair"),
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
-  PrintText(fmt::format("method {}: {}", MethodName(analysis.method()), analysis.reason()));
+  PrintText(fmt::format("method {}: {}", Word(analysis.method()), analysis.reason()));
   if (analysis.steps() == 0) {
     PrintLine(settings_.default_error ? "steps as short as an error of 1e-06 needs (the default; choose with --tolerance or --steps)"
                                       : "steps as short as the error that is allowed needs");

@@ -24,22 +24,9 @@ std::optional<double> ParseNumber(const std::string& text) {
 
 }  // namespace
 
-NumberRule Positive() {
-  return {"a number above 0", [](double v) { return v > 0; }};
-}
-NumberRule Within(const char* words, double least, double most) {
-  return {words, [least, most](double v) { return v >= least && v <= most; }};
-}
-NumberRule WholeAtLeast(const char* words, double least) {
-  return {words, [least](double v) { return v >= least && v <= 9e15 && v == std::floor(v); }};
-}
-NumberRule Whole(const char* words, double least, double most) {
-  return {words, [least, most](double v) { return v >= least && v <= most && v == std::floor(v); }};
-}
-
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option) {
   const auto value = ParseNumber(text);
-  if (!value || !rule.holds(*value)) {
+  if (!value || !rule.Holds(*value)) {
     throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}", text, rule.words));
   }
   return *value;
@@ -56,7 +43,7 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
   const double begin = CheckedNumber(entry.substr(0, first), rule, option);
   const double step = CheckedNumber(entry.substr(first + 1, second - first - 1), Positive(), option);
   const double end =
-      CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "", {"the end of a range begin:step:end", rule.holds}, option);
+      CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "", {"the end of a range begin:step:end", rule.least}, option);
   const double steps = (end - begin) / step;
   if (!(steps >= 0 && steps <= kMostTimes)) {
     throw CLI::ValidationError(

@@ -11,7 +11,9 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,15 +22,18 @@
 
 namespace dlcs::client {
 
-// What a number must be, in words and as a test.
+// What a number must be, in words and as bounds.
 struct NumberRule {
   const char* words;
-  std::function<bool(double)> holds;
+  double least;
+  double most = std::numeric_limits<double>::infinity();
+  bool whole = false;
+
+  bool Holds(double value) const { return value >= least && value <= most && (!whole || value == std::floor(value)); }
 };
-NumberRule Positive();
-NumberRule Within(const char* words, double least, double most);
-NumberRule WholeAtLeast(const char* words, double least);
-NumberRule Whole(const char* words, double least, double most);
+constexpr NumberRule Positive() { return {"a number above 0", std::numeric_limits<double>::denorm_min()}; }
+constexpr NumberRule Within(const char* words, double least, double most) { return {words, least, most}; }
+constexpr NumberRule Whole(const char* words, double least, double most = 9e15) { return {words, least, most, true}; }
 
 // `text` as a finite number: the same digits as in a file, and nothing else.
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
@@ -46,9 +51,8 @@ double ParseBytes(const std::string& text, const std::string& option);
 // The long name of an option, "--format" of "-f,--format": what messages call it.
 std::string LongName(const std::string& names);
 
-CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
-                       const NumberRule& rule, const std::function<void(double)>& set,
-                       const std::string& help);
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable, const NumberRule& rule,
+                       const std::function<void(double)>& set, const std::string& help);
 
 // An option whose values are words. For a word that is none of them the nearest is proposed, or what `meant_by` knows
 // it to mean.
@@ -65,8 +69,7 @@ CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<s
     throw CLI::ValidationError(LongName(name),
                                fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "), DidYouMean(meant)));
   };
-  return app.add_option_function<std::string>(name, read, help)
-      ->type_name(fmt::format("{}", fmt::join(words, "|")));
+  return app.add_option_function<std::string>(name, read, help)->type_name(fmt::format("{}", fmt::join(words, "|")));
 }
 
 }  // namespace dlcs::client

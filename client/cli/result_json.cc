@@ -82,7 +82,7 @@ ordered_json KernelJson(const v1::KernelRecord& kernel) {
 }
 
 ordered_json RealisationJson(const v1::RealisationRecord& realisation) {
-  return {{"used", RealisationName(realisation.used())},
+  return {{"used", Word(realisation.used())},
           {"reason", realisation.reason()},
           {"terms", realisation.terms()},
           {"factorizations", realisation.factorizations()},
@@ -138,7 +138,7 @@ ordered_json HeadJson(const std::string& name, const SolveResult& result) {
           {"termination", TerminationName(s.termination())},
           {"message", s.message()},
           {"failure_time", OrNull(s.has_failure_time(), s.failure_time())},
-          {"method", MethodName(s.method())},
+          {"method", Word(s.method())},
           {"reason", s.reason()},
           {"states", result.names.states},
           {"pairs", result.names.pairs},

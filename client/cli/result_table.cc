@@ -148,7 +148,7 @@ void PrintRealisation(const v1::Summary& summary, int width, std::FILE* out) {
   if (realisation.used() == v1::REALISATION_UNSPECIFIED || realisation.used() == v1::REALISATION_DENSE)
     return;
   fmt::print(out, "\nRealisation\n");
-  std::string text = RealisationName(realisation.used());
+  std::string text = Word(realisation.used());
   if (realisation.terms() > 0) text += ", " + Count(realisation.terms(), "term");
   if (realisation.factorizations() > 0)
     text += ", " + Count(realisation.factorizations(), "sparse factorization");
@@ -195,7 +195,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   // A refusal speaks for itself: no method was at work, and no step taken.
   const bool refused = summary.termination() == v1::UNSUPPORTED && summary.cost().lcps() == 0;
   if (!refused)
-    paper.Print("", fmt::format("Method {}{}{}", MethodName(summary.method()),
+    paper.Print("", fmt::format("Method {}{}{}", Word(summary.method()),
                                 summary.reason().empty() ? "" : ": ", summary.reason()));
   for (const std::string& concern : summary.verdict().concerns()) paper.Print("Warning: ", concern);
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);

@@ -12,45 +12,12 @@
 #include <utility>
 
 #include "client/cli/interrupt.h"
+#include "client/cli/solve_option_table.h"
 #include "client/client.h"
 #include "client/local_backend.h"
 
 namespace dlcs::client {
 namespace {
-
-// Fields of SolveOptions and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 30> kOptionNames = {{
-    {"method", "--method"},
-    {"all_basic_solutions", "--all"},
-    {"steps", "--steps"},
-    {"step", "--step"},
-    {"output_times", "--at"},
-    {"theta", "--theta"},
-    {"step_solver", "--step-solver"},
-    {"average_y", "--average-y"},
-    {"window_steps", "--window"},
-    {"kernel", "--kernel"},
-    {"realisation", "--realisation"},
-    {"acceleration", "--acceleration"},
-    {"windows_in_flight", "--windows-in-flight"},
-    {"max_memory_bytes", "--max-memory"},
-    {"interpolation", "--interpolation"},
-    {"contour.choice", "--contour"},
-    {"iteration_tolerance", "--iteration-tolerance"},
-    {"error_tolerance", "--tolerance"},
-    {"max_iterations", "--max-iterations"},
-    {"contour.nodes", "--contour-nodes"},
-    {"contour.gamma", "--contour-gamma"},
-    {"contour.mu", "--contour-mu"},
-    {"contour.step", "--contour-step"},
-    {"contour.for_initial_state", "--contour-initial-state"},
-    {"project_initial_state", "--project-initial-state"},
-    {"inelastic_impact", "--inelastic-impact"},
-    {"estimate_error", "--no-estimate-error"},
-    {"threads", "--threads"},
-    {"grid", "--step, --steps or --grid"},
-    {"grid_times", "--grid"},
-}};
 
 // Parts of the names of fields in messages, and what stands for them in a file.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFileNames = {{
@@ -93,9 +60,8 @@ std::string WithPlace(const std::string& of_request, const std::string& source) 
   const std::string line = WithoutRequest(of_request);
   const std::size_t end = line.find_first_of(":[");
   const std::string_view field = std::string_view(line).substr(0, std::min(end, line.size()));
-  for (const auto& [name, option] : kOptionNames) {
-    if (field == name && end != std::string::npos) return fmt::format("{}{}", option, line.substr(end));
-  }
+  const std::string_view flag = field == "all_basic_solutions" ? "--all" : FlagOf(field);
+  if (!flag.empty() && end != std::string::npos) return fmt::format("{}{}", flag, line.substr(end));
   return fmt::format("{}: {}", source, InWordsOfFiles(line));
 }
 

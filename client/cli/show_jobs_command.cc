@@ -9,7 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include "client/cli/analysis_output.h"
 #include "client/cli/atomic_file.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/job_commands.h"
@@ -17,6 +16,7 @@
 #include "client/cli/message_json.h"
 #include "client/cli/paragraphs.h"
 #include "client/cli/run_support.h"
+#include "client/cli/solve_option_table.h"
 #include "client/cli/words.h"
 #include "client/names.h"
 #include "proto/shortened.h"
@@ -59,17 +59,16 @@ void PrintTable(const std::vector<v1::SolveJob>& jobs) {
   for (const v1::SolveJob& job : jobs) {
     rows.push_back({job.name(), job.title().empty() ? "-" : Harmless(job.title()), JobStateWord(job.state()),
                     fmt::format("{:.0f} %", 100 * job.progress()), AgeText(job.create_time()),
-                    job.has_options() ? MethodName(job.options().method()) : "-"});
+                    job.has_options() ? Word(job.options().method()) : "-"});
     if (owners) rows.back().push_back(job.owner());
   }
   PrintRows(rows);
 }
 
-// What was asked for, in the words of the command line: "--method time-stepping --steps 100".
+// What was asked for, as it is typed: "--method time-stepping --steps 100".
 std::string OptionsText(const v1::SolveOptions& options) {
-  const std::string command = RecommendedCommand({.source = "-"}, options);
-  constexpr std::string_view kBegin = "dlcs solve -";
-  return command.size() > kBegin.size() ? command.substr(kBegin.size() + 1) : "none";
+  const std::vector<std::string> words = AsTyped(options, "");
+  return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
 }
 
 void PrintWhole(const v1::SolveJob& job) {

@@ -17,6 +17,7 @@
 #include "client/cli/result_output.h"
 #include "client/cli/result_page.h"
 #include "client/cli/run_support.h"
+#include "client/cli/solve_option_table.h"
 #include "client/cli/ticker.h"
 #include "client/insistence.h"
 #include "client/names.h"
@@ -75,28 +76,6 @@ const char* Advice(const v1::Summary& summary) {
     default:
       return nullptr;
   }
-}
-
-// Options of one method, where another solved: they changed nothing, and who gave them should know.
-void PrintUnused(const v1::SolveOptions& options, v1::Method used, bool nonlinear) {
-  const auto unused = [used](bool given, const char* option, v1::Method owner) {
-    if (!given || used == owner || used == v1::METHOD_UNSPECIFIED) return;
-    fmt::print(stderr, "dlcs: {} changed nothing: it is for {}, and {} solved\n", option, MethodName(owner),
-               MethodName(used));
-  };
-  unused(options.theta() != 0, "--theta", v1::METHOD_TIME_STEPPING);
-  unused(options.window_steps() != 0, "--window", v1::METHOD_LAPLACE_ITERATION);
-  unused(options.kernel() != 0, "--kernel", v1::METHOD_LAPLACE_ITERATION);
-  unused(options.windows_in_flight() != 0, "--windows-in-flight", v1::METHOD_LAPLACE_ITERATION);
-  unused(options.acceleration() != 0, "--acceleration", v1::METHOD_LAPLACE_ITERATION);
-  unused(options.interpolation() == v1::INTERPOLATION_CUBIC_SPLINE, "--interpolation", v1::METHOD_PAPER_ITERATION);
-  unused(options.has_contour(), "--contour", v1::METHOD_PAPER_ITERATION);
-  const auto linear_only = [nonlinear](bool given, const char* option) {
-    if (given && nonlinear) fmt::print(stderr, "dlcs: {} changed nothing: it is for linear problems\n", option);
-  };
-  linear_only(options.kernel() != 0, "--kernel");
-  linear_only(options.project_initial_state(), "--project-initial-state");
-  linear_only(options.inelastic_impact(), "--inelastic-impact");
 }
 
 void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
@@ -194,7 +173,10 @@ ExitCode Run(const SolveCommand& command) {
 
   const absl::Status delivered = Deliver(command, input->title(), *result, output->get());
   if (!delivered.ok()) return Complain(delivered, kServiceFailed);
-  if (!command.quiet) PrintUnused(command.options, result->summary.method(), input->is_nonlinear());
+  if (!command.quiet) {
+    const v1::Method used = result->summary.method();
+    for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear())) SayNotice(line);
+  }
   PrintVerdict(command, result->summary);
   if (!result->job.empty()) {
     fmt::print(stderr, "dlcs: {0} keeps what was found: dlcs result {0}\n", result->job);

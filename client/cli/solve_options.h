@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options that several commands have: above all those that say how to solve.
+// The options that several commands have.
 
 #ifndef DLCS_CLIENT_CLI_SOLVE_OPTIONS_H_
 #define DLCS_CLIENT_CLI_SOLVE_OPTIONS_H_
@@ -14,22 +14,13 @@
 
 namespace dlcs::client {
 
-// Each adds options to `app` that set fields of `options`, which must outlive it.
+// Each adds options to `app` that set what is given beside it, which must outlive `app`.
 
-// --step, --steps, --grid (kept in `grid` as it was typed), --at.
-void AddGrid(CLI::App& app, v1::SolveOptions& options, std::string& grid);
-// --method and what belongs to one method.
-void AddMethod(CLI::App& app, v1::SolveOptions& options);
-// --realisation, --acceleration, --windows-in-flight, --max-memory.
-void AddRealisation(CLI::App& app, v1::SolveOptions& options);
-// --contour-...
-void AddContour(CLI::App& app, v1::SolveOptions& options);
-// --project-initial-state, --inelastic-impact.
-void AddJumps(CLI::App& app, v1::SolveOptions& options);
+// All options of the table (solve_option_table.h) and --rule.
+void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& nodes_as_typed,
+                   std::optional<v1::SolutionRule>& rule);
 // --rule.
 void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule);
-// All of these, and --estimate-error.
-void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& grid, std::optional<v1::SolutionRule>& rule);
 
 // PROBLEM, the file.
 void AddProblem(CLI::App& app, std::string& path);

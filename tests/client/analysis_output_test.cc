@@ -170,7 +170,7 @@ TEST(RecommendedCommandTest, IsReadByAShell) {
   options.set_window_steps(-1);
   options.set_project_initial_state(true);
   EXPECT_EQ(RecommendedCommand({.source = "it's here.json"}, options),
-            "dlcs solve 'it'\\''s here.json' --steps 500 --window whole --project-initial-state");
+            "dlcs solve 'it'\\''s here.json' --steps 500 --project-initial-state --window whole");
 }
 
 TEST(RecommendedCommandTest, RepeatsTheRuleAndTheGridAsTyped) {

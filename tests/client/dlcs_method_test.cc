@@ -99,12 +99,12 @@ TEST(DlcsMethodTest, LandsInelasticallyOnlyWhereAskedTo) {
   EXPECT_NEAR(root["y"][1][0].get<double>(), 1, 1e-6);
 }
 
-TEST(DlcsMethodTest, SaysWhichOptionsChangedNothing) {
+TEST(DlcsMethodTest, NamesOptionsWithoutEffect) {
   const std::string problem =
       R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}' | )";
   const ProgramOutcome outcome = RunDlcs("solve - --interpolation cubic-spline", problem);
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("--interpolation changed nothing: it is for paper-iteration"));
+  EXPECT_THAT(outcome.err, HasSubstr("--interpolation had no effect: it is for paper-iteration"));
   EXPECT_EQ(RunDlcs("solve - --interpolation cubic-spline --quiet", problem).err, "");
 }
 
