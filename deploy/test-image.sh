@@ -58,7 +58,7 @@ runs_as_nobody() {
 
 solves() {
   dlcs solve /examples/rectifier.json --quiet --format json >"$work/solution" &&
-    grep '"termination": "REACHED_END"' "$work/solution"
+    grep '"termination":"REACHED_END"' "$work/solution"
 }
 
 keeps_a_job() {

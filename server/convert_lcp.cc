@@ -62,15 +62,15 @@ v1::BasicSolutions ToProto(const BasicSolutions& all) {
 v1::SolveLcpResponse ToProto(const LcpResult& lcp) {
   v1::SolveLcpResponse result;
   result.set_verdict(ToProto(lcp.verdict));
-  Append(lcp.y, *result.mutable_y());
-  Append(lcp.w, *result.mutable_w());
-  result.set_residual(lcp.residual);
   result.set_pivots(lcp.pivots);
   result.set_method(lcp.method);
   result.set_message(lcp.message);
   result.set_matrix_class(lcp.matrix_class);
   result.set_rule(SelectionName(lcp.selection));
   if (lcp.verdict == LcpVerdict::kSolved) {
+    Append(lcp.y, *result.mutable_y());
+    Append(lcp.w, *result.mutable_w());
+    result.set_residual(lcp.residual);
     *result.mutable_sets() = ToProto(lcp.sets);
     result.set_only_choice(lcp.only_choice);
   }

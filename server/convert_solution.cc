@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "core/verdict.h"
 #include "server/convert.h"
@@ -74,21 +76,26 @@ v1::Verdict ToProto(const Verdict& verdict) {
   return result;
 }
 
+// A count that the contract holds in 32 bits.
+std::int32_t Count(Index count) {
+  return static_cast<std::int32_t>(std::min<Index>(count, std::numeric_limits<std::int32_t>::max()));
+}
+
 v1::Cost ToProto(const Cost& cost) {
   v1::Cost result;
-  result.set_steps(cost.steps);
-  result.set_windows(cost.windows);
-  result.set_iterations(cost.iterations);
+  result.set_steps(Count(cost.steps));
+  result.set_windows(Count(cost.windows));
+  result.set_iterations(Count(cost.iterations));
   result.set_lcps(cost.lcps);
-  result.set_marched_steps(cost.marched_steps);
-  result.set_newton_iterations(cost.newton_iterations);
-  result.set_most_newton_iterations(cost.most_newton_iterations);
-  result.set_substituted_steps(cost.substituted_steps);
+  result.set_marched_steps(Count(cost.marched_steps));
+  result.set_newton_iterations(Count(cost.newton_iterations));
+  result.set_most_newton_iterations(Count(cost.most_newton_iterations));
+  result.set_substituted_steps(Count(cost.substituted_steps));
   result.set_seconds_setup(cost.seconds_setup);
   result.set_seconds_lcp(cost.seconds_lcp);
   result.set_seconds_linear(cost.seconds_linear);
   result.set_seconds_total(cost.seconds_total);
-  result.set_predicted_bytes(cost.predicted_bytes);
+  result.set_predicted_bytes(static_cast<std::int64_t>(std::min(cost.predicted_bytes, 9e18)));
   return result;
 }
 

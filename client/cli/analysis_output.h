@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An analysis on paper: a table for people, JSON for programs.
+// An analysis on paper: a table for people (JSON: message_json.h).
 
 #ifndef DLCS_CLIENT_CLI_ANALYSIS_OUTPUT_H_
 #define DLCS_CLIENT_CLI_ANALYSIS_OUTPUT_H_
@@ -11,13 +11,6 @@
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
-
-// One object: name, states, constraints, horizon, matrix_class, rule, sections, recommendation, warnings,
-// seconds. `sections` is an object keyed by the ids of the sections, and holds `findings` and `constants`
-// keyed by theirs, so that a program asks for .sections["matrix-class"].findings.p.answer ("yes", "no",
-// "unknown"). Matrices are lists of rows, indices count from 0. A value that is not known is null, an
-// infinite one "inf" or "-inf".
-void PrintAnalysisJson(const std::string& name, const v1::AnalyzeProblemResponse& analysis, std::FILE* out);
 
 // What was typed and stands again on the command line that is recommended.
 struct Asked {

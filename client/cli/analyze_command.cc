@@ -11,6 +11,7 @@
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/message_json.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
 #include "client/cli/ticker.h"
@@ -21,7 +22,7 @@ namespace {
 void Print(const AnalyzeCommand& command, const std::string& name, const v1::AnalyzeProblemResponse& analysis,
            std::FILE* out) {
   if (command.format == OutputFormat::kJson) {
-    PrintAnalysisJson(name, analysis, out);
+    fmt::print(out, "{}\n", JsonLine(analysis));
   } else {
     const bool there = IsProblemName(command.problem_path);
     const Asked asked = {.source = command.problem_path, .server = there && command.server.typed ? command.server.address : "", .rule = command.rule, .grid = command.grid};

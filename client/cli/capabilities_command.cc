@@ -4,80 +4,19 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
+#include "client/cli/message_json.h"
 #include "client/cli/paragraphs.h"
 #include "client/cli/run_support.h"
 
 namespace dlcs::client {
 namespace {
 
-using nlohmann::ordered_json;
-
-// Zero on the wire means that nothing limits it.
-ordered_json LimitJson(std::int64_t limit) { return limit > 0 ? ordered_json(limit) : ordered_json(nullptr); }
-
+// Zero: no limit.
 std::string LimitText(std::int64_t limit) { return limit > 0 ? fmt::format("{}", limit) : "no limit"; }
-
-// Null on a server that takes none.
-ordered_json JobLimitsJson(const v1::GetCapabilitiesResponse& response) {
-  if (!response.has_jobs()) return nullptr;
-  const v1::JobLimits& jobs = response.jobs();
-  return {{"max_job_memory_bytes", jobs.max_job_memory_bytes()},
-          {"max_job_core_seconds", jobs.max_job_core_seconds()},
-          {"max_priority", jobs.max_priority()},
-          {"max_queued_jobs", jobs.max_queued_jobs()},
-          {"max_queued_jobs_per_user", jobs.max_queued_jobs_per_user()},
-          {"max_queued_core_seconds", jobs.max_queued_core_seconds()},
-          {"cores", jobs.cores()},
-          {"max_attempts", jobs.max_attempts()},
-          {"keep_finished_seconds", jobs.keep_finished().seconds()},
-          {"keep_finished_bytes", jobs.keep_finished_bytes()},
-          {"max_watch_interval_seconds", jobs.max_watch_interval().seconds()},
-          {"heartbeat_interval_seconds", jobs.heartbeat_interval().seconds()}};
-}
-
-ordered_json UploadLimitsJson(const v1::GetCapabilitiesResponse& response) {
-  if (!response.has_uploads()) return nullptr;
-  const v1::UploadLimits& uploads = response.uploads();
-  return {{"max_upload_bytes", uploads.max_upload_bytes()},
-          {"max_uploaded_bytes_per_user", uploads.max_uploaded_bytes_per_user()},
-          {"max_uploaded_problems_per_user", uploads.max_uploaded_problems_per_user()},
-          {"keep_unused_seconds", uploads.keep_unused().seconds()}};
-}
-
-void PrintJson(const v1::GetCapabilitiesResponse& response, std::FILE* out) {
-  ordered_json methods = ordered_json::array();
-  for (const auto& method : response.methods()) {
-    methods.push_back({{"name", method.name()}, {"description", method.description()}});
-  }
-  const ordered_json root = {{"version", response.version()},
-                             {"build", response.build()},
-                             {"methods", methods},
-                             {"max_states", LimitJson(response.max_states())},
-                             {"max_dense_states", LimitJson(response.max_dense_states())},
-                             {"max_constraints", LimitJson(response.max_constraints())},
-                             {"max_steps", LimitJson(response.max_steps())},
-                             {"max_members", LimitJson(response.max_members())},
-                             {"max_result_bytes", LimitJson(response.max_result_bytes())},
-                             {"max_memory_bytes", LimitJson(response.max_memory_bytes())},
-                             {"max_message_bytes", LimitJson(response.max_message_bytes())},
-                             {"max_concurrent_solves", LimitJson(response.max_concurrent_solves())},
-                             {"threads", response.threads()},
-                             {"jobs", JobLimitsJson(response)},
-                             {"uploads", UploadLimitsJson(response)},
-                             {"setup_cache",
-                              {{"max_bytes", response.setup_cache().max_bytes()},
-                               {"bytes", response.setup_cache().bytes()},
-                               {"values", response.setup_cache().values()},
-                               {"hits", response.setup_cache().hits()},
-                               {"misses", response.setup_cache().misses()},
-                               {"dropped", response.setup_cache().dropped()}}}};
-  fmt::print(out, "{}\n", root.dump(2, ' ', false, ordered_json::error_handler_t::replace));
-}
 
 std::string AgeText(const google::protobuf::Duration& age) {
   constexpr std::int64_t kHour = 3600, kDay = 24 * kHour;
@@ -142,7 +81,7 @@ ExitCode Run(const CapabilitiesCommand& command) {
   const auto response = (*backend)->GetCapabilities(
       {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   if (!response.ok()) return Complain(response.status(), kServiceFailed);
-  command.format == OutputFormat::kJson ? PrintJson(*response, stdout)
+  command.format == OutputFormat::kJson ? fmt::print("{}\n", JsonLine(*response))
                                         : PrintTable(*response, command.server.address, stdout);
   const absl::Status printed = FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : Complain(printed, kServiceFailed);

@@ -6,6 +6,7 @@
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
 #include "client/cli/lcp_output.h"
+#include "client/cli/message_json.h"
 #include "client/cli/run_support.h"
 #include "client/cli/ticker.h"
 #include "client/json_text.h"
@@ -32,7 +33,7 @@ ExitCode Run(const DcpCommand& command) {
   wait.reset();
   if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
   if (command.format == OutputFormat::kJson) {
-    PrintDcpJson(*response, measures, stdout);
+    fmt::print("{}\n", JsonLine(*response));
   } else {
     PrintDcpTable(*response, measures, WidthOf(stdout), stdout);
   }

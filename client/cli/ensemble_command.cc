@@ -15,6 +15,7 @@
 #include "client/cli/ensemble_output.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/live_view.h"
+#include "client/cli/message_json.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/run_support.h"
 #include "client/cli/ticker.h"
@@ -126,7 +127,7 @@ ExitCode Run(const EnsembleCommand& command) {
       [&](const MemberResult& member) {
         count->Add(member.result.summary);
         if (solve.format == OutputFormat::kTable) table.Add(member);
-        if (solve.format == OutputFormat::kJson) PrintJsonLine(member, out);
+        if (solve.format == OutputFormat::kJson) PrintJson(member, out);
         print_header(member.result.names);
         if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(member, out);
       },

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of an ensemble on paper: a line each for people, JSON lines and CSV for programs.
+// The members of an ensemble on paper: a line each for people, CSV for programs (JSON: message_json.h).
 
 #ifndef DLCS_CLIENT_CLI_ENSEMBLE_OUTPUT_H_
 #define DLCS_CLIENT_CLI_ENSEMBLE_OUTPUT_H_
@@ -40,9 +40,6 @@ class EnsembleTable {
 
 // "98 solved, 2 failed"; what there is none of is not told.
 std::string CountText(const v1::EnsembleSummary& summary);
-
-// One object on one line: member, label, the keys of PrintJson() without those of the analysis.
-void PrintJsonLine(const MemberResult& member, std::FILE* out);
 
 // A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.
 void PrintMemberCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, std::FILE* out);

@@ -6,6 +6,7 @@
 #include "client/cli/atomic_file.h"
 #include "client/cli/commands.h"
 #include "client/cli/lcp_output.h"
+#include "client/cli/message_json.h"
 #include "client/cli/run_support.h"
 #include "client/cli/ticker.h"
 #include "client/json_text.h"
@@ -26,7 +27,7 @@ ExitCode Run(const LcpCommand& command) {
       *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   wait.reset();
   if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
-  command.format == OutputFormat::kJson ? PrintLcpJson(*response, stdout) : PrintLcpTable(*response, stdout);
+  command.format == OutputFormat::kJson ? fmt::print("{}\n", JsonLine(*response)) : PrintLcpTable(*response, stdout);
   const absl::Status printed = FlushStream(stdout, "standard output");
   if (!printed.ok()) return Complain(printed, kServiceFailed);
   return response->verdict() == v1::LCP_SOLVED ? kSolved : kNoAnswer;

@@ -1,81 +1,120 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cli/message_json.h"
 
-#include <google/protobuf/descriptor.h>
+#include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
-#include <nlohmann/json.hpp>
-#include <vector>
+#include <cmath>
+#include <span>
+#include <string_view>
 
 namespace dlcs::client {
 namespace {
 
-using google::protobuf::FieldDescriptor;
-using google::protobuf::Message;
-using nlohmann::ordered_json;
+// Collects text and writes it in large pieces.
+class JsonWriter {
+ public:
+  explicit JsonWriter(std::FILE* out) : out_(out) {}
+  ~JsonWriter() { Flush(); }
 
-ordered_json ToJson(const Message& message);
+  void Text(std::string_view text) { buffer_.append(text); }
 
-// The value of `field`, at `index` where it is repeated. An enumerator that is newer than this program is its number.
-ordered_json ValueOf(const Message& message, const FieldDescriptor& field, int index) {
-  const google::protobuf::Reflection& reflection = *message.GetReflection();
-  const bool many = field.is_repeated();
-  switch (field.cpp_type()) {
-    case FieldDescriptor::CPPTYPE_INT32:
-      return many ? reflection.GetRepeatedInt32(message, &field, index) : reflection.GetInt32(message, &field);
-    case FieldDescriptor::CPPTYPE_INT64:
-      return many ? reflection.GetRepeatedInt64(message, &field, index) : reflection.GetInt64(message, &field);
-    case FieldDescriptor::CPPTYPE_UINT32:
-      return many ? reflection.GetRepeatedUInt32(message, &field, index) : reflection.GetUInt32(message, &field);
-    case FieldDescriptor::CPPTYPE_UINT64:
-      return many ? reflection.GetRepeatedUInt64(message, &field, index) : reflection.GetUInt64(message, &field);
-    case FieldDescriptor::CPPTYPE_DOUBLE:
-      return many ? reflection.GetRepeatedDouble(message, &field, index) : reflection.GetDouble(message, &field);
-    case FieldDescriptor::CPPTYPE_FLOAT:
-      return many ? reflection.GetRepeatedFloat(message, &field, index) : reflection.GetFloat(message, &field);
-    case FieldDescriptor::CPPTYPE_BOOL:
-      return many ? reflection.GetRepeatedBool(message, &field, index) : reflection.GetBool(message, &field);
-    case FieldDescriptor::CPPTYPE_STRING:
-      return many ? reflection.GetRepeatedString(message, &field, index) : reflection.GetString(message, &field);
-    case FieldDescriptor::CPPTYPE_ENUM: {
-      const int number = many ? reflection.GetRepeatedEnumValue(message, &field, index)
-                              : reflection.GetEnumValue(message, &field);
-      const auto* known = field.enum_type()->FindValueByNumber(number);
-      return known != nullptr ? ordered_json(known->name()) : ordered_json(number);
+  void Numbers(std::span<const double> numbers) {
+    const char* separator = "[";
+    for (const double number : numbers) {
+      Text(separator);
+      Number(number);
+      separator = ",";
     }
-    case FieldDescriptor::CPPTYPE_MESSAGE:
-      return ToJson(many ? reflection.GetRepeatedMessage(message, &field, index)
-                         : reflection.GetMessage(message, &field));
+    Text(numbers.empty() ? "[]" : "]");
+    if (buffer_.size() > kPiece) Flush();
   }
-  return nullptr;
+
+ private:
+  static constexpr std::size_t kPiece = 1 << 16;
+
+  void Number(double number) {
+    if (!std::isfinite(number)) {
+      Text(std::isnan(number) ? "\"NaN\"" : number > 0 ? "\"Infinity\"" : "\"-Infinity\"");
+      return;
+    }
+    if (number == 0) return Text(std::signbit(number) ? "-0.0" : "0");
+    const std::size_t begin = buffer_.size();
+    fmt::format_to(std::back_inserter(buffer_), "{:.15g}", number);
+    buffer_.push_back('\0');
+    const bool same = std::strtod(buffer_.data() + begin, nullptr) == number;
+    buffer_.resize(same ? buffer_.size() - 1 : begin);
+    if (!same) fmt::format_to(std::back_inserter(buffer_), "{:.17g}", number);
+  }
+
+  void Flush() {
+    std::fwrite(buffer_.data(), 1, buffer_.size(), out_);
+    buffer_.clear();
+  }
+
+  std::FILE* out_;
+  fmt::memory_buffer buffer_;
+};
+
+// `text`, an object, up to where its next key would stand.
+std::string_view Open(std::string_view text) {
+  text.remove_suffix(1);
+  return text;
 }
 
-ordered_json ToJson(const Message& message) {
-  if (message.GetDescriptor()->file()->package() == "google.protobuf") {
-    std::string text;  // a time is a string there
-    const bool ok = google::protobuf::util::MessageToJsonString(message, &text).ok();
-    return ok ? ordered_json::parse(text, nullptr, /*allow_exceptions=*/false) : ordered_json(nullptr);
+// v1::TrajectoryChunk of the whole trajectory.
+void WriteTrajectory(const SolveResult& result, JsonWriter& writer) {
+  writer.Text(R"({"first":0,"times":)");
+  writer.Numbers(result.times);
+  writer.Text(R"(,"x":)");
+  writer.Numbers(result.x);
+  writer.Text(R"(,"y":)");
+  writer.Numbers(result.y);
+  writer.Text(R"(,"left_limits":[)");
+  for (std::size_t k = 0; k < result.left_limits.size(); ++k) {
+    if (k > 0) writer.Text(",");
+    writer.Text(JsonLine(result.left_limits[k]));
   }
-  const google::protobuf::Reflection& reflection = *message.GetReflection();
-  std::vector<const FieldDescriptor*> fields;
-  reflection.ListFields(message, &fields);
-  ordered_json object = ordered_json::object();
-  for (const FieldDescriptor* field : fields) {
-    ordered_json& value = object[field->name()];
-    if (!field->is_repeated()) {
-      value = ValueOf(message, *field, 0);
-      continue;
-    }
-    value = ordered_json::array();
-    for (int k = 0; k < reflection.FieldSize(message, field); ++k) value.push_back(ValueOf(message, *field, k));
-  }
-  return object;
+  writer.Text(R"(],"w":)");
+  writer.Numbers(result.w);
+  writer.Text("}");
+}
+
+// `document`, whose last field is a trajectory that is not set, with the one of `result`.
+void WriteDocument(const google::protobuf::Message& document, const SolveResult& result, std::FILE* out) {
+  JsonWriter writer(out);
+  writer.Text(Open(JsonLine(document)));
+  writer.Text(R"(,"trajectory":)");
+  WriteTrajectory(result, writer);
+  writer.Text("}\n");
 }
 
 }  // namespace
 
-std::string JsonLine(const Message& message) {
-  return ToJson(message).dump(-1, ' ', /*ensure_ascii=*/false, ordered_json::error_handler_t::replace);
+std::string JsonLine(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  return status.ok() ? text : "{}";  // a time beyond the year 9999 has no text
+}
+
+void PrintJson(const std::string& title, const SolveResult& result, std::FILE* out) {
+  v1::SolveResult document;
+  document.set_title(title);
+  document.set_job(result.job);
+  *document.mutable_analysis() = result.analysis;
+  *document.mutable_summary() = result.summary;
+  WriteDocument(document, result, out);
+}
+
+void PrintJson(const MemberResult& member, std::FILE* out) {
+  v1::MemberResult document;
+  document.set_member(static_cast<std::int32_t>(member.member));
+  document.set_label(member.label);
+  *document.mutable_summary() = member.result.summary;
+  WriteDocument(document, member.result, out);
 }
 
 }  // namespace dlcs::client

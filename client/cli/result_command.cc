@@ -14,6 +14,7 @@
 #include "client/cli/interrupt.h"
 #include "client/cli/job_commands.h"
 #include "client/cli/job_support.h"
+#include "client/cli/message_json.h"
 #include "client/cli/result_output.h"
 #include "client/cli/result_page.h"
 #include "client/cli/run_support.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The result of a solve on paper: a table for people, JSON and CSV for programs.
+// The result of a solve on paper: a table for people, CSV for programs (JSON: message_json.h).
 //
-// JSON and CSV print every number so that reading it gives the same bits. What is not finite is null in JSON
-// and an empty field in CSV.
+// CSV prints every number so that reading it gives the same bits. What is not finite is an empty field.
 
 #ifndef DLCS_CLIENT_CLI_RESULT_OUTPUT_H_
 #define DLCS_CLIENT_CLI_RESULT_OUTPUT_H_
@@ -14,13 +13,6 @@
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
-
-// One object, keys in a fixed order: name, termination, message, failure_time, method, reason, states, pairs (their
-// names, where there are any), matrix_class,
-// lipschitz, warnings, step, iterations, seconds, certificate, cost, kernel, realisation, contour, newton
-// (null where no step was solved by it), jumps, times, x, y, w (a list per time; no w from servers that do not send
-// it).
-void PrintJson(const std::string& name, const SolveResult& result, std::FILE* out);
 
 // A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
 // come.

@@ -13,6 +13,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/live_view.h"
+#include "client/cli/message_json.h"
 #include "client/cli/problem_input.h"
 #include "client/cli/result_output.h"
 #include "client/cli/result_page.h"

@@ -43,7 +43,16 @@ def run(*words):
 
 
 def solve(problem, *options):
-    return json.loads(run(PROGRAMS / "client/dlcs", "solve", problem, "--quiet", "--format", "json", "--no-estimate-error", *options))
+    """The trajectory with a row of x and of y for each time, how the solve ended and, if it failed, when."""
+    result = json.loads(run(PROGRAMS / "client/dlcs", "solve", problem, "--quiet", "--format", "json", "--no-estimate-error", *options))
+    times = result["trajectory"]["times"]
+
+    def rows(values):
+        width = len(values) // len(times)
+        return [values[k * width:(k + 1) * width] for k in range(len(times))]
+
+    return {"times": times, "x": rows(result["trajectory"]["x"]), "y": rows(result["trajectory"]["y"]),
+            "termination": result["summary"]["termination"], "failure_time": result["summary"].get("failure_time")}
 
 
 def iterate(prefix, system, method, steps, count, *kept):

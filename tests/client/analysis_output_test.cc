@@ -149,21 +149,6 @@ TEST(AnalysisTableTest, SaysWhyNoMethodServes) {
   EXPECT_THAT(text, Not(HasSubstr("dlcs solve")));
 }
 
-TEST(AnalysisJsonTest, IsKeyedByIds) {
-  const auto root =
-      nlohmann::json::parse(Printed([](std::FILE* out) { PrintAnalysisJson("case", Example(), out); }));
-  const auto& section = root["sections"]["matrix-class"];
-  EXPECT_EQ(section["findings"]["p"]["answer"], "no");
-  EXPECT_EQ(section["findings"]["p"]["witness"]["indices"], nlohmann::json({0, 2}));
-  EXPECT_EQ(section["findings"]["p"]["witness"]["value"], -2.5);
-  EXPECT_EQ(section["findings"]["z"]["witness"], nullptr);
-  EXPECT_EQ(section["findings"]["s"]["answer"], "unknown");
-  EXPECT_EQ(section["constants"]["kappa"]["kind"], "upper-bound");
-  EXPECT_EQ(section["constants"]["bound"]["value"], "inf");
-  EXPECT_EQ(section["constants"]["absent"]["value"], nullptr);
-  EXPECT_EQ(root["recommendation"]["method"], "exponential-march");
-}
-
 TEST(RecommendedCommandTest, IsReadByAShell) {
   v1::SolveOptions options;
   options.set_steps(500);

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/result_output.h"
+#include "client/cli/message_json.h"
 #include "client/client.h"
 #include "client/lcp_file.h"
 #include "client/local_backend.h"

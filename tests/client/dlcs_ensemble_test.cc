@@ -37,15 +37,15 @@ TEST(DlcsEnsembleTest, GivesProgramsALineForEachMemberOrTime) {
   std::map<int, double> x1;
   for (std::string line; std::getline(lines, line);) {
     const auto member = nlohmann::json::parse(line);
-    EXPECT_EQ(member["termination"], "REACHED_END");
-    EXPECT_EQ(member["times"], nlohmann::json({1.0}));
-    x1[member["member"].get<int>()] = member["x"][0][0].get<double>();
+    EXPECT_EQ(member["summary"]["termination"], "REACHED_END");
+    EXPECT_EQ(member["trajectory"]["times"], nlohmann::json({1.0}));
+    x1[member["member"].get<int>()] = member["trajectory"]["x"][0].get<double>();
   }
   ASSERT_EQ(x1.size(), 6U);
   // Each is the solve of its own problem.
   const ProgramOutcome own =
       RunDlcs("solve '" DLCS_EXAMPLES_DIR "/rectifier.json' --steps 400 --at 1 --format json --quiet");
-  EXPECT_EQ(x1[0], nlohmann::json::parse(own.out)["x"][0][0].get<double>());
+  EXPECT_EQ(x1[0], nlohmann::json::parse(own.out)["trajectory"]["x"][0].get<double>());
   // The problem is homogeneous of degree one: half the voltage, half the charge.
   EXPECT_NEAR(x1[1], 0.5 * x1[0], 1e-12);
 

@@ -30,7 +30,7 @@ TEST(DlcsModelTest, MakesAProblemOfAnEconomyThatItThenSolves) {
   // Demand is met: y = 2 x, so x' = -x / 2.
   const ProgramOutcome solved = SolveText(model.out, "--at 1 --format json --quiet");
   ASSERT_EQ(solved.code, 0) << solved.err;
-  EXPECT_NEAR(nlohmann::json::parse(solved.out)["x"][0][0].get<double>(), std::exp(-0.5), 1e-6);
+  EXPECT_NEAR(nlohmann::json::parse(solved.out)["trajectory"]["x"][0].get<double>(), std::exp(-0.5), 1e-6);
 }
 
 TEST(DlcsModelTest, NamesWhatIsWrongWithAModel) {
@@ -81,8 +81,8 @@ TEST(DlcsModelTest, MakesASignoriniProblemThatItThenSolves) {
   const ProgramOutcome written_down = SolveText(dense.dump(), options);
   ASSERT_EQ(structured.code, 0) << structured.err;
   ASSERT_EQ(written_down.code, 0) << written_down.err;
-  const auto x = nlohmann::json::parse(structured.out)["x"][0].get<std::vector<double>>();
-  const auto expected = nlohmann::json::parse(written_down.out)["x"][0].get<std::vector<double>>();
+  const auto x = nlohmann::json::parse(structured.out)["trajectory"]["x"].get<std::vector<double>>();
+  const auto expected = nlohmann::json::parse(written_down.out)["trajectory"]["x"].get<std::vector<double>>();
   ASSERT_EQ(x.size(), 49u);
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i], expected[i], 1e-11) << i;
 }

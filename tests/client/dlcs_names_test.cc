@@ -20,12 +20,12 @@ TEST(DlcsNamesTest, StandInTheOutputOfASolve) {
   EXPECT_EQ(csv.code, 0) << csv.err;
   EXPECT_THAT(csv.out, HasSubstr("t,i,v,diode,w(diode)\n0.5,"));
   const auto root = nlohmann::json::parse(RunDlcs(solve + "--tolerance 1e-8 --at 0.5,1 --format json").out);
-  EXPECT_EQ(root["states"], nlohmann::json({"i", "v"}));
-  EXPECT_EQ(root["pairs"], nlohmann::json({"diode"}));
+  EXPECT_EQ(root["analysis"]["state_names"], nlohmann::json({"i", "v"}));
+  EXPECT_EQ(root["analysis"]["pair_names"], nlohmann::json({"diode"}));
   for (std::size_t k = 0; k < 2; ++k) {
     // The diode carries a current or blocks; w is the current.
-    EXPECT_EQ(root["y"][k][0].get<double>() * root["w"][k][0].get<double>(), 0);
-    EXPECT_NEAR(root["w"][k][0].get<double>(), root["x"][k][0].get<double>(), 1e-6);
+    EXPECT_EQ(root["trajectory"]["y"][k].get<double>() * root["trajectory"]["w"][k].get<double>(), 0);
+    EXPECT_NEAR(root["trajectory"]["w"][k].get<double>(), root["trajectory"]["x"][2 * k].get<double>(), 1e-6);
   }
   EXPECT_THAT(RunDlcs(solve + "--tolerance 1e-8").out, ::testing::ContainsRegex("switch +diode +-"));
 }

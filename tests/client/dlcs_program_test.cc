@@ -43,17 +43,17 @@ TEST(DlcsProgramTest, GivesEveryNodeToPrograms) {
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--steps 64 --format json");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(root["times"].size(), 65U);
-  EXPECT_EQ(root["x"].size(), 65U);
-  EXPECT_EQ(root["y"].size(), 65U);
-  EXPECT_EQ(root["termination"], "REACHED_END");
-  EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-10);
+  EXPECT_EQ(root["trajectory"]["times"].size(), 65U);
+  EXPECT_EQ(root["trajectory"]["x"].size(), 65U);
+  EXPECT_EQ(root["trajectory"]["y"].size(), 65U);
+  EXPECT_EQ(root["summary"]["termination"], "REACHED_END");
+  EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-10);
 }
 
 TEST(DlcsProgramTest, GivesOnlyTheTimesAskedFor) {
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--format json --at 3.14,0.1 --steps 64");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_EQ(nlohmann::json::parse(outcome.out)["times"], nlohmann::json({0.1, 3.14}));
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["trajectory"]["times"], nlohmann::json({0.1, 3.14}));
 }
 
 TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
@@ -61,7 +61,7 @@ TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
     const ProgramOutcome outcome = SolveText(
         kEasyProblem, std::string("--no-estimate-error --format json --grid 0.01,0.03,0.1,1,3 --method ") + method);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(nlohmann::json::parse(outcome.out)["times"],
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["trajectory"]["times"],
               nlohmann::json({0.0, 0.01, 0.03, 0.1, 1.0, 3.0, 4.0}));
   }
   const ProgramOutcome outside = SolveText(kEasyProblem, "--grid 1,5");
@@ -123,7 +123,7 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
   const ProgramOutcome outcome =
       SolveText(kEasyProblem, "--method paper-iteration --steps 200000 --deadline 0.5 --format json --at 4");
   EXPECT_EQ(outcome.code, 3);
-  EXPECT_EQ(nlohmann::json::parse(outcome.out)["termination"], "DEADLINE");
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["summary"]["termination"], "DEADLINE");
   EXPECT_THAT(outcome.err, HasSubstr("DEADLINE"));
 }
 
@@ -203,10 +203,10 @@ TEST(DlcsProgramTest, SolvesANonlinearProblem) {
   EXPECT_THAT(table.out, AllOf(HasSubstr("oscillator with a stop: "), HasSubstr("splitting")));
   EXPECT_THAT(table.err, HasSubstr("iteration"));
   const auto root = nlohmann::json::parse(RunDlcs(example + "--quiet --steps 2000 --format json").out);
-  EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-9);
+  EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-9);
   double deepest = 0;
-  for (std::size_t k = 0; k < root["x"].size(); ++k) {
-    const double x = root["x"][k][0].get<double>(), y = root["y"][k][0].get<double>();
+  for (std::size_t k = 0; k < root["trajectory"]["times"].size(); ++k) {
+    const double x = root["trajectory"]["x"][2 * k].get<double>(), y = root["trajectory"]["y"][k].get<double>();
     EXPECT_NEAR(y, std::max(0.0, 40 * (x - 0.4)), 1e-8);
     deepest = std::max(deepest, x);
   }

@@ -84,8 +84,8 @@ TEST_F(InterruptTest, PrintsWhatIsKnownAndExitsAsShellsExpect) {
     const ProgramOutcome outcome = program.Await();
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
     const auto root = nlohmann::json::parse(outcome.out);
-    EXPECT_EQ(root["termination"], "CANCELLED");
-    EXPECT_EQ(root["method"], "paper-iteration");
+    EXPECT_EQ(root["summary"]["termination"], "CANCELLED");
+    EXPECT_EQ(root["summary"]["method"], "METHOD_PAPER_ITERATION");
   }
 }
 
@@ -134,9 +134,9 @@ TEST_F(InterruptTest, AServedSolveIsShownAsOneHereAndItsJobNamed) {
   const ProgramOutcome outcome = program.Await();
   EXPECT_EQ(outcome.code, 130) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(root["termination"], "CANCELLED");
-  EXPECT_EQ(root["times"], nlohmann::json({0.04}));
-  EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-10);
+  EXPECT_EQ(root["summary"]["termination"], "CANCELLED");
+  EXPECT_EQ(root["trajectory"]["times"], nlohmann::json({0.04}));
+  EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-10);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("dlcs result " + job.name()), Not(HasSubstr("before its first"))));
   EXPECT_EQ(TheJob().state(), v1::JOB_STATE_CANCELLED);
   EXPECT_EQ(TheJob().title(), problem_);
@@ -155,11 +155,11 @@ TEST_F(InterruptTest, ASolveOfAServerWithoutJobsIsShownAsOneHere) {
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.out;
     std::ifstream stream(path + ".partial");
     const auto root = nlohmann::json::parse(stream);
-    EXPECT_EQ(root["termination"], "CANCELLED");
-    EXPECT_THAT(root["message"].get<std::string>(), HasSubstr("The caller cancelled it"));
-    EXPECT_EQ(root["times"], nlohmann::json({0.0}));
-    EXPECT_EQ(root["x"], nlohmann::json({{1.0}}));
-    EXPECT_LT(root["certificate"]["node_residual"].get<double>(), 1e-10);
+    EXPECT_EQ(root["summary"]["termination"], "CANCELLED");
+    EXPECT_THAT(root["summary"]["message"].get<std::string>(), HasSubstr("The caller cancelled it"));
+    EXPECT_EQ(root["trajectory"]["times"], nlohmann::json({0.0}));
+    EXPECT_EQ(root["trajectory"]["x"], nlohmann::json({1.0}));
+    EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-10);
   }
 }
 

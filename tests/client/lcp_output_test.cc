@@ -16,28 +16,13 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(LcpOutputTest, PrintsNoSolutionWhereThereIsNone) {
-  v1::SolveLcpResponse response;
-  response.set_verdict(v1::LCP_INFEASIBLE);
-  response.add_y(0);
-  response.add_w(-1);
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintLcpJson(response, out); }));
-  EXPECT_EQ(root["verdict"], "INFEASIBLE");
-  for (const char* key : {"y", "w", "residual"}) EXPECT_TRUE(root[key].is_null()) << key;
-}
-
-TEST(LcpOutputTest, PrintsTheSolutionInBothForms) {
+TEST(LcpOutputTest, PrintsTheSolution) {
   v1::SolveLcpResponse response;
   response.set_verdict(v1::LCP_SOLVED);
   response.add_y(0.1);
   response.add_w(0);
   response.set_residual(1e-17);
   response.set_matrix_class("P-matrix");
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintLcpJson(response, out); }));
-  EXPECT_EQ(root["verdict"], "SOLVED");
-  EXPECT_EQ(root["y"], nlohmann::json({0.1}));
-  EXPECT_EQ(root["w"], nlohmann::json({0.0}));
-  EXPECT_EQ(root["residual"], 1e-17);
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintLcpTable(response, out); }),
               AllOf(HasSubstr("SOLVED"), HasSubstr("0.1"), HasSubstr("1.0e-17")));
 }
@@ -72,13 +57,6 @@ TEST(LcpOutputTest, ShowsIndexSetsAndAllSolutions) {
   response.mutable_all()->set_complete(true);
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintLcpTable(response, out); }),
               HasSubstr("There are no other solutions."));
-
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintLcpJson(response, out); }));
-  EXPECT_EQ(root["sets"]["J"], nlohmann::json({0, 1}));
-  EXPECT_EQ(root["sets"]["K"], nlohmann::json({2}));
-  EXPECT_EQ(root["only_choice"], false);
-  EXPECT_EQ(root["all"]["complete"], true);
-  EXPECT_EQ(root["all"]["solutions"][0]["y"], nlohmann::json({1.0, 0.0, 0.0}));
 }
 
 v1::SolveDcpResponse Ramp() {
@@ -99,19 +77,6 @@ TEST(DcpOutputTest, TabulatesBothSidesOfAJump) {
   const std::string text = Printed([](std::FILE* out) { PrintDcpTable(Ramp(), false, 80, out); });
   EXPECT_THAT(text, AllOf(HasSubstr("SOLVED: Found."), HasSubstr("1   1\n1   6\n2   7\n"),
                           HasSubstr("-1.0e-16"), HasSubstr("unknown (a P-matrix)")));
-}
-
-TEST(DcpOutputTest, GivesProgramsThePathAsFilesHaveIt) {
-  const auto root = nlohmann::json::parse(Printed([](std::FILE* out) { PrintDcpJson(Ramp(), false, out); }));
-  EXPECT_EQ(root["solved"], true);
-  EXPECT_EQ(root["v"]["times"], nlohmann::json({0.0, 1.0, 1.0, 2.0}));
-  EXPECT_EQ(root["v"]["values"][2], nlohmann::json({6.0}));
-  EXPECT_EQ(root["unique"]["answer"], "unknown");
-  const auto measured =
-      nlohmann::json::parse(Printed([](std::FILE* out) { PrintDcpJson(Ramp(), true, out); }));
-  EXPECT_EQ(measured["v"], nullptr);
-  EXPECT_EQ(measured["solved"], nullptr);
-  EXPECT_EQ(measured["certificate"]["least_w"], -1e-16);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -55,24 +54,6 @@ SolveResult Example() {
   return result;
 }
 
-TEST(ResultJsonTest, HoldsEveryPromisedKey) {
-  const auto root =
-      nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("two tanks", Example(), out); }));
-  for (const char* key : {"name", "termination", "message", "method", "reason", "warnings", "step", "failure_time",
-                          "times", "x", "y", "w", "jumps", "certificate", "iterations", "seconds", "cost"}) {
-    EXPECT_TRUE(root.contains(key)) << key;
-  }
-  EXPECT_EQ(root["termination"], "REACHED_END");
-  EXPECT_EQ(root["verdict"], "ERROR_UNKNOWN");
-  EXPECT_EQ(root["success"], true);
-  EXPECT_EQ(root["method"], "laplace-iteration");
-  EXPECT_EQ(root["iterations"], 7);
-  EXPECT_EQ(root["seconds"], 0.25);
-  EXPECT_EQ(root["jumps"][0]["dx"], nlohmann::json({0.5, 0.0}));
-  EXPECT_EQ(root["jumps"][0]["multiplier"][0], 2);
-  EXPECT_TRUE(root["failure_time"].is_null());
-}
-
 // y1 becomes positive at 0.1, where it jumps.
 SolveResult WithSwitchings() {
   SolveResult result = Example();
@@ -90,63 +71,12 @@ SolveResult WithSwitchings() {
   return result;
 }
 
-TEST(ResultJsonTest, HoldsSwitchingTimesAndLeftLimits) {
-  const auto root = nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("", WithSwitchings(), out); }));
-  ASSERT_EQ(root["switching_times"].size(), 2U);
-  EXPECT_EQ(root["switching_times"][1]["time"], 0.1);
-  EXPECT_EQ(root["switching_times"][1]["kind"], "break point");
-  EXPECT_EQ(root["switching_times"][1]["entering"], nlohmann::json({0}));
-  EXPECT_TRUE(root["switching_times"][1]["leaving"].empty());
-  EXPECT_EQ(root["left_limits"][0]["time"], 0.1);
-  EXPECT_EQ(root["left_limits"][0]["y"][0], 0.5);
-  EXPECT_EQ(root["left_limits"][0]["w"][0], 0.25);
-}
-
 TEST(ResultTableTest, ListsSwitchingTimesByTheNamesOfItsColumns) {
   const std::string table = Printed([](std::FILE* out) { PrintTable("", WithSwitchings(), 80, out); });
   EXPECT_THAT(table, ::testing::ContainsRegex("0\\.1 +break point +y1 +-"));
   SolveResult many = WithSwitchings();
   many.summary.set_switchings(500);
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintTable("", many, 80, out); }), HasSubstr("and 498 more"));
-}
-
-TEST(ResultJsonTest, GivesBackTheSameBits) {
-  const SolveResult result = Example();
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));
-  ASSERT_EQ(root["x"].size(), 3U);
-  for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_EQ(root["times"][k].get<double>(), result.times[k]);
-    for (std::size_t i = 0; i < 2; ++i) {
-      const double read = root["x"][k][i].get<double>();
-      EXPECT_EQ(read, result.x_at(k)[i]) << k << " " << i;
-      EXPECT_EQ(std::signbit(read), std::signbit(result.x_at(k)[i])) << k << " " << i;
-    }
-    EXPECT_EQ(root["y"][k][0].get<double>(), result.y_at(k)[0]);
-    EXPECT_EQ(root["w"][k][0].get<double>(), result.w_at(k)[0]);
-  }
-}
-
-TEST(ResultJsonTest, WritesNullForWhatIsNotFinite) {
-  SolveResult result = Example();
-  result.x[1] = std::numeric_limits<double>::infinity();
-  result.y[0] = std::numeric_limits<double>::quiet_NaN();
-  result.summary.set_failure_time(std::numeric_limits<double>::quiet_NaN());
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));
-  EXPECT_TRUE(root["x"][0][1].is_null());
-  EXPECT_TRUE(root["y"][0][0].is_null());
-  EXPECT_TRUE(root["failure_time"].is_null());
-  EXPECT_TRUE(root["certificate"]["ode_scale"].is_null());
-  EXPECT_TRUE(root["accuracy"]["error"].is_null());
-}
-
-TEST(ResultJsonTest, IsSoundWithoutATrajectory) {
-  SolveResult result;
-  result.summary.set_termination(v1::UNSUPPORTED);
-  result.summary.set_failure_time(0.4375);
-  const auto root = nlohmann::json::parse(Printed([&](std::FILE* out) { PrintJson("", result, out); }));
-  EXPECT_EQ(root["times"], nlohmann::json::array());
-  EXPECT_EQ(root["x"], nlohmann::json::array());
-  EXPECT_EQ(root["failure_time"], 0.4375);
 }
 
 TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
@@ -192,9 +122,6 @@ TEST(ResultNamesTest, StandInEveryOutput) {
   EXPECT_THAT(table, ::testing::ContainsRegex("0\\.1 +break point +D1 +-"));
   const std::string header = Printed([](std::FILE* out) { PrintCsvHeader(Named().names, 2, 1, /*has_w=*/true, out); });
   EXPECT_EQ(header, "t,iL,vC,D1,w(D1)\n");
-  const auto root = nlohmann::json::parse(Printed([](std::FILE* out) { PrintJson("", Named(), out); }));
-  EXPECT_EQ(root["states"], nlohmann::json({"iL", "vC"}));
-  EXPECT_EQ(root["pairs"], nlohmann::json({"D1"}));
 }
 
 TEST(ResultTableTest, HasWBesideY) {
