@@ -9,8 +9,8 @@
 
 #include "absl/status/status.h"
 #include "client/cli/command_line.h"
-#include "client/cli/interrupt.h"
-#include "client/cli/run_support.h"
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/interrupt.h"
 
 int main(int argc, char** argv) {
   using namespace dlcs::client;

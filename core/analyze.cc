@@ -6,16 +6,17 @@
 #include <optional>
 #include <utility>
 
-#include "core/analysis/class_profile.h"
+#include "core/analysis/class_section.h"
 #include "core/analysis/index_one_section.h"
 #include "core/analysis/laplace_section.h"
-#include "core/analysis/matrix_class.h"
 #include "core/analysis/relative_degree_section.h"
 #include "core/analysis/solution_section.h"
 #include "core/analysis/time_stepping_section.h"
+#include "core/driver/propagator_choice.h"
+#include "core/matrix_classes/class_profile.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/parallel/stop_scope.h"
-#include "core/realisation/choice.h"
-#include "core/soundness.h"
+#include "core/problem/validate.h"
 
 namespace dlcs {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "absl/status/statusor.h"
 #include "core/analysis/findings.h"
-#include "core/options.h"
-#include "core/problem.h"
-#include "core/recommendation.h"
+#include "core/analysis/recommendation.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 

@@ -6,14 +6,14 @@
 #include <string>
 #include <utility>
 
-#include "core/analysis/matrix_class.h"
-#include "core/methods/shared_setup.h"
+#include "core/context/shared_setup.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/parallel/own_threads.h"
 #include "core/parallel/stop_scope.h"
-#include "core/problem_checks.h"
+#include "core/problem/problem_checks.h"
+#include "core/problem/validate.h"
+#include "core/problem/violation_list.h"
 #include "core/solve.h"
-#include "core/soundness.h"
-#include "core/violation_list.h"
 
 namespace dlcs {
 namespace {

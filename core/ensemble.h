@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/options.h"
-#include "core/problem.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 #include "core/setup_cache.h"
-#include "core/solution.h"
 
 namespace dlcs {
 

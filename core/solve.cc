@@ -5,14 +5,14 @@
 #include <optional>
 #include <utility>
 
-#include "core/error_control.h"
-#include "core/fall_back.h"
-#include "core/grid_solve.h"
+#include "core/driver/error_control.h"
+#include "core/driver/fallback.h"
+#include "core/driver/grid_solve.h"
+#include "core/driver/plan.h"
+#include "core/driver/propagator_choice.h"
+#include "core/driver/report.h"
 #include "core/parallel/stop_scope.h"
-#include "core/plan.h"
-#include "core/realisation/choice.h"
-#include "core/report.h"
-#include "core/soundness.h"
+#include "core/problem/validate.h"
 
 namespace dlcs {
 

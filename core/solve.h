@@ -7,10 +7,10 @@
 #include <stop_token>
 
 #include "absl/status/statusor.h"
-#include "core/observer.h"
-#include "core/options.h"
-#include "core/problem.h"
-#include "core/solution.h"
+#include "core/problem/observer.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 
 namespace dlcs {
 

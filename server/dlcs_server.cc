@@ -15,8 +15,8 @@
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server_builder.h"
 #include "server/access/credentials.h"
-#include "server/connection_listener.h"
-#include "server/listen_address.h"
+#include "server/net/connection_listener.h"
+#include "server/net/listen_address.h"
 #include "server/telemetry/rpc_telemetry.h"
 #include "spdlog/spdlog.h"
 

@@ -15,14 +15,14 @@
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "server/access/access.h"
-#include "server/connection_listener.h"
-#include "server/job_service.h"
-#include "server/problem_service.h"
-#include "server/server_config.h"
-#include "server/solver_service.h"
+#include "server/config/server_config.h"
+#include "server/net/connection_listener.h"
+#include "server/rpc/job_service.h"
+#include "server/rpc/problem_service.h"
+#include "server/rpc/solver_service.h"
+#include "server/rpc/unimplemented_service.h"
 #include "server/telemetry/http_endpoint.h"
 #include "server/telemetry/metrics.h"
-#include "server/worker_refusal.h"
 
 namespace dlcs {
 

@@ -18,12 +18,12 @@
 
 #include "CLI/CLI.hpp"
 #include "fmt/format.h"
-#include "proto/nearest_name.h"
-#include "proto/shortened.h"
-#include "server/config_file.h"
+#include "proto/shared/nearest_name.h"
+#include "proto/shared/truncate_text.h"
+#include "server/config/config_file.h"
 #include "server/dlcs_server.h"
-#include "server/store_location.h"
-#include "server/version.h"
+#include "server/session/version.h"
+#include "server/store/store_location.h"
 
 namespace dlcs {
 namespace {

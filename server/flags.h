@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "server/access/new_token.h"
-#include "server/server_config.h"
+#include "server/access/token_command.h"
+#include "server/config/server_config.h"
 
 namespace dlcs {
 

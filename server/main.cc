@@ -14,12 +14,12 @@
 #include <optional>
 #include <string>
 
-#include "core/heap.h"
-#include "server/access/new_token.h"
+#include "core/parallel/memory_pages.h"
+#include "server/access/token_command.h"
 #include "server/dlcs_server.h"
 #include "server/flags.h"
-#include "server/store_lock.h"
-#include "server/telemetry/log.h"
+#include "server/log.h"
+#include "server/store/store_lock.h"
 #include "spdlog/spdlog.h"
 
 namespace {
@@ -30,7 +30,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kDelivery{5000};
 
 // The handler leaves the number of each signal here. A handler, because libraries start threads before main() that
-// block no signals: a mask would leave those threads to die of them. That of dlcs (client/cli/interrupt) is for the
+// block no signals: a mask would leave those threads to die of them. That of dlcs (client/cli/commands/interrupt) is for the
 // same reason, and not the same: it stops one thing, ends the process at the second signal and goes when its command is
 // done. What the two could share is a write to a descriptor.
 std::array<int, 2> signal_pipe;

@@ -14,15 +14,15 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/commands/command_support.h"
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"
-#include "client/cli/option_kinds.h"
-#include "client/cli/run_support.h"
+#include "client/cli/options/option_kinds.h"
+#include "client/cli/options/solve_option_table.h"
 #include "client/cli/server_options.h"
-#include "client/cli/solve_option_table.h"
 #include "client/cli/solve_options.h"
-#include "client/names.h"
-#include "proto/nearest_name.h"
+#include "client/result/names.h"
+#include "proto/shared/nearest_name.h"
 
 namespace dlcs::client {
 namespace {

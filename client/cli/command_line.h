@@ -6,9 +6,9 @@
 
 #include <variant>
 
-#include "client/cli/commands.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/job_commands.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/commands/job_commands.h"
+#include "client/cli/output/exit_code.h"
 
 namespace dlcs::client {
 

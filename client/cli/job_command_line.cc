@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/commands/job_support.h"
 #include "client/cli/help_text.h"
-#include "client/cli/job_support.h"
-#include "client/cli/option_kinds.h"
+#include "client/cli/options/option_kinds.h"
 #include "client/cli/server_options.h"
 #include "client/cli/solve_options.h"
-#include "client/names.h"
+#include "client/result/names.h"
 
 namespace dlcs::client {
 namespace {

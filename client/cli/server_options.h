@@ -7,7 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "client/cli/server_target.h"
+#include "client/cli/commands/server_target.h"
 
 namespace dlcs::client {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/option_kinds.h"
-#include "client/cli/solve_option_table.h"
-#include "client/names.h"
+#include "client/cli/options/option_kinds.h"
+#include "client/cli/options/solve_option_table.h"
+#include "client/result/names.h"
 
 namespace dlcs::client {
 void AddProblem(CLI::App& app, std::string& path) {

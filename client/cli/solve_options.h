@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/commands.h"
+#include "client/cli/commands/commands.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// ClassSection(): the classes of a matrix for people and programs.
+#include "core/analysis/class_section.h"
 
 #include <utility>
 
-#include "core/analysis/class_profile.h"
-#include "core/analysis/semicopositive_constant.h"
+#include "core/matrix_classes/class_profile.h"
+#include "core/matrix_classes/semicopositive_constant.h"
 
 namespace dlcs {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/analysis/fact.h"
+#include "core/matrix_classes/fact.h"
 
 namespace dlcs {
 
@@ -22,9 +22,6 @@ struct Finding {
   Fact fact;
   std::string source;  // "Theorem 9(b) of [Shen & Pang]"; empty where it is common knowledge
 };
-
-enum class ConstantKind { kExact, kUpperBound, kLowerBound, kEstimate };
-const char* ConstantKindName(ConstantKind kind);  // "exact", "upper-bound", "lower-bound", "estimate"
 
 // A number or a short vector: "κ = 8".
 struct Constant {

@@ -6,8 +6,8 @@
 
 #include <stop_token>
 
-#include "core/analysis/semicopositive_constant.h"
 #include "core/analysis/semiobservability.h"
+#include "core/matrix_classes/semicopositive_constant.h"
 #include "core/types.h"
 
 namespace dlcs {

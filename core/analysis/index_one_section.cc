@@ -9,8 +9,8 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "core/analysis/index_one.h"
-#include "core/analysis/semicopositive.h"
-#include "core/analysis/semicopositive_types.h"
+#include "core/matrix_classes/semicopositive.h"
+#include "core/matrix_classes/semicopositive_types.h"
 
 namespace dlcs {
 namespace {

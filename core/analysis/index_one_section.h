@@ -7,7 +7,7 @@
 #include <stop_token>
 
 #include "core/analysis/findings.h"
-#include "core/problem.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 

@@ -4,10 +4,10 @@
 #include <limits>
 #include <string>
 
-#include "core/analysis/feasible_ball.h"
+#include "core/format_number.h"
+#include "core/lcp/dense/feasible_ball.h"
 #include "core/linalg/linear_program.h"
 #include "core/linalg/norms.h"
-#include "core/methods/solve_context.h"
 
 namespace dlcs {
 namespace {

@@ -4,7 +4,7 @@
 #ifndef DLCS_CORE_ANALYSIS_INTERIOR_POINT_H_
 #define DLCS_CORE_ANALYSIS_INTERIOR_POINT_H_
 
-#include "core/analysis/fact.h"
+#include "core/matrix_classes/fact.h"
 #include "core/types.h"
 
 namespace dlcs {

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "core/analysis/laplace_bounds.h"
 #include "core/analysis/laplace_start.h"
+#include "core/discretization/grid.h"
+#include "core/format_number.h"
 #include "core/laplace/contour_choice.h"
+#include "core/laplace/iteration_bounds.h"
 #include "core/laplace/kernel.h"
 #include "core/laplace/resolvent.h"
-#include "core/methods/grid.h"
-#include "core/methods/solve_context.h"
 
 namespace dlcs {
 namespace {

@@ -5,9 +5,9 @@
 #define DLCS_CORE_ANALYSIS_LAPLACE_SECTION_H_
 
 #include "core/analysis/findings.h"
-#include "core/analysis/matrix_class.h"
-#include "core/options.h"
-#include "core/problem.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 

@@ -7,12 +7,13 @@
 #include <string>
 #include <utility>
 
-#include "core/analysis/feasible_ball.h"
+#include "core/discretization/grid.h"
+#include "core/discretization/propagation.h"
+#include "core/discretization/sources.h"
+#include "core/lcp/basis/tolerance.h"
 #include "core/lcp/batch.h"
+#include "core/lcp/dense/feasible_ball.h"
 #include "core/linalg/norms.h"
-#include "core/methods/grid.h"
-#include "core/methods/propagation.h"
-#include "core/methods/solve_context.h"
 
 namespace dlcs {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/analysis/relative_degree.h"
+#include "core/matrix_classes/relative_degree.h"
 
 namespace dlcs {
 

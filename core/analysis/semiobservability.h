@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/analysis/fact.h"
+#include "core/matrix_classes/fact.h"
 #include "core/types.h"
 
 namespace dlcs {

@@ -7,11 +7,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "core/analysis/lipschitz.h"
-#include "core/lcp/basic_solutions.h"
+#include "core/lcp/basis/solution_function.h"
+#include "core/lcp/dense/basic_solutions.h"
 #include "core/lcp/lcp.h"
-#include "core/lcp/solution_function.h"
-#include "core/time_function.h"
+#include "core/matrix_classes/lipschitz.h"
+#include "core/problem/time_function.h"
 
 namespace dlcs {
 namespace {

@@ -7,8 +7,8 @@
 #include <stop_token>
 
 #include "core/analysis/findings.h"
-#include "core/analysis/matrix_class.h"
-#include "core/problem.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 

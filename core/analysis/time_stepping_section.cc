@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "core/analysis/interior_point.h"
-#include "core/analysis/newton_bounds.h"
+#include "core/discretization/grid.h"
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
-#include "core/methods/grid.h"
-#include "core/methods/solve_context.h"
+#include "core/stepping/newton_bounds.h"
 
 namespace dlcs {
 namespace {

@@ -5,7 +5,7 @@
 #define DLCS_CORE_LAPLACE_CONTOUR_CHOICE_H_
 
 #include "core/laplace/contour.h"
-#include "core/options.h"
+#include "core/problem/options.h"
 
 namespace dlcs {
 

@@ -7,9 +7,9 @@
 #include <limits>
 #include <utility>
 
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
-#include "core/methods/solve_context.h"
 
 namespace dlcs {
 namespace {

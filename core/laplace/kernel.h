@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "core/discretization/scheme.h"
 #include "core/laplace/contour_blocks.h"
-#include "core/laplace/hat_recursion.h"
+#include "core/laplace/hat_response.h"
 #include "core/laplace/toeplitz_convolution.h"
-#include "core/methods/scheme.h"
 #include "core/parallel/parallel.h"
-#include "core/problem.h"
-#include "core/solution.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 
 namespace dlcs {
 

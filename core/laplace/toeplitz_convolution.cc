@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/heap.h"
+#include "core/parallel/memory_pages.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

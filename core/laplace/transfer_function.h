@@ -7,7 +7,7 @@
 #include <complex>
 #include <functional>
 
-#include "core/problem.h"
+#include "core/problem/problem.h"
 #include "core/types.h"
 
 namespace dlcs {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/lcp/tridiagonal_solver.h"
+#include "core/lcp/structured/tridiagonal_solver.h"
 
 namespace dlcs {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/lcp/lcp.h"
-#include "core/lcp/policy_iteration.h"
+#include "core/lcp/structured/policy_iteration.h"
 #include "core/parallel/parallel.h"
 #include "core/parallel/pool.h"
 
@@ -23,7 +23,7 @@ struct LcpBatchOutcome {
 };
 
 // Solves LCP(q_j, M) for the columns q_j of a matrix. Neighbouring columns are neighbouring times. A
-// tridiagonal M-matrix is solved for sixteen columns side by side (core/lcp/policy_iteration.h), others
+// tridiagonal M-matrix is solved for sixteen columns side by side (core/lcp/structured/policy_iteration.h), others
 // column by column; either way each column starts from its own guess and knows nothing of the others, so the
 // bits depend neither on the threads nor on what is solved together.
 class LcpBatch {

@@ -7,22 +7,22 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/analysis/m_matrix.h"
-#include "core/analysis/p_matrix.h"
-#include "core/analysis/positive_semidefinite.h"
-#include "core/lcp/chandrasekaran.h"
-#include "core/lcp/complementary_solver.h"
-#include "core/lcp/coupled_least_element.h"
-#include "core/lcp/coupled_selection.h"
-#include "core/lcp/hidden_least_element.h"
-#include "core/lcp/least_norm.h"
-#include "core/lcp/minimiser.h"
-#include "core/lcp/polish.h"
+#include "core/lcp/basis/polish.h"
+#include "core/lcp/dense/complementary_solver.h"
+#include "core/lcp/dense/coupled_least_element.h"
+#include "core/lcp/dense/coupled_selection.h"
+#include "core/lcp/dense/hidden_least_element.h"
+#include "core/lcp/dense/least_element.h"
+#include "core/lcp/dense/least_norm.h"
+#include "core/lcp/dense/minimizer.h"
 #include "core/lcp/sparsest.h"
-#include "core/lcp/tridiagonal_solver.h"
+#include "core/lcp/structured/tridiagonal_solver.h"
+#include "core/matrix_classes/m_matrix.h"
+#include "core/matrix_classes/p_matrix.h"
+#include "core/matrix_classes/positive_semidefinite.h"
 #include "core/parallel/stop_scope.h"
-#include "core/problem_checks.h"
-#include "core/soundness.h"
+#include "core/problem/problem_checks.h"
+#include "core/problem/validate.h"
 
 namespace dlcs {
 namespace {
@@ -89,24 +89,6 @@ std::unique_ptr<LcpSolver> MakeGeneralSolver(const Matrix& M, const SolutionChoi
 }
 
 }  // namespace
-
-const char* LcpVerdictName(LcpVerdict verdict) {
-  switch (verdict) {
-    case LcpVerdict::kSolved:
-      return "SOLVED";
-    case LcpVerdict::kInfeasible:
-      return "INFEASIBLE";
-    case LcpVerdict::kRay:
-      return "RAY";
-    case LcpVerdict::kPivotLimit:
-      return "PIVOT_LIMIT";
-    case LcpVerdict::kSingular:
-      return "SINGULAR";
-    case LcpVerdict::kNonFinite:
-      return "NON_FINITE";
-  }
-  return "UNKNOWN";
-}
 
 double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& y) {
   Vector w = q;

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "core/lcp/basis_point.h"
-#include "core/lcp/enumeration.h"
-#include "core/lcp/nearest_point.h"
-#include "core/lcp/polish.h"
+#include "core/lcp/basis/basis_point.h"
+#include "core/lcp/basis/polish.h"
+#include "core/lcp/dense/enumeration.h"
+#include "core/lcp/dense/nearest_point.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 

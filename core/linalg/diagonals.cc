@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/linalg/wide_loops.h"
+#include "core/linalg/simd_dispatch.h"
 
 namespace dlcs {
 

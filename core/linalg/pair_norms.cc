@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/wide_loops.h"
+#include "core/linalg/simd_dispatch.h"
 
 namespace dlcs {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of doubles, for loops that the compiler does not vectorize by itself (core/linalg/wide_loops.h is for those that
+// Vectors of doubles, for loops that the compiler does not vectorize by itself (core/linalg/simd_dispatch.h is for those that
 // it does), compiled once for each width of registers.
 
 #ifndef DLCS_CORE_LINALG_SIMD_H_
@@ -7,7 +7,7 @@
 
 #include <cstring>
 
-#include "core/linalg/wide_loops.h"
+#include "core/linalg/simd_dispatch.h"
 
 // A loop over vectors is a template on the type of vector, inlined into one function per instruction set; which of them
 // runs is chosen when the program runs. Every lane does IEEE arithmetic, and contraction is off (CMakeLists.txt): so a

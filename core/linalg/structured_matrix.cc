@@ -6,11 +6,11 @@
 #include <mutex>
 #include <utility>
 
+#include "core/format_number.h"
 #include "core/linalg/abs_times.h"
 #include "core/linalg/diagonals.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
-#include "core/violation_list.h"
 
 namespace dlcs {
 namespace {

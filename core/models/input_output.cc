@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/analysis/m_matrix.h"
+#include "core/format_number.h"
 #include "core/linalg/norms.h"
-#include "core/number_text.h"
-#include "core/soundness.h"
+#include "core/matrix_classes/m_matrix.h"
+#include "core/problem/validate.h"
 
 namespace dlcs {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/analysis/findings.h"
-#include "core/problem.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 

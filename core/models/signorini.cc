@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/number_text.h"
-#include "core/soundness.h"
+#include "core/format_number.h"
+#include "core/problem/validate.h"
 
 namespace dlcs {
 namespace {

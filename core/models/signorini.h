@@ -7,7 +7,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "core/problem.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 

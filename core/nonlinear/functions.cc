@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/number_text.h"
+#include "core/format_number.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/formula.h"
-#include "core/nonlinear/nonlinear_problem.h"
+#include "core/problem/formula.h"
+#include "core/problem/nonlinear_problem.h"
 #include "core/types.h"
 
 namespace dlcs {

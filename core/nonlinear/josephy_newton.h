@@ -8,8 +8,8 @@
 #include <memory>
 #include <string>
 
-#include "core/analysis/matrix_class.h"
 #include "core/lcp/lcp.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/types.h"
 
 namespace dlcs {

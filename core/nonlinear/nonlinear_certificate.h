@@ -6,10 +6,10 @@
 
 #include <vector>
 
-#include "core/methods/scheme.h"
-#include "core/methods/segment.h"
+#include "core/discretization/scheme.h"
+#include "core/discretization/segment.h"
 #include "core/nonlinear/functions.h"
-#include "core/solution.h"
+#include "core/problem/solution.h"
 
 namespace dlcs {
 

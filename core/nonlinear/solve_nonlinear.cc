@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "core/analysis/matrix_class.h"
+#include "core/context/solve_context.h"
+#include "core/driver/error_control.h"
+#include "core/driver/report.h"
 #include "core/linalg/norms.h"
-#include "core/error_control.h"
-#include "core/methods/solve_context.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/nonlinear/splitting_iteration.h"
 #include "core/parallel/stop_scope.h"
-#include "core/report.h"
 
 namespace dlcs {
 namespace {

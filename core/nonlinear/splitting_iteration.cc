@@ -7,14 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "core/context/solve_context.h"
+#include "core/discretization/scheme.h"
+#include "core/iteration/window_control.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
-#include "core/methods/scheme.h"
-#include "core/methods/solve_context.h"
-#include "core/methods/window_control.h"
-#include "core/nonlinear/coupled_step.h"
 #include "core/nonlinear/josephy_newton.h"
 #include "core/nonlinear/nonlinear_certificate.h"
+#include "core/nonlinear/nonlinear_step.h"
 #include "core/nonlinear/splitting.h"
 #include "core/nonlinear/window_sources.h"
 

@@ -8,14 +8,14 @@
 #include <stop_token>
 #include <string>
 
-#include "core/analysis/matrix_class.h"
-#include "core/methods/grid.h"
-#include "core/methods/recorder.h"
+#include "core/context/recorder.h"
+#include "core/discretization/grid.h"
+#include "core/matrix_classes/matrix_class.h"
 #include "core/nonlinear/functions.h"
-#include "core/nonlinear/nonlinear_problem.h"
-#include "core/observer.h"
 #include "core/parallel/parallel.h"
-#include "core/solution.h"
+#include "core/problem/nonlinear_problem.h"
+#include "core/problem/observer.h"
+#include "core/problem/solution.h"
 
 namespace dlcs {
 

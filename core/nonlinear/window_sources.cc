@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "core/context/solve_context.h"
 #include "core/linalg/norms.h"
-#include "core/methods/solve_context.h"
 
 namespace dlcs {
 namespace {

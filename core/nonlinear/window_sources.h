@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/methods/segment.h"
+#include "core/discretization/segment.h"
 #include "core/nonlinear/functions.h"
 #include "core/nonlinear/josephy_newton.h"
 #include "core/nonlinear/splitting_iteration.h"

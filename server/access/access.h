@@ -15,10 +15,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/access/access_settings.h"
-#include "server/access/reloaded.h"
-#include "server/access/rights.h"
+#include "server/access/permissions.h"
 #include "server/access/tls_files.h"
 #include "server/access/users.h"
+#include "server/access/watched_file.h"
 
 namespace dlcs {
 

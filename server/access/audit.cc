@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/access/audit.h"
 
-#include "server/telemetry/log.h"
+#include "server/log.h"
 
 namespace dlcs {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "grpc/grpc.h"
 #include "grpc/grpc_security.h"
-#include "server/status.h"
+#include "server/wire/status.h"
 
 namespace dlcs {
 namespace {

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "fmt/format.h"
-#include "proto/pem.h"
-#include "proto/small_file.h"
+#include "proto/shared/pem.h"
+#include "proto/shared/small_file.h"
 
 namespace dlcs {
 namespace {

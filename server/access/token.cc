@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "fmt/format.h"
-#include "proto/content_hash.h"
+#include "proto/wire/content_hash.h"
 
 namespace dlcs {
 

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "server/errors.h"
+#include "server/wire/errors.h"
 
 namespace dlcs {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "fmt/format.h"
-#include "proto/small_file.h"
+#include "proto/shared/small_file.h"
 #include "server/access/token.h"
 
 namespace dlcs {

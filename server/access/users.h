@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "server/access/rights.h"
+#include "server/access/permissions.h"
 
 namespace dlcs {
 

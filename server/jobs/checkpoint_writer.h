@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "server/jobs/job_run.h"
-#include "server/jobs/job_store.h"
+#include "server/store/job_store.h"
 
 namespace dlcs::jobs {
 

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/clock.h"
-#include "server/jobs/event.h"
-#include "server/jobs/event_detail.h"
+#include "server/store/clock.h"
+#include "server/store/event.h"
+#include "server/store/event_detail.h"
 
 namespace dlcs::jobs {
 

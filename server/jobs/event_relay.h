@@ -12,9 +12,9 @@
 #include <thread>
 #include <vector>
 
-#include "server/jobs/clock.h"
 #include "server/jobs/event_log.h"
-#include "server/jobs/job_store.h"
+#include "server/store/clock.h"
+#include "server/store/job_store.h"
 
 namespace dlcs::jobs {
 

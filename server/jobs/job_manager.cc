@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "fmt/format.h"
-#include "server/guarded.h"
+#include "server/jobs/catch_exceptions.h"
 
 namespace dlcs::jobs {
 namespace {

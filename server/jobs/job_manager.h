@@ -20,15 +20,15 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/jobs/checkpoint_writer.h"
-#include "server/jobs/clock.h"
 #include "server/jobs/event_log.h"
 #include "server/jobs/event_relay.h"
-#include "server/jobs/job.h"
 #include "server/jobs/job_run.h"
-#include "server/jobs/job_store.h"
 #include "server/jobs/job_watch.h"
 #include "server/jobs/scheduler.h"
 #include "server/jobs/watch_dispatcher.h"
+#include "server/store/clock.h"
+#include "server/store/job.h"
+#include "server/store/job_store.h"
 
 namespace dlcs::jobs {
 

@@ -15,8 +15,8 @@
 
 #include "absl/status/status.h"
 #include "server/jobs/event_log.h"
-#include "server/jobs/job.h"
-#include "server/jobs/job_store.h"
+#include "server/store/job.h"
+#include "server/store/job_store.h"
 
 namespace dlcs::jobs {
 

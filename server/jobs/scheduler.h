@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/jobs/clock.h"
-#include "server/jobs/job.h"
-#include "server/jobs/refusal.h"
+#include "server/store/clock.h"
+#include "server/store/job.h"
+#include "server/store/refusal.h"
 
 namespace dlcs::jobs {
 

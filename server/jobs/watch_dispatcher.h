@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/jobs/clock.h"
 #include "server/jobs/event_log.h"
+#include "server/store/clock.h"
 
 namespace dlcs::jobs {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "grpcpp/server_context.h"
-#include "proto/trace_context.h"
+#include "proto/wire/trace_context.h"
 
 namespace dlcs {
 

@@ -8,7 +8,7 @@
 
 #include "fmt/format.h"
 #include "httplib.h"
-#include "server/listen_address.h"
+#include "server/net/listen_address.h"
 
 namespace dlcs {
 namespace {

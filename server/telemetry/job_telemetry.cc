@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "dlcs/v1/solver.pb.h"
+#include "server/log.h"
 #include "server/telemetry/job_trace.h"
-#include "server/telemetry/log.h"
 
 namespace dlcs {
 namespace {

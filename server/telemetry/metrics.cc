@@ -15,8 +15,8 @@
 #include "prometheus/histogram.h"
 #include "prometheus/registry.h"
 #include "prometheus/text_serializer.h"
+#include "server/session/version.h"
 #include "server/telemetry/process_usage.h"
-#include "server/version.h"
 
 namespace dlcs {
 namespace {

@@ -10,10 +10,10 @@
 #include <optional>
 #include <string>
 
+#include "core/problem/solution.h"
 #include "core/setup_cache.h"
-#include "core/solution.h"
 #include "server/jobs/job_manager.h"
-#include "server/jobs/store_timer.h"
+#include "server/store/store_timer.h"
 
 namespace dlcs {
 

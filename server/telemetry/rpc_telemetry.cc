@@ -12,10 +12,10 @@
 #include "google/protobuf/descriptor.h"
 #include "google/protobuf/util/time_util.h"
 #include "grpcpp/server_context.h"
-#include "proto/trace_context.h"
+#include "proto/wire/trace_context.h"
 #include "server/access/credentials.h"
-#include "server/status.h"
-#include "server/telemetry/log.h"
+#include "server/log.h"
+#include "server/wire/status.h"
 #include "spdlog/spdlog.h"
 
 namespace dlcs {

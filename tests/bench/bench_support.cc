@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/heap.h"
+#include "core/parallel/memory_pages.h"
 #include "core/solve.h"
 
 namespace dlcs::bench {

@@ -9,9 +9,9 @@
 #include <optional>
 #include <string>
 
-#include "core/options.h"
-#include "core/problem.h"
-#include "core/solution.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 
 namespace dlcs::bench {
 

@@ -22,11 +22,11 @@
 #include <string>
 #include <vector>
 
-#include "client/problem_file.h"
+#include "client/files/problem_file.h"
 #include "core/linalg/norms.h"
 #include "core/models/signorini.h"
 #include "core/solve.h"
-#include "server/convert.h"
+#include "server/wire/convert.h"
 
 namespace dlcs::bench {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/options.h"
-#include "core/problem.h"
-#include "core/solution.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 
 namespace dlcs::bench {
 

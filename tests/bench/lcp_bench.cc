@@ -12,13 +12,13 @@
 #include <optional>
 #include <vector>
 
-#include "core/analysis/sparse_class.h"
 #include "core/lcp/batch.h"
+#include "core/lcp/dense/lemke.h"
 #include "core/lcp/lcp.h"
-#include "core/lcp/lemke.h"
-#include "core/lcp/sparse_solver.h"
-#include "core/lcp/splitting_solver.h"
+#include "core/lcp/structured/sparse_solver.h"
+#include "core/lcp/structured/splitting_solver.h"
 #include "core/linalg/norms.h"
+#include "core/matrix_classes/sparse_class.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs {

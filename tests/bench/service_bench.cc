@@ -14,13 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "client/client.h"
-#include "client/local_backend.h"
+#include "client/local/local_backend.h"
+#include "client/rpc/client.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server_builder.h"
-#include "server/convert.h"
 #include "server/dlcs_server.h"
+#include "server/wire/convert.h"
 #include "spdlog/spdlog.h"
 #include "tests/bench/bench_support.h"
 #include "tests/support/problems.h"

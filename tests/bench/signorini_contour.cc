@@ -5,8 +5,8 @@
 #include <complex>
 
 #include "core/laplace/contour.h"
-#include "core/linalg/wide_loops.h"
-#include "core/realisation/scalar_phi.h"
+#include "core/linalg/simd_dispatch.h"
+#include "core/propagator/scalar_phi.h"
 
 namespace dlcs::bench {
 namespace {

@@ -4,8 +4,8 @@
 #ifndef DLCS_TESTS_BENCH_SIGNORINI_CONTOUR_H_
 #define DLCS_TESTS_BENCH_SIGNORINI_CONTOUR_H_
 
-#include "core/problem.h"
-#include "core/realisation/factor_transform.h"
+#include "core/problem/problem.h"
+#include "core/propagator/factor_transform.h"
 
 namespace dlcs::bench {
 

@@ -3,8 +3,8 @@
 
 #include <stdexcept>
 
-#include "core/linalg/wide_loops.h"
-#include "core/time_function.h"
+#include "core/linalg/simd_dispatch.h"
+#include "core/problem/time_function.h"
 
 namespace dlcs::bench {
 namespace {

@@ -6,9 +6,9 @@
 #include <complex>
 #include <string>
 
-#include "core/analysis/relative_degree.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/sparse_factor.h"
+#include "core/matrix_classes/relative_degree.h"
 #include "tests/support/solving.h"
 #include "tests/support/sparse_problems.h"
 

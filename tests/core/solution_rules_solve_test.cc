@@ -8,8 +8,8 @@
 #include <cmath>
 #include <functional>
 
-#include "core/analysis/matrix_class.h"
-#include "core/observer.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/problem/observer.h"
 #include "core/solve.h"
 #include "tests/support/lcp_problems.h"
 #include "tests/support/problems.h"

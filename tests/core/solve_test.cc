@@ -8,8 +8,8 @@
 
 #include <cmath>
 
+#include "core/context/component_errors.h"
 #include "core/linalg/norms.h"
-#include "core/methods/component_errors.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
 

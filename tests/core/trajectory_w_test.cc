@@ -7,12 +7,12 @@
 #include <cmath>
 #include <string>
 
-#include "core/interpolant.h"
+#include "core/event_driven/interpolant.h"
 #include "core/linalg/norms.h"
 #include "core/models/signorini.h"
 #include "core/nonlinear/solve_nonlinear.h"
-#include "core/observer.h"
-#include "core/time_function.h"
+#include "core/problem/observer.h"
+#include "core/problem/time_function.h"
 #include "tests/support/problems.h"
 #include "tests/support/solving.h"
 

@@ -10,9 +10,9 @@
 #include <numbers>
 #include <vector>
 
-#include "core/analysis/semicopositive.h"
-#include "core/interpolant.h"
+#include "core/event_driven/interpolant.h"
 #include "core/linalg/norms.h"
+#include "core/matrix_classes/semicopositive.h"
 #include "tests/support/index_one_problems.h"
 #include "tests/support/solving.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formulas from files and messages. The first two letters say how many states and constraints there are: "0" none, "1"
 // one, ...
-#include "core/formula.h"
+#include "core/problem/formula.h"
 
 #include <algorithm>
 #include <cstring>

@@ -4,13 +4,13 @@
 #include <string>
 
 #include "dlcs/v1/jobs.pb.h"
-#include "server/convert_job.h"
-#include "server/job_trajectory.h"
-#include "server/jobs/sqlite_job_store.h"
+#include "server/solve_jobs/convert_job.h"
+#include "server/solve_jobs/job_trajectory.h"
+#include "server/store/sqlite/sqlite_job_store.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/message_text.h"
-#include "tests/server/jobs/job_samples.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/job_samples.h"
+#include "tests/server/store/temporary_folder.h"
 
 namespace dlcs::fuzz {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files with one LCP, one DCP or a model, as `dlcs lcp`, `dlcs dcp` and `dlcs model` read them. What is read is solved where it
 // is tiny.
-#include "client/lcp_file.h"
+#include "client/files/lcp_file.h"
 
-#include "client/model.h"
-#include "client/problem_file.h"
-#include "server/call_session.h"
+#include "client/files/problem_file.h"
+#include "client/local/model.h"
+#include "server/session/call_session.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/small_limits.h"
 

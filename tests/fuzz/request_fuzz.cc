@@ -3,10 +3,10 @@
 #include <google/protobuf/util/message_differencer.h>
 
 #include "dlcs/v1/solver.pb.h"
-#include "server/convert.h"
-#include "server/ensemble_session.h"
-#include "server/errors.h"
-#include "server/solve_session.h"
+#include "server/session/ensemble_session.h"
+#include "server/session/solve_session.h"
+#include "server/wire/convert.h"
+#include "server/wire/errors.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/message_text.h"
 #include "tests/fuzz/small_limits.h"

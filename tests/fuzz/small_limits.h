@@ -4,7 +4,7 @@
 #ifndef DLCS_TESTS_FUZZ_SMALL_LIMITS_H_
 #define DLCS_TESTS_FUZZ_SMALL_LIMITS_H_
 
-#include "server/request_check.h"
+#include "server/session/request_check.h"
 
 namespace dlcs::fuzz {
 

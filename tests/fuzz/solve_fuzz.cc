@@ -7,9 +7,9 @@
 #include <thread>
 
 #include "dlcs/v1/solver.pb.h"
-#include "server/call_session.h"
-#include "server/ensemble_session.h"
-#include "server/solve_session.h"
+#include "server/session/call_session.h"
+#include "server/session/ensemble_session.h"
+#include "server/session/solve_session.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/message_text.h"
 #include "tests/fuzz/small_limits.h"

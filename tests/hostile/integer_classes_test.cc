@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "core/analysis/class_profile.h"
+#include "core/matrix_classes/class_profile.h"
 #include "tests/hostile/exact_classes_truth.h"
 #include "tests/hostile/hostile_count.h"
 #include "tests/hostile/lcp_cases.h"

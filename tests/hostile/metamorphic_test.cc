@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/verdict.h"
+#include "core/problem/verdict.h"
 #include "tests/hostile/generator.h"
 #include "tests/hostile/transforms.h"
 #include "tests/hostile/trial.h"

@@ -9,7 +9,7 @@
 #include <map>
 #include <optional>
 
-#include "tests/hostile/mode.h"
+#include "tests/hostile/exact_mode.h"
 
 namespace dlcs::hostile {
 

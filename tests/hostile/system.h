@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "core/problem.h"
-#include "tests/hostile/double_double.h"
+#include "core/problem/problem.h"
+#include "tests/hostile/double_double_exp.h"
 
 namespace dlcs::hostile {
 

@@ -10,8 +10,8 @@
 #include <stop_token>
 #include <thread>
 
+#include "core/problem/verdict.h"
 #include "core/solve.h"
-#include "core/verdict.h"
 
 namespace dlcs::hostile {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/options.h"
-#include "core/solution.h"
+#include "core/problem/options.h"
+#include "core/problem/solution.h"
 #include "tests/hostile/reference.h"
 #include "tests/hostile/system.h"
 

@@ -13,13 +13,13 @@
 #include <thread>
 #include <vector>
 
-#include "client/job_client.h"
+#include "client/rpc/job_client.h"
 #include "fmt/format.h"
 #include "tests/load/cut_proxy.h"
 #include "tests/load/questions.h"
 #include "tests/server/dlcsd_process.h"
-#include "tests/server/job_events.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/solve_jobs/job_events.h"
+#include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
 
 namespace dlcs::load {

@@ -16,9 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "client/connection.h"
-#include "client/insistence.h"
-#include "client/job_client.h"
+#include "client/rpc/connection.h"
+#include "client/rpc/job_client.h"
+#include "client/rpc/retry.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "server/access/token.h"
@@ -26,7 +26,7 @@
 #include "tests/load/process_meter.h"
 #include "tests/load/questions.h"
 #include "tests/server/dlcsd_process.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
 
 namespace dlcs::load {

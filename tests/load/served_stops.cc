@@ -16,13 +16,13 @@
 #include <utility>
 #include <vector>
 
-#include "client/job_client.h"
-#include "server/convert.h"
+#include "client/rpc/job_client.h"
+#include "server/wire/convert.h"
 #include "tests/load/percentiles.h"
 #include "tests/load/questions.h"
 #include "tests/load/stop_cases.h"
 #include "tests/server/dlcsd_process.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/temporary_folder.h"
 
 namespace dlcs::load {
 namespace {

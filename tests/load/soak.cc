@@ -13,12 +13,12 @@
 #include <thread>
 #include <vector>
 
-#include "client/client.h"
-#include "client/job_client.h"
+#include "client/rpc/client.h"
+#include "client/rpc/job_client.h"
 #include "tests/load/process_meter.h"
 #include "tests/load/questions.h"
 #include "tests/server/dlcsd_process.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
 
 namespace dlcs::load {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "core/options.h"
-#include "core/problem.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
 
 namespace dlcs::load {
 

@@ -13,18 +13,18 @@
 #include <thread>
 #include <vector>
 
-#include "client/job_client.h"
+#include "client/rpc/job_client.h"
 #include "core/solve.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
-#include "server/convert.h"
+#include "server/wire/convert.h"
 #include "tests/load/percentiles.h"
 #include "tests/load/process_meter.h"
 #include "tests/load/questions.h"
 #include "tests/load/stop_cases.h"
 #include "tests/server/dlcsd_process.h"
-#include "tests/server/job_events.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/solve_jobs/job_events.h"
+#include "tests/server/store/temporary_folder.h"
 
 namespace dlcs::load {
 namespace {
@@ -99,7 +99,7 @@ class Watcher final : public grpc::ClientReadReactor<v1::JobEvent> {
       : begin_(system_clock::now()) {
     grpc::ChannelArguments settings;
     settings.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    // As client/connection.cc sets them.
+    // As client/rpc/connection.cc sets them.
     settings.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     settings.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 256 << 10);
     stub_ = v1::JobService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), settings));

@@ -16,8 +16,8 @@
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "grpcpp/impl/codegen/client_unary_call.h"
 #include "grpcpp/support/sync_stream.h"
-#include "tests/server/jobs/temporary_folder.h"
 #include "tests/server/service_fixture.h"
+#include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
 
 namespace dlcs {

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/version.h"
+#include "server/session/version.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/test_requests.h"

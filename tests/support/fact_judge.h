@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/analysis/fact.h"
+#include "core/matrix_classes/fact.h"
 #include "core/types.h"
 
 namespace dlcs::testing {

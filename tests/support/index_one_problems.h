@@ -5,7 +5,7 @@
 #define DLCS_TESTS_SUPPORT_INDEX_ONE_PROBLEMS_H_
 
 #include "core/analysis/index_one.h"
-#include "core/problem.h"
+#include "core/problem/problem.h"
 
 namespace dlcs::testing {
 

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "core/lcp/complementary_solver.h"
+#include "core/lcp/dense/complementary_solver.h"
 #include "core/types.h"
 
 namespace dlcs::testing {

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "core/problem.h"
+#include "core/problem/problem.h"
 
 namespace dlcs::testing {
 

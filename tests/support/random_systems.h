@@ -4,8 +4,8 @@
 #ifndef DLCS_TESTS_SUPPORT_RANDOM_SYSTEMS_H_
 #define DLCS_TESTS_SUPPORT_RANDOM_SYSTEMS_H_
 
-#include "core/problem.h"
-#include "core/solution.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs::testing {

@@ -4,9 +4,9 @@
 #ifndef DLCS_TESTS_SUPPORT_SOLVING_H_
 #define DLCS_TESTS_SUPPORT_SOLVING_H_
 
-#include "core/options.h"
-#include "core/problem.h"
-#include "core/solution.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
 
 namespace dlcs::testing {
 

@@ -4,7 +4,7 @@
 #ifndef DLCS_TESTS_SUPPORT_SPARSE_PROBLEMS_H_
 #define DLCS_TESTS_SUPPORT_SPARSE_PROBLEMS_H_
 
-#include "core/problem.h"
+#include "core/problem/problem.h"
 
 namespace dlcs::testing {
 

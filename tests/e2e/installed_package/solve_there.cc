@@ -2,8 +2,8 @@
 // The same system, on the server at argv[1].
 #include <cstdio>
 
-#include "client/client.h"
-#include "client/problem_file.h"
+#include "client/files/problem_file.h"
+#include "client/rpc/client.h"
 
 int main(int, char** argv) {
   const auto file = dlcs::client::ParseProblem(

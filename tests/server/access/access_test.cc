@@ -10,7 +10,7 @@
 #include "server/access/token.h"
 #include "spdlog/spdlog.h"
 #include "tests/server/access/all_methods.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_authority.h"
 
 namespace dlcs {
@@ -26,7 +26,7 @@ TEST(RightsTest, EveryMethodHasARule) {
   EXPECT_THAT(paths, ::testing::Contains("/dlcs.v1.SolverService/Solve"));
   for (const std::string& path : paths) {
     const auto rule = RuleOf(path);
-    ASSERT_TRUE(rule.has_value()) << path << " stands in no line of server/access/rights.cc";
+    ASSERT_TRUE(rule.has_value()) << path << " stands in no line of server/access/permissions.cc";
     // Nothing of ours is open to everybody.
     EXPECT_EQ(rule->right == Right::kNone, path.starts_with("/grpc.health.")) << path;
     EXPECT_TRUE(!rule->changes || rule->right >= Right::kSubmitter) << path;

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_authority.h"
 
 namespace dlcs {

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "tests/server/jobs/manual_clock.h"
+#include "tests/server/store/manual_clock.h"
 
 namespace dlcs::jobs {
 namespace {

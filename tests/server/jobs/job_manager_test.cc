@@ -14,12 +14,12 @@
 #include <thread>
 #include <vector>
 
-#include "server/jobs/sqlite_job_store.h"
+#include "server/store/sqlite/sqlite_job_store.h"
 #include "spdlog/spdlog.h"
-#include "tests/server/jobs/failing_store.h"
 #include "tests/server/jobs/fake_solve.h"
 #include "tests/server/jobs/job_follower.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/failing_store.h"
+#include "tests/server/store/temporary_folder.h"
 
 namespace dlcs::jobs {
 namespace {

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "server/jobs/job_manager.h"
-#include "server/jobs/sqlite_job_store.h"
+#include "server/store/sqlite/sqlite_job_store.h"
 #include "tests/server/jobs/fake_solve.h"
 #include "tests/server/jobs/job_follower.h"
-#include "tests/server/jobs/random_kills.h"
-#include "tests/server/jobs/short_life.h"
-#include "tests/server/jobs/temporary_folder.h"
+#include "tests/server/store/random_kills.h"
+#include "tests/server/store/short_life.h"
+#include "tests/server/store/temporary_folder.h"
 
 namespace dlcs::jobs {
 namespace {

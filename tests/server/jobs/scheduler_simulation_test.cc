@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "server/jobs/scheduler.h"
-#include "tests/server/jobs/manual_clock.h"
+#include "tests/server/store/manual_clock.h"
 
 namespace dlcs::jobs {
 namespace {

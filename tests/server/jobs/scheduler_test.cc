@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/server/jobs/manual_clock.h"
+#include "tests/server/store/manual_clock.h"
 
 namespace dlcs::jobs {
 namespace {

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of `dlcs`: what each was asked, and how to run it.
+
+#ifndef DLCS_CLIENT_CLI_COMMANDS_COMMANDS_H_
+#define DLCS_CLIENT_CLI_COMMANDS_COMMANDS_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "client/cli/commands/server_target.h"
+#include "client/cli/output/exit_code.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// Where commands look for a server that cannot run in this process.
+inline constexpr const char* kDefaultServer = "localhost:50051";
+
+enum class OutputFormat { kTable, kJson, kCsv, kName };
+
+struct SolveCommand {
+  std::string problem_path;              // "-" is standard input
+  ServerTarget server;                   // its address is empty: solve in this process
+  v1::SolveOptions options;              // as given; what was not given is unset
+  std::string grid;                      // --grid as it was typed
+  std::optional<v1::SolutionRule> rule;  // overrides the file's
+  OutputFormat format = OutputFormat::kTable;
+  std::string output;  // empty or "-" is standard output
+  bool quiet = false;
+  bool verbose = false;  // on a terminal: every iterate
+  double deadline_s = 600;
+};
+
+struct EnsembleCommand {
+  SolveCommand solve;        // the problem and how to solve its members
+  std::string members_path;  // "-" is standard input
+};
+
+struct AnalyzeCommand {
+  std::string problem_path;  // "-" is standard input
+  ServerTarget server;
+  v1::SolveOptions options;  // what is settled already
+  std::string grid;          // --grid as it was typed
+  std::optional<v1::SolutionRule> rule;
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  bool verbose = false;                        // everything that is known, in the table too
+  std::string output;                          // empty is standard output
+  double deadline_s = 600;
+};
+
+struct LcpCommand {
+  std::string path;
+  ServerTarget server;
+  std::optional<v1::SolutionRule> rule;
+  bool all = false;                            // all basic solutions too
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  double deadline_s = 60;
+};
+
+struct DcpCommand {
+  std::string path;
+  std::string check;  // file of a path to measure; empty solves
+  double step = 0;    // 0 takes the default of the service
+  ServerTarget server;
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  double deadline_s = 60;
+};
+
+struct ModelCommand {
+  std::string kind;        // "input-output" or "signorini"
+  std::string path;        // of an input-output model's file; "-" is standard input
+  std::int64_t cells = 0;  // of the Signorini model
+  double coefficient = 2e-4;
+  double horizon = 4;
+  std::string output;  // empty is standard output
+};
+
+struct CapabilitiesCommand {
+  ServerTarget server;
+  OutputFormat format = OutputFormat::kTable;  // table or JSON
+  double deadline_s = 10;
+};
+
+// Whether a server serves: for people, and for what watches over servers.
+struct HealthCommand {
+  ServerTarget server = ServerAt(kDefaultServer);
+  std::string service;  // empty: the server as a whole
+  double deadline_s = 3;
+};
+
+// Servers under names (contexts.h).
+struct ContextCommand {
+  enum class Action { kList, kSet, kUse, kDelete };
+  Action action = Action::kList;
+  std::string name;  // empty with kUse: none is the current one any more
+  ServerTarget server;
+};
+
+// Each prints its result on standard output and everything else on standard error.
+ExitCode Run(const SolveCommand& command);
+ExitCode Run(const EnsembleCommand& command);
+ExitCode Run(const AnalyzeCommand& command);
+ExitCode Run(const LcpCommand& command);
+ExitCode Run(const DcpCommand& command);
+ExitCode Run(const ModelCommand& command);
+ExitCode Run(const CapabilitiesCommand& command);
+ExitCode Run(const HealthCommand& command);
+ExitCode Run(const ContextCommand& command);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_COMMANDS_COMMANDS_H_

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/lcp_output.h"
+#include "client/cli/output/message_json.h"
+#include "client/cli/output/progress_ticker.h"
+#include "client/cli/output/terminal.h"
+#include "client/files/json_text.h"
+#include "client/files/lcp_file.h"
+
+namespace dlcs::client {
+
+ExitCode Run(const DcpCommand& command) {
+  auto request = ReadDcpFile(command.path);
+  if (!request.ok()) return Complain(request.status(), kBadInput);
+  request->set_max_step(command.step);
+  const bool measures = !command.check.empty();
+  if (measures) {
+    const auto path = ReadPathFile(command.check);
+    if (!path.ok()) return Complain(path.status(), kBadInput);
+    *request->mutable_check() = *path;
+  }
+  const auto backend = MakeBackend(command.server);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  auto wait = std::make_unique<WaitView>("solves the DCP");
+  const auto response = (*backend)->SolveDcp(
+      *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  wait.reset();
+  if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
+  if (command.format == OutputFormat::kJson) {
+    fmt::print("{}\n", JsonLine(*response));
+  } else {
+    PrintDcpTable(*response, measures, WidthOf(stdout), stdout);
+  }
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  return measures || response->solved() ? kSolved : kNoAnswer;
+}
+
+}  // namespace dlcs::client

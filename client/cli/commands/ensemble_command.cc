@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/problem_input.h"
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/ensemble_output.h"
+#include "client/cli/output/live_view.h"
+#include "client/cli/output/message_json.h"
+#include "client/cli/output/progress_ticker.h"
+#include "client/cli/output/terminal.h"
+#include "client/files/json_text.h"
+#include "client/files/members_file.h"
+#include "client/result/names.h"
+
+namespace dlcs::client {
+namespace {
+
+// How many members have finished, on standard error: redrawn on a terminal, now and then a line in a log.
+class MemberCount {
+ public:
+  MemberCount(std::int64_t members, bool quiet) : members_(members), quiet_(quiet), lines_(1, kPerSecondInLog) {
+    lines_.Take(LineBudget::Clock::now());  // the first one is due after a while
+    if (!quiet && CanRedraw(stderr)) ticker_ = std::make_unique<Ticker>(stderr, WidthOf(stderr), [this] { return Text(); });
+  }
+
+  // From one thread at a time.
+  void Add(const v1::Summary& summary) {
+    ++finished_;
+    if (!Succeeded(summary)) ++unsolved_;
+    if (!quiet_ && !ticker_ && lines_.Take(LineBudget::Clock::now())) fmt::print(stderr, "dlcs: {}\n", Text());
+  }
+
+ private:
+  static constexpr double kPerSecondInLog = 0.2;
+
+  std::string Text() const {
+    const std::string unsolved = unsolved_ > 0 ? fmt::format(", {} not solved", unsolved_.load()) : "";
+    return fmt::format("{} of {} members{}", finished_.load(), members_, unsolved);
+  }
+
+  const std::int64_t members_;
+  const bool quiet_;
+  LineBudget lines_;
+  std::atomic<std::int64_t> finished_ = 0;
+  std::atomic<std::int64_t> unsolved_ = 0;
+  std::unique_ptr<Ticker> ticker_;  // last: it uses the others
+};
+
+v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemInput& input,
+                                     const std::vector<v1::EnsembleMember>& members) {
+  v1::SolveEnsembleRequest request = input.EnsembleRequest(command.options);
+  request.mutable_members()->Add(members.begin(), members.end());
+  // A table shows the end of each member, and where all have the same no more need be sent.
+  const bool same_end =
+      std::none_of(members.begin(), members.end(), [](const auto& member) { return member.has_horizon(); });
+  const bool table = command.format == OutputFormat::kTable;
+  if (table && same_end && command.options.output_times().empty() && input.horizon() > 0) {
+    request.mutable_options()->add_output_times(input.horizon());
+  }
+  return request;
+}
+
+ExitCode ExitCodeOf(const v1::EnsembleSummary& summary) {
+  if (summary.stopped() + summary.not_begun() > 0) return kServiceFailed;
+  return summary.failed() > 0 ? kNoAnswer : kSolved;
+}
+
+// What is wrong names a member, or a field of the problem or of the options.
+ExitCode ComplainAboutEnsemble(const absl::Status& status, const std::string& problem, const std::string& members) {
+  const bool of_member = status.message().rfind("members", 0) == 0;
+  return ComplainAboutCall(status, of_member ? members : problem);
+}
+
+}  // namespace
+
+ExitCode Run(const EnsembleCommand& command) {
+  const SolveCommand& solve = command.solve;
+  absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
+  std::optional<Interrupt> interrupt;
+  const auto limits = [&] {
+    return CallLimits{.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt->token()};
+  };
+  if (input->is_uploaded()) {
+    // Its shape is needed to read the members.
+    interrupt.emplace();
+    const absl::Status fetched = input->FetchUploaded(limits());
+    if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+  }
+  if (input->is_nonlinear()) {
+    return Complain(
+        absl::InvalidArgumentError("an ensemble has a linear problem; solve nonlinear ones with dlcs solve"),
+        kBadInput);
+  }
+  const auto states = static_cast<int>(input->states());
+  const auto constraints = static_cast<int>(input->constraints());
+  const auto members = ReadMembersFile(command.members_path, states, constraints);
+  if (!members.ok()) return Complain(members.status(), kBadInput);
+  const auto output = OpenOutput(solve.output, {solve.problem_path, command.members_path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  std::FILE* out = *output ? (*output)->stream() : stdout;
+  // After reading, which Ctrl-C ends as always.
+  if (!interrupt) interrupt.emplace();
+  const auto backend = MakeBackend(solve.server, solve.quiet);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  EnsembleTable table;
+  bool has_header = solve.format != OutputFormat::kCsv;
+  const auto print_header = [&](const ComponentNames& names) {
+    if (std::exchange(has_header, true)) return;
+    PrintMemberCsvHeader(names, static_cast<std::size_t>(states), static_cast<std::size_t>(constraints), out);
+  };
+  auto count = std::make_unique<MemberCount>(static_cast<std::int64_t>(members->size()), solve.quiet);
+  const auto summary = (*backend)->SolveEnsemble(
+      MakeRequest(solve, *input, *members),
+      [&](const MemberResult& member) {
+        count->Add(member.result.summary);
+        if (solve.format == OutputFormat::kTable) table.Add(member);
+        if (solve.format == OutputFormat::kJson) PrintJson(member, out);
+        print_header(member.result.names);
+        if (solve.format == OutputFormat::kCsv) PrintMemberCsvLines(member, out);
+      },
+      limits());
+  count.reset();
+  if (!summary.ok()) return ComplainAboutEnsemble(summary.status(), input->source(), SourceName(command.members_path));
+
+  print_header({});
+  if (solve.format == OutputFormat::kTable) {
+    table.Print(input->title(), *summary, WidthOf(out), out);
+  }
+  const bool whole = summary->stopped() + summary->not_begun() == 0;
+  const absl::Status delivered = !*output ? FlushStream(stdout, "standard output")
+                                 : whole  ? (*output)->Commit()
+                                          : (*output)->CommitPartial();
+  if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  if (!solve.quiet && (solve.format != OutputFormat::kTable || *output)) {
+    fmt::print(stderr, "dlcs: {}\n", CountText(*summary));
+  }
+  return ExitCodeOf(*summary);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of `dlcs` about jobs: what each was asked, and how to run it.
+
+#ifndef DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
+#define DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands/commands.h"
+#include "dlcs/v1/jobs.pb.h"
+
+namespace dlcs::client {
+
+// What all of them are told.
+struct JobTarget {
+  ServerTarget server = ServerAt(kDefaultServer);
+  // For the whole command, cuts and restarts included.
+  double patience_s = 60;
+  ConnectionOptions::Repeat repeat = ConnectionOptions::Repeat::kAfterAnswer;
+};
+
+// Prints the job's name and nothing else; with `wait` follows it to its end.
+struct SubmitCommand {
+  JobTarget target;
+  SolveCommand solve;  // problem_path, options, grid, rule
+  std::string request_id;
+  std::string title;  // empty: the problem's name
+  bool wait = false;
+  bool quiet = false;  // while waiting
+  std::int32_t priority = 0;
+  std::optional<double> within_s;  // the deadline of the job
+  bool validate_only = false;
+};
+
+// Prints the problem's name and nothing else.
+struct UploadCommand {
+  JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 600};
+  std::string problem_path;
+  std::optional<v1::SolutionRule> rule;  // overrides the file's
+};
+
+// The uploaded problems.
+struct ListProblemsCommand {
+  JobTarget target;
+  OutputFormat format = OutputFormat::kTable;  // table, or JSON: a line each
+};
+
+// Shows what happens until the job has ended, and exits as solve would.
+struct WatchCommand {
+  JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 24 * 3600};
+  std::string name;
+  std::int64_t after = 0;
+  double interval_s = 0;
+  OutputFormat format = OutputFormat::kTable;  // table, or JSON: every event a line
+  bool quiet = false;
+  // Of iterates, where the format is JSON. Not set: none.
+  std::optional<v1::WatchView> values;
+  std::vector<std::int32_t> components;  // empty: all
+};
+
+// One job or uploaded problem, or where `name` is empty all jobs.
+struct ShowJobsCommand {
+  JobTarget target;
+  std::string name;
+  std::vector<v1::JobState> states;
+  std::int64_t most = 100;
+  OutputFormat format = OutputFormat::kTable;
+};
+
+// Stops a job, or forgets a job or an uploaded problem.
+struct EndJobCommand {
+  JobTarget target;
+  std::string name;
+  bool forget = false;  // delete, not cancel
+  bool all = false;     // every job that has ended, or of those the ones in `states`
+  std::vector<v1::JobState> states;
+};
+
+// The trajectory, printed as solve prints it. Where there is `at`, the stored times nearest to those.
+struct ResultCommand {
+  JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 600};
+  std::string name;
+  std::int64_t stride = 1;
+  double from = 0;
+  std::optional<double> to;
+  std::vector<double> at;
+  OutputFormat format = OutputFormat::kTable;
+  std::string output;
+};
+
+ExitCode Run(const SubmitCommand& command);
+ExitCode Run(const UploadCommand& command);
+ExitCode Run(const ListProblemsCommand& command);
+ExitCode Run(const WatchCommand& command);
+ExitCode Run(const ShowJobsCommand& command);
+ExitCode Run(const EndJobCommand& command);
+ExitCode Run(const ResultCommand& command);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_

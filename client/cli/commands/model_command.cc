@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/output/analysis_output.h"
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/terminal.h"
+#include "client/files/json_text.h"
+#include "client/local/model.h"
+
+namespace dlcs::client {
+
+namespace {
+
+// A key on each line, a matrix in one: as people write such files.
+void PrintFile(const nlohmann::ordered_json& file, std::FILE* out) {
+  const char* before = "{";
+  for (const auto& [key, value] : file.items()) {
+    fmt::print(out, "{}\n  {}: {}", before, nlohmann::json(key).dump(), value.dump());
+    before = ",";
+  }
+  fmt::print(out, "\n}}\n");
+}
+
+absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
+  if (command.kind == "signorini") return ModelSignorini(command.cells, command.coefficient, command.horizon);
+  const auto text = ReadTextFile(command.path);
+  if (!text.ok()) return text.status();
+  auto model = ModelInputOutput(*text, SourceName(command.path));
+  if (!model.ok()) return model.status();
+  PrintSection(model->section, Detail::kBrief, WidthOf(stderr), stderr);
+  for (const std::string& warning : model->section.warnings()) fmt::print(stderr, "dlcs: {}\n", warning);
+  return std::move(model->file);
+}
+
+}  // namespace
+
+ExitCode Run(const ModelCommand& command) {
+  const auto output = OpenOutput(command.output, {command.path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  const auto file = MakeFile(command);
+  if (!file.ok()) return Complain(file.status(), kBadInput);
+  PrintFile(*file, *output ? (*output)->stream() : stdout);
+  const absl::Status printed = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The problem that a command is about: a file, or the name of one that was uploaded.
+
+#ifndef DLCS_CLIENT_CLI_COMMANDS_PROBLEM_INPUT_H_
+#define DLCS_CLIENT_CLI_COMMANDS_PROBLEM_INPUT_H_
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/commands/server_target.h"
+#include "client/files/problem_file.h"
+#include "client/result/backend.h"
+#include "dlcs/v1/problems.pb.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+class ProblemInput {
+ public:
+  // Reads the file at `path`, `-` for standard input. A `path` that is problems/ and 64 characters of 0-9a-f is the name of an
+  // uploaded problem, of which FetchUploaded() is to ask the server. `rule`, where given, overrides the file's. Errors:
+  // InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be overridden.
+  static absl::StatusOr<ProblemInput> Read(const std::string& path, const ServerTarget& server,
+                                           const std::optional<v1::SolutionRule>& rule);
+
+  // Asks the server what is to be known of an uploaded problem; nothing else needs that. Errors: as ProblemClient::Get().
+  absl::Status FetchUploaded(const CallLimits& limits);
+
+  // What messages call it.
+  const std::string& source() const { return source_; }
+  // What the result is headed with.
+  std::string title() const;
+  bool is_uploaded() const { return !name_.empty(); }
+  bool is_nonlinear() const { return is_uploaded() ? about_.nonlinear() : file_.nonlinear.has_value(); }
+  double horizon() const;
+  std::int64_t states() const;
+  std::int64_t constraints() const;
+
+  // The problem, or its name, in place.
+  v1::SolveRequest SolveRequest(const v1::SolveOptions& options) const;
+  // For linear problems.
+  v1::SolveEnsembleRequest EnsembleRequest(const v1::SolveOptions& options) const;
+  v1::AnalyzeProblemRequest AnalyzeRequest(const v1::SolveOptions& options) const;
+  v1::ProblemBody Body() const;
+
+ private:
+  std::string source_;
+  ProblemFile file_;
+  std::string name_;  // empty where it is a file
+  ServerTarget server_;
+  v1::StoredProblem about_;  // of an uploaded one, once it was fetched
+};
+
+// What a server takes as a title.
+inline constexpr std::size_t kMaxTitleBytes = 200;
+
+// "problems/" and 64 characters of 0-9a-f.
+bool IsProblemName(const std::string& text);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_COMMANDS_PROBLEM_INPUT_H_

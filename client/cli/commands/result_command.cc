@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/job_commands.h"
+#include "client/cli/commands/job_support.h"
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/message_json.h"
+#include "client/cli/output/result_output.h"
+#include "client/cli/output/result_page.h"
+
+namespace dlcs::client {
+namespace {
+
+constexpr std::size_t kTableRows = 11;
+
+void Append(const v1::TrajectoryChunk& chunk, std::int64_t stride, SolveResult& result) {
+  if (chunk.times().empty()) return;
+  const auto at = static_cast<std::int64_t>(result.times.size());
+  result.states = static_cast<std::size_t>(chunk.x_size() / chunk.times_size());
+  result.constraints = static_cast<std::size_t>(chunk.y_size() / chunk.times_size());
+  result.times.insert(result.times.end(), chunk.times().begin(), chunk.times().end());
+  result.x.insert(result.x.end(), chunk.x().begin(), chunk.x().end());
+  result.y.insert(result.y.end(), chunk.y().begin(), chunk.y().end());
+  result.w.insert(result.w.end(), chunk.w().begin(), chunk.w().end());
+  for (v1::LeftLimit limit : chunk.left_limits()) {
+    // Counted in what is printed.
+    limit.set_index(at + (limit.index() - chunk.first()) / stride);
+    result.left_limits.push_back(std::move(limit));
+  }
+}
+
+// The stored times nearest to the ones asked for, each once: gathered from pages as they pass.
+class Nearest {
+ public:
+  explicit Nearest(std::vector<double> asked) : asked_(std::move(asked)), found_(asked_.size()) {}
+
+  void Add(const v1::TrajectoryChunk& chunk) {
+    for (int k = 0; k < chunk.times_size(); ++k) {
+      const double time = chunk.times(k);
+      for (std::size_t i = 0; i < asked_.size(); ++i) {
+        const bool nearer = !found_[i] || std::abs(time - asked_[i]) < std::abs(found_[i]->times(0) - asked_[i]);
+        if (nearer) found_[i] = Column(chunk, k);
+      }
+    }
+  }
+
+  // In the order of time, as one trajectory from index 0 on.
+  std::vector<v1::TrajectoryChunk> Take() {
+    std::vector<v1::TrajectoryChunk> columns;
+    for (std::size_t i = 0; i < asked_.size(); ++i) {
+      if (!found_[i]) continue;
+      const double time = found_[i]->times(0);
+      if (time != asked_[i]) {
+        fmt::print(stderr, "dlcs: --at {}: is no stored time; the nearest is {}\n", asked_[i], time);
+      }
+      if (!columns.empty() && columns.back().times(0) == time) continue;
+      v1::TrajectoryChunk& column = columns.emplace_back(*std::move(found_[i]));
+      column.set_first(static_cast<std::int64_t>(columns.size()) - 1);
+      for (v1::LeftLimit& limit : *column.mutable_left_limits()) limit.set_index(column.first());
+    }
+    return columns;
+  }
+
+ private:
+  static v1::TrajectoryChunk Column(const v1::TrajectoryChunk& chunk, int k) {
+    v1::TrajectoryChunk column;
+    column.add_times(chunk.times(k));
+    const auto copy = [&](const google::protobuf::RepeatedField<double>& from, google::protobuf::RepeatedField<double>& to) {
+      const int per_time = from.size() / chunk.times_size();
+      to.Assign(from.begin() + k * per_time, from.begin() + (k + 1) * per_time);
+    };
+    copy(chunk.x(), *column.mutable_x());
+    copy(chunk.y(), *column.mutable_y());
+    copy(chunk.w(), *column.mutable_w());
+    for (const v1::LeftLimit& limit : chunk.left_limits()) {
+      if (limit.index() == chunk.first() + k) *column.add_left_limits() = limit;
+    }
+    return column;
+  }
+
+  std::vector<double> asked_;
+  std::vector<std::optional<v1::TrajectoryChunk>> found_;
+};
+
+// A few rows, evenly spaced, with the first and the last: for people.
+void Thin(SolveResult& result) {
+  const std::size_t times = result.times.size();
+  if (times <= kTableRows) return;
+  SolveResult few = result;
+  few.times.clear();
+  few.x.clear();
+  few.y.clear();
+  few.w.clear();
+  for (std::size_t k = 0; k < kTableRows; ++k) {
+    const std::size_t row = k * (times - 1) / (kTableRows - 1);
+    few.times.push_back(result.times[row]);
+    few.x.insert(few.x.end(), result.x_at(row).begin(), result.x_at(row).end());
+    few.y.insert(few.y.end(), result.y_at(row).begin(), result.y_at(row).end());
+    few.w.insert(few.w.end(), result.w_at(row).begin(), result.w_at(row).end());
+  }
+  result = std::move(few);
+}
+
+// The kept event that says what was found out before the first step.
+absl::Status ReadAnalysis(JobClient& client, const std::string& name, const CallLimits& limits,
+                          v1::Analysis& analysis) {
+  v1::WatchSolveJobRequest request;
+  request.set_name(name);
+  request.set_view(v1::WATCH_VIEW_PROGRESS);
+  return client.Watch(
+      request,
+      [&](const v1::JobEvent& event) {
+        if (event.has_analysis()) analysis = event.analysis();
+      },
+      limits);
+}
+
+// A CSV goes to `out` as it comes, the rest into `result`.
+absl::Status ReadPages(JobClient& client, const std::string& name, const ResultCommand& command, const CallLimits& limits, std::FILE* out,
+                       SolveResult& result) {
+  v1::ReadTrajectoryRequest request;
+  request.set_name(name);
+  request.set_stride(command.stride);
+  request.set_start_time(command.from);
+  if (command.to) request.set_end_time(*command.to);
+  bool has_header = false;
+  const auto take = [&](const v1::TrajectoryChunk& chunk, std::int64_t stride) {
+    if (command.format != OutputFormat::kCsv) return Append(chunk, stride, result);
+    if (chunk.times().empty()) return;
+    const auto columns = [&](const auto& values) {
+      return static_cast<std::size_t>(values.size() / chunk.times_size());
+    };
+    if (!std::exchange(has_header, true)) {
+      PrintCsvHeader(result.names, columns(chunk.x()), columns(chunk.y()), !chunk.w().empty(), out);
+    }
+    PrintCsvLines(chunk, out);
+  };
+  Nearest nearest(command.at);
+  const absl::Status read = client.ReadTrajectory(
+      request,
+      [&](const v1::TrajectoryPage& page) {
+        command.at.empty() ? take(page.chunk(), command.stride) : nearest.Add(page.chunk());
+      },
+      limits);
+  if (read.ok()) {
+    for (const v1::TrajectoryChunk& column : nearest.Take()) take(column, 1);
+  }
+  return read;
+}
+
+// What the result is headed with.
+std::string TitleOf(const v1::SolveJob& job) { return job.title().empty() ? job.name() : Harmless(job.title()); }
+
+}  // namespace
+
+ExitCode Run(const ResultCommand& command) {
+  const auto output = OpenOutput(command.output);
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  std::FILE* const out = *output ? (*output)->stream() : stdout;
+  const Interrupt interrupt;
+  const auto client = ConnectToJobs(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const CallLimits limits = LimitsFor(command.target, interrupt);
+
+  const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
+  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  const auto job = (*client)->Get(*name, limits);
+  if (!job.ok()) return Complain(job.status(), ExitCodeOf(job.status()));
+  if (!HasEnded(job->state())) {
+    return Complain(
+        absl::FailedPreconditionError(fmt::format("{} is {}, {:.0f} % done: dlcs watch {} waits for it", job->name(),
+                                                  JobStateWord(job->state()), 100 * job->progress(), job->name())),
+        kServiceFailed);
+  }
+  SolveResult result;
+  result.summary = job->summary();
+  absl::Status read = ReadAnalysis(**client, *name, limits, result.analysis);
+  result.names = NamesIn(result.analysis);
+  if (read.ok()) read = ReadPages(**client, *name, command, limits, out, result);
+  if (!read.ok()) return Complain(read, ExitCodeOf(read));
+  if (command.format == OutputFormat::kJson) PrintJson(TitleOf(*job), result, out);
+  if (command.format == OutputFormat::kTable) {
+    if (command.at.empty()) Thin(result);
+    PrintPage(TitleOf(*job), result, out);
+  }
+  const absl::Status written = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
+  if (!written.ok()) return Complain(written, kServiceFailed);
+  return ConcludeJob(*job);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/problem_input.h"
+#include "client/cli/options/solve_option_table.h"
+#include "client/cli/output/atomic_file.h"
+#include "client/cli/output/live_view.h"
+#include "client/cli/output/message_json.h"
+#include "client/cli/output/progress_ticker.h"
+#include "client/cli/output/result_output.h"
+#include "client/cli/output/result_page.h"
+#include "client/cli/output/terminal.h"
+#include "client/result/names.h"
+#include "client/rpc/retry.h"
+#include "proto/shared/truncate_text.h"
+
+namespace dlcs::client {
+namespace {
+
+// Rows of the table when no times were asked for.
+constexpr int kTableIntervals = 10;
+
+// A table shows the solution at a few times, unless others were asked for.
+void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequest& request) {
+  if (command.format != OutputFormat::kTable || !command.options.output_times().empty() || !(horizon > 0)) return;
+  std::set<double> times = {0, horizon};  // of the shortest horizons some are the same
+  for (int k = 1; k < kTableIntervals; ++k) {
+    const double time = horizon * k / kTableIntervals;
+    times.insert(std::isfinite(time) ? time : horizon / kTableIntervals * k);
+  }
+  for (const double time : times) request.mutable_options()->add_output_times(time);
+}
+
+bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
+
+void Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
+  switch (command.format) {
+    case OutputFormat::kTable:
+      PrintPage(name, result, out);
+      break;
+    case OutputFormat::kJson:
+      PrintJson(name, result, out);
+      break;
+    case OutputFormat::kCsv:
+      if (result.times.empty() && result.summary.times() == 0) {
+        PrintCsvHeader(result.names, result.states, result.constraints, /*has_w=*/true, out);
+      }
+      break;  // was written as it came
+    case OutputFormat::kName:
+      break;  // of jobs alone
+  }
+}
+
+// What to try next, where an option may help; the engine's message, which knows no options, comes before.
+const char* Advice(const v1::Summary& summary) {
+  const bool iterates =
+      summary.method() == v1::METHOD_LAPLACE_ITERATION || summary.method() == v1::METHOD_PAPER_ITERATION;
+  switch (summary.termination()) {
+    case v1::INCONSISTENT_STATE:
+      return "--project-initial-state lets the state jump";
+    case v1::DIVERGED:
+    case v1::ITERATION_LIMIT:
+      if (!iterates) return nullptr;
+      return "--window auto shrinks windows until they converge, --method exponential-march does not iterate";
+    case v1::DEADLINE:
+      return "--deadline allows more time, --steps fewer steps";
+    default:
+      return nullptr;
+  }
+}
+
+void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
+  const bool table_says_it = command.format == OutputFormat::kTable && IsStandardOutput(command.output);
+  if (!table_says_it && !command.quiet) {
+    for (const std::string& concern : summary.verdict().concerns()) fmt::print(stderr, "dlcs: {}\n", concern);
+  }
+  if (Succeeded(summary)) return;
+  if (!table_says_it) fmt::print(stderr, "dlcs: {}: {}\n", VerdictText(summary), summary.message());
+  if (const char* advice = Advice(summary)) fmt::print(stderr, "dlcs: {}\n", advice);
+}
+
+// Prints to the file if there is one, to standard output otherwise.
+absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result,
+                     AtomicFile* file) {
+  if (file == nullptr) {
+    Print(command, name, result, stdout);
+    return FlushStream(stdout, "standard output");
+  }
+  Print(command, name, result, file->stream());
+  const bool whole = !IsStopped(result.summary.termination());
+  const absl::Status committed = whole ? file->Commit() : file->CommitPartial();
+  if (!committed.ok()) return committed;
+  if (!whole) {
+    fmt::print(stderr, "dlcs: wrote {}, what there is of the trajectory; {} is as it was\n", file->path(), command.output);
+  } else if (!command.quiet) {
+    fmt::print(stderr, "dlcs: wrote {}\n", file->path());
+  }
+  return committed;
+}
+
+std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, const v1::TrajectoryChunk& chunk) {
+  return static_cast<std::size_t>(values.size() / std::max(1, chunk.times_size()));
+}
+
+// `out` takes a CSV as it comes, so that it may be larger than memory.
+absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInput& input,
+                                  const v1::SolveRequest& request, Backend& backend, std::FILE* out,
+                                  const CallLimits& limits) {
+  LiveView view(stderr, {.terminal = !command.quiet && CanRedraw(stderr),
+                         .verbose = command.verbose,
+                         .width = WidthOf(stderr),
+                         .horizon = input.horizon(),
+                         .warnings = command.format != OutputFormat::kTable || !IsStandardOutput(command.output),
+                         .nonlinear = input.is_nonlinear(),
+                         .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
+                         .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
+  const bool as_it_comes = command.format == OutputFormat::kCsv;
+  ComponentNames names;
+  const EventCallback show = [&](const v1::SolveEvent& event) {
+    if (!command.quiet) view.OnEvent(event);
+    if (event.has_analysis()) names = NamesIn(event.analysis());
+    if (!as_it_comes || !event.has_trajectory()) return;
+    const v1::TrajectoryChunk& chunk = event.trajectory();
+    if (chunk.first() == 0) {
+      PrintCsvHeader(names, ColumnsOf(chunk.x(), chunk), ColumnsOf(chunk.y(), chunk), !chunk.w().empty(), out);
+    }
+    PrintCsvLines(chunk, out);
+  };
+  return backend.Solve(request, show,
+                       {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes});
+}
+
+}  // namespace
+
+ExitCode Run(const SolveCommand& command) {
+  auto reading = !command.quiet && command.problem_path != "-" ? std::make_unique<WaitView>("reads " + command.problem_path) : nullptr;
+  absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
+  reading.reset();
+  if (!input.ok()) return Complain(input.status(), kBadInput);
+  const auto output = OpenOutput(command.output, {command.problem_path});
+  if (!output.ok()) return Complain(output.status(), kBadInput);
+  // After reading, which Ctrl-C ends as always.
+  const Interrupt interrupt;
+  const auto backend = MakeBackend(command.server, command.quiet);
+  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+
+  const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
+  const absl::Status fetched = input->FetchUploaded(limits);
+  if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+  v1::SolveRequest request = input->SolveRequest(command.options);
+  if (!command.quiet && input->horizon() > 0 && command.options.step() > input->horizon()) {
+    fmt::print(stderr, "dlcs: --step {} is longer than T = {} and shortens no step; give a shorter one\n",
+               command.options.step(), input->horizon());
+  }
+  AskForTableTimes(command, input->horizon(), request);
+  // So that a cut does not end it, where the server takes jobs.
+  if (!command.server.address.empty()) {
+    request.set_request_id(NewRequestId());
+    if (!input->is_uploaded()) request.set_title(Shortened(input->title(), kMaxTitleBytes));
+  }
+
+  const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
+  if (!result.ok()) return ComplainAboutCall(result.status(), input->source());
+
+  const absl::Status delivered = Deliver(command, input->title(), *result, output->get());
+  if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  if (!command.quiet) {
+    const v1::Method used = result->summary.method();
+    for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear())) SayNotice(line);
+  }
+  PrintVerdict(command, result->summary);
+  if (!result->job.empty()) {
+    fmt::print(stderr, "dlcs: {0} keeps what was found: dlcs result {0}\n", result->job);
+  }
+  return ExitCodeOf(result->summary);
+}
+
+}  // namespace dlcs::client

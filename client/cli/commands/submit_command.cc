@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/job_commands.h"
+#include "client/cli/commands/job_support.h"
+#include "client/cli/commands/problem_input.h"
+#include "client/cli/output/atomic_file.h"
+#include "proto/shared/truncate_text.h"
+
+namespace dlcs::client {
+namespace {
+
+google::protobuf::Timestamp FromNow(double seconds) {
+  const auto time = std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(
+                                                           std::chrono::duration<double>(seconds));
+  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+  google::protobuf::Timestamp result;
+  result.set_seconds(ns / 1'000'000'000);
+  result.set_nanos(static_cast<int>(ns % 1'000'000'000));
+  return result;
+}
+
+}  // namespace
+
+ExitCode Run(const SubmitCommand& command) {
+  const auto input = ProblemInput::Read(command.solve.problem_path, command.target.server, command.solve.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
+  v1::CreateSolveJobRequest request;
+  *request.mutable_solve() = input->SolveRequest(command.solve.options);
+  if (command.title.empty() && !input->is_uploaded()) {
+    request.set_title(Shortened(input->title(), kMaxTitleBytes));
+  } else {
+    request.set_title(command.title);
+  }
+  request.set_request_id(command.request_id);
+  request.set_priority(command.priority);
+  request.set_validate_only(command.validate_only);
+  if (command.within_s) *request.mutable_deadline() = FromNow(*command.within_s);
+
+  const Interrupt interrupt;
+  const auto client = ConnectToJobs(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  CallLimits limits = LimitsFor(command.target, interrupt);
+  const auto job = (*client)->Submit(request, limits);
+  if (!job.ok()) return ComplainAboutCall(job.status(), input->source());
+  if (command.validate_only) {
+    fmt::print(stderr, "dlcs: would be taken; predicted {:.3g} core-seconds and {:.3g} MB\n",
+               job->predicted_core_seconds(), 1e-6 * static_cast<double>(job->predicted_memory_bytes()));
+    return kSolved;
+  }
+  fmt::print("{}\n", job->name());
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  if (!command.wait) return kSolved;
+  WatchCommand watch;
+  watch.name = job->name();
+  watch.quiet = command.quiet;
+  limits.deadline = std::chrono::duration<double>(watch.target.patience_s);
+  return FollowJob(**client, watch, limits);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/job_commands.h"
+#include "client/cli/commands/job_support.h"
+#include "client/cli/commands/problem_input.h"
+#include "client/cli/output/atomic_file.h"
+
+namespace dlcs::client {
+
+ExitCode Run(const UploadCommand& command) {
+  if (IsProblemName(command.problem_path)) {
+    return Complain(absl::InvalidArgumentError(command.problem_path + " is uploaded already; upload takes a file"),
+                    kBadInput);
+  }
+  const auto input = ProblemInput::Read(command.problem_path, {}, command.rule);
+  if (!input.ok()) return Complain(input.status(), kBadInput);
+  const Interrupt interrupt;
+  const auto client = ConnectToProblems(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const auto uploaded = (*client)->Upload(input->Body(), LimitsFor(command.target, interrupt));
+  if (!uploaded.ok()) return ComplainAboutCall(uploaded.status(), input->source());
+  if (uploaded->existed()) fmt::print(stderr, "dlcs: it was there already\n");
+  fmt::print("{}\n", uploaded->problem().name());
+  const absl::Status printed = FlushStream(stdout, "standard output");
+  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "client/cli/commands/command_support.h"
+#include "client/cli/commands/interrupt.h"
+#include "client/cli/commands/job_commands.h"
+#include "client/cli/commands/job_support.h"
+#include "client/cli/output/live_view.h"
+#include "client/cli/output/message_json.h"
+#include "client/cli/output/progress_ticker.h"
+#include "client/cli/output/terminal.h"
+#include "proto/wire/job_event.h"
+
+namespace dlcs::client {
+namespace {
+
+// What LiveView is to show of an event. An accepted window is shown when it is stored.
+std::optional<v1::SolveEvent> Shown(const v1::JobEvent& event) {
+  const bool of_solve = event.has_analysis() || event.has_window_started() || event.has_iterate() ||
+                        (event.has_window_finished() && !event.window_finished().accepted());
+  return of_solve ? AsSolveEvent(event) : std::nullopt;
+}
+
+class JobView {
+ public:
+  JobView(const WatchCommand& command, const v1::SolveJob& job)
+      : command_(command),
+        terminal_(!command.quiet && command.format != OutputFormat::kJson && job.horizon() > 0 && CanRedraw(stderr)),
+        view_(stderr, {.terminal = terminal_,
+                       .width = WidthOf(stderr),
+                       .horizon = job.horizon() > 0 ? job.horizon() : 1,
+                       .nonlinear = job.nonlinear()}) {}
+
+  void Show(const v1::JobEvent& event) {
+    if (command_.format == OutputFormat::kJson) return PrintJsonLine(event);
+    if (command_.quiet) return;
+    if (const auto shown = Shown(event)) return view_.OnEvent(*shown);
+    switch (event.kind_case()) {
+      case v1::JobEvent::kState:
+        return view_.OnText(fmt::format("{} {}", TimeText(event.time()), JobStateWord(event.state())));
+      case v1::JobEvent::kCheckpointed:
+        view_.OnReached(event.checkpointed().time());
+        if (terminal_) return;  // the bar says so
+        return view_.OnText(fmt::format("stored up to t = {:.6g} ({:.0f} %)", event.checkpointed().time(),
+                                        100 * event.checkpointed().progress()));
+      case v1::JobEvent::kGap:
+        skipped_ += event.gap().last_sequence() - event.gap().first_sequence() + 1;
+        return;
+      case v1::JobEvent::kFinished:
+        view_.Finish();
+        if (skipped_ > 0) fmt::print(stderr, "({} iterates and windows passed unseen)\n", skipped_);
+        return;
+      default:
+        return;
+    }
+  }
+
+ private:
+  static void PrintJsonLine(const v1::JobEvent& event) {
+    fmt::print("{}\n", JsonLine(event));
+    std::fflush(stdout);
+  }
+
+  const WatchCommand& command_;
+  const bool terminal_;
+  LiveView view_;
+  std::int64_t skipped_ = 0;
+};
+
+v1::WatchSolveJobRequest RequestOf(const WatchCommand& command) {
+  v1::WatchSolveJobRequest request;
+  request.set_name(command.name);
+  request.set_after_sequence(command.after);
+  if (command.interval_s > 0) {
+    const double whole = std::floor(command.interval_s);
+    request.mutable_min_interval()->set_seconds(static_cast<std::int64_t>(whole));
+    request.mutable_min_interval()->set_nanos(static_cast<int>(1e9 * (command.interval_s - whole)));
+  }
+  if (command.quiet) request.set_view(v1::WATCH_VIEW_PROGRESS);
+  if (command.values) request.set_view(*command.values);
+  request.mutable_y_components()->Add(command.components.begin(), command.components.end());
+  return request;
+}
+
+}  // namespace
+
+ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits) {
+  absl::StatusOr<v1::SolveJob> job = client.Get(command.name, limits);
+  if (job.ok()) {
+    JobView view(command, *job);
+    const absl::Status watched =
+        client.Watch(RequestOf(command), [&](const v1::JobEvent& event) { view.Show(event); }, limits);
+    job = watched.ok() ? client.Get(command.name, limits) : absl::StatusOr<v1::SolveJob>(watched);
+  }
+  if (job.ok()) return ConcludeJob(*job);
+  if (!limits.stop.stop_requested()) return Complain(job.status(), ExitCodeOf(job.status()));
+  fmt::print(stderr, "dlcs: {0} goes on; dlcs watch {0} follows it, dlcs cancel {0} stops it\n", command.name);
+  return kServiceFailed;
+}
+
+ExitCode Run(const WatchCommand& command) {
+  if (command.values && command.format != OutputFormat::kJson) {
+    return Complain(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"), kBadInput);
+  }
+  const Interrupt interrupt;
+  const auto client = ConnectToJobs(command.target);
+  if (!client.ok()) return Complain(client.status(), kBadInput);
+  const CallLimits limits = LimitsFor(command.target, interrupt);
+  const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
+  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  WatchCommand named = command;
+  named.name = *name;
+  return FollowJob(**client, named, limits);
+}
+
+}  // namespace dlcs::client

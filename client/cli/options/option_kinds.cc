@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/options/option_kinds.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/match.h"
+#include "client/files/json_text.h"
+
+namespace dlcs::client {
+namespace {
+
+std::optional<double> ParseNumber(const std::string& text) {
+  double value = 0;
+  const char* begin = text.c_str() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const char* end = text.c_str() + text.size();
+  const auto [rest, error] = std::from_chars(begin, end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option) {
+  const auto value = ParseNumber(text);
+  if (!value || !rule.Holds(*value)) {
+    throw CLI::ValidationError(option, fmt::format("\"{}\" is not {}", text, rule.words));
+  }
+  return *value;
+}
+
+namespace {
+
+// A time, or the times of a range begin:step:end, which ends at `end` where a whole number of steps gets there.
+void AddTimes(const std::string& entry, const NumberRule& rule, const std::string& option, std::vector<double>& times) {
+  constexpr double kMostTimes = 1e7;
+  const std::size_t first = entry.find(':');
+  if (first == std::string::npos) return times.push_back(CheckedNumber(entry, rule, option));
+  const std::size_t second = std::min(entry.find(':', first + 1), entry.size());
+  const double begin = CheckedNumber(entry.substr(0, first), rule, option);
+  const double step = CheckedNumber(entry.substr(first + 1, second - first - 1), Positive(), option);
+  const double end =
+      CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "", {"the end of a range begin:step:end", rule.least}, option);
+  const double steps = (end - begin) / step;
+  if (!(steps >= 0 && steps <= kMostTimes)) {
+    throw CLI::ValidationError(
+        option, fmt::format("\"{}\" is no range begin:step:end with an end behind its begin and at most {} steps", entry, kMostTimes));
+  }
+  const double nearest = std::round(steps);
+  const bool meets_end = std::abs(steps - nearest) <= 1e-9 * std::max(1.0, nearest);
+  const double last = meets_end ? nearest : std::floor(steps);
+  for (double k = 0; k <= last; ++k) times.push_back(meets_end && last > 0 ? (begin * (last - k) + end * k) / last : begin + k * step);
+}
+
+}  // namespace
+
+std::vector<double> ParseTimes(const std::string& text, const std::string& option) {
+  const NumberRule rule =
+      Within("a time: a number of at least 0", 0, std::numeric_limits<double>::infinity());
+  std::vector<double> times;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    std::string entry = text.substr(begin, end - begin);
+    entry.erase(0, entry.find_first_not_of(' '));
+    AddTimes(entry, rule, option, times);
+    begin = end + 1;
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option) {
+  if (text.empty()) throw CLI::ValidationError(option, "is empty; is a variable of your script unset?");
+  const bool has_digits = text.find_first_of("0123456789") != std::string::npos;
+  if (has_digits && text.find_first_not_of("0123456789.,+-eE ") == std::string::npos) return ParseTimes(text, option);
+  const auto content = ReadTextFile(text);
+  if (!content.ok() && text.find(',') != std::string::npos) {
+    // Meant as a list: that says which entry is none.
+    return ParseTimes(text, option);
+  }
+  if (!content.ok()) {
+    throw CLI::ValidationError(option, fmt::format("{}; write times, as in 0.1,0.5, or the name of a file with them",
+                                                   std::string(content.status().message())));
+  }
+  std::string list;
+  for (const char c : *content) {
+    const bool between = c == ',' || std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!between)
+      list += c;
+    else if (!list.empty() && list.back() != ',')
+      list += ',';
+  }
+  if (!list.empty() && list.back() == ',') list.pop_back();
+  return ParseTimes(list, option + " " + text);
+}
+
+double ParseBytes(const std::string& text, const std::string& option) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}};
+  NumberRule rule = Positive();
+  rule.words = "above 0, in bytes, kB, MB, GB or TB";
+  const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
+  const auto letters = std::find_if_not(text.rbegin(), text.rend(), is_letter).base();
+  const std::string number(text.begin(), letters), unit(letters, text.end());
+  if (number.empty()) return CheckedNumber(text, rule, option);
+  for (const auto& [name, bytes] : kUnits) {
+    if (absl::EqualsIgnoreCase(unit, name)) return bytes * CheckedNumber(number, rule, option);
+  }
+  throw CLI::ValidationError(option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
+}
+
+std::string LongName(const std::string& names) { return names.substr(names.rfind(',') + 1); }
+
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
+                       const NumberRule& rule, const std::function<void(double)>& set,
+                       const std::string& help) {
+  return app
+      .add_option_function<std::string>(
+          name, [=](const std::string& text) { set(CheckedNumber(text, rule, name)); }, help)
+      ->type_name(metavariable);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kinds of options: numbers with a rule, words, times. Includes CLI11, which is heavy: for the command line
+// alone.
+//
+// What is refused throws CLI::ValidationError with the option, the value and the rule.
+
+#ifndef DLCS_CLIENT_CLI_OPTIONS_OPTION_KINDS_H_
+#define DLCS_CLIENT_CLI_OPTIONS_OPTION_KINDS_H_
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/shared/nearest_name.h"
+
+namespace dlcs::client {
+
+// What a number must be, in words and as bounds.
+struct NumberRule {
+  const char* words;
+  double least;
+  double most = std::numeric_limits<double>::infinity();
+  bool whole = false;
+
+  bool Holds(double value) const { return value >= least && value <= most && (!whole || value == std::floor(value)); }
+};
+constexpr NumberRule Positive() { return {"a number above 0", std::numeric_limits<double>::denorm_min()}; }
+constexpr NumberRule Within(const char* words, double least, double most) { return {words, least, most}; }
+constexpr NumberRule Whole(const char* words, double least, double most = 9e15) { return {words, least, most, true}; }
+
+// `text` as a finite number: the same digits as in a file, and nothing else.
+double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
+
+// "0.1,0.5" in any order, and ranges begin:step:end such as 0:0.01:5; what comes out is increasing and distinct.
+std::vector<double> ParseTimes(const std::string& text, const std::string& option);
+
+// The times of `text`, which is a list of them or the name of a file that holds them, separated by commas,
+// blanks or new lines.
+std::vector<double> ParseTimesOrFile(const std::string& text, const std::string& option);
+
+// Above 0: "8GB", "500MB", "20kB" (decimal), or a number of bytes.
+double ParseBytes(const std::string& text, const std::string& option);
+
+// The long name of an option, "--format" of "-f,--format": what messages call it.
+std::string LongName(const std::string& names);
+
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable, const NumberRule& rule,
+                       const std::function<void(double)>& set, const std::string& help);
+
+// An option whose values are words. For a word that is none of them the nearest is proposed, or what `meant_by` knows
+// it to mean.
+template <typename Value>
+CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<std::string>& words,
+                     const std::function<std::optional<Value>(const std::string&)>& parse,
+                     const std::function<void(Value)>& set, const std::string& help,
+                     const std::function<std::optional<std::string>(const std::string&)>& meant_by = {}) {
+  const auto read = [=](const std::string& text) {
+    const auto value = parse(text);
+    if (value) return set(*value);
+    auto meant = meant_by ? meant_by(text) : std::nullopt;
+    if (!meant) meant = NearestName(text, words);
+    throw CLI::ValidationError(LongName(name),
+                               fmt::format("\"{}\" is none of {}{}", text, fmt::join(words, ", "), DidYouMean(meant)));
+  };
+  return app.add_option_function<std::string>(name, read, help)->type_name(fmt::format("{}", fmt::join(words, "|")));
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_OPTIONS_OPTION_KINDS_H_

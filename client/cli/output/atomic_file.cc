@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/cli/output/atomic_file.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+namespace dlcs::client {
+namespace {
+
+absl::Status CannotWrite(const std::string& path, int error) {
+  return absl::InvalidArgumentError(
+      fmt::format("cannot write {}: {}; choose another place for --output", path, std::strerror(error)));
+}
+
+// What a newly made file gets; mkstemp gives 0600 whatever the user's mask says.
+mode_t NewFileMode() {
+  const mode_t mask = umask(0);
+  umask(mask);
+  return 0666 & ~mask;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<AtomicFile>> AtomicFile::Create(const std::string& path) {
+  std::error_code ignored;
+  // A link keeps pointing where it did: its target is replaced.
+  std::filesystem::path target = path;
+  if (std::filesystem::is_symlink(target, ignored))
+    target = std::filesystem::weakly_canonical(target, ignored);
+  if (std::filesystem::is_directory(target, ignored)) return CannotWrite(path, EISDIR);
+  std::string temporary = target.string() + ".XXXXXX";
+  const int descriptor = mkstemp(temporary.data());
+  if (descriptor < 0) return CannotWrite(path, errno);
+  fchmod(descriptor, NewFileMode());
+  return std::unique_ptr<AtomicFile>(
+      new AtomicFile(target.string(), std::move(temporary), fdopen(descriptor, "wb")));
+}
+
+AtomicFile::AtomicFile(std::string path, std::string temporary, std::FILE* stream)
+    : path_(std::move(path)), temporary_(std::move(temporary)), stream_(stream) {}
+
+AtomicFile::~AtomicFile() {
+  if (stream_ != nullptr) std::fclose(stream_);
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+absl::Status AtomicFile::Commit() {
+  const absl::Status written = FlushStream(stream_, path_);
+  if (!written.ok()) return written;
+  // Without this a power cut may leave the new name with nothing behind it.
+  const bool synced = fsync(fileno(stream_)) == 0;
+  const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
+  if (!synced || !closed || rename(temporary_.c_str(), path_.c_str()) != 0) {
+    return absl::InternalError(fmt::format("cannot write {}: {}", path_, std::strerror(errno)));
+  }
+  temporary_.clear();
+  return absl::OkStatus();
+}
+
+absl::Status AtomicFile::CommitPartial() {
+  path_ += ".partial";
+  return Commit();
+}
+
+bool IsStandardOutput(const std::string& path) { return path.empty() || path == "-"; }
+
+absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
+                                                       std::initializer_list<std::string> inputs) {
+  if (IsStandardOutput(path)) return nullptr;
+  if (path == "table" || path == "json" || path == "csv") {
+    return absl::InvalidArgumentError(fmt::format(
+        "--output {}: would be a file of that name; did you mean --format {}? Write ./{} for the file", path, path, path));
+  }
+  for (const std::string& input : inputs) {
+    std::error_code ignored;
+    if (input != "-" && std::filesystem::equivalent(input, path, ignored)) {
+      return absl::InvalidArgumentError(
+          fmt::format("--output {}: is the input {}, which it would replace; choose another name", path, input));
+    }
+  }
+  return AtomicFile::Create(path);
+}
+
+absl::Status FlushStream(std::FILE* stream, const std::string& name) {
+  if (std::fflush(stream) == 0 && std::ferror(stream) == 0) return absl::OkStatus();
+  return absl::InternalError(
+      fmt::format("cannot write {}: {}; is the disk full?", name, std::strerror(errno)));
+}
+
+}  // namespace dlcs::client

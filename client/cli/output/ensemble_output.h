@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// The members of an ensemble on paper: a line each for people, CSV for programs (JSON: message_json.h).
+
+#ifndef DLCS_CLIENT_CLI_OUTPUT_ENSEMBLE_OUTPUT_H_
+#define DLCS_CLIENT_CLI_OUTPUT_ENSEMBLE_OUTPUT_H_
+
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "client/result/backend.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// Keeps a line for each member, and prints them in the order of the members: how it ended, the time reached, the LCP
+// residual at nodes, the estimated error, x (at most its first 12 components) there. Messages
+// of those that failed follow. Not thread-safe.
+class EnsembleTable {
+ public:
+  void Add(const MemberResult& member);
+  void Print(const std::string& name, const v1::EnsembleSummary& summary, int width, std::FILE* out) const;
+
+ private:
+  struct Row {
+    std::string label;
+    bool success;
+    std::string verdict;
+    std::string message;
+    double time;
+    double error;  // NaN where it is not known
+    v1::Certificate certificate;
+    std::vector<double> x;  // the first components
+  };
+  ComponentNames names_;
+  std::map<std::int64_t, Row> rows_;
+};
+
+// "98 solved, 2 failed"; what there is none of is not told.
+std::string CountText(const v1::EnsembleSummary& summary);
+
+// A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.
+void PrintMemberCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, std::FILE* out);
+void PrintMemberCsvLines(const MemberResult& member, std::FILE* out);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_OUTPUT_ENSEMBLE_OUTPUT_H_

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// How `dlcs` tells a script what happened.
+
+#ifndef DLCS_CLIENT_CLI_OUTPUT_EXIT_CODE_H_
+#define DLCS_CLIENT_CLI_OUTPUT_EXIT_CODE_H_
+
+#include "absl/status/status.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+enum ExitCode : int {
+  kSolved = 0,         // T was reached, and nothing says that the answer is wrong (Verdict.success)
+  kNoAnswer = 1,       // the mathematics has no answer, the method did not find it, or its estimated error is above 30 %
+  kBadInput = 2,       // a file, an option or the problem breaks a rule
+  kServiceFailed = 3,  // the service failed, or the solve was cancelled on the server or ran out of time
+  kInterrupted = 130,  // 128 + SIGINT, as shells have it: Ctrl-C
+  kTerminated = 143,   // 128 + SIGTERM
+};
+
+// Stopped before its end: what there is of the trajectory is a part of it.
+inline bool IsStopped(v1::Termination termination) {
+  return termination == v1::CANCELLED || termination == v1::DEADLINE;
+}
+
+inline ExitCode ExitCodeOf(const v1::Summary& summary) {
+  if (summary.verdict().success()) return kSolved;
+  const v1::Termination termination = summary.termination();
+  return IsStopped(termination) || termination == v1::TERMINATION_UNSPECIFIED ? kServiceFailed : kNoAnswer;
+}
+
+// Of a failed call.
+inline ExitCode ExitCodeOf(const absl::Status& status) {
+  return absl::IsInvalidArgument(status) ? kBadInput : kServiceFailed;
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_OUTPUT_EXIT_CODE_H_

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/cli/output/ensemble_output.h"
+#include "client/cli/output/result_output.h"
+
+namespace dlcs::client {
+namespace {
+
+void AppendFields(std::span<const double> numbers, fmt::memory_buffer& line) {
+  for (const double number : numbers) {
+    line.push_back(',');
+    if (std::isfinite(number)) fmt::format_to(std::back_inserter(line), "{}", number);
+  }
+}
+
+void PrintLine(std::string_view begin, double time, std::span<const double> x, std::span<const double> y,
+               std::span<const double> w, std::FILE* out) {
+  fmt::memory_buffer line;
+  fmt::format_to(std::back_inserter(line), "{}{}", begin, time);
+  AppendFields(x, line);
+  AppendFields(y, line);
+  AppendFields(w, line);
+  line.push_back('\n');
+  std::fwrite(line.data(), 1, line.size(), out);
+}
+
+// `text` as one field.
+std::string Quoted(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+}  // namespace
+
+void PrintCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, bool has_w,
+                    std::FILE* out) {
+  fmt::print(out, "t");
+  for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", names.OfX(i));
+  for (std::size_t i = 0; i < constraints; ++i) fmt::print(out, ",{}", names.OfY(i));
+  for (std::size_t i = 0; has_w && i < constraints; ++i) fmt::print(out, ",{}", names.OfW(i));
+  fmt::print(out, "\n");
+}
+
+void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
+  const auto times = static_cast<std::size_t>(chunk.times_size());
+  if (times == 0) return;
+  const std::size_t states = static_cast<std::size_t>(chunk.x_size()) / times;
+  const std::size_t constraints = static_cast<std::size_t>(chunk.y_size()) / times;
+  for (std::size_t k = 0; k < times; ++k) {
+    PrintLine(
+        "", chunk.times(static_cast<int>(k)), {chunk.x().data() + k * states, states},
+        {chunk.y().data() + k * constraints, constraints},
+        chunk.w().empty() ? std::span<const double>() : std::span(chunk.w().data() + k * constraints, constraints),
+        out);
+  }
+}
+
+void PrintMemberCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
+  fmt::print(out, "member,label,");
+  PrintCsvHeader(names, states, constraints, /*has_w=*/true, out);
+}
+
+void PrintMemberCsvLines(const MemberResult& member, std::FILE* out) {
+  const SolveResult& result = member.result;
+  const std::string begin = fmt::format("{},{},", member.member, Quoted(member.label));
+  const std::vector<double> unknown(result.constraints, std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t k = 0; k < result.times.size(); ++k) {
+    PrintLine(begin, result.times[k], result.x_at(k), result.y_at(k), result.has_w() ? result.w_at(k) : unknown, out);
+  }
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The result of a solve on paper: a table for people, CSV for programs (JSON: message_json.h).
+//
+// CSV prints every number so that reading it gives the same bits. What is not finite is an empty field.
+
+#ifndef DLCS_CLIENT_CLI_OUTPUT_RESULT_OUTPUT_H_
+#define DLCS_CLIENT_CLI_OUTPUT_RESULT_OUTPUT_H_
+
+#include <cstdio>
+#include <string>
+
+#include "client/result/solve_result.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
+// come.
+void PrintCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, bool has_w,
+                    std::FILE* out);
+void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
+
+// Verdict, trajectory and certificate in words. Columns that do not fit into `width` letters follow in
+// further blocks.
+void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_OUTPUT_RESULT_OUTPUT_H_

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/cli/output/columns.h"
+#include "client/cli/output/result_output.h"
+#include "client/cli/output/words.h"
+#include "client/cli/output/wrapped_text.h"
+#include "client/result/names.h"
+
+namespace dlcs::client {
+namespace {
+
+using Doubles = google::protobuf::RepeatedField<double>;
+
+std::vector<Column> MakeColumns(const SolveResult& result) {
+  const std::size_t rows = result.times.size();
+  std::vector<Column> columns;
+  columns.push_back(MakeColumn("t", rows, [&](std::size_t k) { return result.times[k]; }));
+  for (std::size_t i = 0; i < result.states; ++i) {
+    columns.push_back(MakeColumn(result.names.OfX(i), rows, [&](std::size_t k) { return result.x_at(k)[i]; }));
+  }
+  for (std::size_t i = 0; i < result.constraints; ++i) {
+    columns.push_back(MakeColumn(result.names.OfY(i), rows, [&](std::size_t k) { return result.y_at(k)[i]; }));
+    if (!result.has_w()) continue;
+    columns.push_back(MakeColumn(result.names.OfW(i), rows, [&](std::size_t k) { return result.w_at(k)[i]; }));
+  }
+  return columns;
+}
+
+void PrintJumps(const v1::Summary& summary, std::FILE* out) {
+  if (summary.jumps().empty()) return;
+  fmt::print(out, "\nState jumps\n");
+  for (const v1::StateJump& jump : summary.jumps()) {
+    fmt::print(out, "  at t = {}: dx = {}, multiplier {}\n", Cell(jump.time()), Listed(jump.dx()),
+               Listed(jump.multiplier()));
+  }
+}
+
+// "y2, y4", as the columns of the table are called.
+std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices, const ComponentNames& names) {
+  if (indices.empty()) return "-";
+  std::vector<std::string> listed;
+  for (const std::int32_t i : indices) listed.push_back(names.OfY(static_cast<std::size_t>(i)));
+  return fmt::format("{}", fmt::join(listed, ", "));
+}
+
+// Which y may be positive from when on.
+void PrintSwitchings(const v1::Summary& summary, const ComponentNames& names, std::FILE* out) {
+  constexpr int kMostRows = 30;
+  if (summary.switching_times().empty()) return;
+  fmt::print(out, "\nSwitching times\n");
+  constexpr const char* kRow = "  {:>14}  {:<20}  {:<12}  {}\n";
+  fmt::print(out, kRow, "t", "", "active", "at rest");
+  const int rows = std::min(summary.switching_times_size(), kMostRows);
+  for (int k = 0; k < rows; ++k) {
+    const v1::SwitchingTime& switching = summary.switching_times(k);
+    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), switching.kind(),
+               NamesOf(switching.entering(), names), NamesOf(switching.leaving(), names));
+  }
+  if (summary.switchings() > rows) {
+    fmt::print(out, "  and {} more; --format json has them\n", summary.switchings() - rows);
+  }
+}
+
+// What the estimate is of, and where it came from.
+void PrintAccuracy(const v1::Accuracy& accuracy, std::FILE* out) {
+  if (accuracy.has_error()) {
+    const auto largest = [](const Doubles& errors) { return *std::max_element(errors.begin(), errors.end()); };
+    std::string parts;
+    if (!accuracy.errors_x().empty()) parts += fmt::format(": {:.1e} of x", largest(accuracy.errors_x()));
+    if (!accuracy.errors_by().empty()) parts += fmt::format(", {:.1e} of B y", largest(accuracy.errors_by()));
+    if (!accuracy.errors_w().empty()) parts += fmt::format(", {:.1e} of w", largest(accuracy.errors_w()));
+    fmt::print(out, "  estimated error  {:.1e} of the size of each component{}\n", accuracy.error(), parts);
+  } else {
+    fmt::print(out, "  estimated error  none\n");
+  }
+  if (!accuracy.note().empty()) fmt::print(out, "                   {}\n", accuracy.note());
+}
+
+void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
+  if (std::isnan(c.node_residual())) return;  // nothing was measured
+  fmt::print(out, "\nCertificate\n");
+  fmt::print(out, "  LCP residual     {:.1e} at nodes, {:.1e} between them (size of y, w: {:.2g})\n",
+             c.node_residual(), c.midpoint_residual(), c.lcp_scale());
+  fmt::print(out, "  complementarity  {:.1e} at nodes, {:.1e} between them\n", c.node_complementarity(),
+             c.midpoint_complementarity());
+  // Where x solves the differential equation for y as it is, this says nothing of y.
+  const bool exact = c.ode_defect() <= 1e-14 * c.ode_scale();
+  fmt::print(out, "  defect of x'     {:.1e} between nodes (size of x': {:.2g})\n", c.ode_defect(), c.ode_scale());
+  if (exact) fmt::print(out, "                   for y as it is: it does not see the error of y\n");
+}
+
+// The superlinear fall of the residual where Newton's method had most to do.
+void PrintNewton(const v1::Summary& summary, std::FILE* out) {
+  if (!summary.has_newton()) return;
+  const v1::Cost& cost = summary.cost();
+  const v1::NewtonRecord& newton = summary.newton();
+  fmt::print(out, "\nNewton's method\n");
+  fmt::print(out, "  {} in {}, at most {} in one\n", Count(cost.newton_iterations(), "iteration"),
+             Count(cost.steps(), "step"), cost.most_newton_iterations());
+  if (cost.substituted_steps() > 0) {
+    fmt::print(out, "  {} not solved by it, but by substitution\n", Count(cost.substituted_steps(), "step"));
+  }
+  std::vector<std::string> residuals;
+  for (const double residual : newton.residuals()) residuals.push_back(fmt::format("{:.1e}", residual));
+  fmt::print(out, "  residuals of the step to t = {}: {}\n", Cell(newton.time()), fmt::join(residuals, ", "));
+  if (newton.has_contraction()) {
+    fmt::print(out, "  step times κ = {:.2g}; convergence is sure below 1/3\n", newton.contraction());
+  }
+}
+
+// Where the kernel of the Laplace iteration, or the integrals of the paper's, come from.
+void PrintContours(const v1::Summary& summary, std::FILE* out) {
+  const v1::KernelRecord& kernel = summary.kernel();
+  if (kernel.blocks_by_contour() > 0 || !kernel.fallback().empty()) {
+    fmt::print(out, "\nKernel\n  {} by contours, {} by recursion; {}, {}, error {:.1e}\n",
+               Count(kernel.blocks_by_contour(), "block"), kernel.blocks_by_recursion(),
+               Count(kernel.contours(), "contour"), Count(kernel.factorizations(), "factorization"),
+               kernel.contour_error());
+    if (!kernel.fallback().empty()) fmt::print(out, "  contours given up: {}\n", kernel.fallback());
+  }
+  if (!summary.has_contour()) return;
+  const v1::ContourRecord& contour = summary.contour();
+  fmt::print(out, "\nContour ({})\n", contour.choice());
+  if (contour.nodes() > 0) {
+    fmt::print(
+        out,
+        "  P = {}, gamma {:.4g}, mu {:.4g}, step {:.4g}; for the sector of {:.3g}, error near 10^{:.1f}\n",
+        contour.nodes(), contour.gamma(), contour.mu(), contour.step(), contour.sector_angle(),
+        contour.log10_error());
+  }
+  if (contour.separated() > 0) {
+    fmt::print(out, "  {} outside the sector, by matrix functions instead\n",
+               Count(contour.separated(), "eigenvalue"));
+  }
+}
+
+// What carried the state to the constraints, where it was not simply the matrices themselves.
+void PrintRealisation(const v1::Summary& summary, int width, std::FILE* out) {
+  const v1::RealisationRecord& realisation = summary.realisation();
+  if (realisation.used() == v1::REALISATION_UNSPECIFIED || realisation.used() == v1::REALISATION_DENSE)
+    return;
+  fmt::print(out, "\nRealisation\n");
+  std::string text = Word(realisation.used());
+  if (realisation.terms() > 0) text += ", " + Count(realisation.terms(), "term");
+  if (realisation.factorizations() > 0)
+    text += ", " + Count(realisation.factorizations(), "sparse factorization");
+  if (realisation.error() > 0) text += fmt::format(", error {:.1e}", realisation.error());
+  if (!realisation.reason().empty()) text += ": " + realisation.reason();
+  Paragraphs(width, out).Print("  ", text);
+}
+
+// Of interest where it is much.
+void PrintMemory(const v1::Cost& cost, std::FILE* out) {
+  constexpr double kMuch = 1e8;
+  if (std::max(cost.predicted_bytes(), cost.process_peak_bytes()) < kMuch) return;
+  fmt::print(out, "Memory: {:.2g} GB at most in the process that solved, so far", 1e-9 * cost.process_peak_bytes());
+  if (cost.predicted_bytes() > 0)
+    fmt::print(out, ", {:.2g} GB predicted for this solve", 1e-9 * cost.predicted_bytes());
+  fmt::print(out, "\n");
+}
+
+// "; 0.01 s (...)" follows what was counted; a method without windows counts none.
+void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
+  if (cost.lcps() == 0) {  // ended before its first step, or without telling
+    fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
+    return;
+  }
+  std::string counts = Count(cost.steps(), "step");
+  if (cost.windows() > 0) counts += ", " + Count(cost.windows(), "window");
+  if (cost.iterations() > 0) counts += ", " + Count(cost.iterations(), "iteration");
+  counts += ", " + Count(cost.lcps(), "LCP");
+  if (cost.marched_steps() > 0) counts += fmt::format(", {} marched", Count(cost.marched_steps(), "step"));
+  std::string seconds = fmt::format("{:.2g} s set-up", cost.seconds_setup());
+  if (cost.seconds_lcp() > 0) seconds += fmt::format(", {:.2g} s LCPs", cost.seconds_lcp());
+  if (cost.seconds_linear() > 0) seconds += fmt::format(", {:.2g} s linear algebra", cost.seconds_linear());
+  fmt::print(out, "\n");
+  Paragraphs(width, out).Print("", fmt::format("{}; {:.2g} s ({})", counts, cost.seconds_total(), seconds));
+}
+
+}  // namespace
+
+void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out) {
+  const v1::Summary& summary = result.summary;
+  fmt::print(out, "{}: {}\n", name, VerdictText(summary));
+  Paragraphs paper(width, out);
+  if (!summary.message().empty()) paper.Print("", summary.message());
+  // A refusal speaks for itself: no method was at work, and no step taken.
+  const bool refused = summary.termination() == v1::UNSUPPORTED && summary.cost().lcps() == 0;
+  if (!refused)
+    paper.Print("", fmt::format("Method {}{}{}", Word(summary.method()),
+                                summary.reason().empty() ? "" : ": ", summary.reason()));
+  for (const std::string& concern : summary.verdict().concerns()) paper.Print("Warning: ", concern);
+  for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
+  if (!result.times.empty()) {
+    PrintColumns(MakeColumns(result), result.times.size(), static_cast<std::size_t>(width), out);
+  }
+  PrintJumps(summary, out);
+  PrintSwitchings(summary, result.names, out);
+  if (!result.times.empty()) {
+    PrintCertificate(summary.certificate(), out);
+    PrintAccuracy(summary.accuracy(), out);
+  }
+  PrintNewton(summary, out);
+  PrintContours(summary, out);
+  PrintRealisation(summary, width, out);
+  if (!refused) PrintCost(summary.cost(), width, out);
+  PrintMemory(summary.cost(), out);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys that several kinds of files share.
+
+#ifndef DLCS_CLIENT_FILES_JSON_KEYS_H_
+#define DLCS_CLIENT_FILES_JSON_KEYS_H_
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/files/json_reader.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// The object that `text` holds. Errors: InvalidArgument where it is no JSON, or no object with what it should
+// hold: "the keys M and q".
+absl::StatusOr<nlohmann::json> ParseObject(const std::string& text, const std::string& source,
+                                           const std::string& holds);
+
+// What a file holds, as far as its keys tell.
+enum class FileKind { kUnknown, kSystem, kLcp, kDcp, kPath, kModel, kMembers };
+FileKind KindOf(const nlohmann::json& root);
+// OK unless `root` is clearly of another kind than `kind`; the error says which command takes it.
+absl::Status CheckKind(const nlohmann::json& root, FileKind kind, const std::string& source);
+
+// Each reads a key that must be there; `rule` says what it means. Formulas as ReadAnyMatrix().
+void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std::string& rule, JsonReader& reader,
+                   v1::Matrix& matrix, bool may_have_formulas = false);
+void ReadNumbersKey(const nlohmann::json& root, const std::string& key, const std::string& rule,
+                    JsonReader& reader, google::protobuf::RepeatedField<double>& numbers);
+
+// An object with a number for each name, as in {"omega": 314}.
+void ReadParameters(const nlohmann::json& value, const std::string& path, JsonReader& reader,
+                    google::protobuf::RepeatedPtrField<v1::Parameter>& parameters);
+
+// The keys `rule` and `selector` of a problem or an LCP, where there are any.
+void ReadSelectorKey(const nlohmann::json& root, JsonReader& reader, v1::Selector& selector);
+template <typename Request>
+void ReadRuleKeys(const nlohmann::json& root, JsonReader& reader, Request& request) {
+  if (root.contains("rule")) {
+    if (const auto rule = reader.ReadRule(root["rule"], "rule")) request.set_rule(*rule);
+  }
+  if (root.contains("selector")) ReadSelectorKey(root, reader, *request.mutable_selector());
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_FILES_JSON_KEYS_H_

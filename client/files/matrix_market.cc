@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/files/matrix_market.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "client/files/json_text.h"
+
+namespace dlcs::client {
+namespace {
+
+// What ends the reading, with its line; never leaves this file.
+struct Fault {
+  std::int64_t line;
+  std::string what;
+};
+
+bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+// The words of a text, with the lines they stand in. Lines that begin with % are comments.
+class Words {
+ public:
+  explicit Words(std::string_view text) : text_(text) {}
+
+  std::int64_t line() const { return line_; }
+
+  // The words of the first line.
+  std::vector<std::string> Header() {
+    std::vector<std::string> words;
+    while (position_ < text_.size() && text_[position_] != '\n') {
+      if (const std::string_view word = WordHere(); !word.empty()) words.emplace_back(word);
+    }
+    return words;
+  }
+
+  // Empty at the end.
+  std::string_view Next() {
+    while (position_ < text_.size()) {
+      if (text_[position_] == '\n') {
+        ++position_;
+        ++line_;
+        if (position_ < text_.size() && text_[position_] == '%') SkipLine();
+      } else if (const std::string_view word = WordHere(); !word.empty()) {
+        return word;
+      }
+    }
+    return {};
+  }
+
+ private:
+  std::string_view WordHere() {
+    while (position_ < text_.size() && IsBlank(text_[position_])) ++position_;
+    const std::size_t begin = position_;
+    while (position_ < text_.size() && !IsBlank(text_[position_]) && text_[position_] != '\n') ++position_;
+    return text_.substr(begin, position_ - begin);
+  }
+
+  void SkipLine() { position_ = std::min(text_.find('\n', position_), text_.size()); }
+
+  std::string_view text_;
+  std::size_t position_ = 0;
+  std::int64_t line_ = 1;
+};
+
+struct Format {
+  bool coordinate = false;
+  bool pattern = false;
+  bool symmetric = false;
+  bool skew = false;
+
+  bool half() const { return symmetric || skew; }
+};
+
+Format ReadFormat(Words& words) {
+  std::vector<std::string> header = words.Header();
+  for (std::string& word : header) {
+    std::transform(word.begin(), word.end(), word.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  }
+  if (header.size() != 5 || header[0] != "%%matrixmarket" || header[1] != "matrix") {
+    throw Fault{1, "must be \"%%MatrixMarket matrix FORMAT FIELD SYMMETRY\""};
+  }
+  const auto word = [&](std::size_t k, const char* what, std::initializer_list<const char*> known) {
+    for (const char* one : known) {
+      if (header[k] == one) return header[k];
+    }
+    std::string list;
+    for (const char* one : known) list += (list.empty() ? "" : ", ") + std::string(one);
+    throw Fault{1, fmt::format("the {} is \"{}\"; must be one of {}", what, header[k].substr(0, 40), list)};
+  };
+  Format format;
+  format.coordinate = word(2, "format", {"coordinate", "array"}) == "coordinate";
+  format.pattern = word(3, "field", {"real", "integer", "pattern"}) == "pattern";
+  const std::string symmetry = word(4, "symmetry", {"general", "symmetric", "skew-symmetric"});
+  format.symmetric = symmetry == "symmetric";
+  format.skew = symmetry == "skew-symmetric";
+  if (format.pattern && !format.coordinate)
+    throw Fault{1, "a pattern is told by coordinates, not by an array"};
+  if (format.pattern && format.skew) throw Fault{1, "a pattern has no signs, and is not skew-symmetric"};
+  return format;
+}
+
+template <typename Number>
+Number ReadNumber(Words& words, const char* what) {
+  std::string_view word = words.Next();
+  if (word.empty()) throw Fault{words.line(), fmt::format("the file ends where {} is due", what)};
+  const std::string_view shown = word.substr(0, 40);
+  if (word.size() > 1 && word[0] == '+') word.remove_prefix(1);
+  Number number{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  const bool whole = error == std::errc() && end == word.data() + word.size();
+  if (!whole) throw Fault{words.line(), fmt::format("\"{}\" stands where {} is due", shown, what)};
+  return number;
+}
+
+double ReadValue(Words& words) {
+  const double value = ReadNumber<double>(words, "a value");
+  if (!std::isfinite(value)) throw Fault{words.line(), fmt::format("{}; every value must be finite", value)};
+  return value;
+}
+
+std::int64_t ReadSize(Words& words, const char* what, std::int64_t most) {
+  const auto size = ReadNumber<std::int64_t>(words, what);
+  if (size < 1 || size > most) {
+    throw Fault{words.line(), fmt::format("{}, {}; must be from 1 to {}", size, what, most)};
+  }
+  return size;
+}
+
+std::int32_t ReadIndex(Words& words, const char* what, std::int64_t size) {
+  return static_cast<std::int32_t>(ReadSize(words, what, size) - 1);
+}
+
+struct Shape {
+  std::int64_t rows;
+  std::int64_t columns;
+};
+
+Shape ReadShape(Words& words, const Format& format) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  const std::int64_t rows = ReadSize(words, "the number of rows", kMost);
+  const std::int64_t columns = ReadSize(words, "the number of columns", kMost);
+  if (format.half() && rows != columns) {
+    throw Fault{words.line(),
+                fmt::format("{} x {}; must be square where half of it stands for the whole", rows, columns)};
+  }
+  return {rows, columns};
+}
+
+v1::SparseMatrix ReadCoordinates(Words& words, const Format& format) {
+  const auto [rows, columns] = ReadShape(words, format);
+  const auto entries = ReadNumber<std::int64_t>(words, "the number of entries");
+  if (entries < 0) throw Fault{words.line(), fmt::format("{} entries; must be at least 0", entries)};
+  v1::SparseMatrix matrix;
+  matrix.set_rows(static_cast<std::int32_t>(rows));
+  matrix.set_columns(static_cast<std::int32_t>(columns));
+  const auto add = [&matrix](std::int32_t row, std::int32_t column, double value) {
+    matrix.add_row_indices(row);
+    matrix.add_column_indices(column);
+    matrix.add_values(value);
+  };
+  for (std::int64_t k = 0; k < entries; ++k) {
+    const std::int32_t row = ReadIndex(words, "the row of an entry", rows);
+    const std::int32_t column = ReadIndex(words, "the column of an entry", columns);
+    if (format.skew && row == column)
+      throw Fault{words.line(), "a skew-symmetric matrix has no entries on its diagonal"};
+    const double value = format.pattern ? 1 : ReadValue(words);
+    add(row, column, value);
+    if (format.half() && row != column) add(column, row, format.skew ? -value : value);
+  }
+  return matrix;
+}
+
+// Column by column, of one triangle the part below the diagonal.
+v1::DenseMatrix ReadArray(Words& words, const Format& format, std::size_t most_entries) {
+  const auto [rows, columns] = ReadShape(words, format);
+  if (static_cast<std::uint64_t>(rows) > 2 * most_entries / static_cast<std::uint64_t>(columns)) {
+    throw Fault{words.line(), fmt::format("{} x {} values do not stand in this file", rows, columns)};
+  }
+  v1::DenseMatrix matrix;
+  matrix.set_rows(static_cast<std::int32_t>(rows));
+  matrix.set_columns(static_cast<std::int32_t>(columns));
+  matrix.mutable_values()->Resize(static_cast<int>(rows * columns), 0);
+  const auto entry = [&matrix, columns = columns](std::int64_t row, std::int64_t column) -> double& {
+    return *matrix.mutable_values()->Mutable(static_cast<int>(row * columns + column));
+  };
+  for (std::int64_t column = 0; column < columns; ++column) {
+    const std::int64_t first = !format.half() ? 0 : format.skew ? column + 1 : column;
+    for (std::int64_t row = first; row < rows; ++row) {
+      const double value = ReadValue(words);
+      entry(row, column) = value;
+      if (format.half()) entry(column, row) = format.skew ? -value : value;
+    }
+  }
+  return matrix;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Matrix> ParseMatrixMarket(const std::string& text, const std::string& source) {
+  try {
+    Words words(text);
+    const Format format = ReadFormat(words);
+    v1::Matrix matrix;
+    if (format.coordinate) {
+      *matrix.mutable_sparse() = ReadCoordinates(words, format);
+    } else {
+      *matrix.mutable_dense() = ReadArray(words, format, text.size());
+    }
+    if (const std::string_view more = words.Next(); !more.empty()) {
+      throw Fault{words.line(), fmt::format("\"{}\" stands behind the last entry", more.substr(0, 40))};
+    }
+    return matrix;
+  } catch (const Fault& fault) {
+    return absl::InvalidArgumentError(fmt::format("{}, line {}: {}", source, fault.line, fault.what));
+  }
+}
+
+absl::StatusOr<v1::Matrix> ReadMatrixMarket(const std::string& path) {
+  const auto text = ReadTextFile(path);
+  if (!text.ok()) return text.status();
+  return ParseMatrixMarket(*text, path);
+}
+
+}  // namespace dlcs::client

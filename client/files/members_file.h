@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files with the members of an ensemble: JSON as members.schema.json describes, or a table of initial states.
+
+#ifndef DLCS_CLIENT_FILES_MEMBERS_FILE_H_
+#define DLCS_CLIENT_FILES_MEMBERS_FILE_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+// Reads a list of objects, or an object with that list under "members". Each says what its member has in place of the
+// problem's, in the forms of problem files: x0, f, g, pieces (in place of both), T, break_points, parameters; and
+// "label", a name for people. A text that does not begin as JSON is a table: an initial state a line, numbers between
+// commas; a first line of names is passed over.
+//
+// The problem has m = `states` states and n = `constraints` pairs. `source` is the file's name for messages. Errors:
+// InvalidArgument with one "source: members[3]: place rule" per line.
+absl::StatusOr<std::vector<v1::EnsembleMember>> ParseMembers(const std::string& text, const std::string& source,
+                                                             int states, int constraints);
+
+// The same for the file at `path`, `-` for standard input. Errors: as above and as ReadTextFile().
+absl::StatusOr<std::vector<v1::EnsembleMember>> ReadMembersFile(const std::string& path, int states, int constraints);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_FILES_MEMBERS_FILE_H_

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Solves in this process, with the very session that a server runs.
+
+#ifndef DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_
+#define DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_
+
+#include "absl/status/statusor.h"
+#include "client/result/backend.h"
+
+namespace dlcs::client {
+
+// No limits but the machine's: a trajectory larger than its memory is ResourceExhausted. Events come from the
+// calling thread, so a slow callback slows the solve.
+class LocalBackend final : public Backend {
+ public:
+  absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
+                                    const CallLimits& limits) override;
+  absl::StatusOr<v1::EnsembleSummary> SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                    const MemberCallback& on_member, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request, const CallLimits& limits) override;
+  absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
+                                                            const CallLimits& limits) override;
+  absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/local/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "client/files/json_keys.h"
+#include "client/files/json_reader.h"
+#include "client/files/json_text.h"
+#include "client/files/problem_file.h"
+#include "client/files/time_function_json.h"
+#include "core/models/input_output.h"
+#include "core/models/signorini.h"
+#include "server/wire/convert.h"
+
+namespace dlcs::client {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+Matrix ReadMatrix(const json& root, const std::string& key, JsonReader& reader) {
+  const json* value = reader.Require(root, key, "the rows of a matrix, one per commodity");
+  if (value == nullptr) return Matrix();
+  const auto dense = reader.ReadMatrix(*value, key);
+  if (!dense) return Matrix();
+  v1::Matrix matrix;
+  *matrix.mutable_dense() = *dense;
+  std::vector<Violation> none;  // the reader judged the shape
+  return MatrixFromProto(matrix, key, none);
+}
+
+InputOutputModel ReadModel(const json& root, JsonReader& reader) {
+  InputOutputModel model;
+  model.C = ReadMatrix(root, "C", reader);
+  model.A = ReadMatrix(root, "A", reader);
+  model.B = ReadMatrix(root, "B", reader);
+  if (const json* value = reader.Require(root, "d", "the demand at t = 0, a value per commodity")) {
+    if (const auto demand = reader.ReadNumbers(*value, "d"))
+      model.demand = Eigen::Map<const Vector>(demand->data(), static_cast<Index>(demand->size()));
+  }
+  if (const json* value = reader.Require(root, "T", "the end of time, a number above 0"))
+    model.horizon = reader.ReadNumber(*value, "T").value_or(0);
+  v1::TimeFunction f, g;
+  const int commodities = static_cast<int>(model.C.rows());
+  if (commodities == 0) return model;  // C was refused, and says how long f must be
+  ReadSources(root, commodities, commodities, reader, f, g);
+  std::vector<Violation> violations;
+  model.f = TimeFunctionFromProto(f, commodities, "f", violations);
+  for (const Violation& violation : violations) reader.Refuse(violation.field, violation.description);
+  return model;
+}
+
+// "cells: is 1, must be ..." -> "--cells: is 1, must be ...", a line for each.
+absl::Status InWordsOfTheOptions(const absl::Status& status) {
+  std::string lines = "--" + std::string(status.message());
+  for (std::size_t end = lines.find('\n'); end != std::string::npos; end = lines.find('\n', end + 1)) {
+    lines.insert(end + 1, "--");
+  }
+  return absl::InvalidArgumentError(lines);
+}
+
+// The engine names its own fields: x0 is the model's d.
+absl::Status InWordsOfTheModel(const absl::Status& status, const std::string& source) {
+  std::string lines;
+  for (std::size_t begin = 0; begin < status.message().size();) {
+    const std::size_t end = std::min(status.message().find('\n', begin), status.message().size());
+    std::string line(status.message().substr(begin, end - begin));
+    if (line.rfind("x0", 0) == 0) line.replace(0, 2, "d");
+    lines += fmt::format("{}{}: {}", lines.empty() ? "" : "\n", source, line);
+    begin = end + 1;
+  }
+  return absl::InvalidArgumentError(lines);
+}
+
+// What the model says of itself, then the problem.
+ordered_json FileOf(const json& root, const Problem& problem) {
+  ordered_json file = ordered_json::object();
+  for (const char* key : {"name", "about", "source"}) {
+    if (root.contains(key)) file[key] = root[key];
+  }
+  file.update(ProblemJson(ToProto(problem)));
+  return file;
+}
+
+}  // namespace
+
+absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const std::string& source) {
+  const auto root = ParseJson(text, source);
+  if (!root.ok()) return root.status();
+  if (!root->is_object()) {
+    return absl::InvalidArgumentError(
+        fmt::format("{}: holds {}; must be one object {{...}} with the keys C, A, B, d and T", source,
+                    DescribeJson(*root)));
+  }
+  if (absl::Status kind = CheckKind(*root, FileKind::kModel, source); !kind.ok()) return kind;
+  JsonReader reader(source);
+  reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f"}, "");
+  const InputOutputModel model = ReadModel(*root, reader);
+  if (absl::Status status = reader.status(); !status.ok()) return status;
+  const auto problem = MakeInputOutputProblem(model);
+  if (!problem.ok()) return InWordsOfTheModel(problem.status(), source);
+  return ModelledProblem{FileOf(*root, *problem), ToProto(InputOutputSection(model))};
+}
+
+absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon) {
+  SignoriniModel model;
+  model.cells = cells;
+  model.coefficient = coefficient;
+  model.horizon = horizon;
+  const auto problem = MakeSignoriniProblem(model);
+  if (!problem.ok()) return InWordsOfTheOptions(problem.status());
+  const json notes = {{"name", fmt::format("Signorini, 1/{}, c = {}", model.cells, model.coefficient)},
+                      {"source", "(4.3) to (4.6) of Wu & Chen"}};
+  return FileOf(notes, *problem);
+}
+
+}  // namespace dlcs::client

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Models of whole fields that become problems: what `dlcs model` offers. Needs the engine in the process.
+
+#ifndef DLCS_CLIENT_LOCAL_MODEL_H_
+#define DLCS_CLIENT_LOCAL_MODEL_H_
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs::client {
+
+struct ModelledProblem {
+  nlohmann::ordered_json file;  // a problem file
+  v1::AnalysisSection section;  // what is known of the model
+};
+
+// The dynamic input-output economy (4.6) of [Chen & Xiang 2013]: x' = A x + B y + f(t),
+// 0 <= y ⟂ (I - C) y - x >= 0, x(0) = d. Reads the keys C A B d T, f (as in a problem file, zero when
+// missing), and name, about and source, which are handed on. Errors: InvalidArgument with one "source: place
+// rule" per line.
+absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const std::string& source);
+
+// The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its structure: some 2 MB for 65,025 states.
+// Errors: InvalidArgument with one "--option: rule" per line.
+absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_LOCAL_MODEL_H_

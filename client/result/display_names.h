@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What states and pairs are called in tables and headers.
+
+#ifndef DLCS_CLIENT_RESULT_DISPLAY_NAMES_H_
+#define DLCS_CLIENT_RESULT_DISPLAY_NAMES_H_
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace dlcs::client {
+
+struct ComponentNames {
+  std::vector<std::string> states;  // as the problem has them, or none
+  std::vector<std::string> pairs;   // likewise
+
+  // What component i, from 0, of x, y or w is called: vC or x2; D1 or y1; w(D1) or w1.
+  std::string OfX(std::size_t i) const { return i < states.size() ? states[i] : "x" + std::to_string(i + 1); }
+  std::string OfY(std::size_t i) const { return i < pairs.size() ? pairs[i] : "y" + std::to_string(i + 1); }
+  std::string OfW(std::size_t i) const {
+    return i < pairs.size() ? "w(" + pairs[i] + ")" : "w" + std::to_string(i + 1);
+  }
+};
+
+// The names in a message that has the fields state_names and pair_names.
+template <typename Message>
+ComponentNames NamesIn(const Message& message) {
+  return {{message.state_names().begin(), message.state_names().end()},
+          {message.pair_names().begin(), message.pair_names().end()}};
+}
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_RESULT_DISPLAY_NAMES_H_

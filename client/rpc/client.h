@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// The service's client.
+//
+//     auto client = dlcs::client::Client::Connect("localhost:50051");     // or with ConnectionOptions
+//     auto result = (*client)->Solve(request, [](const dlcs::v1::SolveEvent& event) { ... }, {});
+
+#ifndef DLCS_CLIENT_RPC_CLIENT_H_
+#define DLCS_CLIENT_RPC_CLIENT_H_
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client/result/backend.h"
+#include "client/rpc/connection.h"
+#include "client/rpc/job_client.h"
+#include "dlcs/v1/solver.grpc.pb.h"
+
+namespace dlcs::client {
+
+class Client final : public Backend {
+ public:
+  // The connection is made by the first call, which says so if nobody answers. `notice`, which may be empty, is told of cuts that a
+  // solve goes on behind. Errors: as Connection::Open().
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const ConnectionOptions& options, Notice notice = {});
+
+  // A solve with a request_id is a job on a server that takes jobs, and outlasts cuts and restarts: it is followed to its end
+  // through new connections, and the job is deleted when the result is here. `limits.stop` cancels the job: the result is then what it
+  // found until that, and the job stays and keeps it.
+
+  absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
+                                    const CallLimits& limits) override;
+  absl::StatusOr<v1::EnsembleSummary> SolveEnsemble(const v1::SolveEnsembleRequest& request,
+                                                    const MemberCallback& on_member, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveLcpResponse> SolveLcp(const v1::SolveLcpRequest& request, const CallLimits& limits) override;
+  absl::StatusOr<v1::SolveDcpResponse> SolveDcp(const v1::SolveDcpRequest& request, const CallLimits& limits) override;
+  absl::StatusOr<v1::AnalyzeProblemResponse> AnalyzeProblem(const v1::AnalyzeProblemRequest& request,
+                                                            const CallLimits& limits) override;
+  absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
+
+ private:
+  Client(Connection connection, Notice notice);
+
+  template <typename Request, typename Response>
+  using UnaryMethod = grpc::Status (v1::SolverService::Stub::*)(grpc::ClientContext*, const Request&, Response*);
+  template <typename Request, typename Response>
+  absl::StatusOr<Response> Ask(UnaryMethod<Request, Response> method, const Request& request, const CallLimits& limits);
+
+  const Connection connection_;
+  const std::unique_ptr<v1::SolverService::Stub> stub_;
+  const Notice notice_;
+  JobClient jobs_;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_RPC_CLIENT_H_

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// A solve as its caller sees it, whichever calls its events come from.
+
+#ifndef DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
+#define DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "client/result/backend.h"
+#include "client/result/solve_result.h"
+#include "client/rpc/job_client.h"
+
+namespace dlcs::client {
+
+// Hands every event to a collector and a callback, each once. Not thread-safe.
+class FollowedSolve {
+ public:
+  // All must outlive it; `on_event` may be empty.
+  FollowedSolve(ResultCollector& collector, const EventCallback& on_event)
+      : collector_(collector), on_event_(on_event) {}
+
+  // An event of the call that began the solve.
+  void Take(const v1::SolveEvent& event);
+
+  // The name of its job; empty where it is none, or is not known yet.
+  const std::string& job() const { return job_; }
+
+  // Takes the rest from the job, from behind what was taken: its events, its trajectory, its summary. Errors: of JobClient; that
+  // of a job that failed without a summary.
+  absl::Status GoOn(JobClient& jobs, const CallLimits& limits);
+
+ private:
+  absl::Status Watch(JobClient& jobs, const CallLimits& limits);
+  absl::Status ReadTrajectory(JobClient& jobs, const CallLimits& limits);
+
+  ResultCollector& collector_;
+  const EventCallback& on_event_;
+  std::string job_;
+  std::int64_t last_sequence_ = 0;
+  std::int64_t times_ = 0;  // of the trajectory that were taken
+  double last_time_ = 0;
+};
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "client/rpc/rpc_error.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "client/rpc/trace.h"
+#include "google/rpc/status.pb.h"
+
+namespace dlcs::client {
+namespace {
+
+struct Details {
+  std::optional<google::rpc::BadRequest> bad_request;
+  std::optional<google::rpc::ErrorInfo> error_info;
+  std::optional<google::rpc::RetryInfo> retry_info;
+};
+
+template <typename Message>
+void Unpack(const google::protobuf::Any& any, std::optional<Message>& message) {
+  Message unpacked;
+  if (any.Is<Message>() && any.UnpackTo(&unpacked)) message = unpacked;
+}
+
+Details DetailsOf(const grpc::Status& status) {
+  Details details;
+  google::rpc::Status rich;
+  if (!rich.ParseFromString(status.error_details())) return details;
+  for (const google::protobuf::Any& any : rich.details()) {
+    Unpack(any, details.bad_request);
+    Unpack(any, details.error_info);
+    Unpack(any, details.retry_info);
+  }
+  return details;
+}
+
+// Empty where `said` tells it already.
+std::string WhenToRetry(const Details& details, const std::string& said) {
+  if (!details.retry_info || said.find("Try again in") != std::string::npos) return "";
+  const auto& delay = details.retry_info->retry_delay();
+  const double seconds = static_cast<double>(delay.seconds()) + 1e-9 * delay.nanos();
+  return fmt::format(" Try again in {:.3g} s.", seconds);
+}
+
+// Nobody answers at `address`; gRPC says `said` of it.
+std::string NoAnswer(const std::string& address, const std::string& said) {
+  const std::string host = address.substr(0, address.rfind(':'));
+  const bool no_name = said.find("DNS resolution failed") != std::string::npos || said.find("ares") != std::string::npos;
+  if (no_name) {
+    return fmt::format("no machine called \"{}\" is known (DNS has no address for it). Check the spelling of HOST in --server", host);
+  }
+  const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
+  return fmt::format("no server answers at {} ({}). Check host and port{}", address, WhyNobodyAnswers(said),
+                     here ? ", or start one with: dlcsd --listen " + address : ", and that a dlcsd runs there");
+}
+
+std::string Describe(const grpc::Status& status, const Details& details, const std::string& address) {
+  const bool ours = details.error_info.has_value();
+  const std::string& said = status.error_message();
+  switch (status.error_code()) {
+    case grpc::StatusCode::INVALID_ARGUMENT:
+      if (details.bad_request) return DescribeViolations(*details.bad_request);
+      break;
+    case grpc::StatusCode::UNAVAILABLE:
+      if (ours)
+        return fmt::format("the server at {} cannot take the call: {}{}", address, said,
+                           WhenToRetry(details, said));
+      return NoAnswer(address, said);
+    case grpc::StatusCode::RESOURCE_EXHAUSTED:
+      return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details, said));
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      return fmt::format(
+          "no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
+          address);
+    case grpc::StatusCode::UNIMPLEMENTED:
+      if (said.ends_with('.')) break;  // a sentence: of a dlcsd, which says why
+      return fmt::format(
+          "the program at {} does not offer this call{}. Is it a dlcsd of this version? Jobs and uploads need one "
+          "with --store",
+          address, said.empty() ? "" : " (" + said + ")");
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return fmt::format("the server at {} does not know who calls: {} Yours is named with --token-file, or is DLCS_TOKEN",
+                         address, said);
+    case grpc::StatusCode::PERMISSION_DENIED:
+      return fmt::format("the server at {} does not allow it: {} Ask who runs the server", address, said);
+    case grpc::StatusCode::INTERNAL:
+    case grpc::StatusCode::UNKNOWN:
+      return fmt::format("the server at {} failed: {}. Its log has the details, with trace_id {}", address, said,
+                         ThisTraceId());
+    default:
+      break;
+  }
+  return fmt::format("the server at {} refuses: {}", address, said);
+}
+
+}  // namespace
+
+std::string WhyNobodyAnswers(const std::string& said) {
+  const std::size_t last = said.rfind(": ");
+  return last == std::string::npos ? said : said.substr(last + 2);
+}
+
+std::string DescribeViolations(const google::rpc::BadRequest& bad_request) {
+  std::string text;
+  for (const auto& violation : bad_request.field_violations()) {
+    if (!text.empty()) text += '\n';
+    text += violation.field().empty() ? violation.description()
+                                      : fmt::format("{}: {}", violation.field(), violation.description());
+  }
+  return text;
+}
+
+absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address) {
+  // The canonical codes have the same numbers in both libraries.
+  return absl::Status(static_cast<absl::StatusCode>(status.error_code()),
+                      Describe(status, DetailsOf(status), address));
+}
+
+}  // namespace dlcs::client

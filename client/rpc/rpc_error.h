@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// A failed call in words: what went wrong and what to do next.
+
+#ifndef DLCS_CLIENT_RPC_RPC_ERROR_H_
+#define DLCS_CLIENT_RPC_RPC_ERROR_H_
+
+#include <grpcpp/support/status.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "google/rpc/error_details.pb.h"
+
+namespace dlcs::client {
+
+// The violations of a request, "field: description", one per line.
+std::string DescribeViolations(const google::rpc::BadRequest& bad_request);
+
+// `status` (not OK) with the same code. Decodes the details that the service sends (BadRequest, ErrorInfo,
+// RetryInfo) into the message; `address` is the server's, for messages.
+absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address);
+
+// Why nobody answers, "Connection refused", of what gRPC says of it, which lists first where it has been.
+std::string WhyNobodyAnswers(const std::string& said);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_RPC_RPC_ERROR_H_

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Measures how well a trajectory satisfies the system, segment by segment.
+
+#ifndef DLCS_CORE_CONTEXT_CERTIFICATE_H_
+#define DLCS_CORE_CONTEXT_CERTIFICATE_H_
+
+#include "core/discretization/scheme.h"
+#include "core/discretization/segment.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+
+namespace dlcs {
+
+// What the certificate of rows is made of: so far, for each pair and each state. Empty until a step was added.
+struct CertificateRows {
+  Vector x_size, y_size, w_size, f_size, g_size;
+  Vector node_residual, midpoint_residual;  // relative to these sizes
+  Vector drift, largest_drift;              // of states
+};
+
+class CertificateBuilder {
+ public:
+  explicit CertificateBuilder(const Problem& problem);
+
+  // Adds the nodes and midpoints of the steps [begin, end) of `segment`, whose states follow `scheme`; the columns of
+  // `w`, formed anew from x and y whatever way y was found, are the nodes begin..end. Cost: a few products of m × m, m
+  // × n and n × n matrices with as many columns as steps. Measures rows too.
+  void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, const Scheme& scheme, Index begin, Index end);
+
+  // The parts of Add(), for stretches whose states are not kept: y and w at nodes; both, and what the interpolation of
+  // f misses, at midpoints; and a state with its slope A x + B y + f.
+  void AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w);
+  void AddMidpoints(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, double ode_defect);
+  void AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope);
+
+  // Takes the certificate of a method that measures itself.
+  void Replace(const Certificate& certificate) { certificate_ = certificate; }
+
+  // NaN throughout until a step was added.
+  const Certificate& certificate() const { return certificate_; }
+  bool empty() const { return empty_; }
+  const CertificateRows& rows() const { return rows_; }
+  // Takes up the certificate of the steps before.
+  void GoOnFrom(const Certificate& certificate, const CertificateRows& rows) {
+    certificate_ = certificate;
+    rows_ = rows;
+    empty_ = false;
+  }
+
+ private:
+  void BeginAtZero();
+  // Raises the sizes by what the columns hold.
+  void RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& y,
+                  const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g);
+  void AddDrift(const Matrix& increments, double step);
+
+  const Problem& problem_;
+  Certificate certificate_;
+  CertificateRows rows_;
+  bool empty_ = true;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_CONTEXT_CERTIFICATE_H_

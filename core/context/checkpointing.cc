@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/context/checkpointing.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/context/solve_context.h"
+
+namespace dlcs {
+namespace {
+
+// To be raised whenever what a method carries changes, or the bits that follow from it.
+constexpr Index kVersion = 2;
+
+// What tells one solve from another, as far as a state can be mistaken.
+std::vector<Index> Fingerprint(const SolveContext& context) {
+  return {kVersion,
+          static_cast<Index>(context.solution.method),
+          static_cast<Index>(context.selection),
+          static_cast<Index>(context.solution.realisation.used),
+          context.problem.num_states(),
+          context.problem.num_constraints(),
+          context.grid.num_steps(),
+          static_cast<Index>(context.grid.output_nodes.size())};
+}
+
+}  // namespace
+
+// What the structs of a solve consist of, for StateArchive.
+
+void CarryFields(StateArchive& state, Certificate& c) {
+  state(c.node_residual, c.midpoint_residual, c.node_complementarity, c.midpoint_complementarity, c.ode_defect,
+        c.lcp_scale, c.ode_scale, c.x_scale, c.node_residual_of_rows, c.midpoint_residual_of_rows, c.drift_of_rows);
+}
+void CarryFields(StateArchive& state, CertificateRows& rows) {
+  state(rows.x_size, rows.y_size, rows.w_size, rows.f_size, rows.g_size, rows.node_residual, rows.midpoint_residual,
+        rows.drift, rows.largest_drift);
+}
+void CarryFields(StateArchive& state, Cost& c) {
+  state(c.steps, c.windows, c.iterations, c.lcps, c.marched_steps, c.newton_iterations, c.most_newton_iterations,
+        c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear);
+}
+void CarryFields(StateArchive& state, StateJump& jump) { state(jump.time, jump.dx, jump.multiplier); }
+void CarryFields(StateArchive& state, LeftLimit& limit) { state(limit.column, limit.y, limit.w); }
+void CarryFields(StateArchive& state, DenseOutput& dense) { state(dense.x_is_linear, dense.y_is_linear); }
+void CarryFields(StateArchive& state, KernelRecord& kernel) {
+  state(kernel.blocks_by_recursion, kernel.blocks_by_contour, kernel.contours, kernel.factorizations,
+        kernel.contour_error, kernel.fallback);
+}
+
+namespace {
+
+// Everything in the context that changes while a method runs, but the trajectory.
+void CarryContext(StateArchive& state, SolveContext& context) {
+  Solution& solution = context.solution;
+  Certificate certificate = context.certificate.certificate();
+  CertificateRows rows = context.certificate.rows();
+  Index recorded = context.recorder.recorded();
+  bool has_steps = !context.certificate.empty();
+  state(certificate, rows, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
+        solution.dense_output, solution.kernel, context.first_impulse);
+  if (!state.reads()) return;
+  if (has_steps) context.certificate.GoOnFrom(certificate, rows);
+  context.recorder.GoOnFrom(recorded);
+}
+
+// The column recorded last may still change: where the next segment begins at its node, with a jump.
+void CarryLastColumn(StateArchive& state, SolveContext& context) {
+  const Index recorded = context.recorder.recorded();
+  if (recorded == 0) return;
+  Solution& solution = context.solution;
+  Vector x = solution.x.col(recorded - 1), y = solution.y.col(recorded - 1), w = solution.w.col(recorded - 1);
+  state(x, y, w);
+  if (!state.ok()) return;
+  solution.x.col(recorded - 1) = x;
+  solution.y.col(recorded - 1) = y;
+  solution.w.col(recorded - 1) = w;
+}
+
+}  // namespace
+
+bool Checkpointing::Resume(SolveContext& context, const CarryMethod& carry) {
+  if (!resumes()) return true;
+  refused_ = true;  // until all of it is found to fit
+  StateArchive state(resume_->state);
+  std::vector<Index> fingerprint;
+  double seconds = 0;
+  state(fingerprint, seconds);
+  if (!state.ok() || fingerprint != Fingerprint(context)) return false;
+  CarryContext(state, context);
+  const Index recorded = context.recorder.recorded();
+  parted_ = std::max<Index>(recorded - 1, 0);
+  const ResumePoint& earlier = *resume_;
+  Solution& solution = context.solution;
+  const bool fits = state.ok() && recorded <= solution.x.cols() && earlier.x.cols() >= parted_ &&
+                    earlier.y.cols() >= parted_ && earlier.w.cols() >= parted_ &&
+                    earlier.x.rows() == solution.x.rows() && earlier.y.rows() == solution.y.rows() &&
+                    earlier.w.rows() == solution.w.rows();
+  if (!fits) return false;
+  for (Index k = 0; k < recorded; ++k) solution.times[k] = context.grid.times[context.grid.output_nodes[k]];
+  solution.x.leftCols(parted_) = earlier.x.leftCols(parted_);
+  solution.y.leftCols(parted_) = earlier.y.leftCols(parted_);
+  solution.w.leftCols(parted_) = earlier.w.leftCols(parted_);
+  CarryLastColumn(state, context);
+  carry(state);
+  resumed_ = state.at_end();
+  refused_ = !resumed_;
+  // Seconds count those of all attempts.
+  context.started -=
+      std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+  return resumed_;
+}
+
+void Checkpointing::Offer(SolveContext& context, double time, const CarryMethod& carry) {
+  if (!makes_ || !context.observer.WantsCheckpoint()) return;
+  const Index stands = std::max<Index>(context.recorder.recorded() - 1, 0);
+  StateArchive state;
+  std::vector<Index> fingerprint = Fingerprint(context);
+  double seconds = context.Seconds();
+  state(fingerprint, seconds);
+  CarryContext(state, context);
+  CarryLastColumn(state, context);
+  carry(state);
+  context.observer.OnCheckpoint(
+      {.time = time, .solution = context.solution, .first = parted_, .count = stands - parted_, .state = state.Take()});
+  parted_ = stands;
+}
+
+absl::Status Checkpointing::status(bool stopped) const {
+  if (!resumes() || resumed_ || (stopped && !refused_)) return absl::OkStatus();
+  return absl::InvalidArgumentError("resume: the state is not one of this problem with these options and this version");
+}
+
+}  // namespace dlcs

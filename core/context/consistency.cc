@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/context/consistency.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/discretization/step_sources.h"
+#include "core/lcp/basis/tolerance.h"
+#include "core/lcp/lcp.h"
+
+namespace dlcs {
+namespace {
+
+// At a break point the state has the rounding of all steps before.
+constexpr double kToleranceBehindSteps = 16 * kLcpTolerance;
+
+// Raises context.row_size to what w is summed from at the start of a stretch; the first time also to what |g| comes
+// to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there is seen by the
+// steps.
+void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, const Eigen::Ref<const Vector>& x,
+                  const Eigen::Ref<const Vector>& y) {
+  constexpr std::size_t kMostKinks = 256;
+  const Problem& problem = context.problem;
+  Vector& size = context.row_size;
+  const auto raise = [](const Vector& terms, Vector& largest) {
+    for (Index i = 0; i < terms.size(); ++i) {
+      if (std::isfinite(terms[i])) largest[i] = std::max(largest[i], terms[i]);
+    }
+  };
+  if (size.size() == 0) {
+    size = Vector::Zero(problem.num_constraints());
+    std::vector<double> times = ProbeTimes(problem);
+    const std::vector<double> kinks = KnownKinks(problem);
+    for (std::size_t k = 0; k < kinks.size(); k += 1 + kinks.size() / kMostKinks) times.push_back(kinks[k]);
+    times.push_back(problem.horizon);
+    Vector value(problem.num_constraints());
+    for (const double time : times) {
+      context.sources.G(time, Side::kLeft, value);
+      raise(value.cwiseAbs(), size);
+    }
+  }
+  raise(problem.N.AbsTimes(x.cwiseAbs()) + g.cwiseAbs() + problem.M.AbsTimes(y.cwiseAbs()), size);
+}
+
+struct Jump {
+  LcpVerdict verdict;
+  Vector p;
+};
+
+Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) {
+  const Index n = problem.num_constraints();
+  Matrix matrix = Matrix::Zero(2 * n, 2 * n);
+  matrix.topLeftCorner(n, n) = problem.N * problem.B;
+  matrix.topRightCorner(n, n) = problem.M.Dense();
+  matrix.bottomLeftCorner(n, n) = -problem.M.Dense().transpose();
+  Vector rhs = Vector::Zero(2 * n);
+  rhs.head(n) = q;
+  Vector tolerances = Vector::Zero(2 * n);
+  tolerances.head(n) = tolerance;
+  Basis basis(2 * n, 0);
+  Vector solution(2 * n);
+  Jump jump;
+  jump.verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerances, basis, solution);
+  jump.p = solution.head(n);
+  return jump;
+}
+
+// The selected solution of LCP(q, M); zero where there is none.
+LcpVerdict Select(SolveContext& context, const Vector& q, const Vector& tolerance, Eigen::Ref<Vector> y) {
+  const Problem& problem = context.problem;
+  Basis basis(problem.num_constraints(), 0);
+  ++context.solution.cost.lcps;
+  const LcpVerdict verdict = MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
+  if (verdict != LcpVerdict::kSolved) y.setZero();
+  return verdict;
+}
+
+std::string FormatVector(const Vector& v) {
+  constexpr Index kShown = 8;
+  std::string text = "(";
+  for (Index i = 0; i < std::min(v.size(), kShown); ++i) text += (i ? ", " : "") + FormatNumber(v[i]);
+  return text + (v.size() > kShown ? ", ...)" : ")");
+}
+
+// The most negative entry, for messages.
+std::string WorstEntry(const Vector& q) {
+  Index worst = 0;
+  const double value = q.minCoeff(&worst);
+  return "(N x + g)[" + std::to_string(worst) + "] = " + FormatNumber(value);
+}
+
+}  // namespace
+
+bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
+                  Eigen::Ref<Vector> y, bool& y_is_solution) {
+  const Problem& problem = context.problem;
+  const Index n = problem.num_constraints();
+  Vector q = problem.N * x + g;
+  RaiseRowSize(context, g, x, y);
+  const Vector tolerance = (time == 0 ? kLcpTolerance : kToleranceBehindSteps) * context.row_size;
+  Basis basis(n, 0);
+  y.setZero();
+  y_is_solution = false;
+
+  if (context.y_is_function()) {
+    const LcpVerdict verdict = Select(context, q, tolerance, y);
+    y_is_solution = verdict == LcpVerdict::kSolved;
+    if (y_is_solution) return true;
+    const bool may_jump = !context.y_is_lipschitz() && verdict == LcpVerdict::kInfeasible;
+    if (!may_jump) {
+      if (verdict == LcpVerdict::kInfeasible && context.matrix_class.positive_semidefinite.yes()) {
+        return context.FailLostLeastElement(time);
+      }
+      return FailLcp(context, verdict, time, "LCP(N x + g, M)");
+    }
+  }
+
+  if (!context.matrix_class.positive_semidefinite.yes()) return true;
+  const LcpVerdict verdict = MakeLcpSolver(problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
+  ++context.solution.cost.lcps;
+  y.setZero();  // of several solutions only the coupled step knows the one that continues
+  if (verdict == LcpVerdict::kSolved) return true;
+  if (verdict == LcpVerdict::kNonFinite) return FailLcp(context, verdict, time, "LCP(N x + g, M)");
+
+  const Jump jump = FindJump(problem, q, tolerance);
+  ++context.solution.cost.lcps;
+  const std::string at = "at t = " + FormatNumber(time);
+  if (jump.verdict != LcpVerdict::kSolved) {
+    return context.Fail(Termination::kInfeasible, time,
+                        "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q) +
+                            "), and no jump of the state along B can mend it.");
+  }
+  const Vector dx = problem.B * jump.p;
+  // Then N x + g itself is complementary to a multiplier: what failed was the LCP solver.
+  if (((problem.N * dx).array().abs() <= tolerance.array()).all()) return true;
+  if (!context.options.project_initial_state) {
+    return context.Fail(Termination::kInconsistentState, time,
+                        "The state " + at + " is inconsistent: LCP(N x + g, M) has no solution (" + WorstEntry(q) +
+                            "). It must jump by dx = " + FormatVector(dx) + " first; " +
+                            (time == 0 ? "ask for the projection of the initial state to allow that, or start from a "
+                                         "consistent state."
+                                       : "ask for the projection of inconsistent states to allow that at break points, "
+                                         "as it does for the initial state."));
+  }
+  x += dx;
+  context.solution.jumps.push_back({time, dx, jump.p});
+  if (context.y_is_function()) {
+    q = problem.N * x + g;
+    RaiseRowSize(context, g, x, y);
+    y_is_solution = Select(context, q, kLcpTolerance * context.row_size, y) == LcpVerdict::kSolved;
+  }
+  return true;
+}
+
+}  // namespace dlcs

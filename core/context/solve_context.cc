@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/context/solve_context.h"
+
+#include <algorithm>
+
+#include "core/linalg/norms.h"
+#include "core/linalg/panel_product.h"
+#include "core/parallel/stop_scope.h"
+
+namespace dlcs {
+
+void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
+  const bool splines = solution.method == Method::kPaperIteration && options.interpolation != Interpolation::kLinear;
+  if (grid.output_nodes.size() == grid.times.size() && !splines) {
+    solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
+  }
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  const Index panel = PanelWidth(4 * ((problem.A.is_dense() ? m * m : m) + n * n));
+  Matrix w;
+  Index begin = 0;
+  do {
+    if (begin > 0) LookForStop();
+    const StopScope to_the_end(nullptr);  // a step is filed as a whole
+    const Index end = std::min(begin + panel, segment.steps);
+    w = segment.g.middleCols(begin, end - begin + 1);
+    w.noalias() += problem.N * segment.x.middleCols(begin, end - begin + 1);
+    w.noalias() += problem.M * segment.y.middleCols(begin, end - begin + 1);
+    certificate.Add(segment, w, scheme, begin, end);
+    recorder.Add(segment, w, begin, end);
+    NoteImpulses(segment, begin, end);
+    begin = end;
+  } while (begin < segment.steps);
+}
+
+void SolveContext::NoteImpulses(const Segment& segment, Index begin, Index end) {
+  for (Index j = begin + 1; j <= end && !first_impulse; ++j) {
+    for (const Index i : impulsive_rows) {
+      if (segment.y(i, j) > 0) first_impulse = grid.times[segment.first_node + j];
+    }
+  }
+}
+
+bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which) {
+  const std::string at = which + " at t = " + FormatNumber(time);
+  switch (verdict) {
+    case LcpVerdict::kInfeasible:
+      return context.Fail(Termination::kInfeasible, time, at + " has no solution.");
+    case LcpVerdict::kRay:
+      return context.Fail(Termination::kUnsupported, time,
+                          at + ": Lemke's method ended in a ray. No solution was found, and for this class of "
+                               "matrix that is no proof that there is none; a smaller step may help.");
+    case LcpVerdict::kPivotLimit:
+      return context.Fail(Termination::kIterationLimit, time, at + ": the limit of pivots was reached.");
+    case LcpVerdict::kSingular:
+      return context.Fail(Termination::kIterationLimit, time,
+                          at + ": the basis is singular to working precision.");
+    case LcpVerdict::kNonFinite:
+      return context.Fail(Termination::kNonFinite, time,
+                          "The state is no longer finite at t = " + FormatNumber(time) +
+                              ": it grew beyond the range of numbers, or the step is too long.");
+    case LcpVerdict::kSolved:
+      break;
+  }
+  return context.Fail(Termination::kNotSolved, time, at + ": solved, but reported as failed.");
+}
+
+}  // namespace dlcs

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every method works on: the problem with what is known about it, and where results go.
+
+#ifndef DLCS_CORE_CONTEXT_SOLVE_CONTEXT_H_
+#define DLCS_CORE_CONTEXT_SOLVE_CONTEXT_H_
+
+#include <chrono>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/context/certificate.h"
+#include "core/context/checkpointing.h"
+#include "core/context/recorder.h"
+#include "core/discretization/grid.h"
+#include "core/discretization/sources.h"
+#include "core/format_number.h"
+#include "core/lcp/lcp.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/parallel/parallel.h"
+#include "core/problem/observer.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+#include "core/propagator/propagator.h"
+
+namespace dlcs {
+
+class SetupCache;
+
+struct SolveContext {
+  const Problem& problem;
+  const Options& options;
+  const MatrixClass& matrix_class;
+  Selection selection;
+  const Grid& grid;
+  Sources sources;
+  Workers& workers;
+  Observer& observer;
+  std::stop_token stop;
+  Recorder recorder;
+  CertificateBuilder certificate;
+  Solution& solution;
+  std::chrono::steady_clock::time_point started;
+  // How x0, f and y are carried to N x where that is not by dense matrices.
+  RealisedSystem* realised = nullptr;
+  SetupCache* setups = nullptr;  // may be null: core/context/shared_setup.h
+  // The steepest piece of y as a function of q, where that function may jump and a method needs it not to.
+  std::optional<double> largest_slope = std::nullopt;
+  // Set when the solve ended because there is no least element although the system may go on: M is a Z-matrix, and
+  // LCP(N x + g, M) has no solution where a coupled step has one.
+  bool lost_least_element = false;
+
+  // The error was not asked for: event_located may miss it, and takes no more than the work of Options::kMostDefaultSteps steps.
+  bool error_by_default = false;
+
+  // The largest sizes, over the solve as far as it is known, of the numbers that the rows of N x + g are summed from; empty
+  // before the first StartStretch().
+  Vector row_size = {};
+
+  // time_stepping: in two stages of second order (core/discretization/sparse_step.h) instead of what the options say.
+  bool two_stages = false;
+  Checkpointing checkpointing = {};
+
+  SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
+
+  // Constraints of relative degree two and more, and the first time when y of one of them is positive.
+  std::vector<Index> impulsive_rows = {};
+  std::optional<double> first_impulse = {};
+
+  // y = SOL(N x + g, M) is a function of x: one solution is meant at every state.
+  bool y_is_function() const { return selection != Selection::kAny; }
+  // It is a Lipschitz function, so states never jump and y may be interpolated linearly.
+  bool y_is_lipschitz() const { return IsAlwaysLipschitz(selection); }
+
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  }
+
+  // Ends the solve: sets termination, time and message. Returns false, so that a method can write
+  // `return context.Fail(...)`.
+  bool Fail(Termination termination, double time, std::string message) {
+    solution.termination = termination;
+    solution.failure_time = time;
+    solution.message = std::move(message);
+    return false;
+  }
+  bool FailNonFinite(const Sources::NonFinite& where) {
+    return Fail(Termination::kNonFinite, where.time, where.message + "; every value must be finite");
+  }
+  bool FailLostLeastElement(double time) {
+    lost_least_element = true;
+    return Fail(Termination::kInfeasible, time,
+                "LCP(N x + g, M) at t = " + FormatNumber(time) +
+                    " has no least-element solution: the state has reached the edge of what M can answer. With the "
+                    "rule auto, exponential-march goes on by coupled steps.");
+  }
+  // The selected solution jumps between neighbouring times although x does not: no interpolation of y is right.
+  bool FailJump(double time, const std::string& why) {
+    return Fail(Termination::kUnsupported, time,
+                std::string("Near t = ") + FormatNumber(time) + " " + SelectionName(selection) +
+                    " is no Lipschitz function of x (" + why +
+                    "), as an iteration needs it to be (Remark 3.1 of Wu & Chen). Use exponential-march or "
+                    "time-stepping, which solve each step coupled.");
+  }
+  bool FailCancelled(double time) {
+    return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
+  }
+
+  // Files a finished segment: certificate and output. Looks for a stop every ten milliseconds or so
+  // (core/parallel/stop_scope.h), but not before the first have gone by: what was filed till then is kept.
+  void Add(const Segment& segment, const Scheme& scheme);
+  // Of the steps [begin, end); Add() does it.
+  void NoteImpulses(const Segment& segment, Index begin, Index end);
+};
+
+// What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.
+bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_CONTEXT_SOLVE_CONTEXT_H_

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vector-valued polynomials on one step, as Legendre series.
+
+#ifndef DLCS_CORE_DISCRETIZATION_LEGENDRE_H_
+#define DLCS_CORE_DISCRETIZATION_LEGENDRE_H_
+
+#include "core/types.h"
+
+namespace dlcs {
+
+// Every function of time on a step [t, t + H] is a polynomial of this degree K in s in [-1, 1], time = t + H
+// (1 + s) / 2. Twelve: a sine is met to 1e-10 with 13 values on a third of its period, and more would be
+// spent in vain on steps that an event cuts short. Even, so that the middle of the step is a node.
+constexpr Index kLegendreDegree = 12;
+constexpr Index kLegendreSize = kLegendreDegree + 1;
+
+// Row i holds component i; column k is its coefficient of P_k.
+using LegendreSeries = Eigen::Matrix<double, Eigen::Dynamic, kLegendreSize>;
+// One number for each node, or for each coefficient.
+using LegendreVector = Eigen::Matrix<double, kLegendreSize, 1>;
+using LegendreMatrix = Eigen::Matrix<double, kLegendreSize, kLegendreSize>;
+
+struct LegendreBasis {
+  // The K + 1 Chebyshev points -cos(πj/K), from -1 to 1.
+  LegendreVector nodes;
+  // Column j holds P_0 ... P_K at node j: series * at_nodes = values.
+  LegendreMatrix at_nodes;
+  // values * from_nodes = series.
+  LegendreMatrix from_nodes;
+  // series * derivative = series of the derivative by s.
+  LegendreMatrix derivative;
+  // series * to_bernstein = coefficients of the Bernstein polynomials of degree K on [-1, 1].
+  LegendreMatrix to_bernstein;
+};
+
+// Made once; safe from any thread.
+const LegendreBasis& GetLegendreBasis();
+
+// P_0(s) ... P_K(s): series * LegendreValues(s) is the value at s.
+LegendreVector LegendreValues(double s);
+
+// The same at many places: row i holds the values at s[i], with the bits of LegendreValues(s[i]).
+using LegendreRows = Eigen::Matrix<double, Eigen::Dynamic, kLegendreSize>;
+void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values);
+
+// The series through `values`, one column for each node. A row of equal values has exactly one coefficient.
+LegendreSeries InterpolateAtNodes(const LegendreSeries& values);
+
+// For each row the sum of what is likely to follow its last coefficients: the error of a series. By pairs,
+// since every other coefficient vanishes where a function is even or odd; with ρ the ratio of the last two
+// pairs, ρ/(1-√ρ)² times the last: little more than the next pair where coefficients fall fast, and many
+// times the last where a kink makes them fall like powers.
+//
+// `rounding` is what rounding may have put into a coefficient of each row: a last coefficient of that size
+// tells nothing. Without it, that of interpolation is taken, 8ε times the size of the row.
+Vector EstimateTail(const LegendreSeries& series, const Vector& rounding);
+Vector EstimateTail(const LegendreSeries& series);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DISCRETIZATION_LEGENDRE_H_

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// f and g at the nodes and midpoints of a segment.
+
+#ifndef DLCS_CORE_DISCRETIZATION_SOURCES_H_
+#define DLCS_CORE_DISCRETIZATION_SOURCES_H_
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/discretization/grid.h"
+#include "core/discretization/segment.h"
+#include "core/problem/problem.h"
+
+namespace dlcs {
+
+class Sources {
+ public:
+  // Where a source has no finite value.
+  struct NonFinite {
+    double time = 0;
+    std::string message;  // "g[1] is -inf at t = 0.25"
+  };
+
+  // Errors: InvalidArgument as TimeFunctionEvaluator::Create().
+  static absl::StatusOr<Sources> Create(const Problem& problem);
+
+  // Fills f, g, f_mid and g_mid of `segment` for `steps` steps of `run` from step `first_step` on, and sets its
+  // first_node, steps and step. The first node takes right limits, all others left limits: at inner nodes of a
+  // run the two agree. Returns where a value was not finite, if anywhere.
+  std::optional<NonFinite> Sample(const Grid& grid, const Run& run, Index first_step, Index steps,
+                                  Segment& segment);
+
+  // One value of f (m entries) or g (n entries), finite or not.
+  void F(double t, Side side, Eigen::Ref<Vector> value) { f_.Evaluate(t, side, value); }
+  void G(double t, Side side, Eigen::Ref<Vector> value) { g_.Evaluate(t, side, value); }
+  Index num_states() const { return f_.size(); }
+  Index num_constraints() const { return g_.size(); }
+
+ private:
+  Sources(TimeFunctionEvaluator f, TimeFunctionEvaluator g) : f_(std::move(f)), g_(std::move(g)) {}
+
+  TimeFunctionEvaluator f_;
+  TimeFunctionEvaluator g_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DISCRETIZATION_SOURCES_H_

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is computed once per step length.
+
+#ifndef DLCS_CORE_DISCRETIZATION_STEP_CACHE_H_
+#define DLCS_CORE_DISCRETIZATION_STEP_CACHE_H_
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/discretization/state_archive.h"
+
+namespace dlcs {
+
+// Whether two lengths of steps agree to the rounding of their times.
+inline bool IsSameStep(double a, double b) { return std::abs(a - b) <= 1e-12 * b; }
+
+// Grids have few lengths; many odd output times must not fill the memory.
+inline constexpr size_t kCachedSteps = 8;
+
+// Runs whose steps agree to rounding share one value. The values of the kCachedSteps lengths that were asked for
+// last are kept.
+template <typename Value>
+class StepCache {
+ public:
+  explicit StepCache(std::function<std::unique_ptr<Value>(double step)> make) : make_(std::move(make)) {}
+
+  Value& At(double step) {
+    const auto found = std::find_if(values_.begin(), values_.end(),
+                                    [&](const auto& entry) { return IsSameStep(entry.first, step); });
+    if (found != values_.end()) {
+      std::rotate(found, found + 1, values_.end());
+    } else {
+      if (values_.size() == kCachedSteps) values_.erase(values_.begin());
+      values_.emplace_back(step, nullptr);
+    }
+    auto& [length, value] = values_.back();
+    if (!value) value = make_(length);
+    return *value;
+  }
+
+  // For checkpoints: the lengths that are kept, of which the first run that had one decides the last bits. Values are made again when
+  // they are asked for.
+  friend void CarryFields(StateArchive& state, StepCache& cache) {
+    std::vector<double> lengths;
+    for (const auto& [length, value] : cache.values_) lengths.push_back(length);
+    state(lengths);
+    if (!state.reads()) return;
+    cache.values_.clear();
+    for (const double length : lengths) cache.values_.emplace_back(length, nullptr);
+  }
+  // Calls visit(length, value) for each, the one used last last; the value is null where it has not been asked for again.
+  template <typename Visit>
+  void ForEach(const Visit& visit) {
+    for (auto& [length, value] : values_) visit(length, value.get());
+  }
+
+ private:
+  std::function<std::unique_ptr<Value>(double)> make_;
+  std::vector<std::pair<double, std::unique_ptr<Value>>> values_;  // the one used last is last
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DISCRETIZATION_STEP_CACHE_H_

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/discretization/step_sources.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+// Not a node, and not symmetric to one: between the two nodes right of the middle.
+constexpr double kCheckPosition = 0.1305;
+// Of interpolation: what a polynomial may be off without having missed anything.
+constexpr double kRounding = 32 * std::numeric_limits<double>::epsilon();
+
+// Of a formula that is a small difference of large terms.
+constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
+
+void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<double>& times) {
+  for (std::size_t k = 0; k < function.pieces.size(); ++k) {
+    const auto* samples = std::get_if<SampledFunction>(&function.pieces[k].function);
+    if (!samples) continue;
+    const double begin = k == 0 ? 0 : std::max(0.0, function.pieces[k].start);
+    const double end = k + 1 < function.pieces.size() ? std::min(horizon, function.pieces[k + 1].start) : horizon;
+    for (const double time : samples->times) {
+      if (time > begin && time < end) times.push_back(time);
+    }
+  }
+}
+
+}  // namespace
+
+double SourceSampler::Beside(double t, Side side) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return std::nextafter(t, side == Side::kRight ? kInfinity : -kInfinity);
+}
+
+void SourceSampler::LookAhead() {
+  f_largest_ = Vector::Zero(sources_.num_states());
+  g_largest_ = Vector::Zero(sources_.num_constraints());
+  Vector value;
+  const auto raise = [&](Vector& largest) {
+    for (Index i = 0; i < largest.size(); ++i) {
+      if (std::isfinite(value[i])) largest[i] = std::max(largest[i], std::abs(value[i]));
+    }
+  };
+  for (const double t : probes_) {
+    value.resize(f_largest_.size());
+    F(t, Side::kLeft, value);
+    raise(f_largest_);
+    value.resize(g_largest_.size());
+    G(t, Side::kLeft, value);
+    raise(g_largest_);
+  }
+}
+
+void SourceSampler::Sample(double begin, double end, StepSources& step) {
+  const LegendreBasis& basis = GetLegendreBasis();
+  const double length = end - begin;
+  if (f_largest_.size() + g_largest_.size() == 0) LookAhead();
+  step.begin = begin;
+  step.length = length;
+  step.check_s = kCheckPosition;
+  // t is rounded, and moves the value of a source by that times its slope.
+  const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
+  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, LegendreSeries& slope,
+                          Vector& largest, Vector& largest_so_far, Vector& noise, Vector& at_check, Vector& error) {
+    values_.resize(size, kLegendreSize);
+    for (Index j = 0; j < kLegendreSize; ++j) {
+      const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
+      // A node beside an end may round to it.
+      evaluate(t, basis.nodes[j] < 0 ? Side::kRight : Side::kLeft, values_.col(j));
+    }
+    series = InterpolateAtNodes(values_);
+    largest = RowMaxAbs(values_);
+    at_check.resize(size);
+    evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
+    slope = series * (2 / length * basis.derivative);
+    largest_so_far = largest_so_far.cwiseMax(largest);
+    noise =
+        kRounding * largest + kRoundingOfTerms * largest_so_far + 2 * time_rounding * slope.cwiseAbs().rowwise().sum();
+    error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
+    const bool finite = error.allFinite();
+    error = error.cwiseMax(0);
+    return finite;
+  };
+  using Value = Eigen::Ref<Vector>;
+  const bool f_finite = sample(
+      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f, f_slope_,
+      step.f_size, f_largest_, step.f_noise, step.f_at_check, step.f_error);
+  const bool g_finite = sample(
+      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g, step.slope,
+      step.g_size, g_largest_, step.g_noise, step.g_at_check, step.g_error);
+  step.finite = f_finite && g_finite;
+  evaluations_ += kLegendreSize + 1;
+}
+
+bool SourceSampler::Probe(StepSources& step) {
+  const double end = step.begin + step.length;
+  bool raised = false;
+  const auto look = [&](const LegendreSeries& series, const LegendreVector& at, const Vector& noise, Vector& error) {
+    const Vector missed = (series * at - true_value_).cwiseAbs() - noise;
+    for (Index i = 0; i < error.size(); ++i) {
+      if (missed[i] <= error[i]) continue;
+      error[i] = missed[i];  // a NaN, too
+      raised = true;
+    }
+    step.finite = step.finite && true_value_.allFinite();
+  };
+  for (auto t = std::upper_bound(probes_.begin(), probes_.end(), step.begin); t != probes_.end() && *t < end; ++t) {
+    const LegendreVector at = LegendreValues(2 * (*t - step.begin) / step.length - 1);
+    true_value_.resize(sources_.num_states());
+    F(*t, Side::kLeft, true_value_);
+    look(step.f, at, step.f_noise, step.f_error);
+    true_value_.resize(sources_.num_constraints());
+    G(*t, Side::kLeft, true_value_);
+    look(step.g, at, step.g_noise, step.g_error);
+    ++evaluations_;
+  }
+  return raised;
+}
+
+std::optional<double> SourceSampler::FindKink(double begin, double end) {
+  constexpr double kSmooth = 1e-13;
+  constexpr double kNarrow = 1e-6;
+  StepSources part;
+  Sample(begin, end, part);
+  if (!part.finite) return std::nullopt;
+  const Vector f_size = part.f_size, g_size = part.g_size;
+  const auto roughness = [&](double from, double to) {
+    Sample(from, to, part);
+    const auto largest = [](const LegendreSeries& series, const Vector& error, const Vector& size) {
+      const Vector tail = EstimateTail(series) + error;
+      double ratio = 0;
+      for (Index i = 0; i < tail.size(); ++i) {
+        if (size[i] > 0) ratio = NanMax(ratio, tail[i] / size[i]);
+      }
+      return ratio;
+    };
+    return NanMax(largest(part.f, part.f_error, f_size), largest(part.g, part.g_error, g_size));
+  };
+  const double narrow = kNarrow * (end - begin);
+  double from = begin, to = end;
+  while (true) {
+    const double middle = from + (to - from) / 2;
+    if (!(from < middle && middle < to)) break;
+    const double left = roughness(from, middle), right = roughness(middle, to);
+    if (!(std::isfinite(left) && std::isfinite(right))) return std::nullopt;
+    if (std::max(left, right) <= kSmooth) {
+      // On both sides: a kink between them, or none at all.
+      if (to - from > narrow) return std::nullopt;
+      return WhereTheyMeet(begin, from, to, end);
+    }
+    (left >= right ? to : from) = middle;
+  }
+  return to - from <= narrow ? std::optional<double>(to) : std::nullopt;
+}
+
+// A kink in [from, to], around which the sources are smooth: by the polynomials on both sides, of the component that
+// bends most.
+double SourceSampler::WhereTheyMeet(double begin, double from, double to, double end) {
+  constexpr double kBeside = 1e-3;
+  const double width = std::min({kBeside * (end - begin), from - begin, end - to});
+  if (!(width > 4 * (to - from))) return to;
+  StepSources left, right;
+  Sample(from - width, from, left);
+  Sample(to, to + width, right);
+  const LegendreVector at_begin = LegendreValues(-1), at_end = LegendreValues(1);
+  const double beyond = 2 * (to - from) / width;
+  const LegendreVector before = LegendreValues(-1 - beyond), behind = LegendreValues(1 + beyond);
+  double most = 0, part = 1;
+  const auto look = [&](const LegendreSeries& of_left, const LegendreSeries& of_right, const Vector& size) {
+    const Vector at_from = of_right * before - of_left * at_end, at_to = of_right * at_begin - of_left * behind;
+    for (Index i = 0; i < size.size(); ++i) {
+      const double bend = std::abs(at_to[i] - at_from[i]);
+      if (!(bend > most * size[i]) || !(at_from[i] * at_to[i] <= 0)) continue;
+      most = bend / size[i];
+      part = std::abs(at_from[i]) / bend;
+    }
+  };
+  look(left.f, right.f, left.f_size.cwiseMax(right.f_size));
+  look(left.g, right.g, left.g_size.cwiseMax(right.g_size));
+  return from + part * (to - from);
+}
+
+void SourceSampler::MoveCheck(double s, StepSources& step) {
+  const double t = step.begin + step.length * (1 + s) / 2;
+  step.check_s = s;
+  F(t, Side::kLeft, step.f_at_check);
+  G(t, Side::kLeft, step.g_at_check);
+  ++evaluations_;
+}
+
+std::vector<double> ProbeTimes(const Problem& problem) {
+  constexpr int kProbes = 128;
+  constexpr double kGoldenRatio = 0.61803398874989484820;
+  const auto is_formula = [](const TimeFunction::Piece& piece) {
+    return std::holds_alternative<FormulaFunction>(piece.function);
+  };
+  const auto has_formulas = [&](const TimeFunction& function) {
+    return std::any_of(function.pieces.begin(), function.pieces.end(), is_formula);
+  };
+  std::vector<double> times;
+  if (!has_formulas(problem.f) && !has_formulas(problem.g)) return times;
+  for (int k = 0; k < kProbes; ++k) {
+    const double shift = kGoldenRatio * k;
+    times.push_back(problem.horizon * (k + (shift - std::floor(shift))) / kProbes);
+  }
+  return times;
+}
+
+std::vector<double> KnownKinks(const Problem& problem) {
+  std::vector<double> times = BreakPoints(problem);
+  AddSampleTimes(problem.f, problem.horizon, times);
+  AddSampleTimes(problem.g, problem.horizon, times);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/driver/error_control.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/discretization/scheme.h"
+#include "core/driver/memory_prediction.h"
+#include "core/event_driven/event_driven.h"
+#include "core/event_driven/rounded_data.h"
+#include "core/format_number.h"
+#include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
+
+namespace dlcs {
+namespace {
+
+constexpr Index kFirstTrialSteps = 64;
+constexpr Index kMostTrialSteps = Index{1} << 22;
+// paper_iteration costs the square of their number, and a contour for the default error three times one of 25 nodes.
+constexpr Index kMostPaperSteps = 2048;
+constexpr Index kMostDefaultPaperSteps = 256;
+constexpr Index kNodesKept = 4096;
+
+std::string StepsText(Index steps) { return std::to_string(steps) + (steps == 1 ? " step" : " steps"); }
+
+// Why a solve on another grid gave nothing to compare with.
+std::string NoComparison(const std::string& with, const Solution& other) {
+  return "No estimate: with " + with + " the solve ended as " + TerminationName(other.termination) + ". " +
+         other.message;
+}
+
+bool Reached(const Solution& solution) { return solution.termination == Termination::kReachedEnd; }
+
+void SetCompared(ComponentErrors errors, std::string note, Accuracy& accuracy) {
+  accuracy.source = AccuracySource::kCompared;
+  errors.MoveTo(accuracy);
+  accuracy.note = std::move(note);
+}
+
+// With the data rounded otherwise, so that what is compared shows what rounding does too; where that is not possible,
+// with the data as they are.
+absl::StatusOr<Solution> SolveRounded(const TrialSolves& trials, const Grid& grid, double ulps) {
+  if (trials.solve_rounded) {
+    absl::StatusOr<Solution> rounded = trials.solve_rounded(grid, ulps);
+    if (!rounded.ok() || Reached(*rounded)) return rounded;
+  }
+  return trials.solve(grid);
+}
+
+// By solves of twice and four times the step. False, with the reason in the accuracy, where they show nothing.
+absl::StatusOr<bool> CompareWithCoarser(const SystemSolves& system, const Grid& grid, Solution& solution) {
+  const Grid twice = WithOtherSteps(grid, 2, kNodesKept);
+  const Grid four_times = WithOtherSteps(grid, 4, kNodesKept);
+  // Where nodes that must stay are too dense there is hardly a longer step.
+  if (5 * four_times.num_steps() > 3 * grid.num_steps()) return false;
+  absl::StatusOr<Solution> longer = system.trials.solve(twice);
+  if (!longer.ok()) return longer.status();
+  if (!Reached(*longer)) {
+    solution.accuracy.note = NoComparison("twice the step", *longer);
+    return false;
+  }
+  absl::StatusOr<Solution> longest = SolveRounded(system.trials, four_times, kRoundedUlpsOfCoarsest);
+  if (!longest.ok()) return longest.status();
+  Convergence convergence(system.expected_order);
+  std::string note = "Compared with " + StepsText(twice.num_steps());
+  if (Reached(*longest)) {
+    convergence.Add(system.trials.compare(*longest, *longer));
+    note += " and " + StepsText(four_times.num_steps());
+  }
+  convergence.Add(system.trials.compare(*longer, solution));
+  SetCompared(convergence.errors(kSafetyOfComparison), note + ".", solution.accuracy);
+  return true;
+}
+
+// By solves of half the step and a quarter: of few steps, or where longer ones cannot be taken.
+absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solution& solution) {
+  constexpr Index kFewSteps = 64;
+  const Grid half = Halve(grid);
+  absl::StatusOr<Solution> shorter = SolveRounded(system.trials, half, kRoundedUlps);
+  if (!shorter.ok()) return shorter.status();
+  if (!Reached(*shorter)) {
+    solution.accuracy.note = NoComparison("half the step", *shorter);
+    return absl::OkStatus();
+  }
+  ComponentErrors errors = system.trials.compare(solution, *shorter);
+  Convergence convergence(system.expected_order);
+  convergence.Add(errors);
+  std::string note = "Compared with " + StepsText(half.num_steps());
+  if (grid.num_steps() < kFewSteps) {
+    const Grid quarter = Halve(half);
+    absl::StatusOr<Solution> shortest = system.trials.solve(quarter);
+    if (!shortest.ok()) return shortest.status();
+    if (Reached(*shortest)) {
+      convergence.Add(system.trials.compare(*shorter, *shortest));
+      note += " and " + StepsText(quarter.num_steps());
+    }
+  }
+  errors += convergence.errors(kSafetyOfComparison);
+  SetCompared(std::move(errors), note + ".", solution.accuracy);
+  return absl::OkStatus();
+}
+
+bool IsPaper(const Task& task) { return task.plan.method.method == Method::kPaperIteration; }
+
+// Of the method where the solution is smooth: y that is constant on a step, or jumps, is of first order.
+double ExpectedOrder(const Task& task) {
+  const MethodChoice& method = task.plan.method;
+  const bool first_order_steps =
+      method.method == Method::kTimeStepping && !task.options.average_y && !method.two_stages;
+  return !first_order_steps && IsAlwaysLipschitz(task.plan.selection) ? 2 : 1;
+}
+
+// `largest`: the most steps that will be compared; their trajectories are held beside what a solve takes.
+bool FitsBeside(const Task& task, const Grid& solved, double held) {
+  return held + PredictBytes(task.problem, solved, task.plan.method.method, task.plan.realisation) <=
+         task.options.max_memory;
+}
+
+double BytesOf(const Solution& solution) {
+  return sizeof(double) * static_cast<double>(solution.x.size() + 2 * solution.y.size() + solution.x.cols());
+}
+
+// What x is off by where y is constant on each step but moves from one to the next. A fast state follows y within a
+// step, and lags behind by as much with every step that is long for it: no comparison of two of them shows that.
+Vector LagBehind(const Problem& problem, const Solution& solution) {
+  Vector lag = Vector::Zero(problem.num_states());
+  if (!(solution.step * problem.A.InfinityNorm() > 1)) return lag;
+  const Matrix of_change = ExponentialPiecewiseConstant(problem, solution.step).f_before * problem.B.Dense();
+  Vector before = Vector::Zero(lag.size());
+  for (Index k = 1; k < solution.y.cols(); ++k) {
+    const double apart = solution.times[static_cast<std::size_t>(k)] - solution.times[static_cast<std::size_t>(k) - 1];
+    const double steps = apart / solution.step;
+    Vector change = Vector::Zero(lag.size());
+    if (steps > 0.9) change = (of_change * (solution.y.col(k) - solution.y.col(k - 1)) / steps).cwiseAbs();
+    lag = lag.cwiseMax(change.cwiseMin(before));  // a jump of y alone is none
+    before = change;
+  }
+  return lag;
+}
+
+absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid, double ulps) {
+  const Problem rounded = WithRoundedData(task.problem, ulps, task.plan.selection == Selection::kUnique);
+  Task other{.problem = rounded,
+             .options = task.options,
+             .plan = task.plan,
+             .workers = Workers(task.options.num_threads),
+             .stop = task.stop,
+             .started = task.started};
+  Observer silent;
+  return SolveOnGrid(other, grid, silent);
+}
+
+// `task` must outlive what is returned.
+SystemSolves SolvesOf(Task& task, Observer& observer) {
+  const bool y_counts = IsAlwaysLipschitz(task.plan.selection);
+  const bool impacts = task.plan.method.inelastic_impact;
+  const bool lags = task.plan.method.method == Method::kExponentialMarch && !y_counts && !task.plan.realisation.system;
+  SystemSolves system{
+      .horizon = task.problem.horizon,
+      .break_points = BreakPoints(task.problem),
+      .expected_order = ExpectedOrder(task),
+      .trials = {.solve = [&task, &observer](const Grid& grid) { return SolveOnGrid(task, grid, observer); },
+                 .compare =
+                     [&task, y_counts, impacts, lags](const Solution& coarse, const Solution& fine) {
+                       const ComponentSizes sizes = SizesOf(task.problem, fine, y_counts);
+                       ComponentErrors errors =
+                           DifferencesBetween(coarse, fine, task.problem, sizes, impacts ? coarse.step : 0);
+                       if (lags && coarse.step != fine.step)
+                         errors.x += Relative(LagBehind(task.problem, fine), sizes.x, sizes.x_rounding);
+                       return errors;
+                     },
+                 .fits = {}}};
+  // Other forms of A have set-ups of their own, too dear for this.
+  if (!task.plan.realisation.system) {
+    system.trials.solve_rounded = [&task](const Grid& grid, double ulps) {
+      return SolveWithRoundedData(task, grid, ulps);
+    };
+  }
+  return system;
+}
+
+// Steps as short as options.error_tolerance needs; a grid that was asked for is where output is wanted.
+absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
+  if (IsPaper(task)) {
+    // No halving of steps shows the error of the contour, e^{-2.06 √P}: it gets a thirtieth of the tolerance.
+    const double root = std::log(30 / task.options.error_tolerance) / 2.06;
+    task.options.num_contour_nodes =
+        std::max(task.options.num_contour_nodes, static_cast<Index>(std::ceil(root * root)));
+  }
+  TrialObserver windows(observer, task.problem.horizon);
+  SystemSolves system = SolvesOf(task, windows);
+  system.trials.solve = [&](const Grid& grid) {
+    windows.NextTrial();
+    return SolveOnGrid(task, grid, windows);
+  };
+  system.trials.fits = [&task](const Grid& grid) {
+    const Grid next = Halve(grid);
+    const double held = sizeof(double) * static_cast<double>(grid.output_nodes.size()) *
+                        static_cast<double>(1 + task.problem.num_states() + 2 * task.problem.num_constraints());
+    return FitsBeside(task, next, held);
+  };
+  if (task.is_behind_events) system.most_default_steps -= kMostDefaultEventWork;
+  const Index most_of_paper = task.error_by_default ? kMostDefaultPaperSteps : kMostPaperSteps;
+  const Index most_steps = IsPaper(task) ? most_of_paper : kMostTrialSteps;
+  std::vector<double> wanted;
+  auto result = TrySteps(system, task.options, most_steps, task.error_by_default, wanted);
+  if (!result.ok()) return result.status();
+  Solution& solution = result->solution;
+  if (solution.contour && solution.contour->nodes > 0) {
+    Accuracy& accuracy = solution.accuracy;
+    accuracy.error = NanMax(accuracy.error, std::pow(10, solution.contour->log10_error));
+    result->reached = result->reached && accuracy.error <= accuracy.asked;
+  }
+  ConcludeTrials(system, *result, task.error_by_default, solution);
+  if (task.options.output_times_only || task.options.has_grid()) KeepTimes(wanted, solution);
+  return std::move(solution);
+}
+
+}  // namespace
+
+bool FillInDefaultError(Options& options) {
+  if (options.has_grid() || options.error_tolerance > 0) return false;
+  options.error_tolerance = Options::kDefaultErrorTolerance;
+  return true;
+}
+
+double TrialObserver::Overall(double time) const {
+  return horizon_ * (1 - std::exp2(1 - trial_) * (1 - time / (2 * horizon_)));
+}
+
+void TrialObserver::OnWindowStarted(const WindowReport& window) {
+  WindowReport report = window;
+  report.begin = Overall(window.begin);
+  report.end = Overall(window.end);
+  observer_.OnWindowStarted(report);
+}
+
+void TrialObserver::OnWindowFinished(const WindowOutcome& outcome) {
+  WindowOutcome report = outcome;
+  report.end = Overall(outcome.end);
+  observer_.OnWindowFinished(report);
+}
+
+absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options options, Index most_steps,
+                                            bool by_default, std::vector<double>& wanted) {
+  const bool has_grid = options.has_grid();
+  if (!has_grid) options.num_steps = kFirstTrialSteps;
+  Grid grid = MakeGrid(system.horizon, system.break_points, options);
+  for (const Index node : grid.output_nodes) wanted.push_back(grid.times[static_cast<std::size_t>(node)]);
+  grid.output_nodes.resize(grid.times.size());  // trials are compared at all of them
+  std::iota(grid.output_nodes.begin(), grid.output_nodes.end(), Index{0});
+  const StepControl control{.tolerance = options.error_tolerance,
+                            .expected_order = system.expected_order,
+                            .most_steps = most_steps,
+                            .most_steps_all = by_default ? system.most_default_steps : 0,
+                            .nodes_kept = has_grid ? 0 : kNodesKept,
+                            .whole_horizon = options.method == Method::kPaperIteration};
+  return SolveToTolerance(control, std::move(grid), system.trials);
+}
+
+void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, bool by_default, Solution& solution) {
+  if (!Reached(solution)) return;
+  Accuracy& accuracy = solution.accuracy;
+  accuracy.asked_by_default = by_default;
+  const std::string steps = StepsText(solution.cost.steps);
+  accuracy.note = "The last of some solves, each with half the step of the one before; order seen " +
+                  FormatNumber(std::round(10 * result.order) / 10) + ".";
+  solution.message = "Reached T = " + FormatNumber(system.horizon) + " in " + steps + ".";
+  if (result.reached) return;
+  // Grids that agree have not shown that they converge.
+  if (accuracy.error <= accuracy.asked) accuracy.error = std::nextafter(2 * accuracy.asked, 1);
+  if (result.rounding > accuracy.asked) {
+    solution.message += " Changes in the last digits of the data move the solution by " +
+                        FormatNumber(result.rounding) + " of its size, more than the error of " +
+                        FormatNumber(accuracy.asked) + " that was asked for: no step comes nearer.";
+    if (!by_default) solution.termination = Termination::kIterationLimit;
+    return;
+  }
+  if (by_default) {
+    solution.message += " The work that is taken without being asked for ended before the error of " +
+                        FormatNumber(accuracy.asked) + ": ask for an error or for steps.";
+    return;
+  }
+  solution.termination = Termination::kIterationLimit;
+  solution.message = "An error of " + FormatNumber(accuracy.asked) +
+                     " was asked for, which more steps than are allowed would take: the trajectory is that of " +
+                     steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
+                     " of the size of x (order seen " + FormatNumber(std::round(10 * result.order) / 10) +
+                     "). Take event-located, or allow a larger error.";
+}
+
+absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {
+  constexpr Index kLeastSteps = 8;  // that can be doubled twice
+  try {
+    if (grid.num_steps() >= kLeastSteps) {
+      const absl::StatusOr<bool> compared = CompareWithCoarser(system, grid, solution);
+      if (!compared.ok()) return compared.status();
+      if (*compared) return absl::OkStatus();
+    }
+    return CompareWithFiner(system, grid, solution);
+  } catch (const Stopped&) {
+    solution.accuracy.note = "No estimate: stopped on request before there was anything to compare with.";
+    return absl::OkStatus();
+  }
+}
+
+absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer) {
+  const bool controls_its_steps = task.plan.method.method == Method::kEventLocated;
+  if (task.options.error_tolerance > 0 && !controls_its_steps) return SolveWithinError(task, observer);
+  return SolveOnGrid(task, task.plan.grid, observer, task.resume);
+}
+
+absl::Status EstimateError(Task& task, Solution& solution) {
+  if (!Reached(solution) || solution.accuracy.source != AccuracySource::kNotEstimated) return absl::OkStatus();
+  if (!task.options.estimate_error) {
+    solution.accuracy.note = "No estimate was asked for.";
+    return absl::OkStatus();
+  }
+  const Grid& grid = task.plan.grid;
+  if (!FitsBeside(task, WithOtherSteps(grid, 2, kNodesKept),
+                  BytesOf(solution) + sizeof(double) * 2.0 * grid.times.size())) {
+    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory beside the trajectory.";
+    return absl::OkStatus();
+  }
+  if (task.stop.stop_requested()) {
+    solution.accuracy.note = "No estimate: stopped on request.";
+    return absl::OkStatus();
+  }
+  Observer silent;
+  const bool left_checkpoints = std::exchange(task.leaves_checkpoints, false);
+  const absl::Status status = CompareSteps(SolvesOf(task, silent), grid, solution);
+  task.leaves_checkpoints = left_checkpoints;
+  if (solution.contour && solution.contour->nodes > 0) {  // which all of them have in common
+    solution.accuracy.error = NanMax(solution.accuracy.error, std::pow(10, solution.contour->log10_error));
+  }
+  // The solves all count from the same start.
+  solution.cost.seconds_total = SecondsSince(task.started);
+  return status;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/driver/fallback.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/driver/error_control.h"
+
+namespace dlcs {
+namespace {
+
+// Whether y is wanted as a function of x, which coupled steps do not give.
+bool NeedsFunction(const Options& options) {
+  return options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
+         (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
+}
+
+bool AllowsCoupling(const Task& task) {
+  return task.problem.rule == SolutionRule::kAuto && !NeedsFunction(task.options);
+}
+
+bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupling(task); }
+
+// Whether steps without events may do better: not where event location came to T in its modes, and what it misses the
+// error by is rounding.
+bool MissedByEvents(const Task& task, const Solution& solution) {
+  if (task.options.method != Method::kAuto || solution.method != Method::kEventLocated) return false;
+  const bool reached = solution.termination == Termination::kReachedEnd;
+  if (!reached && solution.termination != Termination::kIterationLimit) return false;
+  if (!reached && !std::isnan(solution.failure_time)) return true;
+  return solution.cost.marched_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
+}
+
+// Where both reached T, the one that erred less.
+bool IsBetter(const Solution& second, const Solution& first) {
+  if (second.termination != Termination::kReachedEnd) return false;
+  return first.termination != Termination::kReachedEnd || second.accuracy.error < first.accuracy.error;
+}
+
+// Solves by the method that `choose_by` lets be chosen, after `first`, which it gives back where nothing serves.
+absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const std::string& how, Solution first,
+                                    AnalysisReport& report, Observer& observer) {
+  ChooseAgain(task.problem, choose_by, task.setups, task.plan);
+  task.leaves_checkpoints = false;  // whoever resumes begins with the first try
+  task.resume = nullptr;
+  if (task.plan.is_refused()) {
+    report.warnings.push_back("Not solved again " + how + ": " + task.plan.refusal());
+    return first;
+  }
+  report.warnings.push_back(first.message + " Solved again " + how + ".");
+  report.method = task.plan.method.method;
+  report.reason = task.plan.method.reason;
+  observer.OnAnalysis(report);
+  return SolveAsAsked(task, observer);
+}
+
+}  // namespace
+
+bool MayFallBack(const Task& task) { return task.plan.selection == Selection::kLeastElement && AllowsCoupling(task); }
+
+absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution) {
+  if (MayCouple(task)) {
+    task.plan.selection = Selection::kAny;
+    auto coupled = SolveAgain(task, task.options, "by coupled steps, any solution of theirs", std::move(solution),
+                              report, observer);
+    if (!coupled.ok()) return coupled;
+    solution = *std::move(coupled);
+  }
+  if (MissedByEvents(task, solution)) {
+    task.is_behind_events = true;
+    Options without_events = task.options;
+    without_events.error_tolerance = 0;
+    auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
+    if (!stepped.ok()) return stepped;
+    if (IsBetter(*stepped, solution)) solution = *std::move(stepped);
+  }
+  return solution;
+}
+
+}  // namespace dlcs

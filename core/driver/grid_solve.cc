@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/driver/grid_solve.h"
+
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/context/solve_context.h"
+#include "core/event_driven/event_driven.h"
+#include "core/iteration/laplace_iteration.h"
+#include "core/iteration/wu_chen_iteration.h"
+#include "core/parallel/stop_scope.h"
+#include "core/stepping/exponential_integrator.h"
+#include "core/stepping/inelastic_impact.h"
+#include "core/stepping/time_stepping.h"
+
+namespace dlcs {
+namespace {
+
+bool RunUnlessStopped(const MethodChoice& choice, SolveContext& context) {
+  if (choice.inelastic_impact) return InelasticImpact(context);
+  switch (choice.method) {
+    case Method::kLaplaceIteration:
+      return LaplaceIteration(context);
+    case Method::kPaperIteration:
+      return PaperIteration(context);
+    case Method::kTimeStepping:
+      return TimeStepping(context);
+    case Method::kEventLocated:
+      return EventLocated(context);
+    case Method::kExponentialMarch:
+    case Method::kAuto:
+      break;
+  }
+  return ExponentialMarch(context);
+}
+
+// What was recorded before a stop is kept.
+bool RunMethod(const MethodChoice& choice, SolveContext& context) {
+  try {
+    return RunUnlessStopped(choice, context);
+  } catch (const Stopped&) {
+    return context.FailCancelled(context.recorder.reached());
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer, const ResumePoint* resume) {
+  auto sources = Sources::Create(task.problem);
+  if (!sources.ok()) return sources.status();
+  Solution solution;
+  solution.method = task.plan.method.method;
+  solution.reason = task.plan.method.reason;
+  solution.step = grid.longest_step;  // of event_located its own
+  solution.realisation = task.plan.realisation.record;
+  SolveContext context{.problem = task.problem,
+                       .options = task.options,
+                       .matrix_class = task.plan.matrix_class,
+                       .selection = task.plan.selection,
+                       .grid = grid,
+                       .sources = *std::move(sources),
+                       .workers = task.workers,
+                       .observer = observer,
+                       .stop = task.stop,
+                       .recorder = Recorder(grid, task.problem.num_states(), task.problem.num_constraints(), solution),
+                       .certificate = CertificateBuilder(task.problem),
+                       .solution = solution,
+                       .started = task.started,
+                       .realised = task.plan.realisation.system.get(),
+                       .setups = task.setups,
+                       .largest_slope = task.plan.largest_slope,
+                       .error_by_default = task.error_by_default,
+                       .two_stages = task.plan.method.two_stages,
+                       .checkpointing = Checkpointing(resume, task.leaves_checkpoints),
+                       .impulsive_rows = task.plan.method.impulsive_rows};
+  solution.cost.seconds_setup = context.Seconds();
+  if (RunMethod(task.plan.method, context)) {
+    solution.termination = Termination::kReachedEnd;
+    solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " +
+                       std::to_string(solution.cost.steps) + " steps.";
+  }
+  const bool stopped = solution.termination == Termination::kCancelled;
+  if (absl::Status resumed = context.checkpointing.status(stopped); !resumed.ok()) return resumed;
+  if (context.first_impulse) {
+    solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " +
+                                task.plan.method.impulsive +
+                                ", which only impulses can keep: y grows there as the step shrinks, and what x does "
+                                "belongs to the method and not to the system.");
+  }
+  task.lost_least_element = context.lost_least_element;
+  context.recorder.Finish();
+  solution.certificate = context.certificate.certificate();
+  // Impacts are jumps of x inside of steps: the integral of A x + B y + f does not hold them.
+  if (task.plan.method.inelastic_impact) {
+    solution.certificate.drift_of_rows = std::numeric_limits<double>::quiet_NaN();
+  }
+  const bool finite = solution.x.allFinite() && solution.y.allFinite() && solution.w.allFinite();
+  if (!finite && solution.termination == Termination::kReachedEnd) {
+    context.Fail(Termination::kNonFinite, task.problem.horizon, "The trajectory holds a number that is not finite.");
+  }
+  solution.cost.seconds_total = context.Seconds();
+  return solution;
+}
+
+}  // namespace dlcs

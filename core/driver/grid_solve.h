@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// One solve on one grid, as planned.
+
+#ifndef DLCS_CORE_DRIVER_GRID_SOLVE_H_
+#define DLCS_CORE_DRIVER_GRID_SOLVE_H_
+
+#include <chrono>
+#include <stop_token>
+
+#include "absl/status/statusor.h"
+#include "core/discretization/grid.h"
+#include "core/driver/plan.h"
+#include "core/parallel/parallel.h"
+#include "core/problem/observer.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+
+namespace dlcs {
+
+inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// What solves on several grids have in common.
+struct Task {
+  const Problem& problem;
+  Options options;
+  Plan plan;
+  Workers workers;
+  std::stop_token stop;
+  std::chrono::steady_clock::time_point started;
+  SetupCache* setups = nullptr;     // may be null
+  const ResumePoint* resume = nullptr;  // likewise: where the first try goes on
+  bool leaves_checkpoints = false;  // no other try will have to take over
+  bool error_by_default = false;    // options.error_tolerance was filled in: FillInDefaultError()
+  bool is_behind_events = false;    // which have spent what there is for them of the work by default
+  bool lost_least_element = false;  // by the last solve: see SolveContext
+};
+
+// Solves by the method and realisation of task.plan, from `resume` on where that is given. Errors: InvalidArgument where a
+// source cannot be evaluated, or `resume` is not of this solve.
+absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer,
+                                     const ResumePoint* resume = nullptr);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DRIVER_GRID_SOLVE_H_

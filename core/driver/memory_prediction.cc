@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/driver/memory_prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dlcs {
+namespace {
+
+constexpr double kNumber = 8;                // bytes
+constexpr double kNumberWithIndex = 12;
+constexpr double kMatricesOfAStep = 12;      // of size m × m, with the work space of the matrix functions
+constexpr double kColumnsOfARun = 8;         // for each node: y, q, g, the free motion, ...
+constexpr double kMostKernelDoubles = 8.4e7;   // blocks and their transforms, as core/laplace/kernel.h bounds them
+
+}  // namespace
+
+double PredictBytes(const Problem& problem, const Grid& grid, Method method, const RealisationChoice& realisation) {
+  const double m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
+  const double steps = static_cast<double>(grid.num_steps());
+  const double outputs = static_cast<double>(grid.output_nodes.size());
+  const double psi = static_cast<double>(problem.f.inner_size(problem.num_states()));
+  const double trajectory = ((m + 2 * n + 2) * outputs + steps + 1) * kNumber;  // with the grid
+  const double couplings = 4 * n * n * kNumber;
+  const double kernel =
+      method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMostKernelDoubles) * kNumber : 0;
+  const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * kNumber;
+  // Marches on states keep stretches of some steps, 16 MB a matrix at most.
+  const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, 2e6)) * kNumber;
+  switch (realisation.record.used) {
+    case Realisation::kAuto:
+    case Realisation::kDense:
+      return trajectory + couplings + kernel + kMatricesOfAStep * m * m * kNumber +
+             (method == Method::kPaperIteration ? kColumnsOfARun * m * steps * kNumber : stretch);
+    case Realisation::kSparseStepping: {
+      const double factors = static_cast<double>(problem.A.Sparse().nonZeros()) * std::max(1.0, std::log2(m));
+      return trajectory + couplings + stretch + factors * kNumberWithIndex +
+             std::min(m * n, static_cast<double>(StructuredMatrix::kMostDenseEntries)) * kNumber;
+    }
+    case Realisation::kKroneckerSum:
+    case Realisation::kContour:
+      return trajectory + couplings + kernel + run_columns + kColumnsOfARun * m * kNumber +
+             realisation.system->PredictBytes(grid);
+  }
+  return trajectory;
+}
+
+}  // namespace dlcs

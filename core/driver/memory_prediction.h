@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much memory a solve will take, said before anything is allocated.
+
+#ifndef DLCS_CORE_DRIVER_MEMORY_PREDICTION_H_
+#define DLCS_CORE_DRIVER_MEMORY_PREDICTION_H_
+
+#include "core/discretization/grid.h"
+#include "core/driver/propagator_choice.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+
+namespace dlcs {
+
+// Bytes held at the same time: matrices or factors of the realisation, the kernel, the columns of a run, the trajectory. A model
+// to a factor of about two; the sparse factors of steps are taken to be those of a grid in the plane.
+double PredictBytes(const Problem& problem, const Grid& grid, Method method, const RealisationChoice& realisation);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_DRIVER_MEMORY_PREDICTION_H_

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Short steps of first order, where no mode lasts.
+
+#ifndef DLCS_CORE_EVENT_DRIVEN_COUPLED_STEPS_H_
+#define DLCS_CORE_EVENT_DRIVEN_COUPLED_STEPS_H_
+
+#include <stop_token>
+
+#include "core/discretization/step_cache.h"
+#include "core/discretization/step_sources.h"
+#include "core/matrix_classes/matrix_class.h"
+#include "core/problem/problem.h"
+#include "core/stepping/stepping.h"
+
+namespace dlcs {
+
+// exp-PC, one step at a time: asks nothing of y, and so passes points where modes accumulate or y is not
+// determined by a mode of relative degree one. Lengths are powers of two, so that matrix functions are found
+// again.
+class CoupledMarch {
+ public:
+  // Keeps references.
+  CoupledMarch(const Problem& problem, Selection selection, SourceSampler& sources);
+
+  struct Step {
+    LcpVerdict verdict = LcpVerdict::kSolved;
+    bool kept_selection = true;  // as LcpSolver::KeptSelection()
+    Vector x;                    // at the end, after two steps of half the length
+    Vector y;
+    Vector w;
+    Vector g;
+    Vector error;  // |x - that after one step|
+    Vector noise;  // what rounding does to it
+  };
+  // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin before
+  // rounding: a power of two is found again.
+  Step Take(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
+
+  Index lcps() const { return lcps_; }
+
+ private:
+  LcpVerdict March(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
+
+  const Problem& problem_;
+  SourceSampler& sources_;
+  StepCache<Marcher> marchers_;
+  Segment segment_;  // one step
+  Departures departures_;
+  Index lcps_ = 0;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENT_DRIVEN_COUPLED_STEPS_H_

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/event_driven/error_growth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kUnit = std::numeric_limits<double>::epsilon();
+// The integral of what an interpolant misses is smaller than that is, since it has the signs of a polynomial of high
+// degree.
+constexpr double kOfMissed = 0.25;
+
+Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
+  return step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s)));
+}
+
+}  // namespace
+
+Vector SignsOfRounding(Index size, unsigned seed) {
+  Vector signs(size);
+  for (Index i = 0; i < size; ++i) {
+    // The mixing of splitmix64.
+    std::uint64_t z =
+        0x9E3779B97F4A7C15u * (static_cast<std::uint64_t>(i) + 1 + (static_cast<std::uint64_t>(seed) << 32));
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    signs[i] = (z >> 63) != 0 ? -1 : 1;
+  }
+  return signs;
+}
+
+ErrorGrowth::ErrorGrowth(const Vector& x0)
+    : errors_(x0.size(), kErrors), x_(Vector::Zero(x0.size())), noise_(Vector::Zero(x0.size())) {
+  for (Index e = 0; e < kErrors; ++e) {
+    errors_.col(e) = kUnit * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
+  }
+}
+
+Vector ErrorGrowth::Signs(Index error) const {
+  const Index size = errors_.rows();
+  if (error == 1) return SignsOfRounding(size, 1);
+  Vector signs = SignsOfRounding(size, error == 0 ? 0 : 2 + steps_);
+  if (error > 0) return signs;
+  for (Index i = 0; i < size; ++i) {
+    if (errors_(i, error) != 0) signs[i] = std::copysign(1, errors_(i, error));
+  }
+  return signs;
+}
+
+void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const Vector& overlooked, double s_end) {
+  ++steps_;
+  Pass(step, sources);
+  const LegendreVector at = LegendreValues(s_end);
+  const Vector rounding = kUnit * step.x.cwiseAbs().rowwise().sum();
+  const Vector missed = kOfMissed * step.slope_error + overlooked;
+  Matrix slopes(rounding.size(), kErrors);
+  for (Index e = 0; e < kErrors; ++e) {
+    // What an ulp of the data is stays the same, but for one of them.
+    const auto seed = static_cast<unsigned>(e);
+    const Vector of_data = SignsOfRounding(rounding.size(), seed + 1 < kErrors ? seed : seed + steps_);
+    slopes.col(e) = of_data.cwiseProduct(step.slope_noise) + Signs(e).cwiseProduct(missed);
+  }
+  errors_ = step.stepper->Respond(errors_, slopes, at);
+  for (Index e = 0; e < kErrors; ++e) {
+    errors_.col(e) +=
+        SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
+    // A constraint that should have been given up holds back what its y makes of x; nothing did in the meantime.
+    errors_.col(e) += sources.length * (s_end + 1) / 2 * Signs(e).cwiseProduct(overlooked);
+    // At its end a step is far better than inside of it, where an event cuts it.
+    if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
+  }
+  Raise(step.x_error);
+  noise_ = noise_.cwiseMax(step.x_noise);
+}
+
+void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepSources& sources, double s_end,
+                           Index guard) {
+  const LegendreVector slope_at = 2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s_end));
+  const double speed = step.guard.row(guard).dot(slope_at);
+  event_.slope_before = step.x * slope_at;
+  has_event_ = true;
+  for (Index e = 0; e < kErrors; ++e) {
+    const double moved = mode.guard.state.row(guard).dot(errors_.col(e));
+    const double delay = -(moved + std::copysign(step.guard_tail[guard], moved)) / speed;
+    // Where a guard grazes zero its speed tells nothing.
+    event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
+  }
+}
+
+void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
+  constexpr double kSame = 1e-6;
+  if (!has_event_) return;
+  has_event_ = false;
+  const Vector after = SlopeAt(step, sources, -1);
+  Vector jump = event_.slope_before - after;
+  const Vector size = event_.slope_before.cwiseAbs() + after.cwiseAbs() + step.slope_noise / kUnit;
+  for (Index i = 0; i < jump.size(); ++i) {
+    if (std::abs(jump[i]) <= kSame * size[i]) jump[i] = 0;
+  }
+  for (Index e = 0; e < kErrors; ++e) errors_.col(e) += event_.delay[e] * jump;
+}
+
+void ErrorGrowth::Add(const Vector& error) {
+  has_event_ = false;
+  ++steps_;
+  for (Index e = 0; e < kErrors; ++e) errors_.col(e) += Signs(e).cwiseProduct(error);
+  Raise(Vector::Zero(error.size()));
+}
+
+void ErrorGrowth::Raise(const Vector& within) {
+  for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors_.row(i)) + within[i]);
+}
+
+Vector ErrorGrowth::RelativeTo(const Vector& size) const {
+  Vector relative = Vector::Zero(x_.size());
+  for (Index i = 0; i < x_.size(); ++i) {
+    if (!(size[i] <= noise_[i])) relative[i] = x_[i] / size[i];
+  }
+  return relative;
+}
+
+}  // namespace dlcs

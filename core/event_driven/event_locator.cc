@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/event_driven/event_locator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/context/consistency.h"
+#include "core/linalg/balance.h"
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+constexpr int kAttempts = ModeSearch::kAttempts;
+// So many modes in a row, each shorter than this part of the horizon: modes accumulate. One in which the
+// state moves by less than the tolerance counts for many.
+constexpr int kMostShortModes = 256;
+constexpr int kCountOfStill = 32;
+constexpr double kShortModePart = 1e-6;
+// A step of less than this part of the horizon is not worth a collocation, unless a mode has a rate for it; nor does a
+// mode last that ends so soon.
+constexpr double kShortestPart = 1e-12;
+constexpr double kNoModePart = 1e-14;
+// Error control never asks for less than this part of the tolerance of one step.
+constexpr double kLeastShare = 0.02;
+// A step of which an event leaves less than this part is taken again, shorter, where what is behind the event made its
+// error look small.
+constexpr double kLeastKept = 0.5;
+// A step is at most so many times longer than the last two modes were: rounding grows with the length, and
+// where modes accumulate little else is left.
+constexpr double kLongestAfterEvent = 16;
+// Steps are controlled with this part of the tolerance: errors of single steps add up, and grow with the
+// system.
+constexpr double kSafety = 0.05;
+// Rounding of this part of the terms of a constraint does not take a state off it.
+constexpr double kOnConstraints = 1e-12;
+// Of what is no more than this part of them nothing is known.
+constexpr double kRoundingOfConstraints = 64 * std::numeric_limits<double>::epsilon();
+constexpr Index kMostMarchedSteps = 40000;
+
+}  // namespace
+
+EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record)
+    : context_(context),
+      problem_(context.problem),
+      sampler_(context.sources, ProbeTimes(context.problem)),
+      tolerance_(kSafety * tolerance),
+      most_work_(most_work),
+      record_(record),
+      search_(problem_, context.selection, sampler_),
+      march_(problem_, context.selection, sampler_),
+      output_(problem_, context.grid, context.options.keep_pieces),
+      errors_(problem_.x0),
+      progress_(context),
+      x_(problem_.x0),
+      y_(Vector::Zero(problem_.num_constraints())),
+      w_(y_) {
+  magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
+  magnitudes_.x_noise = Vector::Zero(problem_.num_states());
+  magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
+}
+
+bool EventLocator::Run() {
+  const std::vector<double> breaks = BreakPoints(problem_);
+  std::vector<double> ends = KnownKinks(problem_);
+  ends.push_back(problem_.horizon);
+  const double norm = InfinityNorm(Balance(problem_.A.Dense()).matrix);
+  length_ = norm > 0 ? 4 / norm : problem_.horizon;
+  bool may_jump = true;
+  for (const double end : ends) {
+    if (may_jump && !Start(t_)) return false;
+    if (!Cross(end)) return false;
+    may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
+    if (may_jump || end == problem_.horizon) HandOver(output_.EndStretch(end, x_, y_, w_));
+  }
+  progress_.Finish(problem_.horizon);
+  return true;
+}
+
+bool EventLocator::Start(double begin) {
+  Vector g(problem_.num_constraints());
+  sampler_.G(begin, Side::kRight, g);
+  bool y_is_solution = false;
+  return StartStretch(context_, begin, g, x_, y_, y_is_solution);
+}
+
+bool EventLocator::Cross(double end) {
+  mode_ = nullptr;
+  attempt_ = 0;
+  short_modes_ = 0;
+  mode_begin_ = t_;
+  last_mode_length_ = end - t_;
+  gap_.reset();
+  kink_.reset();
+  while (t_ < end) {
+    if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
+    record_.modes_made = search_.modes_made();
+    if (record_.Work(problem_.num_states()) >= most_work_) {
+      return context_.Fail(
+          Termination::kIterationLimit, t_,
+          "The work that is taken without being asked for ended at t = " + FormatNumber(t_) + ": ask for an error.");
+    }
+    if (kink_ && t_ >= *kink_ && !PassKink()) return false;
+    if (IsStuck()) return false;
+    progress_.At(t_);
+    Progressed progressed = mode_ ? Progressed::kYes : Choose(end);
+    if (progressed == Progressed::kYes) progressed = Advance(end);
+    if (progressed == Progressed::kFailed) return false;
+    if (progressed == Progressed::kNoMode && !MarchOn(end)) return false;
+  }
+  return true;
+}
+
+// Goes on behind a kink of the sources as behind a break point, where g jumps with another state perhaps.
+bool EventLocator::PassKink() {
+  constexpr double kNoJump = 1e-10;
+  mode_ = nullptr;
+  attempt_ = 0;
+  gap_.reset();
+  Vector before(problem_.num_constraints()), behind(problem_.num_constraints());
+  sampler_.G(*kink_, Side::kLeft, before);
+  sampler_.G(*kink_, Side::kRight, behind);
+  kink_.reset();
+  const bool jumps = ((behind - before).array().abs() > kNoJump * context_.row_size.array()).any();
+  return !jumps || Start(t_);
+}
+
+// So many steps, taken or not, that have not come forward by this part of the horizon: something was not foreseen.
+bool EventLocator::IsStuck() {
+  constexpr Index kMostTries = 32768;
+  constexpr double kLeastProgress = 1e-3;
+  if (t_ - tries_from_ > kLeastProgress * problem_.horizon) {
+    tries_ = 0;
+    tries_from_ = t_;
+  }
+  if (++tries_ <= kMostTries) return false;
+  context_.Fail(Termination::kIterationLimit, t_,
+                "The steps do not get past t = " + FormatNumber(t_) +
+                    " at the accuracy asked for. If f, g or a solution of "
+                    "theirs is not smooth there, declare that time as a break point; or ask for a larger tolerance.");
+  return true;
+}
+
+// Proposes the next mode that y is determined in.
+EventLocator::Progressed EventLocator::Choose(double end) {
+  bool lost_least_element = false;
+  while (attempt_ < kAttempts) {
+    const ModeSearch::Proposal proposal = search_.Find(t_, x_, length_, end - t_, attempt_++);
+    const bool solved = proposal.verdict == LcpVerdict::kSolved;
+    lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
+    mode_ = proposal.kept_selection ? proposal.mode : nullptr;
+    if (mode_) {
+      if (record_.intervals.empty() && record_.rejected_steps == 0) BeginWith(*mode_);
+      return Progressed::kYes;
+    }
+    why_march_ = solved ? "the active set does not determine y (relative degree above one)"
+                        : "the coupled LCP that proposes an active set was not solved";
+  }
+  if (!lost_least_element) return Progressed::kNoMode;
+  context_.FailLostLeastElement(t_);
+  return Progressed::kFailed;
+}
+
+// The first step: by the fastest eigenvalue, which has no units but that of time.
+void EventLocator::BeginWith(const Mode& mode) {
+  double fastest = 0;
+  for (Index j = 0; j < mode.form.triangle.rows(); ++j) fastest = std::max(fastest, std::abs(mode.form.triangle(j, j)));
+  length_ = fastest * problem_.horizon > 4 ? 4 / fastest : problem_.horizon;
+}
+
+// Another proposal where some are left.
+EventLocator::Progressed EventLocator::GiveUpMode(const char* why) {
+  mode_ = nullptr;
+  why_march_ = why;
+  return attempt_ < kAttempts ? Progressed::kYes : Progressed::kNoMode;
+}
+
+// Of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
+double EventLocator::Shortest(double part_of_horizon, double part_of_rate) const {
+  constexpr double kPartOfRate = 0.01;
+  constexpr double kOfTime = 2e-15;
+  const double acts = mode_ && mode_->rate > 0 ? kPartOfRate / mode_->rate : problem_.horizon;
+  return std::max(kOfTime * t_, std::min(part_of_horizon * problem_.horizon, part_of_rate * acts));
+}
+
+double EventLocator::Share(double length) const { return std::max(length / problem_.horizon, kLeastShare); }
+
+double EventLocator::StepLength(double end) const {
+  const double left = (kink_ ? std::min(*kink_, end) : end) - t_;
+  if (length_ >= left) return left;
+  return std::min(length_, left / 2);
+}
+
+// One step in the mode: accepted up to its end or to the first event, or shortened, or the mode given up.
+EventLocator::Progressed EventLocator::Advance(double end) {
+  const double length = StepLength(end);
+  double step_end = t_ + length;
+  for (const double known : {end, kink_.value_or(end)}) {
+    if (length == known - t_) step_end = known;  // not beyond a break point by rounding
+  }
+  sampler_.Sample(t_, step_end, sources_);
+  if (!sources_.finite) return FailNonFinite(step_end);
+  RaiseReach();
+  x_begin_ = x_;
+  if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
+  const auto drawn_back = [&](const Vector& x_size) {
+    return &search_.DrawnBack(*mode_, x_size, sources_.f_size, sources_.g_size);
+  };
+  const Mode* mode = drawn_back(x_.cwiseAbs());
+  const auto take = [&] {
+    return TakeSmoothStep(*mode, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+  };
+  step_ = take();
+  if (const Mode* of_step = drawn_back(step_.x.cwiseAbs().rowwise().sum()); of_step != mode) {
+    mode = of_step;
+    step_ = take();
+  }
+  if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
+    if (!sources_.finite) return FailNonFinite(step_end);
+    step_ = take();
+  }
+  const double factor = 0.9 * std::pow(step_.error_ratio, -1.0 / (kLegendreDegree - 1));
+  if (!(step_.error_ratio <= 1)) {
+    const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1);
+    return Shorten(std::min(shorter, std::max(step_.layer_length, Shortest(kShortestPart, 1))));
+  }
+
+  const auto mode_end = FindModeEnd(step_);
+  if (!mode_end) {
+    // Where rounding is all that is seen it does not fall with the length.
+    constexpr int kManyOfOneLength = 8;
+    of_one_length_ = factor > 1 ? 0 : of_one_length_ + 1;
+    const double longer =
+        of_one_length_ % kManyOfOneLength == kManyOfOneLength - 1 ? 4.0 : std::clamp(factor, 0.5, 16.0);
+    length_ = std::max(length_, length * longer);
+    Accept(step_end, 1);
+    return Progressed::kYes;
+  }
+  const double lasted = length * (1 + mode_end->s) / 2;
+  const double again = lasted / kLeastKept;
+  step_.error_ratio =
+      NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
+  if (!(step_.error_ratio <= 1) && again < length && again > Shortest(kShortestPart, 1)) return Shorten(again);
+  search_.GuessBehind(*mode_, mode_end->guard);
+  if (lasted <= std::max(Shortest(kNoModePart, 1e-2), 4e-16 * t_)) return GiveUpMode("no active set lasts");
+  Accept(t_ + lasted, mode_end->s);
+  return EndMode(*mode_end);
+}
+
+EventLocator::Progressed EventLocator::FailNonFinite(double step_end) {
+  context_.Fail(Termination::kNonFinite, t_,
+                "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
+  return Progressed::kFailed;
+}
+
+EventLocator::Progressed EventLocator::Shorten(double length) {
+  constexpr int kManyRejected = 3;
+  constexpr double kNotSmooth = 1e3;
+  const double shortest = Shortest(kShortestPart, 1);
+  ++record_.rejected_steps;
+  length_ = length;
+  const bool may_be_kink =
+      ++rejected_in_a_row_ == kManyRejected || (rejected_in_a_row_ == 1 && step_.error_ratio > kNotSmooth);
+  if (may_be_kink && !kink_) {
+    kink_ = sampler_.FindKink(t_, t_ + sources_.length);
+    if (kink_ && *kink_ - t_ <= shortest) kink_.reset();
+    if (kink_) length_ = std::max(length_, *kink_ - t_);
+  }
+  if (length_ >= shortest) return Progressed::kYes;
+  why_march_ =
+      "no step was short enough for the tolerance: a source jumps or has a kink at a time that is no break point";
+  length_ = 16 * shortest;
+  return Progressed::kNoMode;
+}
+
+// An event at t, the end of the last mode.
+EventLocator::Progressed EventLocator::EndMode(const ModeEnd& end) {
+  errors_.AddEvent(*mode_, step_, sources_, end.s, end.guard);
+  gap_ = GapOf(sources_);
+  mode_ = nullptr;
+  const double lasted = t_ - mode_begin_;
+  length_ = std::min(length_, kLongestAfterEvent * std::max(lasted, last_mode_length_));
+  last_mode_length_ = lasted;
+  mode_begin_ = t_;
+  if (lasted > kShortModePart * problem_.horizon) {
+    short_modes_ = 0;
+    burst_ = 1;
+    return Progressed::kYes;
+  }
+  const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(end.s)));
+  const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
+  short_modes_ += moved ? 1 : kCountOfStill;
+  if (short_modes_ < kMostShortModes) return Progressed::kYes;
+  why_march_ = "switching times accumulate";
+  return Progressed::kNoMode;
+}
+
+// By one step of the fastest rate: A x and f, in the units of each component.
+void EventLocator::RaiseReach() {
+  const double rate = std::max(mode_->rate, 1 / problem_.horizon);
+  Vector& reach = magnitudes_.x_reach;
+  reach = magnitudes_.x;
+  for (Index k = 0; k < kLegendreDegree; ++k) {
+    const Vector next = reach.cwiseMax(0.5 / rate * (mode_->dynamics.cwiseAbs() * reach + sources_.f_size));
+    const bool grows = (next.array() > 2 * reach.array()).any();
+    reach = next;
+    if (!grows) break;
+  }
+}
+
+// Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its
+// start. False, and nothing done, where the state is farther off.
+bool EventLocator::Project() {
+  if (!mode_->differentiated()) return true;
+  const Vector g = sources_.g * LegendreValues(-1);
+  const Vector residual = mode_->rows * x_ + mode_->rows_g * g;
+  const Vector size = mode_->rows.cwiseAbs() * x_.cwiseAbs() + mode_->rows_g.cwiseAbs() * g.cwiseAbs();
+  const Vector rounding = kRoundingOfConstraints * size + mode_->rows_g.cwiseAbs() * sources_.g_noise;
+  if ((residual.array().abs() <= rounding.array()).all()) return true;
+  const Vector change = mode_->correction * residual;
+  const Vector terms = mode_->correction.cwiseAbs() * size;
+  if ((change.array().abs() > tolerance_ * magnitudes_.x.array() + kOnConstraints * terms.array()).any()) return false;
+  x_ -= change;
+  magnitudes_.x_noise += change.cwiseAbs().cwiseMin(mode_->correction.cwiseAbs() * rounding);
+  return true;
+}
+
+// What x' is off by, on average, where a guard of the step is below zero, but not below its level: y_i that should be
+// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii. The rows of `at` are the
+// LegendreValues() of the Chebyshev points of the part that is taken; the last, where an event is just below zero,
+// counts little.
+Vector EventLocator::Overlooked(const LegendreRows& at) const {
+  Vector slope = Vector::Zero(x_.size());
+  constexpr double kOfNoise = 1.0 / 16;  // which is a bound
+  const Matrix below = ((-step_.guard * at.transpose()).colwise() - kOfNoise * step_.guard_noise).cwiseMax(0);
+  if ((below.array() == 0).all()) return slope;
+  const Vector y_missed = below * GetLegendreBasis().from_nodes.col(0);
+  const Matrix& M = problem_.M.Dense();
+  for (Index i = 0; i < y_missed.size(); ++i) {
+    if (y_missed[i] == 0) continue;
+    const bool is_active = std::binary_search(mode_->active.begin(), mode_->active.end(), i);
+    const double y = is_active || !(M(i, i) > 0) ? y_missed[i] : y_missed[i] / M(i, i);
+    slope += y * problem_.B.Dense().col(i).cwiseAbs();
+  }
+  return slope;
+}
+
+// Takes the part of the step up to `end`, at position `s_end`.
+void EventLocator::Accept(double end, double s_end) {
+  if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
+  output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
+  NoteInterval(end, mode_);
+  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, looks_);
+  errors_.AddStep(step_, sources_, Overlooked(looks_), s_end);
+  const LegendreVector at = LegendreValues(s_end);
+  x_ = step_.x * at;
+  y_ = (step_.y * at).cwiseMax(0);
+  t_ = end;
+  magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * looks_.transpose()).cwiseAbs().rowwise().maxCoeff());
+  magnitudes_.x_noise = step_.x_rounding;
+  magnitudes_.y = magnitudes_.y.cwiseMax(y_);
+  w_ = (step_.guard * at).cwiseMax(0);
+  for (const Index i : mode_->active) w_[i] = 0;
+  magnitudes_.w = magnitudes_.w.cwiseMax(w_);
+  ++record_.steps;
+  attempt_ = 0;
+  rejected_in_a_row_ = 0;
+  gap_.reset();
+}
+
+void EventLocator::NoteInterval(double end, const Mode* mode) {
+  ModeInterval interval;
+  interval.begin = t_;
+  interval.end = end;
+  interval.marched = !mode;
+  if (mode) interval.active = mode->active;
+  if (!mode) interval.why = why_march_;
+  record_.Add(std::move(interval));
+  record_.longest_step = std::max(record_.longest_step, end - t_);
+}
+
+// A burst of coupled steps. Each burst without a lasting mode between is twice as long as the one before and
+// may err four times as much, so that the solve survives a point that the tolerance cannot pass; the record
+// holds what it cost.
+bool EventLocator::MarchOn(double end) {
+  const double shortest = kShortestPart * problem_.horizon;
+  if (burst_ == 1) march_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
+  for (Index k = 0; k < burst_ && t_ < end;) {
+    if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
+    if (record_.marched_steps >= kMostMarchedSteps) {
+      return context_.Fail(Termination::kIterationLimit, t_,
+                           "No active set lasts at t = " + FormatNumber(t_) + " (" + why_march_ + "), and " +
+                               std::to_string(kMostMarchedSteps) +
+                               " steps of first order did not carry on at the accuracy asked for. Use "
+                               "exponential-march, or a larger tolerance.");
+    }
+    const double power = std::ldexp(1.0, std::ilogb(march_length_));
+    const double length = std::min(power, end - t_);
+    const double step_end = length == end - t_ ? end : t_ + length;
+    const CoupledMarch::Step step = march_.Take(t_, step_end, length, x_);
+    if (step.verdict != LcpVerdict::kSolved) {
+      return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
+    }
+    if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
+    const double allowed = tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
+    const double ratio =
+        (step.error.array() / (allowed * magnitudes_.x.array().max(step.x.array().abs()) + step.noise.array() + 1e-300))
+            .maxCoeff();
+    if (!(ratio <= 1) && length > shortest) {
+      march_length_ = length / 2;
+      continue;
+    }
+    output_.AddMarched(t_, step_end, x_, step.x, step.y, step.w, step.g);
+    NoteInterval(step_end, nullptr);
+    errors_.Add(step.error);
+    x_ = step.x;
+    y_ = step.y;
+    w_ = step.w;
+    t_ = step_end;
+    magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
+    magnitudes_.x_noise = step.noise;
+    ++record_.marched_steps;
+    ++k;
+    if (ratio < 0.2) march_length_ = 2 * length;
+  }
+  burst_ *= 2;
+  mode_ = nullptr;
+  attempt_ = 0;
+  short_modes_ = 0;
+  mode_begin_ = t_;
+  last_mode_length_ = march_length_;
+  length_ = std::max(length_, march_length_);
+  return true;
+}
+
+void EventLocator::HandOver(const EventOutput::Stretch& stretch) {
+  const Segment& segment = stretch.segment;
+  if (segment.steps < 0) return;
+  context_.recorder.Add(segment, stretch.w);
+  context_.NoteImpulses(segment, 0, segment.steps);
+}
+
+void EventLocator::Finish() {
+  Solution& solution = context_.solution;
+  if (t_ < problem_.horizon) HandOver(output_.Finish());
+  Cost& cost = solution.cost;
+  cost.steps = record_.steps + record_.marched_steps;
+  cost.marched_steps = record_.marched_steps;
+  cost.lcps += search_.lcps() + march_.lcps();
+  record_.errors_x = errors_.RelativeTo(magnitudes_.x);
+  record_.accumulated_error = MaxAbs(record_.errors_x);
+  context_.certificate.Replace(output_.certificate());
+  solution.pieces = output_.TakePieces();
+}
+
+}  // namespace dlcs

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way of event_located from mode to mode.
+
+#ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
+#define DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
+
+#include <optional>
+#include <string>
+
+#include "core/context/progress.h"
+#include "core/context/solve_context.h"
+#include "core/discretization/step_sources.h"
+#include "core/event_driven/coupled_steps.h"
+#include "core/event_driven/error_growth.h"
+#include "core/event_driven/event_output.h"
+#include "core/event_driven/event_record.h"
+#include "core/event_driven/mode_search.h"
+#include "core/event_driven/smooth_step.h"
+
+namespace dlcs {
+
+class EventLocator {
+ public:
+  // Keeps references; `tolerance` and the rest as EventLocated(). Gives up behind `most_work`, as EventRecord::Work().
+  EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
+
+  // Goes to T and hands the trajectory to the recorder of the context. Returns whether it came there;
+  // otherwise the solution says why not.
+  bool Run();
+  // Hands over what a stretch had that was not finished, counts, certificate and polynomials.
+  void Finish();
+  // The time up to which the system is solved.
+  double reached() const { return t_; }
+
+ private:
+  enum class Progressed { kYes, kNoMode, kFailed };
+
+  bool Start(double begin);
+  bool Cross(double end);
+  Progressed Choose(double end);
+  Progressed Advance(double end);
+  bool MarchOn(double end);
+  void BeginWith(const Mode& mode);
+
+  Progressed GiveUpMode(const char* why);
+  Progressed FailNonFinite(double step_end);
+  Progressed Shorten(double length);
+  bool PassKink();
+  bool IsStuck();
+  Progressed EndMode(const ModeEnd& end);
+  void RaiseReach();
+  bool Project();
+  Vector Overlooked(const LegendreRows& at) const;
+  void Accept(double end, double s_end);
+  void NoteInterval(double end, const Mode* mode);
+  void HandOver(const EventOutput::Stretch& stretch);
+  double StepLength(double end) const;
+  double Shortest(double part_of_horizon, double part_of_rate) const;
+  double Share(double length) const;  // of the tolerance, for a step
+
+  SolveContext& context_;
+  const Problem& problem_;
+  SourceSampler sampler_;
+  const double tolerance_;
+  const Index most_work_;
+  EventRecord& record_;
+  ModeSearch search_;
+  CoupledMarch march_;
+  EventOutput output_;
+  ErrorGrowth errors_;
+  Progress progress_;
+
+  double t_ = 0;
+  Vector x_;
+  Vector y_;
+  Vector w_;
+  Vector x_begin_;  // at t_, before it was brought onto the constraints of a mode
+  Magnitudes magnitudes_;
+  const Mode* mode_ = nullptr;
+  int attempt_ = 0;
+  double length_ = 0;    // that the tolerance allowed last
+  int short_modes_ = 0;  // in a row
+  double mode_begin_ = 0;
+  double last_mode_length_ = 0;
+  std::optional<SourceGap> gap_;  // behind an event
+  std::optional<double> kink_;    // ahead: where a source is not smooth, though no break point says so
+  int rejected_in_a_row_ = 0;
+  int of_one_length_ = 0;  // steps in a row that found no reason to grow
+  Index tries_ = 0;        // since `tries_from_`
+  double tries_from_ = 0;
+  Index burst_ = 1;  // steps of the next march
+  double march_length_ = 0;
+  std::string why_march_;
+  StepSources sources_;
+  SmoothStep step_;
+  LegendreRows looks_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/event_driven/event_output.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+
+EventOutput::EventOutput(const Problem& problem, const Grid& grid, bool keeps_pieces)
+    : problem_(problem),
+      grid_(grid),
+      keeps_pieces_(keeps_pieces),
+      num_nodes_(static_cast<Index>(grid.times.size())),
+      at_nodes_{Vector::Zero(problem.num_constraints()), Vector::Zero(problem.num_constraints())},
+      between_nodes_(at_nodes_),
+      defect_(Vector::Zero(problem.num_states())),
+      terms_(defect_),
+      w_size_(Vector::Zero(problem.num_constraints())),
+      slope_size_(Vector::Zero(problem.num_states())) {
+  segment_.x.resize(problem.num_states(), num_nodes_);
+  segment_.y.resize(problem.num_constraints(), num_nodes_);
+  w_.resize(problem.num_constraints(), num_nodes_);
+  Certificate& c = certificate_;
+  c.node_residual = c.midpoint_residual = c.node_complementarity = c.midpoint_complementarity = 0;
+  c.ode_defect = c.lcp_scale = c.ode_scale = c.x_scale = 0;
+}
+
+void EventOutput::AddSmooth(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
+                            const std::vector<Index>& active, double end, double s_end) {
+  LegendreSeries w_series = step.guard;
+  for (const Index i : active) w_series.row(i).setZero();
+  RecordNodes(x_begin, sources, step, w_series, end, s_end);
+  if (keeps_pieces_) pieces_.push_back({sources.begin, end, sources.length, step.x, step.y, std::move(w_series)});
+
+  const LegendreVector at_end = LegendreValues(s_end);
+  const Vector x = step.x * at_end;
+  const Vector y = step.y * at_end;
+  RaiseScale(x_begin);
+  RaiseScale(x);
+  const Vector y_begin = step.y * LegendreValues(-1);
+  terms_ = terms_.cwiseMax(problem_.A.AbsTimes(x_begin.cwiseAbs()) + problem_.B.AbsTimes(y_begin.cwiseAbs()) +
+                           sources.f_size);
+
+  // In a step this short x hardly moves, whatever is missed in it; it is taken at a jump or a kink, or x' is mostly
+  // rounding.
+  constexpr double kShortestMeasured = 1e-9;
+  if (end - sources.begin < kShortestMeasured * problem_.horizon) return;
+  Measure(x, y, sources.g * at_end, active, at_nodes_, certificate_.node_complementarity);
+  const LegendreVector at_check = LegendreValues(sources.check_s);
+  const Vector x_check = step.x * at_check;
+  const Vector y_check = step.y * at_check;
+  Measure(x_check, y_check, sources.g_at_check, active, between_nodes_, certificate_.midpoint_complementarity);
+  const Vector slope = problem_.A * x_check + problem_.B * y_check + sources.f_at_check;
+  const Vector x_slope = step.x * (2 / sources.length * (GetLegendreBasis().derivative * at_check));
+  slope_size_ = slope_size_.cwiseMax(problem_.A.AbsTimes(x_check.cwiseAbs()) + problem_.B.AbsTimes(y_check.cwiseAbs()) +
+                                     sources.f_at_check.cwiseAbs());
+  RaiseRowMaxAbs(x_slope - slope, defect_);
+  // What stays zero is not zero to the last bit: a state is a sum of what it moves by, y of the terms that cancel in
+  // it.
+  constexpr double kOfTerms = 1e-8;
+  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(kOfTerms * sources.length * slope_size_));
+  Vector of_y = Vector::Zero(y.size());
+  for (const Index i : active) of_y[i] = kOfTerms * step.guard_terms[i];
+  w_size_ = w_size_.cwiseMax(problem_.M.AbsTimes(of_y));
+  certificate_.ode_scale = NanMax(certificate_.ode_scale, MaxAbs(slope));
+}
+
+// By blocks, so that the values of P_0 ... P_K are made side by side.
+void EventOutput::RecordNodes(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
+                              const LegendreSeries& w, double end, double s_end) {
+  constexpr Index kBlock = 256;
+  while (HasNodeBefore(end)) {
+    places_.resize(kBlock);
+    Index count = 0;
+    for (; count < kBlock && next_node_ + count < num_nodes_ && grid_.times[next_node_ + count] < end; ++count) {
+      const double t = grid_.times[next_node_ + count];
+      places_[count] = t == sources.begin ? -1 : std::clamp(2 * (t - sources.begin) / sources.length - 1, -1.0, s_end);
+    }
+    LegendreValuesAt(places_.head(count), values_);
+    const bool starts_at_node = grid_.times[next_node_] == sources.begin;
+    for (Index i = 0; i < count; ++i) {
+      const LegendreVector at = values_.row(i);
+      const Index column = next_node_ - segment_.first_node;
+      segment_.x.col(column).noalias() = step.x * at;
+      segment_.y.col(column).noalias() = step.y * at;
+      w_.col(column).noalias() = w * at;
+      segment_.y.col(column) = segment_.y.col(column).cwiseMax(0);
+      w_.col(column) = w_.col(column).cwiseMax(0);
+      if (i == 0 && starts_at_node) segment_.x.col(column) = x_begin;
+      ++next_node_;
+    }
+  }
+}
+
+void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
+                             const Vector& w, const Vector& g) {
+  while (HasNodeBefore(end)) {
+    const double part = (grid_.times[next_node_] - begin) / (end - begin);
+    Record((1 - part) * x_begin + part * x_end, y, w);
+  }
+  if (keeps_pieces_) {
+    Matrix line(x_begin.size(), 2);
+    line << (x_begin + x_end) / 2, (x_end - x_begin) / 2;
+    pieces_.push_back({begin, end, end - begin, std::move(line), y, w});
+  }
+  std::vector<Index> active;
+  for (Index i = 0; i < y.size(); ++i) {
+    if (y[i] > 0) active.push_back(i);
+  }
+  Measure(x_end, y, g, active, at_nodes_, certificate_.node_complementarity);
+  RaiseScale(x_begin);
+  RaiseScale(x_end);
+}
+
+void EventOutput::RaiseScale(const Vector& x) { certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x)); }
+
+EventOutput::Stretch EventOutput::EndStretch(double end, const Vector& x, const Vector& y, const Vector& w) {
+  const bool has_node = next_node_ < num_nodes_ && grid_.times[next_node_] == end;
+  if (has_node) Record(x, y, w);
+  Stretch stretch = Finish();
+  if (has_node) --next_node_;  // it is the first node of the next stretch, too
+  segment_.first_node = next_node_;
+  return stretch;
+}
+
+EventOutput::Stretch EventOutput::Finish() const {
+  const Index nodes = next_node_ - segment_.first_node;
+  Stretch stretch;
+  Segment& segment = stretch.segment;
+  segment.first_node = segment_.first_node;
+  segment.steps = nodes - 1;
+  segment.x = segment_.x.leftCols(nodes);
+  segment.y = segment_.y.leftCols(nodes);
+  stretch.w = w_.leftCols(nodes);
+  return stretch;
+}
+
+void EventOutput::Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                         const Eigen::Ref<const Vector>& w) {
+  segment_.x.col(next_node_ - segment_.first_node) = x;
+  segment_.y.col(next_node_ - segment_.first_node) = y;
+  w_.col(next_node_ - segment_.first_node) = w;
+  ++next_node_;
+}
+
+void EventOutput::Measure(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                          const Eigen::Ref<const Vector>& g, const std::vector<Index>& active, Misfit& misfit,
+                          double& complementarity) {
+  const Vector w = problem_.N * x + g + problem_.M * y;
+  w_size_ = w_size_.cwiseMax(problem_.N.AbsTimes(x.cwiseAbs()) + g.cwiseAbs() + problem_.M.AbsTimes(y.cwiseAbs()));
+  Vector of_w = (-w).cwiseMax(0);
+  for (const Index i : active) of_w[i] = std::abs(w[i]);
+  RaiseRowMaxAbs((-y).cwiseMax(0), misfit.y);
+  RaiseRowMaxAbs(of_w, misfit.w);
+  complementarity = NanMax(complementarity, std::abs(y.dot(w)));
+  certificate_.lcp_scale = NanMax(certificate_.lcp_scale, NanMax(MaxAbs(y), MaxAbs(w)));
+}
+
+// The largest part of a row that an entry of the column is.
+double EventOutput::PartIn(const Matrix& matrix, Index column, const Vector& size) const {
+  double largest = 0;
+  for (Index i = 0; i < size.size(); ++i) {
+    if (size[i] > 0) largest = std::max(largest, std::abs(matrix(i, column)) / size[i]);
+  }
+  return largest;
+}
+
+double EventOutput::Relative(const Misfit& misfit) const {
+  double largest = 0;
+  for (Index i = 0; i < w_size_.size(); ++i) {
+    if (misfit.w[i] != 0) largest = NanMax(largest, misfit.w[i] / w_size_[i]);
+    if (misfit.y[i] == 0) continue;
+    const double part = std::max(PartIn(problem_.M.Dense(), i, w_size_), PartIn(problem_.B.Dense(), i, slope_size_));
+    largest = NanMax(largest, misfit.y[i] * part);
+  }
+  return largest;
+}
+
+Certificate EventOutput::certificate() const {
+  Certificate certificate = certificate_;
+  certificate.node_residual_of_rows = Relative(at_nodes_);
+  certificate.midpoint_residual_of_rows = Relative(between_nodes_);
+  certificate.node_residual = certificate.node_residual_of_rows * certificate.lcp_scale;
+  certificate.midpoint_residual = certificate.midpoint_residual_of_rows * certificate.lcp_scale;
+  double defect = 0;
+  for (Index i = 0; i < defect_.size(); ++i) {
+    if (defect_[i] != 0) defect = NanMax(defect, defect_[i] / std::max(terms_[i], slope_size_[i]));
+  }
+  certificate.ode_defect = defect * certificate.ode_scale;
+  return certificate;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/event_driven/rounded_data.h"
+
+#include <limits>
+
+#include "core/event_driven/error_growth.h"
+
+namespace dlcs {
+namespace {
+
+// Of one number after the other.
+class Rounding {
+ public:
+  Rounding(double ulps, unsigned seed) : change_(ulps * std::numeric_limits<double>::epsilon()), seed_(seed) {}
+
+  Vector Factors(Index size) {
+    ++seed_;
+    return (1 + change_ * SignsOfRounding(size, seed_).array()).matrix();
+  }
+  void Round(Matrix& matrix) { matrix.reshaped().array() *= Factors(matrix.size()).array(); }
+  void Round(SparseMatrix& matrix) { matrix.coeffs() *= Factors(matrix.nonZeros()).array(); }
+  void Round(StructuredMatrix& matrix) {
+    if (matrix.is_dense()) return Round(matrix.MutableDense());
+    if (matrix.sparse() == nullptr) return;
+    SparseMatrix sparse = *matrix.sparse();
+    sparse.makeCompressed();
+    Round(sparse);
+    matrix = sparse;
+  }
+  void Round(TimeFunction& function, Index size) {
+    if (function.is_lifted()) return Round(function.lift);
+    SparseMatrix factors(size, size);
+    factors.setIdentity();
+    Round(factors);
+    function.lift = factors;
+  }
+
+ private:
+  double change_;
+  unsigned seed_;
+};
+
+}  // namespace
+
+Problem WithRoundedData(const Problem& problem, double ulps, bool changes_M, unsigned seed) {
+  constexpr unsigned kMatrices = 16;  // more than are rounded
+  Rounding rounding(ulps, kMatrices * seed);
+  Problem rounded = problem;
+  rounding.Round(rounded.A);
+  rounding.Round(rounded.B);
+  rounding.Round(rounded.N);
+  if (changes_M) rounding.Round(rounded.M);
+  rounded.x0.array() *= rounding.Factors(rounded.x0.size()).array();
+  rounding.Round(rounded.f, rounded.num_states());
+  rounding.Round(rounded.g, rounded.num_constraints());
+  return rounded;
+}
+
+}  // namespace dlcs

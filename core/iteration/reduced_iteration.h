@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The iteration of Wu & Chen without states.
+
+#ifndef DLCS_CORE_ITERATION_REDUCED_ITERATION_H_
+#define DLCS_CORE_ITERATION_REDUCED_ITERATION_H_
+
+#include "core/context/solve_context.h"
+
+namespace dlcs {
+
+// LaplaceIteration() of a system that context.realised carries: what the windows before have done to N x comes from the memory of
+// the kernel, and each iteration is one response of the kernel. Windows end with their run.
+bool ReducedIteration(SolveContext& context);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_ITERATION_REDUCED_ITERATION_H_

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// A window of the iteration on states: consecutive steps, of one length or of several.
+
+#ifndef DLCS_CORE_ITERATION_WINDOW_H_
+#define DLCS_CORE_ITERATION_WINDOW_H_
+
+#include <vector>
+
+#include "core/context/solve_context.h"
+#include "core/discretization/segment.h"
+#include "core/iteration/window_model.h"
+#include "core/laplace/kernel.h"
+#include "core/stepping/stepping.h"
+
+namespace dlcs {
+
+// What depends on the step length alone.
+struct StepTools {
+  StepTools(SolveContext& context, double step)
+      : marcher(MakeMarcher(context, "exp-PL", step,
+                            [&](double h) { return ExponentialPiecewiseLinear(context.problem, h); })),
+        kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers,
+               *context.solution.kernel) {}
+  const Scheme& scheme() const { return marcher.scheme(); }
+  Marcher marcher;  // for the steps that must be marched
+  Kernel kernel;
+};
+
+// The steps of one run that lie in a window.
+struct WindowPiece {
+  StepTools* tools;
+  Segment segment;
+};
+
+// q by one convolution where all steps have one length, else by the states.
+class Window final : public WindowModel {
+ public:
+  // Empty, from the state `start` and the multiplier `y_start`. Keeps references to the first two.
+  Window(SolveContext& context, const Vector& start, const Vector& y_start);
+
+  // Appends a piece with its sources.
+  void Append(StepTools& tools, Segment segment);
+  const std::vector<WindowPiece>& pieces() const { return pieces_; }
+
+  Index first_node() const override { return pieces_.front().segment.first_node; }
+  Matrix Frozen() override;
+  Matrix Constant() override;
+  void Follow(Matrix& q) override;
+  Vector Sizes() const override;
+  double KernelBound() override;
+  void Finish() override { Propagate(); }
+  LcpVerdict March(Departures& departures) override;
+
+ private:
+  // The tools that all pieces share; null where the steps have several lengths, or the kernel grows too far.
+  StepTools* SharedTools();
+  // Fills x and y of all pieces from the start and y by the recursion of their schemes; returns q. Cost: O(m²) a step.
+  Matrix Propagate();
+
+  SolveContext& context_;
+  const Vector& start_;
+  std::vector<WindowPiece> pieces_;
+  Matrix g_;       // n × steps + 1
+  Matrix frozen_;  // q with y frozen
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_ITERATION_WINDOW_H_

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/iteration/window_control.h"
+
+#include <algorithm>
+
+#include "core/linalg/norms.h"
+
+namespace dlcs {
+namespace {
+
+// A window that took no more iterations is doubled next time; of one that took more than many the width is sought.
+constexpr Index kFewIterations = 10;
+constexpr Index kManyIterations = 20;
+// What an iteration costs beside its steps, in steps.
+constexpr Index kStepsOfOverhead = 16;
+// Windows for which a width that failed is not tried again.
+constexpr Index kMemory = 8;
+// Growth of the change that is taken for divergence where the window may shrink. The hump of a convergent
+// iteration can be higher; shrinking is then cheaper than climbing it.
+constexpr double kDivergence = 1e3;
+// So is a change that is no smaller than this many iterations ago.
+constexpr size_t kPatience = 5;
+
+}  // namespace
+
+double RelativeChange(const Vector& size, const Vector& change) {
+  constexpr double kVanishing = 1e-10;
+  const double largest = MaxAbs(size);
+  if (largest == 0) return MaxAbs(change);
+  return MaxAbs(change.cwiseQuotient(size.cwiseMax(kVanishing * largest)));
+}
+
+bool Converged(const std::vector<double>& changes, double tolerance) {
+  const double change = changes.back();
+  constexpr double kRounding = 1e-15;
+  if (change <= kRounding) return true;
+  if (changes.size() == 1) return false;
+  const double contraction = change / changes[changes.size() - 2];
+  if (contraction >= 1) return change <= 1e2 * kRounding;
+  return change <= tolerance && change * contraction / (1 - contraction) <= tolerance;
+}
+
+bool Diverging(const std::vector<double>& changes) {
+  const double change = changes.back();
+  if (change > kDivergence * std::max(changes.front(), 1e-3)) return true;
+  return changes.size() > kPatience && change >= changes[changes.size() - 1 - kPatience];
+}
+
+void WindowWidth::Accept(Index steps, Index iterations) {
+  if (patience_ > 0) --patience_;
+  if (iterations > kManyIterations) {
+    const auto taken = static_cast<double>(iterations);
+    return Seek(steps, taken * static_cast<double>(steps + kStepsOfOverhead) / static_cast<double>(steps));
+  }
+  cost_ = 0;
+  grows_ = false;
+  if (iterations <= kFewIterations) width_ = std::min(kLongestWindow, std::max(width_, 2 * steps));
+}
+
+void WindowWidth::Seek(Index steps, double cost) {
+  const bool rose = cost_ > 0 && cost >= cost_;
+  cost_ = cost;
+  if (rose) grows_ = !grows_;
+  if (steps == 1) grows_ = true;
+  const Index wider = std::min(kLongestWindow, 2 * steps);
+  const bool may_grow = wider > steps && (patience_ == 0 || wider < ceiling_);
+  width_ = grows_ && may_grow ? wider : grows_ ? steps : std::max<Index>(1, steps / 2);
+}
+
+void WindowWidth::Reject(Index steps) {
+  *this = WindowWidth(std::max<Index>(1, steps / 2));
+  ceiling_ = steps;
+  patience_ = kMemory;
+}
+
+}  // namespace dlcs

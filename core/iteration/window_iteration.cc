@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/iteration/window_iteration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/iteration/anderson.h"
+#include "core/iteration/jump_test.h"
+#include "core/iteration/window_control.h"
+#include "core/laplace/iteration_bounds.h"
+#include "core/lcp/basis/tolerance.h"
+#include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
+
+namespace dlcs {
+namespace {
+
+// The bound of change k in terms of the first: the discrete kernel is at most κ h per step, so with the rate L κ h
+// |q^{k} - q^{k-1}|_j <= (L κ h)^{k-1} C(j + k - 2, k - 1) |q^1 - q^0|, which tends to (L κ t)^{k-1}/(k-1)!.
+double LogBound(double rate, Index steps, Index k, double first_change) {
+  if (std::isnan(rate)) return rate;
+  return LogReducedFactor(rate, static_cast<double>(steps), static_cast<int>(k - 1)) + std::log(first_change);
+}
+
+// Takes y from `guess`, frozen at its end; returns q.
+Matrix Guess(const Matrix& guess, WindowModel& window) {
+  const Index known = std::min(guess.cols(), window.steps());
+  window.y.middleCols(1, known) = guess.leftCols(known);
+  window.y.rightCols(window.steps() - known).colwise() = guess.col(known - 1);
+  Matrix q;
+  window.Follow(q);
+  return q;
+}
+
+// Windows in flight that grow beyond this would drown the first one in the rounding of the convolution.
+bool IsTame(const Matrix& next, const Matrix& q, const Vector& size) {
+  constexpr double kMostGrowth = 1e3;
+  return RelativeChange(size, RowMaxAbs(next - q)) <= kMostGrowth;
+}
+
+}  // namespace
+
+WindowIteration::WindowIteration(SolveContext& context, bool may_shrink)
+    : context_(context), problem_(context.problem), may_shrink_(may_shrink), batch_(problem_.M, context.choice()) {}
+
+Index WindowIteration::max_iterations() const {
+  if (context_.options.max_iterations > 0) return context_.options.max_iterations;
+  return may_shrink_ ? kMostIterationsOfShrinking : kMostIterationsOfFixed;
+}
+
+WindowResult WindowIteration::Run(Index number, WindowModel& window, const Flight& flight) {
+  const Index steps = window.steps(), first = flight.steps;
+  const Vector y_start = window.y.col(0);
+  WindowResult result{WindowEnd::kIterationLimit, 0, {}};
+  Matrix q = window.Frozen();  // x^0: y frozen at y_a
+  if (flight.guess.cols() > 0) q = Guess(flight.guess, window);
+  Matrix next;
+  Vector size = window.Sizes();
+  const bool accelerated = context_.options.acceleration > 0;
+  double rate = std::numeric_limits<double>::quiet_NaN();
+  if (const double bound = window.KernelBound(); !accelerated)
+    rate = context_.matrix_class.lipschitz.value_or(rate) * bound;
+  if (context_.stop.stop_requested()) {  // perhaps with a kernel shorter than the window
+    result.end = WindowEnd::kCancelled;
+    return result;
+  }
+  AndersonAcceleration acceleration(context_.options.acceleration);
+
+  bool from_constant_state = false;
+  std::vector<double> changes;  // relative to the size of each row
+  double first_change = 0;
+  if (!q.allFinite()) {
+    result.end = WindowEnd::kDiverged;
+    result.why = "the state is not finite";
+    return result;
+  }
+  while (result.iterations < max_iterations()) {
+    const Index k = ++result.iterations;
+    ++context_.solution.cost.iterations;
+    const double lcp_begin = context_.Seconds();
+    const LcpBatchOutcome lcps = batch_.Solve(q.rightCols(steps), kLcpTolerance * size, context_.workers, context_.stop,
+                                              window.y.rightCols(steps));
+    context_.solution.cost.lcps += steps;
+    const double lcp_end = context_.Seconds();
+    context_.solution.cost.seconds_lcp += lcp_end - lcp_begin;
+    if (lcps.cancelled) {
+      result.end = WindowEnd::kCancelled;
+      return result;
+    }
+    if (lcps.verdict != LcpVerdict::kSolved && lcps.column >= first) {
+      result.end = WindowEnd::kFlightFailed;
+      return result;
+    }
+    if (lcps.verdict != LcpVerdict::kSolved && k == 1 && !from_constant_state) {
+      // Theorem 3.2 of [Wu & Chen] has feasible iterates from the constant start, on windows short enough.
+      from_constant_state = true;
+      q = window.Constant();
+      window.y = y_start.replicate(1, steps + 1);
+      result.iterations = 0;
+      continue;
+    }
+    if (lcps.verdict != LcpVerdict::kSolved) {
+      result.end = WindowEnd::kInfeasibleIterate;
+      const double t = context_.grid.times[window.first_node() + 1 + lcps.column];
+      result.why = std::string("the LCP of iterate ") + std::to_string(k) + " at t = " + FormatNumber(t) +
+                   " ended as " + LcpVerdictName(lcps.verdict);
+      return result;
+    }
+    if (const auto jump = FindJump(q, window)) {
+      result.end = WindowEnd::kJump;
+      result.why = *jump;
+      return result;
+    }
+
+    window.Follow(next);
+    if (first < steps && !IsTame(next, q, size)) {
+      result.end = WindowEnd::kFlightFailed;
+      return result;
+    }
+    const Judgement seen = Judge(q, next, window.y, first + 1);
+    size = size.cwiseMax(seen.row_size);
+    const double change = RelativeChange(size, seen.row_change);
+    if (accelerated) next = acceleration.Next(q, next, size);
+    q.swap(next);
+    context_.solution.cost.seconds_linear += context_.Seconds() - lcp_end;
+    changes.push_back(change);
+    if (k == 1) first_change = MaxAbs(seen.row_change);
+    IterateReport report;
+    report.window = number, report.iteration = k;
+    report.change = MaxAbs(seen.row_change), report.lcp_residual = seen.residual;
+    Report(report, LogBound(rate, first, k, first_change), window, first + 1);
+
+    if (Converged(changes, context_.options.iteration_tolerance)) {
+      result.end = WindowEnd::kConverged;
+      if (first == steps) window.Finish();
+      return result;
+    }
+    if (!std::isfinite(change) || (may_shrink_ && Diverging(changes))) {
+      result.end = WindowEnd::kDiverged;
+      result.why = "the iterates diverge (N x + g changed by " + FormatNumber(change) + " of its size)";
+      return result;
+    }
+  }
+  result.why = "the change of N x + g is still " + FormatNumber(changes.back()) + " of its size";
+  return result;
+}
+
+// In one pass: by blocks of columns that stay in the second cache.
+WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y,
+                                                  Index columns) const {
+  constexpr Index kColumnsPerBlock = 32;
+  Judgement seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
+  Matrix w;
+  for (Index begin = 0; begin < columns; begin += kColumnsPerBlock) {
+    LookForStop();
+    const Index count = std::min(kColumnsPerBlock, columns - begin), first = begin == 0 ? 1 : 0;  // y_0 is given
+    const auto after = next.middleCols(begin, count);
+    RaiseRowMaxAbs(after - q.middleCols(begin, count), seen.row_change);
+    RaiseRowMaxAbs(after, seen.row_size);
+    const auto y_block = y.middleCols(begin, count);
+    w.noalias() = problem_.M * y_block;
+    w += after;
+    seen.residual =
+        NanMax(seen.residual, NaturalResidual(y_block.rightCols(count - first), w.rightCols(count - first)));
+  }
+  return seen;
+}
+
+// Where y is a Lipschitz function only perhaps: the first step over which an iterate's y changes by more than any
+// piece of the function allows.
+std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const WindowModel& window) const {
+  if (!context_.largest_slope) return std::nullopt;
+  const auto jump = FindSteepStep(q, window.y, *context_.largest_slope);
+  if (!jump) return std::nullopt;
+  return DescribeSteepStep(*jump, context_.grid.times[window.first_node() + jump->column], *context_.largest_slope);
+}
+
+void WindowIteration::Report(IterateReport report, double log_bound, const WindowModel& window, Index columns) {
+  report.seconds = context_.Seconds();
+  if (std::isfinite(log_bound)) report.log10_bound = log_bound / std::log(10.0);
+  const auto times = std::span(context_.grid.times).subspan(static_cast<size_t>(window.first_node()));
+  context_.observer.OnIterate(report, {times.first(static_cast<size_t>(columns)), window.y.leftCols(columns)});
+}
+
+}  // namespace dlcs

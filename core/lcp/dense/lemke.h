@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lemke's complementary pivoting.
+
+#ifndef DLCS_CORE_LCP_DENSE_LEMKE_H_
+#define DLCS_CORE_LCP_DENSE_LEMKE_H_
+
+#include <vector>
+
+#include "core/lcp/basis/lcp_solver.h"
+#include "core/lcp/basis/scaled_lcp.h"
+
+namespace dlcs {
+
+enum class LemkeEnd { kBasis, kRay, kPivotLimit };
+
+// Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau of the nonbasic columns; ties in the ratio
+// test are broken lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix, positive
+// semidefinite (copositive-plus) or strictly semicopositive, and for many other matrices.
+//
+// Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity
+// problem.
+//         Academic Press. Algorithm 4.4.5, lexicographic rule (4.9).
+//
+// Work space for n is allocated once, n² numbers; a pivot costs 2n² operations and a solve typically takes n to
+// 3n of them. Not safe to share between threads.
+class Lemke {
+ public:
+  explicit Lemke(Index n);
+  Lemke(const Lemke& other) : Lemke(other.n_) {}  // work space for problems of the same size
+
+  // Entries of the tableau below `zero` times the largest of their column do not become pivots.
+  // kBasis: `basis` holds a complementary basis that the tableau takes for a solution; to be checked.
+  // kRay: ray() holds the direction.
+  LemkeEnd Run(const ScaledLcp& lcp, double zero, Basis& basis);
+
+  // The y-part of the secondary ray, scaled. For copositive-plus M it proves that there is no solution.
+  const Vector& ray() const { return ray_; }
+
+  Index pivots() const { return pivots_; }  // of the last Run()
+
+ private:
+  static constexpr Index kNone = -1;
+  static constexpr Index kAlign = 8;  // rows are filled up with zeros to as many
+
+  Index right() const { return n_ + 1; }  // the column of the right-hand side
+
+  void Load(const ScaledLcp& lcp);
+  Index RatioTest(Index entering_column, double zero);
+  void BreakTie(Index entering_column);
+  void Pivot(Index row, Index column);
+  void RecordRay(Index entering);
+
+  Index n_;
+  // Variables are w (n), y (n) and z₀. Columns: those that are not basic (n + 1), and the right-hand side.
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> tableau_;
+  std::vector<Index> basic_;     // the variable that is basic in a row
+  std::vector<Index> nonbasic_;  // the variable of a column
+  std::vector<Index> column_;    // of a variable, or kNone
+  std::vector<Index> ties_;
+  Vector ray_;
+  Index pivots_ = 0;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_LCP_DENSE_LEMKE_H_

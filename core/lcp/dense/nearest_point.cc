@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/lcp/dense/nearest_point.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "core/lcp/dense/complementary_solver.h"
+#include "core/linalg/equilibration.h"
+
+namespace dlcs {
+namespace {
+
+// Entries of E v - e and of negative G v - g up to this part of what they are summed from count as zero.
+constexpr double kRounding = 1e-11;
+
+// Rows of `E` that span all of them, by elimination with row exchanges, in units in which its entries are of size one.
+std::vector<Index> IndependentRows(const Matrix& E) {
+  if (E.rows() == 0) return {};
+  Eigen::ColPivHouseholderQR<Matrix> qr(Scaled(E, EquilibrateRowsAndColumns(E)).transpose());
+  qr.setThreshold(kRounding);
+  const auto& order = qr.colsPermutation().indices();
+  return std::vector<Index>(order.data(), order.data() + qr.rank());
+}
+
+// The units of a polyhedron in which the entries of E and G are of size one, and what its bounds are in them.
+struct Units {
+  explicit Units(const Polyhedron& polyhedron) {
+    Matrix all(polyhedron.E.rows() + polyhedron.G.rows(), std::max(polyhedron.E.cols(), polyhedron.G.cols()));
+    if (polyhedron.E.rows() > 0) all.topRows(polyhedron.E.rows()) = polyhedron.E;
+    if (polyhedron.G.rows() > 0) all.bottomRows(polyhedron.G.rows()) = polyhedron.G;
+    scale = EquilibrateRowsAndColumns(all);
+    for (Index i = 0; i < polyhedron.e.size(); ++i) bound = std::max(bound, of_E(i) * std::abs(polyhedron.e[i]));
+    for (Index i = 0; i < polyhedron.g.size(); ++i)
+      bound = std::max(bound, scale.row[polyhedron.e.size() + i] * std::abs(polyhedron.g[i]));
+  }
+  double of_E(Index i) const { return scale.row[i]; }
+
+  Equilibration scale;
+  double bound = 0;
+};
+
+// The inequalities are rows of the program, which judges them; of the equations, those that depend on others are not.
+bool Contains(const Polyhedron& polyhedron, const Vector& v) {
+  const Matrix& E = polyhedron.E;
+  const Units units(polyhedron);
+  const Vector miss = E * v - polyhedron.e;
+  const Vector size = E.cwiseAbs() * v.cwiseAbs() + polyhedron.e_size;
+  for (Index i = 0; i < miss.size(); ++i) {
+    if (!(std::abs(miss[i]) <= kRounding * (size[i] + units.bound / units.of_E(i)))) return false;
+  }
+  return true;
+}
+
+struct Minimum {
+  LcpVerdict verdict = LcpVerdict::kPivotLimit;
+  Vector v;
+};
+
+// One quadratic program.
+Minimum Minimise(const Polyhedron& polyhedron, const Selector& selector) {
+  const auto& [E, e, e_size, G, g, g_size] = polyhedron;
+  const std::vector<Index> rows = IndependentRows(E);
+  const Index n = selector.C.cols();
+  const Index r = static_cast<Index>(rows.size());
+  Matrix A(2 * r + G.rows(), n);
+  Vector a(A.rows());
+  A.topRows(r) = E(rows, Eigen::all);
+  A.middleRows(r, r) = -E(rows, Eigen::all);
+  A.bottomRows(G.rows()) = G;
+  a.head(r) = e(rows);
+  a.segment(r, r) = -e(rows);
+  a.tail(g.size()) = g;
+
+  const Index size = n + A.rows();
+  Matrix kkt = Matrix::Zero(size, size);
+  kkt.topLeftCorner(n, n) = selector.C.transpose() * selector.C;
+  kkt.topRightCorner(n, A.rows()) = -A.transpose();
+  kkt.bottomLeftCorner(A.rows(), n) = A;
+  Vector rhs(size);
+  rhs.head(n) = -selector.C.transpose() * selector.b;
+  rhs.tail(A.rows()) = -a;
+
+  ComplementarySolver solver(kkt, ComplementarySolver::Known::kNothing);
+  // The bounds come from somebody's arithmetic. Where a basis is nearly singular their rounding is blown up.
+  Vector solution(size), tolerance = Vector::Zero(size);
+  Minimum minimum;
+  for (const double rounding : {1e-13, 1e-11}) {
+    tolerance.tail(A.rows()) << rounding * e_size(rows), rounding * e_size(rows), rounding * g_size;
+    Basis basis(static_cast<std::size_t>(size), 0);
+    minimum.verdict = solver.Solve(rhs, tolerance, basis, solution);
+    minimum.v = solution.head(n);
+    if (minimum.verdict == LcpVerdict::kInfeasible) return minimum;
+    if (minimum.verdict == LcpVerdict::kSolved && Contains(polyhedron, minimum.v)) return minimum;
+  }
+  return {};
+}
+
+}  // namespace
+
+Polyhedron SolutionFaceOf(const Matrix& M, const Vector& q, const std::vector<Index>& S) {
+  std::vector<Index> rest;
+  for (Index i = 0, p = 0; i < q.size(); ++i) {
+    if (p < static_cast<Index>(S.size()) && S[p] == i) {
+      ++p;
+    } else {
+      rest.push_back(i);
+    }
+  }
+  return {.E = M(S, S),
+          .e = -q(S),
+          .e_size = q(S).cwiseAbs(),
+          .G = M(rest, S),
+          .g = -q(rest),
+          .g_size = q(rest).cwiseAbs()};
+}
+
+Polyhedron ConvexSolutionSet(const Matrix& M, const Vector& q, const Vector& solution) {
+  const Index n = M.rows();
+  Matrix E(n + 1, n);
+  E.topRows(n) = M + M.transpose();
+  E.row(n) = q.transpose();
+  return {.E = E,
+          .e = E * solution,
+          .e_size = E.cwiseAbs() * solution.cwiseAbs(),
+          .G = M,
+          .g = (-q).cwiseMin(M * solution),
+          .g_size = q.cwiseAbs() + M.cwiseAbs() * solution.cwiseAbs()};
+}
+
+bool HasOtherPoint(const Polyhedron& polyhedron, const Vector& v) {
+  constexpr double kGoldenRatio = 0.6180339887498949;
+  const Units units(polyhedron);
+  const Vector inverse = units.scale.column.cwiseInverse();
+  Vector direction(v.size());
+  for (Index i = 0; i < v.size(); ++i)
+    direction[i] = inverse[i] * (1 + std::fmod(kGoldenRatio * static_cast<double>(i + 1), 1.0));
+  const double largest = std::max(units.bound, 2 * v.cwiseProduct(inverse).lpNorm<Eigen::Infinity>());
+  const double far = largest > 0 ? largest : 1;
+  for (const double shift : {far, -far}) {
+    const Minimum other = Minimise(polyhedron, {direction.transpose(), Vector::Constant(1, direction.dot(v) + shift)});
+    if (other.verdict != LcpVerdict::kSolved) continue;
+    if ((other.v - v).cwiseProduct(inverse).lpNorm<Eigen::Infinity>() > 1e-8 * far) return true;
+  }
+  return false;
+}
+
+NearestPoint FindNearestPoint(const Polyhedron& polyhedron, const Selector& selector) {
+  const Index n = selector.C.cols();
+  NearestPoint nearest;
+  const Minimum first = Minimise(polyhedron, selector);
+  if (first.verdict == LcpVerdict::kInfeasible) nearest.answer = Feasibility::kInfeasible;
+  if (first.verdict != LcpVerdict::kSolved) return nearest;
+  nearest.answer = Feasibility::kFeasible;
+  nearest.v = first.v;
+  nearest.distance = (selector.C * first.v - selector.b).norm();
+
+  // All minimisers have the same C v. Where that does not fix v: the least in norm among them.
+  Polyhedron minimisers = polyhedron;
+  const Index rows = polyhedron.E.rows();
+  minimisers.E.conservativeResize(rows + selector.C.rows(), n);
+  minimisers.E.bottomRows(selector.C.rows()) = selector.C;
+  minimisers.e.conservativeResize(minimisers.E.rows());
+  minimisers.e.tail(selector.C.rows()) = selector.C * first.v;
+  minimisers.e_size.conservativeResize(minimisers.E.rows());
+  minimisers.e_size.tail(selector.C.rows()) = selector.C.cwiseAbs() * first.v;
+  if (static_cast<Index>(IndependentRows(minimisers.E).size()) == n) return nearest;
+  const Minimum least = Minimise(minimisers, {Matrix::Identity(n, n), Vector::Zero(n)});
+  if (least.verdict == LcpVerdict::kSolved) nearest.v = least.v;
+  nearest.unique = !HasOtherPoint(minimisers, nearest.v);
+  return nearest;
+}
+
+}  // namespace dlcs

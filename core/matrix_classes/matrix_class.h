@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is known about the matrix M of a linear complementarity problem, and which solution rule it admits.
+
+#ifndef DLCS_CORE_MATRIX_CLASSES_MATRIX_CLASS_H_
+#define DLCS_CORE_MATRIX_CLASSES_MATRIX_CLASS_H_
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/matrix_classes/fact.h"
+#include "core/problem/problem.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+struct MatrixClass {
+  Fact z;                      // off-diagonal entries <= 0
+  Fact p;                      // all principal minors > 0
+  Fact positive_semidefinite;  // yᵀMy >= 0 for all y (M need not be symmetric)
+  Fact hidden_z;               // looked for only where the rule asks for it; the witness holds X, Y, r and s
+  Index size = 0;              // n
+  bool zero = false;           // M = 0
+  bool zero_row = false;       // some row of M is zero: a constraint on the state alone
+  // max ‖(M_SS)⁻¹‖_∞ over nonsingular principal submatrices: the Lipschitz constant L (2.3) of [Chen & Xiang
+  // 2013] of the solution (P) or least-element solution (Z, hidden Z); absent for other matrices. Exact for n <= 12 and
+  // for M-matrices; beyond, a bound for H-matrices (diagonally dominant ones among them) and positive
+  // definite ones, otherwise absent. See core/matrix_classes/lipschitz.h.
+  std::optional<double> lipschitz;
+  // For people, the strongest statement first: "P- and Z-matrix (nonsingular M-matrix)".
+  std::string description;
+};
+
+// Classifies `M` (square, finite, n >= 1), with what `rule` needs to know. Exact P-test (all principal
+// minors, by recursive Schur complements) for n <= 20, and for Z-matrices of any size; beyond, sufficient and
+// necessary polynomial tests, otherwise unknown. What is zero to working precision counts as zero. O(2ⁿ) up
+// to 20, O(n³) beyond.
+MatrixClass Classify(const Matrix& M, SolutionRule rule = SolutionRule::kAuto);
+
+// Whether no off-diagonal entry of `M` is positive. No comes with `witness.indices` = {i, j}, increasing, and
+// `witness.value` = M_ij or M_ji, which is positive.
+Fact TestZMatrix(const Matrix& M);
+
+// The rule a solver follows once M is known.
+enum class Selection {
+  kUnique,              // M is a P-matrix
+  kLeastElement,        // M is a Z-matrix
+  kHiddenLeastElement,  // M is a hidden Z-matrix
+  kLeastNorm,           // M is positive semidefinite, or small
+  kMinimiser,           // the same
+  kSparsest,            // M is small
+  kAny,                 // none of these: any solution; only coupled steps make sense
+};
+const char* SelectionName(Selection selection);  // "the one solution", "the least element", ...
+
+// A selection with what a solver needs to make it.
+struct SolutionChoice {
+  SolutionChoice(Selection selected) : selection(selected) {}  // enough for all but the two below
+  SolutionChoice(Selection selected, const std::optional<Selector>& by, const MatrixClass& matrix_class)
+      : selection(selected), selector(by), X(matrix_class.hidden_z.witness.X) {}
+
+  Selection selection;
+  std::optional<Selector> selector = std::nullopt;  // for kMinimiser
+  Matrix X = {};                                    // for kHiddenLeastElement: M X = Y, (4.10) of [Chen & Xiang]
+};
+
+// Whether y is a Lipschitz function of q for every M that admits the selection: kUnique, kLeastElement and
+// kHiddenLeastElement. The least norm is not ([Chen & Xiang], Remark 2.1), nor is any other minimiser.
+bool IsAlwaysLipschitz(Selection selection);
+
+// Up to this size all 2ⁿ choices of active constraints are looked at where no class of M helps.
+inline constexpr Index kMaxSolutionEnumeration = 12;
+
+// Judges `rule` on M. kAuto: P first (unique), then Z without a zero row (least element), otherwise kAny. A
+// zero row i asks N x + g >= 0 of the state alone; its y_i is a multiplier that the least element would set
+// to zero. A rule whose solution another selection finds as well gives that one: where the solution is
+// unique, every rule means it; for a Z-matrix without a zero row, whose least element is the least in norm. Errors:
+// InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
+absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_MATRIX_CLASSES_MATRIX_CLASS_H_

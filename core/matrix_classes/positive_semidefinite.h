@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The quadratic form yᵀMy of a matrix that need not be symmetric.
+
+#ifndef DLCS_CORE_MATRIX_CLASSES_POSITIVE_SEMIDEFINITE_H_
+#define DLCS_CORE_MATRIX_CLASSES_POSITIVE_SEMIDEFINITE_H_
+
+#include <optional>
+
+#include "core/matrix_classes/matrix_class.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Whether yᵀMy >= 0 for all y, with the reason or a witness. Exact zeros are kept: entries of the symmetric
+// part that cancel to rounding are zero (a skew matrix is positive semidefinite), and a zero on its diagonal
+// needs a zero row. What remains is scaled to unit diagonal and judged by its smallest eigenvalue, down to
+// -n·1e-15 times the largest. Never unknown. No comes with `witness.z`, whose form is negative but for
+// rounding. O(n³).
+Fact TestPositiveSemidefinite(const Matrix& M);
+
+// The smallest eigenvalue of (M + Mᵀ)/2 if that matrix is positive definite beyond rounding (after scaling to
+// unit diagonal); absent otherwise.
+std::optional<double> SmallestEigenvalueIfDefinite(const Matrix& M);
+
+bool IsSymmetricPartPositiveDefinite(const Matrix& M);
+
+struct QuadraticFormClasses {
+  Fact positive_definite;      // yᵀMy > 0 for all y != 0
+  Fact positive_semidefinite;  // yᵀMy >= 0 for all y
+};
+
+// The same questions of `M` as it stands, without the benefit of rounding: unknown at the boundary. Yes for
+// positive definite comes with `witness.value`, the smallest eigenvalue of (M + Mᵀ)/2; no with `witness.z` !=
+// 0 and `witness.value` = zᵀMz (negative beyond rounding, or not positive exactly). Where only exact minors
+// of the symmetric part decide (n <= 20), a no comes with `witness.indices` = S and `witness.value` = det ((M
+// + Mᵀ)/2)_SS. O(n³), or O(2ⁿ) at the boundary.
+QuadraticFormClasses ClassifyQuadraticForm(const Matrix& M);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_MATRIX_CLASSES_POSITIVE_SEMIDEFINITE_H_

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/matrix_classes/semicopositive_types.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/matrix_classes/s_matrix.h"
+#include "core/matrix_classes/semicopositive.h"
+#include "core/matrix_classes/semicopositive_growth.h"
+
+namespace dlcs {
+namespace {
+
+struct Weights {
+  Vector f;
+  std::string why;  // what K > 0 for this f shows
+};
+
+// a b, or the double below where the product is rounded upwards.
+double ProductBelow(double a, double b) {
+  const double product = a * b;
+  return std::fma(a, b, -product) < 0 ? std::nextafter(product, -std::numeric_limits<double>::infinity())
+                                      : product;
+}
+
+// f with f_i m_ij = f_j m_ji but for rounding; empty where there is none. Walks along the nonzero entries.
+Vector SymmetrizingWeights(const Matrix& M) {
+  constexpr double kRounding = 1e-9;  // the comparison matrix decides in the end
+  const Index n = M.rows();
+  Vector f = Vector::Zero(n);
+  std::vector<Index> reached;
+  for (Index root = 0; root < n; ++root) {
+    if (f[root] > 0) continue;
+    f[root] = 1;
+    reached.assign(1, root);
+    while (!reached.empty()) {
+      const Index i = reached.back();
+      reached.pop_back();
+      for (Index j = 0; j < n; ++j) {
+        if (j == i || (M(i, j) == 0 && M(j, i) == 0)) continue;
+        if (!(M(i, j) / M(j, i) > 0)) return {};
+        const double weight = f[i] * (M(i, j) / M(j, i));
+        if (!std::isfinite(weight)) return {};
+        if (f[j] > 0 && !(std::abs(f[j] - weight) <= kRounding * weight)) return {};
+        if (f[j] > 0) continue;
+        f[j] = weight;
+        reached.push_back(j);
+      }
+    }
+  }
+  return f;
+}
+
+std::vector<Weights> CandidateWeights(const Matrix& M) {
+  std::vector<Weights> candidates = {
+      {Vector::Ones(M.rows()), M == M.transpose() ? "symmetric and strictly copositive: Proposition 3 (b)"
+                                                  : "min(m_ij, m_ji) makes a strictly copositive matrix"}};
+  if (Vector f = SymmetrizingWeights(M); f.size() > 0 && M != M.transpose()) {
+    candidates.push_back(
+        {std::move(f), "symmetric after scaling rows, and strictly copositive: DME of Proposition 3"});
+  }
+  for (const double share : {0.5, 1.0}) {
+    Matrix below = ZMatrixBelow(M);
+    below.diagonal() *= share;
+    const Vector x = PositiveImageOfMMatrix(below), y = PositiveImageOfMMatrix(below.transpose());
+    if (x.size() == 0 || y.size() == 0) continue;
+    candidates.push_back(
+        {y.cwiseQuotient(x), "min(f_i m_ij, f_j m_ji) makes a strictly copositive matrix for some f > 0"});
+  }
+  return candidates;
+}
+
+}  // namespace
+
+Matrix TypeIComparison(const Matrix& M, const Vector& f) {
+  return Matrix::NullaryExpr(M.rows(), M.cols(), [&](Index i, Index j) {
+    return std::min(ProductBelow(f[i], M(i, j)), ProductBelow(f[j], M(j, i)));
+  });
+}
+
+Fact TestSemicopositiveTypeI(const Matrix& M, const Fact& strict) {
+  if (strict.no()) return strict;
+  const Vector ones = Vector::Ones(M.rows());
+  if (M.minCoeff() >= 0 && strict.yes()) {
+    Fact fact{Answer::kYes, "nonnegative with positive diagonal: Proposition 3 (a)"};
+    fact.witness.z = ones;
+    return fact;
+  }
+  for (auto& [f, why] : CandidateWeights(M)) {
+    if (!TestStrictlySemicopositive(TypeIComparison(M, f)).yes()) continue;
+    Fact fact{Answer::kYes, std::move(why)};
+    fact.witness.z = std::move(f);
+    return fact;
+  }
+  if (!strict.yes()) return strict;
+  if (M.rows() <= 2 && strict.yes()) {
+    return {Answer::kYes, absl::StrCat("Proposition 4 (n <= 2), and strictly semicopositive: ", strict.why)};
+  }
+  return RefuteTypeThree(M);
+}
+
+Fact TestSemicopositiveTypeI(const Matrix& M) {
+  return TestSemicopositiveTypeI(M, TestStrictlySemicopositive(M));
+}
+
+}  // namespace dlcs

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/formula.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace dlcs {
+
+absl::StatusOr<Formula> Formula::Parse(const std::string& text, const FormulaVariables& variables) {
+  absl::StatusOr<FormulaTree> tree = ReadFormula(text, variables);
+  if (!tree.ok()) return tree.status();
+  auto analysed = std::make_shared<AnalysedFormula>();
+  analysed->tree = *std::move(tree);
+  return Formula(std::move(analysed), {});
+}
+
+Formula::Formula(std::shared_ptr<const AnalysedFormula> analysed, const TimeAxis& axis)
+    : analysed_(std::move(analysed)), values_(analysed_->tree.steps.size()) {
+  const std::vector<FormulaStep>& steps = analysed_->tree.steps;
+  states_.resize(states().size());
+  constraints_.resize(constraints().size());
+  const auto place = [](const std::vector<Index>& indices, Index i) {
+    return std::find(indices.begin(), indices.end(), i) - indices.begin();
+  };
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const int index = static_cast<int>(i);
+    switch (steps[i].operation) {
+      case FormulaOperation::kNumber:
+        values_[i] = steps[i].number;
+        break;
+      case FormulaOperation::kTime:
+        time_ = index;
+        break;
+      case FormulaOperation::kState:
+        states_[static_cast<std::size_t>(place(states(), steps[i].index))] = index;
+        break;
+      case FormulaOperation::kConstraint:
+        constraints_[static_cast<std::size_t>(place(constraints(), steps[i].index))] = index;
+        break;
+      default:
+        computed_.push_back(index);
+    }
+  }
+  for (const double time : analysed_->switching.times) switching_times_.push_back(axis.Nearest(time));
+  has_stretches_ = !analysed_->switching.inside.empty() &&
+                   std::any_of(steps.begin(), steps.end(),
+                               [](const auto& step) { return step.of_time_alone && IsSwitch(step.operation); });
+  if (has_stretches_) decisions_.resize(steps.size());
+}
+
+double Formula::Evaluate(double t, Side side) {
+  return computed_.empty() && time_ < 0 ? values_.back() : EvaluateAt(t, side);
+}
+
+double Formula::Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, Side side) {
+  for (std::size_t k = 0; k < states_.size(); ++k) {
+    values_[static_cast<std::size_t>(states_[k])] = x[analysed_->tree.states[k]];
+  }
+  for (std::size_t k = 0; k < constraints_.size(); ++k) {
+    values_[static_cast<std::size_t>(constraints_[k])] = y[analysed_->tree.constraints[k]];
+  }
+  return EvaluateAt(t, side);
+}
+
+double Formula::EvaluateAt(double t, Side side) {
+  const auto& [tree, switching] = *analysed_;
+  if (has_stretches_) {
+    const auto behind = side == Side::kRight ? std::upper_bound(switching_times_.begin(), switching_times_.end(), t)
+                                             : std::lower_bound(switching_times_.begin(), switching_times_.end(), t);
+    const auto stretch = static_cast<std::size_t>(behind - switching_times_.begin());
+    if (!has_entered_ || stretch != stretch_) EnterStretch(stretch);
+    if (!is_decided_ && std::binary_search(switching_times_.begin(), switching_times_.end(), t)) {
+      t = std::nextafter(t, side == Side::kRight ? HUGE_VAL : -HUGE_VAL);
+    }
+  }
+  for (const FormulaGap& gap : switching.gaps) {
+    if (gap.jumps && gap.from <= t && t <= gap.to) return side == Side::kLeft ? gap.left : gap.right;
+  }
+  if (time_ >= 0) values_[static_cast<std::size_t>(time_)] = t;
+  for (const int index : computed_) {
+    const auto i = static_cast<std::size_t>(index);
+    const FormulaStep& step = tree.steps[i];
+    const double a = values_[static_cast<std::size_t>(step.a)];
+    const double b = step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)];
+    values_[i] = is_decided_ && step.of_time_alone && MayJump(step.operation) ? decisions_[i]
+                                                                                   : ValueOf(step.operation, a, b);
+  }
+  const double value = values_.back();
+  if (std::isfinite(value) || switching.gaps.empty()) return value;
+  for (const FormulaGap& gap : switching.gaps) {
+    if (gap.from <= t && t <= gap.to) return side == Side::kLeft ? gap.left : gap.right;
+  }
+  return value;
+}
+
+// Takes the decisions of the switches in `stretch`.
+void Formula::EnterStretch(std::size_t stretch) {
+  const auto& [tree, switching] = *analysed_;
+  stretch_ = stretch;
+  has_entered_ = true;
+  const double inside = switching.inside[stretch];
+  is_decided_ = !std::isnan(inside);
+  if (!is_decided_) return;
+  values_[static_cast<std::size_t>(time_)] = inside;
+  for (const int index : computed_) {
+    const auto i = static_cast<std::size_t>(index);
+    const FormulaStep& step = tree.steps[i];
+    if (!step.of_time_alone) continue;
+    if (IsSwitch(step.operation)) decisions_[i] = DecisionOf(step, values_);
+    values_[i] = ValueOf(step.operation, values_[static_cast<std::size_t>(step.a)],
+                         step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)]);
+  }
+}
+
+}  // namespace dlcs

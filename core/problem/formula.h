@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas in the variable `t`, and in states x1 ... xm and constraints y1 ... yn where there are any, read as
+// Python reads them.
+//
+// Numbers, the variables, `pi`, `e`, parameters (numbers with a name); + - * / and powers written ** or ^
+// (right-associative, binding closer than a sign: -t**2 is -(t**2)); comparisons < <= > >= == != with value 0 or 1,
+// chained as in Python (0 < t < 1 means (0 < t)*(t < 1)); parentheses; the functions
+//     sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt abs sign floor ceil min max
+// (log is the natural logarithm; min and max take one argument or more). Nothing else: no assignment, no
+// other names, one value. All numbers are doubles, and every operation is done in the order written. Where
+// Python raises an error (1/0, sqrt(-1)) the value is the infinity or NaN of IEEE arithmetic, and NaN passes
+// through min and max.
+//
+// Where its switching times are known (core/problem/formula_switching.h), comparisons, sign, floor and ceil are
+// decided once for the stretch between two of them. So a formula has both its limits at a switching time, and keeps
+// them where that time is rounded.
+
+#ifndef DLCS_CORE_PROBLEM_FORMULA_H_
+#define DLCS_CORE_PROBLEM_FORMULA_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/problem/formula_switching.h"
+#include "core/problem/formula_syntax.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+class Formula {
+ public:
+  // A formula in `t` and `variables`, by default none, without switching times.
+  // Errors: InvalidArgument with the position in `text` and the reason; an unknown name is named.
+  // Cost: about 5 µs.
+  static absl::StatusOr<Formula> Parse(const std::string& text, const FormulaVariables& variables = {});
+
+  // One whose switching times are known; `axis` says which break points of the problem they are.
+  Formula(std::shared_ptr<const AnalysedFormula> analysed, const TimeAxis& axis);
+
+  // Whether `t` occurs in it. A formula without any variable costs nothing to evaluate.
+  bool DependsOnTime() const { return analysed_->tree.depends_on_t; }
+  // Which x and y occur in it, as indices from 0.
+  const std::vector<Index>& states() const { return analysed_->tree.states; }
+  const std::vector<Index>& constraints() const { return analysed_->tree.constraints; }
+
+  // The value at `t`, at a switching time the limit from `side`; not finite where the formula has none (division by
+  // zero, log of a negative number). Not safe to call from several threads at once. Cost: about 3 ns an operation, and
+  // what sin or exp cost.
+  double Evaluate(double t, Side side = Side::kRight);
+  // The same where the formula has states and constraints; `x` and `y` hold at least those that occur.
+  double Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
+                  Side side = Side::kRight);
+
+ private:
+  double EvaluateAt(double t, Side side);
+  void EnterStretch(std::size_t stretch);
+
+  std::shared_ptr<const AnalysedFormula> analysed_;
+  std::vector<double> switching_times_;    // as the axis has them
+  std::vector<int> computed_;              // the steps that are neither numbers nor variables
+  std::vector<int> states_, constraints_;  // the steps of variables
+  int time_ = -1;
+  std::vector<double> values_;
+  std::vector<double> decisions_;  // in the stretch that was entered last
+  bool has_stretches_ = false;     // switches, and known times of them
+  std::size_t stretch_ = 0;        // the one that was entered last
+  bool has_entered_ = false;
+  bool is_decided_ = false;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_FORMULA_H_

@@ -1,0 +1,533 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/formula_switching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "core/format_number.h"
+#include "core/parallel/stop_scope.h"
+#include "core/problem/formula_enclosure.h"
+#include "core/setup_cache.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+// Enclosures of single steps that a search may take; a smooth formula is only searched for poles.
+constexpr double kMostWork = 1e7;
+constexpr double kMostWorkOfSmooth = 1e5;
+// Where intervals are cut: at no number that a formula would name.
+constexpr double kCut = 0.48713;
+// An enclosure no wider than this many times that of one point is due to rounding.
+constexpr double kRoundingRatio = 16;
+// Of the interval of the search: what is wider is no point in time any more.
+constexpr double kNarrow = 1e-4;
+constexpr double kPointlike = 1e-10;
+// Where rounding hides a sign at a point, what is shorter is not cut any more, however wide the enclosure.
+constexpr double kShort = 1e-9;
+// Near 0 what is shorter is not cut any more.
+constexpr double kAtom = 1e-40;
+
+struct Range {
+  double lo, hi;
+};
+
+// A range that rounding hides the sign of a switch's operand in.
+struct Cluster {
+  int of_switch;
+  Range range;
+};
+
+// The number with the fewest digits in [lo, hi].
+double Shortest(double lo, double hi) {
+  if (lo <= 0 && hi >= 0) return 0;
+  char text[40];
+  for (int digits = 1; digits < 17; ++digits) {
+    std::snprintf(text, sizeof text, "%.*g", digits, (lo + hi) / 2);
+    const double value = std::strtod(text, nullptr);
+    if (value >= lo && value <= hi) return value;
+  }
+  return (lo + hi) / 2;
+}
+
+double CentreOf(Range range) {
+  const double centre = range.lo + (range.hi - range.lo) / 2;
+  return range.hi - range.lo <= 64 * kEps * std::abs(centre) ? Shortest(range.lo, range.hi) : centre;
+}
+
+// The limit of values[k] at distance 0 from the distances[k], which fall, by polynomials through some of them.
+struct Limit {
+  double value = kNaN;
+  double error = std::numeric_limits<double>::infinity();
+};
+Limit Extrapolate(const std::vector<double>& distances, const std::vector<double>& values,
+                  const std::vector<double>& noise) {
+  constexpr std::size_t kMostColumns = 8;
+  Limit best;
+  std::vector<double> row;  // of Neville's scheme: through the last 1, 2, ... values
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    std::vector<double> next = {values[k]};
+    for (std::size_t j = 1; j <= std::min(row.size(), kMostColumns); ++j) {
+      const double ratio = distances[k] / (distances[k - j] - distances[k]);
+      next.push_back(next[j - 1] + ratio * (next[j - 1] - row[j - 1]));
+      const double error = std::abs(next[j] - next[j - 1]) + 2 * noise[k];
+      if (error < best.error) best = {next[j], error};
+    }
+    row = std::move(next);
+  }
+  return best;
+}
+
+class Search {
+ public:
+  Search(const FormulaTree& tree, double begin, double end)
+      : tree_(tree),
+        begin_(begin),
+        end_(end),
+        enclosure_(tree),
+        enclosure_at_end_(tree, true),
+        values_(tree.steps.size()) {
+    for (std::size_t i = 0; i < tree.steps.size(); ++i) {
+      const FormulaStep& step = tree.steps[i];
+      values_[i] = step.number;
+      if (step.of_time_alone && IsSwitch(step.operation)) switches_.push_back(static_cast<int>(i));
+    }
+    is_of_time_ = tree.steps.back().of_time_alone;
+  }
+
+  FormulaSwitching Run() {
+    if (!switches_.empty() || is_of_time_) Bisect();
+    if (result_.refusal.empty()) Conclude();
+    return std::move(result_);
+  }
+
+ private:
+  void Bisect() {
+    std::vector<Range> stack = {{begin_, end_}};
+    // 250 intervals lead to a pole at 0.
+    const double least_work = 250 * static_cast<double>(enclosure_.computed().size());
+    const double most_work = std::max(least_work, switches_.empty() ? kMostWorkOfSmooth : kMostWork);
+    while (!stack.empty()) {
+      const Range range = stack.back();
+      work_ += static_cast<double>(enclosure_.computed().size());
+      if (work_ > most_work) return GiveUp(range.lo);
+      LookForStop();
+      stack.pop_back();
+      const double middle = range.lo + kCut * (range.hi - range.lo);
+      const double least =
+          std::max(4 * kEps * std::max(std::abs(range.lo), std::abs(range.hi)), kAtom * (end_ - begin_));
+      const bool is_atom = !(range.lo < middle && middle < range.hi) || range.hi - range.lo <= least;
+      is_short_ = range.hi - range.lo <= kShort * (end_ - begin_);
+      enclosure_.Evaluate(range.lo, middle, range.hi);
+      if (!is_atom && MustBeCut()) {
+        stack.push_back({middle, range.hi});
+        stack.push_back({range.lo, middle});
+        continue;
+      }
+      Settle(range, middle);
+      if (!result_.refusal.empty()) return;
+    }
+  }
+
+  bool IsMonotone(int i) const {
+    const Enclosure& decider = enclosure_.decider(i);
+    return decider.value.is_bounded() && (decider.slope.lo > 0 || decider.slope.hi < 0);
+  }
+  FormulaOperation OperationOf(int i) const { return tree_.steps[static_cast<std::size_t>(i)].operation; }
+  bool IsDecided(int i) const { return FormulaEnclosure::IsDecided(OperationOf(i), enclosure_.decider(i).value); }
+  bool IsHiddenByRounding(int i) const {
+    const Interval point = enclosure_.decider_at_middle(i);
+    if (FormulaEnclosure::IsDecided(OperationOf(i), point)) return false;
+    return is_short_ || enclosure_.decider(i).value.width() <= kRoundingRatio * point.width();
+  }
+
+  // Whether shorter intervals may show more.
+  bool MustBeCut() const {
+    if (is_of_time_ && enclosure_.is_singular() && !enclosure_.is_singular_at_middle()) return true;
+    return std::any_of(switches_.begin(), switches_.end(),
+                       [&](int i) { return !IsDecided(i) && !IsMonotone(i) && !IsHiddenByRounding(i); });
+  }
+
+  // Notes what happens on an interval that is not cut.
+  void Settle(Range range, double middle) {
+    for (const int i : switches_) {
+      if (IsDecided(i)) continue;
+      if (IsMonotone(i)) {
+        FindCrossings(i, range);
+        if (!result_.refusal.empty()) return;
+      } else {
+        AddToCluster(i, range);
+      }
+    }
+    if (is_of_time_ && enclosure_.is_singular()) LookAtSingularity(range, middle);
+    if (crossings_.size() + clusters_.size() + result_.gaps.size() > kMostSwitchingTimes) {
+      Refuse(kMostSwitchingTimes, range.hi);
+    }
+  }
+
+  void AddToCluster(int i, Range range) {
+    const auto [known, is_first] = last_cluster_.try_emplace(i, clusters_.size());
+    if (!is_first && clusters_[known->second].range.hi >= range.lo) {
+      clusters_[known->second].range.hi = range.hi;
+      return;
+    }
+    known->second = clusters_.size();
+    clusters_.push_back({i, range});
+  }
+
+  void Refuse(double count, double until) {
+    char times[40];
+    std::snprintf(times, sizeof times, count < 1e15 ? "%.0f" : "%g", count);
+    result_.refusal = "switches more than " + std::string(times) + " times" +
+                      (until < end_ ? " before t = " + FormatNumber(until) : std::string()) + "; at most " +
+                      std::to_string(kMostSwitchingTimes) + " switching times are allowed";
+  }
+
+  // The values of the steps of t alone.
+  void Evaluate(double t) {
+    for (std::size_t i = 0; i < tree_.steps.size(); ++i) {
+      if (tree_.steps[i].operation == FormulaOperation::kTime) values_[i] = t;
+    }
+    for (const int index : enclosure_.computed()) {
+      const FormulaStep& step = tree_.steps[static_cast<std::size_t>(index)];
+      values_[static_cast<std::size_t>(index)] = ValueOf(step.operation, values_[static_cast<std::size_t>(step.a)],
+                                                         step.b < 0 ? 0 : values_[static_cast<std::size_t>(step.b)]);
+    }
+  }
+  double WholeValue(double t) {
+    Evaluate(t);
+    return values_.back();
+  }
+  double Decider(int i, double t) {
+    Evaluate(t);
+    const FormulaStep& step = tree_.steps[static_cast<std::size_t>(i)];
+    const double a = values_[static_cast<std::size_t>(step.a)];
+    return step.b < 0 ? a : a - values_[static_cast<std::size_t>(step.b)];
+  }
+
+  // The times in `range` where the monotone operand of switch `i` is zero, or a whole number.
+  void FindCrossings(int i, Range range) {
+    const bool increasing = enclosure_.decider(i).slope.lo > 0;
+    if (!IsRounding(OperationOf(i))) {
+      crossings_.push_back(Crossing(i, range, 0, increasing));
+      return;
+    }
+    const double at_lo = Decider(i, range.lo), at_hi = Decider(i, range.hi);
+    const double first = std::ceil(std::min(at_lo, at_hi)), last = std::floor(std::max(at_lo, at_hi));
+    const double count = last - first + 1;
+    if (static_cast<double>(crossings_.size()) + count > kMostSwitchingTimes) {
+      return Refuse(static_cast<double>(crossings_.size()) + count - 1, range.hi);
+    }
+    for (double k = 0; k < count; ++k) {
+      const double level = increasing ? first + k : last - k;
+      crossings_.push_back(Crossing(i, range, level, increasing));
+      range.lo = crossings_.back();
+    }
+  }
+
+  // Where the monotone operand of switch `i` passes `level`, to the last bit; an end of `range` where that is nearest.
+  double Crossing(int i, Range range, double level, bool increasing) {
+    const auto is_at_level = [&](double t) {
+      enclosure_at_end_.Evaluate(t, t, t);
+      return enclosure_at_end_.decider_at_middle(i).Contains(level);
+    };
+    // max(0, sin(t + pi)) switches at 0, but for rounding.
+    if (range.lo == begin_ && is_at_level(begin_)) return begin_;
+    if (range.hi == end_ && is_at_level(end_)) return end_;
+    const auto is_behind = [&](double t) {
+      const double difference = Decider(i, t) - level;
+      return increasing ? difference >= 0 : difference <= 0;
+    };
+    if (is_behind(range.lo)) return range.lo;
+    if (!is_behind(range.hi)) return range.hi;
+    while (true) {
+      const double middle = range.lo + (range.hi - range.lo) / 2;
+      if (!(range.lo < middle && middle < range.hi)) return range.hi;
+      (is_behind(middle) ? range.hi : range.lo) = middle;
+    }
+  }
+
+  // What an interval means on which the formula may not have finite values.
+  void LookAtSingularity(Range range, double middle) {
+    const double length = end_ - begin_;
+    const double value = WholeValue(middle);
+    const bool has_none = enclosure_.value_at_middle(static_cast<int>(tree_.steps.size()) - 1).is_empty();
+    if (range.hi - range.lo > 1e-6 * length || (has_none && !std::isfinite(value))) {
+      if (!std::isfinite(value)) RefuseFrom(range.lo, middle, value);
+      return;  // an operation without finite value that the formula does not depend on
+    }
+    if (!result_.gaps.empty() && result_.gaps.back().to >= range.lo) {
+      result_.gaps.back().to = range.hi;  // the same one
+      return;
+    }
+    const Approach left = Approached(range, -1), right = Approached(range, 1);
+    if (left.diverges || right.diverges) {
+      result_.refusal = "has no finite value at t = " + NumberText(Shortest(range.lo, range.hi)) +
+                        ": it grows beyond all bounds there";
+      return;
+    }
+    FormulaGap gap{range.lo, range.hi, left.limit.value_or(value), right.limit.value_or(value)};
+    if (range.lo <= begin_) gap.left = gap.right;
+    if (range.hi >= end_) gap.right = gap.left;
+    if ((range.lo > begin_ && !left.limit) || (range.hi < end_ && !right.limit)) {
+      result_.warnings.push_back("whether it has a limit at t = " + FormatNumber(Shortest(range.lo, range.hi)) +
+                                 " could not be found out");
+    }
+    gap.jumps = std::abs(gap.left - gap.right) > 1e-6 * std::max(left.largest, right.largest);
+    result_.gaps.push_back(gap);
+    const bool is_inside = range.lo > begin_ && range.hi < end_;
+    if (is_inside) crossings_.push_back(CentreOf(range));  // where its slope may jump, as that of sqrt(1 - cos(t)) does
+  }
+
+  // No finite value at `without`, nor on the way there from some time behind `from`.
+  void RefuseFrom(double from, double without, double value) {
+    double first = without;
+    if (std::isfinite(WholeValue(from))) {
+      while (true) {
+        const double middle = from + (first - from) / 2;
+        if (!(from < middle && middle < first)) break;
+        (std::isfinite(WholeValue(middle)) ? from : first) = middle;
+      }
+    } else {
+      first = from;
+    }
+    value = WholeValue(first);
+    result_.refusal = "has no finite value at t = " + NumberText(first) + " (" + NumberText(value) + ")" +
+                      (first < without ? ", nor behind it" : "");
+  }
+
+  struct Approach {
+    bool diverges = false;
+    std::optional<double> limit;
+    double largest = 0;  // of the absolute values
+  };
+
+  // What the formula does on the way to `range` from the right (`direction` 1) or the left (-1): its enclosures at
+  // distances that fall by 4, as long as they are of use.
+  Approach Approached(Range range, int direction) {
+    constexpr int kMostSamples = 40;
+    const double target = range.lo + (range.hi - range.lo) / 2;
+    const double edge = direction > 0 ? end_ : begin_;
+    const int root = static_cast<int>(tree_.steps.size()) - 1;
+    std::vector<double> distances, values, noise;
+    double distance = std::abs(edge - target), largest = 0;
+    for (int k = 0; k < kMostSamples && distance > 16 * (range.hi - range.lo); ++k, distance /= 4) {
+      const double t = target + direction * distance;
+      if (t < begin_ || t > end_) continue;
+      enclosure_.Evaluate(t, t, t);
+      work_ += static_cast<double>(enclosure_.computed().size());
+      const Interval at = enclosure_.value_at_middle(root);
+      if (!at.is_bounded()) {
+        if (distances.size() > 8) break;
+        distances.clear(), values.clear(), noise.clear();  // another singularity in between
+        continue;
+      }
+      const double value = at.lo + at.width() / 2;
+      largest = std::max(largest, std::abs(value));
+      if (at.width() > 0.1 * largest && values.size() > 3) break;
+      distances.push_back(std::abs(t - target));
+      values.push_back(value);
+      noise.push_back(at.width() / 2);
+    }
+    if (values.size() < 3) return {};
+    Approach approach;
+    approach.largest = largest;
+    approach.diverges = Diverges(values, noise);
+    if (approach.diverges) return approach;
+    const Limit limit = Extrapolate(distances, values, noise);
+    const bool is_sharp = limit.error <= 1e-3 * std::max(largest, std::numeric_limits<double>::min());
+    if (is_sharp && Approaches(limit.value, values, noise)) approach.limit = limit.value;
+    return approach;
+  }
+
+  // Each of the last differences is as large as the one before, and away from zero: as of 1/d, and of log(d), at
+  // distances d that fall by a factor.
+  static bool Diverges(const std::vector<double>& values, const std::vector<double>& noise) {
+    constexpr std::size_t kLooks = 6;
+    const std::size_t size = values.size();
+    if (size < kLooks + 2) return false;
+    for (std::size_t k = size - kLooks; k < size; ++k) {
+      const double difference = values[k] - values[k - 1], before = values[k - 1] - values[k - 2];
+      if (std::abs(difference) < 0.95 * std::abs(before) || std::abs(difference) <= 4 * (noise[k] + noise[k - 1])) {
+        return false;
+      }
+      if (difference * before <= 0 || std::abs(values[k]) <= std::abs(values[k - 1])) return false;
+    }
+    return true;
+  }
+
+  // The last values come nearer and nearer, but for noise.
+  static bool Approaches(double limit, const std::vector<double>& values, const std::vector<double>& noise) {
+    const std::size_t looks = std::min<std::size_t>(6, values.size() - 1);
+    double largest = std::abs(limit);
+    for (const double value : values) largest = std::max(largest, std::abs(value));
+    for (std::size_t k = values.size() - looks; k < values.size(); ++k) {
+      const double slack = 4 * (noise[k] + noise[k - 1]) + 4 * kEps * std::abs(limit);
+      if (std::abs(values[k] - limit) > std::abs(values[k - 1] - limit) + slack) return false;
+      if (k + 3 >= values.size() && std::abs(values[k] - limit) > 0.05 * largest) return false;
+    }
+    return true;
+  }
+
+  // The search took too long: nothing is known from `t` on.
+  void GiveUp(double t) {
+    if (switches_.empty()) {
+      result_.warnings.push_back("whether it has finite values throughout behind t = " + FormatNumber(t) +
+                                 " could not be found out");
+      return;
+    }
+    clusters_.push_back({switches_.front(), {t, end_}});
+    gave_up_ = true;
+  }
+
+  void Conclude() {
+    std::vector<double> times = crossings_;
+    std::vector<Range> wide;
+    for (const auto& [i, range] : clusters_) {
+      const bool may_jump = MayJump(OperationOf(i)) || (gave_up_ && range.hi == end_);
+      // Where values do not jump the decisions of both sides are right to rounding all over the cluster.
+      const bool is_narrow = !may_jump || (range.hi - range.lo <= kNarrow * (end_ - begin_) && !gave_up_);
+      if (!may_jump && (range.lo <= begin_ || range.hi >= end_)) {
+        narrow_.push_back(range);
+      } else if (is_narrow) {
+        times.push_back(CentreOf(range));
+        narrow_.push_back(range);
+      } else {
+        times.push_back(range.lo);
+        times.push_back(range.hi);
+        wide.push_back(range);
+      }
+      if (may_jump && range.hi - range.lo > kPointlike * (end_ - begin_)) {
+        const std::string where =
+            is_narrow ? "within " + FormatNumber((range.hi - range.lo) / 2) + " of t = " + FormatNumber(CentreOf(range))
+                      : "between t = " + FormatNumber(range.lo) + " and " + FormatNumber(range.hi);
+        result_.warnings.push_back("switching times " + where +
+                                   " could not be told apart; declare them as break points "
+                                   "with pieces between them");
+      }
+    }
+    std::sort(narrow_.begin(), narrow_.end(), [](const Range& a, const Range& b) { return a.hi < b.hi; });
+    std::sort(times.begin(), times.end());
+    std::vector<double> distinct;
+    for (const double time : times) {
+      const bool is_inside = time > begin_ && time > begin_ * (1 + kSameTime) && time < end_ * (1 - kSameTime);
+      const bool is_new = distinct.empty() || time - distinct.back() > kSameTime * time;
+      if (is_inside && is_new) distinct.push_back(time);
+    }
+    KeepSwitches(distinct, wide);
+  }
+
+  // Of `times` those behind which some switch is decided otherwise than before.
+  void KeepSwitches(const std::vector<double>& times, const std::vector<Range>& wide) {
+    const auto is_wide = [&](double t) {
+      return std::any_of(wide.begin(), wide.end(), [t](const Range& r) { return r.lo < t && t < r.hi; });
+    };
+    const auto is_gap = [&](double t) {
+      return std::any_of(result_.gaps.begin(), result_.gaps.end(),
+                         [t](const FormulaGap& gap) { return gap.from <= t && t <= gap.to; });
+    };
+    std::vector<double> before, after;
+    for (std::size_t k = 0; k <= times.size(); ++k) {
+      const double from = k == 0 ? begin_ : times[k - 1], to = k == times.size() ? end_ : times[k];
+      double inside = from + kCut * (to - from);
+      if (is_wide(inside)) {
+        inside = kNaN;
+        after.clear();
+      } else {
+        inside = OffClusters(from, to);
+        Evaluate(inside);
+        after.clear();
+        for (const int i : switches_) after.push_back(DecisionOf(tree_.steps[static_cast<std::size_t>(i)], values_));
+      }
+      const bool is_one = k > 0 && !after.empty() && after == before && !is_gap(times[k - 1]);
+      if (k > 0 && !is_one) result_.times.push_back(times[k - 1]);
+      if (!is_one) result_.inside.push_back(inside);
+      before = after;
+    }
+  }
+
+  // A time between `from` and `to` that lies in no narrow cluster.
+  double OffClusters(double from, double to) const {
+    for (const double part : {kCut, 0.31171, 0.73297, 0.13771}) {
+      const double t = from + part * (to - from);
+      const auto behind =
+          std::lower_bound(narrow_.begin(), narrow_.end(), t, [](const Range& r, double time) { return r.hi < time; });
+      if (behind == narrow_.end() || behind->lo > t) return t;
+    }
+    return from + kCut * (to - from);
+  }
+
+  const FormulaTree& tree_;
+  const double begin_, end_;
+  FormulaEnclosure enclosure_, enclosure_at_end_;
+  std::vector<double> values_;
+  std::vector<int> switches_;
+  bool is_of_time_ = false;
+  double work_ = 0;        // enclosures of single steps so far
+  bool is_short_ = false;  // the interval that is looked at
+  std::vector<double> crossings_;
+  std::vector<Cluster> clusters_;
+  std::map<int, std::size_t> last_cluster_;  // of each switch
+  std::vector<Range> narrow_;
+  bool gave_up_ = false;
+  FormulaSwitching result_;
+};
+
+}  // namespace
+
+FormulaSwitching FindSwitchingTimes(const FormulaTree& tree, double begin, double end) {
+  if (!(begin < end)) return {};
+  const FormulaStep& value = tree.steps.back();
+  if (value.operation == FormulaOperation::kNumber && !std::isfinite(value.number)) {
+    return {.refusal = "has no finite value (" + NumberText(value.number) + ")"};
+  }
+  if (!tree.depends_on_t) return {};
+  return Search(tree, begin, end).Run();
+}
+
+absl::StatusOr<std::shared_ptr<const AnalysedFormula>> AnalyseFormula(const std::string& text,
+                                                                      const FormulaVariables& variables, double begin,
+                                                                      double end) {
+  constexpr double kCacheBytes = 64e6;
+  static SetupCache& cache = *new SetupCache(kCacheBytes);
+  absl::Status status;
+  const auto analyse = [&]() -> std::shared_ptr<const AnalysedFormula> {
+    absl::StatusOr<FormulaTree> tree = ReadFormula(text, variables);
+    if (!tree.ok()) {
+      status = tree.status();
+      return nullptr;
+    }
+    auto made = std::make_shared<AnalysedFormula>();
+    made->tree = *std::move(tree);
+    made->switching = FindSwitchingTimes(made->tree, begin, end);
+    return made;
+  };
+  std::shared_ptr<const AnalysedFormula> analysed;
+  if (text.find('t') != std::string::npos) {
+    std::string names = "formula " + text;
+    for (const auto& [name, value] : variables.parameters) names += "\n" + name;
+    SetupKey key(names);
+    key.Add(begin).Add(end).Add(variables.states).Add(variables.constraints);
+    for (const auto& [name, value] : variables.parameters) key.Add(value);
+    analysed = cache.Get<AnalysedFormula>(key, [&]() -> SetupCache::Made<AnalysedFormula> {
+      auto made = analyse();
+      if (!made) return {};
+      const double bytes = 16.0 * static_cast<double>(made->switching.times.size()) +
+                           static_cast<double>(sizeof(FormulaStep) * made->tree.steps.size()) + 500;
+      return {std::move(made), bytes};
+    });
+  } else {
+    analysed = analyse();  // a number: not worth keeping
+  }
+  if (!status.ok()) return status;
+  return analysed;
+}
+
+}  // namespace dlcs

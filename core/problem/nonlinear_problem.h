@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// The nonlinear dynamic complementarity problem (5.1) of [Wu & Chen],
+//
+//     x'(t) = f(t, x, y),   0 <= y ⟂ g(t, x, y) >= 0,   x(0) = x0,   t in [0, T].
+
+#ifndef DLCS_CORE_PROBLEM_NONLINEAR_PROBLEM_H_
+#define DLCS_CORE_PROBLEM_NONLINEAR_PROBLEM_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/problem/formula_parameters.h"
+#include "core/problem/options.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// The components of f and g are formulas in t, x1 ... xm, y1 ... yn (core/problem/formula.h).
+struct NonlinearProblem {
+  std::vector<std::string> f;        // m formulas
+  std::vector<std::string> g;        // n formulas
+  Vector x0;                         // m
+  double horizon = 0;                // T > 0
+  std::vector<double> break_points;  // times in (0, T) where f or g jumps or has a kink in t
+  // The matrix of the splitting (5.2), m × m; zero gives the iteration of Picard. Absent: chosen from the
+  // Jacobians of f and g at the start of each window (core/nonlinear/splitting.h).
+  std::optional<Matrix> W;
+  FormulaParameters parameters = {};  // numbers that the formulas call by a name
+
+  Index num_states() const { return x0.size(); }
+  Index num_constraints() const { return static_cast<Index>(g.size()); }
+};
+
+// Every rule that `problem` breaks, in the order of the fields; empty when it is sound. m is the number of
+// entries of x0, n the number of formulas in g, neither 0. Fields are named f[i] g[i] x0 T break_points
+// W[i][j] parameters.NAME. Values of formulas are not looked at: where one has none is for the solve to say.
+std::vector<Violation> Validate(const NonlinearProblem& problem);
+
+// The break points of the (sound) problem and the switching times of those parts of its formulas that depend on t alone,
+// merged as those of a linear problem (core/problem/problem.h).
+std::vector<double> BreakPoints(const NonlinearProblem& problem);
+// What the search for the latter could not find out.
+std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);
+
+// OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of
+// the methods only kAuto and kLaplaceIteration solve nonlinear problems.
+absl::Status CheckSound(const NonlinearProblem& problem, const Options& options);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_NONLINEAR_PROBLEM_H_

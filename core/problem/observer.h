@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a solve tells while it runs.
+
+#ifndef DLCS_CORE_PROBLEM_OBSERVER_H_
+#define DLCS_CORE_PROBLEM_OBSERVER_H_
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/problem/checkpoint.h"
+#include "core/problem/options.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// What was found out about the problem before the first step.
+struct AnalysisReport {
+  std::string matrix_class;  // of M, for people: "P-matrix (all principal minors positive)"
+  Method method = Method::kAuto;
+  std::string reason;
+  Index num_states = 0;
+  Index num_constraints = 0;
+  Index num_steps = 0;                     // of the grid, with break points and output times
+  double step = 0;                         // the longest
+  std::optional<double> lipschitz;         // L of (2.3) in Chen & Xiang in the ∞-norm, where known
+  std::vector<std::string> warnings;
+};
+
+struct WindowReport {
+  Index window = 0;  // counted from 0; a rejected window and its successor have different numbers
+  double begin = 0;
+  double end = 0;
+  Index steps = 0;
+};
+
+struct IterateReport {
+  Index window = 0;
+  Index iteration = 0;       // from 1 within the window
+  double change = 0;         // max-norm over the window of the change of N x + g (paper_iteration: of x)
+  double lcp_residual = 0;   // max over time points of ‖min(y, w)‖_∞
+  // log10 of the a-priori bound of `change`. Absent where no Lipschitz constant of the LCP is known; from
+  // laplace_iteration for windows over several lengths of steps; from paper_iteration for cubic splines and
+  // where eigenvalues are split off; and where the bound is not finite.
+  std::optional<double> log10_bound;
+  double seconds = 0;        // since the solve began
+};
+
+// The function y of an iterate, on loan: the memory is the method's, and goes on to the next iterate when the call returns.
+struct IterateValues {
+  std::span<const double> times;  // increasing; twice where y has two limits (paper_iteration, where runs of the grid meet)
+  Eigen::Ref<const Matrix> y;     // n × times.size()
+};
+
+struct WindowOutcome {
+  Index window = 0;
+  double end = 0;
+  Index iterations = 0;
+  bool accepted = false;
+  bool marched = false;  // the single step was marched with LCP(M + K_0)
+  std::string why;       // of a rejection
+};
+
+// Called from the thread that called Solve(), one call at a time; must return quickly. Marching methods
+// report progress as windows without iterates, at most about ten times a second.
+class Observer {
+ public:
+  virtual ~Observer() = default;
+  virtual void OnAnalysis(const AnalysisReport&) {}
+  virtual void OnWindowStarted(const WindowReport&) {}
+  virtual void OnIterate(const IterateReport&, const IterateValues&) {}
+  virtual void OnWindowFinished(const WindowOutcome&) {}
+
+  // Asked wherever a solve could go on from later; a checkpoint costs a copy of what came since the last one. Answers may
+  // depend on the clock: the bits of the solution do not depend on them.
+  virtual bool WantsCheckpoint() { return false; }
+  virtual void OnCheckpoint(const Checkpoint&) {}
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_OBSERVER_H_

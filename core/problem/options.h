@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a problem is to be solved.
+
+#ifndef DLCS_CORE_PROBLEM_OPTIONS_H_
+#define DLCS_CORE_PROBLEM_OPTIONS_H_
+
+#include <optional>
+#include <vector>
+
+#include "core/types.h"
+
+namespace dlcs {
+
+enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch, kTimeStepping, kEventLocated };
+
+// How time_stepping solves a step: one LCP(q, M^h) with x⁺ substituted, or the generalized Newton method (3.3) of
+// Chen & Xiang with one LCP(N u + g, M) an iteration.
+enum class StepSolver { kSubstitution, kNewton };
+
+// Where laplace_iteration has the blocks of its kernel from (core/laplace/kernel.h): φ-functions of hA, or the transfer
+// function N (zI - A)⁻¹ B inverted on contours. Left to itself it takes the cheaper.
+enum class KernelSource { kAuto, kPhiFunctions, kContour };
+
+// How x0, f and y are carried to N x (core/README.md, "Realisations"). Left to itself the engine chooses by the structure and
+// the size of A; one that the problem does not admit is refused.
+enum class Realisation {
+  kAuto,
+  kDense,           // the matrix functions of A written down: any A of moderate size
+  kKroneckerSum,    // A diagonalised factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
+  kContour,         // N (zI - A)⁻¹ B inverted on contours, one sparse factorization a node: large sparse A, few constraints
+  kSparseStepping,  // one sparse factorization of I - h(1-θ)A a length of step; time_stepping only
+};
+
+// What paper_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
+enum class Interpolation { kLinear, kCubicSpline };
+
+// Whose parameters the contour (2.2) has that paper_iteration integrates over: those of Theorem 2.2, or those that Remark 2.4
+// leaves to be chosen for the sector of the spectrum. Left to itself it takes Theorem 2.2's where the sector allows.
+enum class ContourChoice { kAuto, kTheorem22, kRemark24 };
+
+struct Options {
+  Method method = Method::kAuto;
+
+  // Number of steps over [0, T] before break points and output times are added as nodes; no step of the grid
+  // is longer than T / num_steps. 0 takes kDefaultSteps, and the result says so.
+  Index num_steps = 0;
+  static constexpr Index kDefaultSteps = 1000;
+  // A step length instead of a number of steps: T / step is rounded up. At most one of the two is set.
+  double step = 0;
+  // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length: a grid that is fine where the
+  // solution needs it. 0, T, break points and output times are added. Steps of equal length that follow one
+  // another are recognised: one matrix function serves all steps of a length, so a grid of J different lengths
+  // costs J of them.
+  std::vector<double> grid_times;
+
+  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T], and
+  // of B y where y is a Lipschitz function of x. event_located controls its steps by it; for other methods the step comes
+  // from trial solves (core/driver/step_control.h), and the solution holds the error that was estimated, or says that it
+  // was not reached. A grid beside it says only where output is wanted. 0: with a grid its steps are taken; without one
+  // the error is kDefaultErrorTolerance, for at most the work of kMostDefaultSteps steps, and missing it is no failure.
+  double error_tolerance = 0;
+  static constexpr double kDefaultErrorTolerance = 1e-6;
+  static constexpr Index kMostDefaultSteps = 20'000;
+  static constexpr double kLeastErrorTolerance = 1e-13;  // rounding alone is more
+
+  // Whether the nodes are asked for.
+  bool has_grid() const { return num_steps > 0 || step > 0 || !grid_times.empty(); }
+
+  // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the
+  // solution holds just these; otherwise every node.
+  std::vector<double> output_times;
+  bool output_times_only = false;
+
+  // event_located: keep the polynomials of its steps (Solution::pieces), 13 (m + n) numbers each, for dense output
+  // (core/event_driven/interpolant.h). Other methods need no more for it than their nodes.
+  bool keep_pieces = false;
+
+  // time_stepping: θ of (1.3) in Chen & Xiang; 0 implicit, 1/2 trapezoidal in x, 1 explicit in x.
+  double theta = 0;
+  // time_stepping: how a step is solved. Newton's method needs y to be a function of x, and is sure to converge for
+  // 3hκ < 1 (Theorem 3.2); a step where it does not is solved by substitution, and the solution says so.
+  StepSolver step_solver = StepSolver::kSubstitution;
+  // time_stepping: the trapezoidal rule in x, y and f, of second order, in place of (1.3); θ must be 0 or 1/2. Only
+  // where y is a Lipschitz function of x: elsewhere y would ring, y⁺ = -y + ....
+  bool average_y = false;
+
+  // laplace_iteration: steps per window. 0 chooses and adapts windows; kWholeHorizon takes the longest
+  // possible (from break point to break point) and reports divergence instead of shrinking it; any other
+  // value is a fixed width, reported likewise.
+  Index window_steps = 0;
+  static constexpr Index kWholeHorizon = -1;
+
+  // laplace_iteration: windows that are iterated on at the same time, 1 to 64. A window begins while the one before it still
+  // converges, from where that one stands, and is accepted after it: fewer iterations one after the other, with more LCPs each.
+  // One at a time where y is no Lipschitz function of x, and with acceleration.
+  Index windows_in_flight = 1;
+
+  // laplace_iteration: by φ-functions or by contours. Contours are checked, and given up where they do not serve the
+  // spectrum; the solution says what was done (KernelRecord).
+  KernelSource kernel = KernelSource::kAuto;
+
+  // laplace_iteration: depth of Anderson acceleration, at most 20; 0 iterates as [Wu & Chen] do.
+  int acceleration = 0;
+
+  Realisation realisation = Realisation::kAuto;
+  // What a solve may allocate, in bytes: beyond it the problem is refused before anything is allocated. The trajectory asked
+  // for counts.
+  double max_memory = 8e9;
+
+  // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
+  // relative to its own size.
+  double iteration_tolerance = 1e-12;
+  // Iterations allowed per window. 0 takes 300 for windows that can shrink and 1000 for those that cannot.
+  Index max_iterations = 0;
+
+  // paper_iteration: the contour (2.2). num_contour_nodes is P >= 1 (2P + 1 nodes, P + 1 resolvents).
+  // Values of 0 take the parameters of `contour`; Theorem 2.2 has γ = 0.794, μ = √P/4, Δv = 2.06/√P.
+  Index num_contour_nodes = 25;
+  ContourChoice contour = ContourChoice::kAuto;
+  double contour_gamma = 0;
+  double contour_mu = 0;
+  double contour_step = 0;
+  // paper_iteration: e^{At} x0 by the hyperbola of Remark 2.3 instead of a matrix exponential.
+  bool contour_for_initial_state = false;
+  // paper_iteration: cubic splines through the nodes between two break points are of fourth order where y and f are smooth,
+  // and no better than straight lines across a kink of y.
+  Interpolation interpolation = Interpolation::kLinear;
+
+  // An inconsistent state, at 0 or at a break point, is projected (the state jumps) instead of refused.
+  bool project_initial_state = false;
+
+  // Systems of relative degree two (M = 0, N B = 0: y acts on N x + g through two integrations, as a contact force acts on
+  // a gap) are refused, because their solutions need impulses. With this, they are solved as inelastic impacts
+  // (core/stepping/inelastic_impact.h), which is a law of its own and not part of the system.
+  bool inelastic_impact = false;
+
+  // Where steps are given: estimate the error by solves of twice and four times the step (core/error_estimate.h), for three
+  // quarters of the cost. Where memory does not allow it, the solution says so.
+  bool estimate_error = true;
+
+  // Upper limit of threads; 0 takes all. The bits of the result do not depend on it.
+  int num_threads = 0;
+};
+
+// Every rule that `options` breaks for a problem with horizon `horizon`. Fields are named as above.
+std::vector<Violation> Validate(const Options& options, double horizon);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_OPTIONS_H_

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/format_number.h"
+#include "core/problem/formula_switching.h"
+#include "core/problem/problem_checks.h"
+#include "core/problem/violation_list.h"
+
+namespace dlcs {
+namespace {
+
+struct SampleTime {
+  double time;
+  Side side;
+};
+
+// 257 even times, and both sides of every break point.
+std::vector<SampleTime> SampleTimes(const TimeAxis& axis) {
+  constexpr int kIntervals = 256;
+  std::vector<SampleTime> samples;
+  for (int k = 0; k < kIntervals; ++k) samples.push_back({axis.horizon * k / kIntervals, Side::kRight});
+  samples.push_back({axis.horizon, Side::kLeft});
+  for (const double time : axis.break_points) {
+    samples.push_back({time, Side::kLeft});
+    samples.push_back({time, Side::kRight});
+  }
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const SampleTime& a, const SampleTime& b) { return a.time < b.time; });
+  return samples;
+}
+
+// A formula in a message: whole when a person wrote it, its head when a program did.
+std::string Quoted(const std::string& formula) {
+  constexpr std::size_t kLongest = 80;
+  return '"' + (formula.size() <= kLongest ? formula : formula.substr(0, kLongest) + "...") + '"';
+}
+
+// How component `i` of a piece is called, f.pieces[2][0].
+std::string NameOf(const TimeFunction& function, const std::string& field, std::size_t piece, Index i) {
+  return field + (function.pieces.size() > 1 ? ".pieces[" + std::to_string(piece) + "]" : "") + "[" + std::to_string(i) +
+         "]";
+}
+
+const std::string& FormulaOf(const TimeFunction& function, const AnalysedComponent& component) {
+  const TimePiece& piece = function.pieces[component.piece].function;
+  return std::get<FormulaFunction>(piece).formulas[static_cast<std::size_t>(component.component)];
+}
+
+// How component `i` of the piece that holds at `sample` is called and written.
+Violation NonFiniteValue(const TimeFunction& function, const std::string& field, Index i, SampleTime sample,
+                         double value) {
+  std::size_t piece = 0;
+  for (std::size_t k = 1; k < function.pieces.size(); ++k) {
+    const double start = function.pieces[k].start;
+    if (sample.side == Side::kRight ? start <= sample.time : start < sample.time) piece = k;
+  }
+  Violation violation{.field = NameOf(function, field, piece, i), .description = "no finite value"};
+  if (const auto* formulas = std::get_if<FormulaFunction>(&function.pieces[piece].function)) {
+    violation.description = Quoted(formulas->formulas[static_cast<std::size_t>(i)]) + " has no finite value";
+  }
+  violation.description += " at t = " + NumberText(sample.time) + " (" + NumberText(value) + ")";
+  return violation;
+}
+
+// Formulas that can not be taken on [0, horizon].
+void CheckFormulas(const TimeFunction& function, double horizon, const std::string& field, ViolationList& list) {
+  if (function.is_lifted()) return CheckFormulas(function.Inner(), horizon, field + ".of", list);
+  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+    const std::string& refusal = component.formula->switching.refusal;
+    if (refusal.empty()) continue;
+    list.Add(NameOf(function, field, component.piece, component.component),
+             Quoted(FormulaOf(function, component)) + " " + refusal);
+  }
+}
+
+// The formulas together may switch as often as one alone.
+void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
+  std::vector<double> found;
+  std::string field = "f";
+  for (const auto& [name, function] : {std::pair{"f", &problem.f}, {"g", &problem.g}}) {
+    for (const AnalysedComponent& component : AnalyseFormulas(*function, problem.horizon)) {
+      const std::vector<double>& times = component.formula->switching.times;
+      found.insert(found.end(), times.begin(), times.end());
+      field = times.empty() ? field : name;
+    }
+  }
+  if (found.size() <= kMostSwitchingTimes) return;
+  const std::size_t count = MergeBreakPoints({}, found, problem.horizon).size();
+  if (count <= kMostSwitchingTimes) return;
+  list.Add(field, std::to_string(count) + " switching times of the formulas of f and g; at most " +
+                      std::to_string(kMostSwitchingTimes) + " are allowed together");
+}
+
+void AddWarnings(const TimeFunction& function, double horizon, const std::string& field,
+                 std::vector<std::string>& warnings) {
+  if (function.is_lifted()) return AddWarnings(function.Inner(), horizon, field + ".of", warnings);
+  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+    for (const std::string& warning : component.formula->switching.warnings) {
+      warnings.push_back("Of " + NameOf(function, field, component.piece, component.component) + ", " +
+                         Quoted(FormulaOf(function, component)) + ", " + warning + ".");
+    }
+  }
+}
+
+// Names the first time where a component has no finite value, once per component.
+void CheckValues(const TimeFunction& function, Index size, const TimeAxis& axis, const std::vector<SampleTime>& samples,
+                 const std::string& field, ViolationList& list) {
+  if (function.is_lifted()) {  // finite where the lifted functions are
+    return CheckValues(function.Inner(), function.lift.cols(), axis, samples, field + ".of", list);
+  }
+  absl::StatusOr<TimeFunctionEvaluator> evaluator = TimeFunctionEvaluator::Create(function, size, axis);
+  if (!evaluator.ok()) return;  // has been listed with its rule
+  std::vector<bool> reported(static_cast<std::size_t>(size), false);
+  Vector value(size);
+  for (const SampleTime& sample : samples) {
+    evaluator->Evaluate(sample.time, sample.side, value);
+    if (std::isfinite(value.sum())) continue;  // then so is each of them
+    for (Index i = 0; i < size; ++i) {
+      if (std::isfinite(value(i)) || reported[static_cast<std::size_t>(i)]) continue;
+      reported[static_cast<std::size_t>(i)] = true;
+      Violation violation = NonFiniteValue(function, field, i, sample, value(i));
+      list.Add(std::move(violation.field), std::move(violation.description));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Violation> Validate(const Problem& problem) {
+  const Index m = problem.num_states();
+  const Index n = problem.num_constraints();
+  ViolationList list;
+  CheckSquareMatrix(problem.A, "m x m for m states", "A", list);
+  CheckMatrix(problem.B, m, n, "m x n = " + ShapeText(m, n) + " (m from A, n from M)", "B", list);
+  CheckMatrix(problem.N, n, m, "n x m = " + ShapeText(n, m) + " (m from A, n from M)", "N", list);
+  CheckSquareMatrix(problem.M, "n x n for n complementary pairs", "M", list);
+  Validate(problem.f, m, "f", list);
+  Validate(problem.g, n, "g", list);
+  CheckInitialState(problem.x0, m, list);
+  const bool has_horizon = std::isfinite(problem.horizon) && problem.horizon > 0;
+  if (!has_horizon) list.Add("T", NumberText(problem.horizon) + "; must be finite and greater than 0");
+  CheckBreakPoints(problem.break_points, has_horizon ? problem.horizon : HUGE_VAL, list);
+  CheckSelector(problem.selector, problem.rule, n, list);
+  // Values are looked at last: they need the times, and a problem with other faults is read again anyway.
+  if (list.empty()) {
+    CheckFormulas(problem.f, problem.horizon, "f", list);
+    CheckFormulas(problem.g, problem.horizon, "g", list);
+    CheckNumberOfSwitches(problem, list);
+  }
+  if (list.empty()) {
+    const TimeAxis axis = AxisOf(problem);
+    const std::vector<SampleTime> samples = SampleTimes(axis);
+    CheckValues(problem.f, m, axis, samples, "f", list);
+    CheckValues(problem.g, n, axis, samples, "g", list);
+  }
+  return std::move(list).Take();
+}
+
+std::vector<double> BreakPoints(const Problem& problem) {
+  std::vector<double> found = BreakPoints(problem.f, problem.horizon);
+  const std::vector<double> of_g = BreakPoints(problem.g, problem.horizon);
+  found.insert(found.end(), of_g.begin(), of_g.end());
+  return MergeBreakPoints(problem.break_points, found, problem.horizon);
+}
+
+TimeAxis AxisOf(const Problem& problem) { return {problem.horizon, BreakPoints(problem)}; }
+
+std::vector<std::string> SourceWarnings(const Problem& problem) {
+  std::vector<std::string> warnings;
+  AddWarnings(problem.f, problem.horizon, "f", warnings);
+  AddWarnings(problem.g, problem.horizon, "g", warnings);
+  return warnings;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// A differential linear complementarity system
+//
+//     x'(t) = A x + B y + f(t),   0 <= y ⟂ w = N x + g(t) + M y >= 0,   x(0) = x0,   t in [0, T].
+
+#ifndef DLCS_CORE_PROBLEM_PROBLEM_H_
+#define DLCS_CORE_PROBLEM_PROBLEM_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/linalg/structured_matrix.h"
+#include "core/problem/time_function.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Which solution of LCP(N x + g, M) is meant where there are several. The rule is judged on M.
+enum class SolutionRule {
+  kAuto,    // unique for a P-matrix, least element for a Z-matrix, otherwise any solution of the coupled step
+  kUnique,  // M must be a P-matrix
+  kLeastElement,        // M must be a Z-matrix
+  kHiddenLeastElement,  // least in the order of pos X, (4.11) of [Chen & Xiang]; M must be a hidden Z-matrix
+  kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
+  kMinimiser,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
+  kSparsest,            // fewest y_i > 0, of several the least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
+};
+
+// What kMinimiser minimises over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where
+// several solutions attain the minimum, the one of least norm is taken.
+struct Selector {
+  Matrix C;  // k × n, k >= 1, of any rank
+  Vector b;  // k
+};
+
+struct Problem {
+  StructuredMatrix A;                // m × m
+  StructuredMatrix B;                // m × n
+  StructuredMatrix N;                // n × m
+  StructuredMatrix M;                // n × n
+  TimeFunction f;                    // m components
+  TimeFunction g;                    // n components
+  Vector x0;                         // m
+  double horizon = 0;                // T > 0
+  std::vector<double> break_points;  // further times in (0, T) where f or g jumps or has a kink
+  SolutionRule rule = SolutionRule::kAuto;
+  std::optional<Selector> selector;  // with kMinimiser, and only then
+
+  Index num_states() const { return A.rows(); }
+  Index num_constraints() const { return M.rows(); }
+};
+
+// Every rule that `problem` breaks, in the order of the fields above; empty when it is sound. Shapes (m is
+// the number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside
+// (0, T), formulas that do not parse, and, where nothing else is wrong, formulas with a pole or without a finite value in
+// [0, T] or with more than kMostSwitchingTimes, and components of f and g without a finite value at one of 257 even times
+// or on one side of a break point (with the first such time).
+//
+// Fields are named A B N M f g x0 T break_points selector.C selector.b, with [row][column] or [component],
+// those inside f and g as core/problem/time_function.h says. At most 200 are listed; one more entry counts the rest.
+// Cost: that of AnalyseFormulas(), and 257 values of every component.
+std::vector<Violation> Validate(const Problem& problem);
+
+// All break points of f, g, their formulas and the (sound) problem itself, as MergeBreakPoints() makes them of those that
+// the problem declares and those of f and g.
+std::vector<double> BreakPoints(const Problem& problem);
+TimeAxis AxisOf(const Problem& problem);
+// What the search for switching times of f and g could not find out, with field and formula.
+std::vector<std::string> SourceWarnings(const Problem& problem);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_PROBLEM_H_

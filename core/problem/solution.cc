@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/solution.h"
+
+namespace dlcs {
+
+std::vector<double> NewtonRecord::Quotients() const {
+  std::vector<double> quotients;
+  for (std::size_t k = 1; k < residuals.size() && residuals[k - 1] > 0; ++k) {
+    quotients.push_back(residuals[k] / residuals[k - 1]);
+  }
+  return quotients;
+}
+
+const char* TerminationName(Termination termination) {
+  switch (termination) {
+    case Termination::kNotSolved:
+      return "NOT_SOLVED";
+    case Termination::kReachedEnd:
+      return "REACHED_END";
+    case Termination::kInfeasible:
+      return "INFEASIBLE";
+    case Termination::kDiverged:
+      return "DIVERGED";
+    case Termination::kIterationLimit:
+      return "ITERATION_LIMIT";
+    case Termination::kInconsistentState:
+      return "INCONSISTENT_STATE";
+    case Termination::kUnsupported:
+      return "UNSUPPORTED";
+    case Termination::kNonFinite:
+      return "NON_FINITE";
+    case Termination::kCancelled:
+      return "CANCELLED";
+  }
+  return "UNKNOWN";
+}
+
+const char* MethodName(Method method) {
+  switch (method) {
+    case Method::kAuto:
+      return "auto";
+    case Method::kLaplaceIteration:
+      return "laplace-iteration";
+    case Method::kPaperIteration:
+      return "paper-iteration";
+    case Method::kExponentialMarch:
+      return "exponential-march";
+    case Method::kEventLocated:
+      return "event-located";
+    case Method::kTimeStepping:
+      return "time-stepping";
+  }
+  return "unknown";
+}
+
+}  // namespace dlcs

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/time_function.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/problem/formula.h"
+#include "core/problem/formula_switching.h"
+
+namespace dlcs {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// A stretch of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
+struct Stretch {
+  double start = 0, end = 0;
+  std::size_t piece = 0;
+  const TimePiece* function = nullptr;
+  std::size_t polynomial = 0;
+};
+
+// The stretches of a sound function in order; the first one starts at -∞. A polynomial that its piece does
+// not live to see has none.
+std::vector<Stretch> Stretches(const TimeFunction& function) {
+  std::vector<Stretch> stretches;
+  for (std::size_t k = 0; k < function.pieces.size(); ++k) {
+    const TimePiece& piece = function.pieces[k].function;
+    const double begin = k == 0 ? -kInfinity : function.pieces[k].start;
+    const double end = k + 1 < function.pieces.size() ? function.pieces[k + 1].start : kInfinity;
+    const auto* polynomials = std::get_if<PiecewisePolynomial>(&piece);
+    const std::size_t count = polynomials ? polynomials->coefficients.size() : 1;
+    for (std::size_t p = 0; p < count; ++p) {
+      const double from = p == 0 ? begin : std::max(begin, polynomials->breaks[p]);
+      const double to = p + 1 == count ? end : std::min(end, polynomials->breaks[p + 1]);
+      if (from < to) stretches.push_back({from, to, k, &piece, p});
+    }
+  }
+  return stretches;
+}
+
+// Finds the last of some increasing times that is not after `t`, remembering where it was.
+class Finder {
+ public:
+  explicit Finder(std::vector<double> times) : times_(std::move(times)) {}
+
+  // The last k with times[k] <= t, or times[k] < t from the left; 0 where there is none.
+  std::size_t Find(double t, Side side) {
+    if (!Holds(last_, t, side)) {
+      if (last_ + 1 < times_.size() && Holds(last_ + 1, t, side)) {
+        ++last_;
+      } else {
+        const auto after = std::partition_point(times_.begin() + 1, times_.end(),
+                                                [&](double time) { return Reached(time, t, side); });
+        last_ = static_cast<std::size_t>(after - times_.begin()) - 1;
+      }
+    }
+    return last_;
+  }
+
+  const std::vector<double>& times() const { return times_; }
+
+ private:
+  static bool Reached(double time, double t, Side side) {
+    return side == Side::kRight ? time <= t : time < t;
+  }
+  bool Holds(std::size_t k, double t, Side side) const {
+    return (k == 0 || Reached(times_[k], t, side)) &&
+           (k + 1 == times_.size() || !Reached(times_[k + 1], t, side));
+  }
+
+  std::vector<double> times_;
+  std::size_t last_ = 0;
+};
+
+// A formula on the part of `stretch` in [0, horizon]; without a horizon nothing is asked of it but its values.
+absl::StatusOr<std::shared_ptr<const AnalysedFormula>> AnalyseOn(const std::string& text,
+                                                                 const FormulaParameters& parameters,
+                                                                 const Stretch& stretch, double horizon) {
+  return AnalyseFormula(text, {.parameters = parameters}, std::max(0.0, stretch.start), std::min(horizon, stretch.end));
+}
+
+// The compiled forms of the four kinds of pieces; each writes its value at t to `out`.
+
+class CompiledConstant {
+ public:
+  explicit CompiledConstant(const ConstantFunction& function) : value_(function.value) {}
+  void Evaluate(double /*t*/, Side /*side*/, Eigen::Ref<Vector> out) { out = value_; }
+
+ private:
+  Vector value_;
+};
+
+class CompiledFormulas {
+ public:
+  static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function, const Stretch& stretch,
+                                                 const TimeAxis& axis) {
+    CompiledFormulas compiled;
+    compiled.constants_ = Vector::Zero(static_cast<Index>(function.formulas.size()));
+    std::map<std::string_view, std::size_t> known;  // grids have the same formula at many points
+    for (Index i = 0; i < compiled.constants_.size(); ++i) {
+      const std::string& text = function.formulas[static_cast<std::size_t>(i)];
+      if (const auto found = known.find(text); found != known.end()) {
+        compiled.varying_[found->second].components.push_back(i);
+        continue;
+      }
+      auto analysed = AnalyseOn(text, function.parameters, stretch, axis.horizon);
+      if (!analysed.ok()) return analysed.status();
+      Formula formula(*std::move(analysed), axis);
+      if (formula.DependsOnTime()) {
+        known.emplace(text, compiled.varying_.size());
+        compiled.varying_.push_back({std::move(formula), {i}});
+      } else {
+        compiled.constants_(i) = formula.Evaluate(0);
+      }
+    }
+    return compiled;
+  }
+
+  void Evaluate(double t, Side side, Eigen::Ref<Vector> out) {
+    out = constants_;
+    for (Varying& varying : varying_) {
+      const double value = varying.formula.Evaluate(t, side);
+      for (const Index i : varying.components) out(i) = value;
+    }
+  }
+
+ private:
+  struct Varying {
+    Formula formula;
+    std::vector<Index> components;
+  };
+  Vector constants_;  // of the components whose formula is one number; 0 elsewhere
+  std::vector<Varying> varying_;
+};
+
+class CompiledSamples {
+ public:
+  explicit CompiledSamples(const SampledFunction& function)
+      : finder_(function.times), values_(function.values) {}
+
+  void Evaluate(double t, Side /*side*/, Eigen::Ref<Vector> out) {
+    const std::size_t k = finder_.Find(t, Side::kRight);
+    const std::vector<double>& times = finder_.times();
+    const auto column = static_cast<Index>(k);
+    if (t <= times.front() || k + 1 == times.size()) {
+      out = values_.col(column);
+    } else {
+      // Exact at both ends.
+      const double s = (t - times[k]) / (times[k + 1] - times[k]);
+      out = (1 - s) * values_.col(column) + s * values_.col(column + 1);
+    }
+  }
+
+ private:
+  Finder finder_;
+  Matrix values_;
+};
+
+class CompiledPolynomial {
+ public:
+  CompiledPolynomial(double origin, const Matrix& coefficients)
+      : origin_(origin), coefficients_(coefficients) {}
+
+  void Evaluate(double t, Side /*side*/, Eigen::Ref<Vector> out) {
+    const double s = t - origin_;
+    Index k = coefficients_.cols() - 1;
+    out = coefficients_.col(k);
+    while (k-- > 0) out = out * s + coefficients_.col(k);
+  }
+
+ private:
+  double origin_;
+  Matrix coefficients_;
+};
+
+using CompiledPiece = std::variant<CompiledConstant, CompiledFormulas, CompiledSamples, CompiledPolynomial>;
+
+absl::StatusOr<CompiledPiece> Compile(const Stretch& stretch, const TimeAxis& axis) {
+  if (const auto* constant = std::get_if<ConstantFunction>(stretch.function)) return CompiledConstant(*constant);
+  if (const auto* samples = std::get_if<SampledFunction>(stretch.function)) return CompiledSamples(*samples);
+  if (const auto* polynomials = std::get_if<PiecewisePolynomial>(stretch.function)) {
+    const std::size_t p = stretch.polynomial;
+    return CompiledPolynomial(polynomials->breaks[p], polynomials->coefficients[p]);
+  }
+  return CompiledFormulas::Create(std::get<FormulaFunction>(*stretch.function), stretch, axis);
+}
+
+TimeFunction OnePiece(TimePiece piece) {
+  TimeFunction function;
+  function.pieces.push_back({0, std::move(piece)});
+  return function;
+}
+
+}  // namespace
+
+TimeFunction TimeFunction::Constant(Vector value) { return OnePiece(ConstantFunction{std::move(value)}); }
+
+TimeFunction TimeFunction::Zero(Index size) { return Constant(Vector::Zero(size)); }
+
+TimeFunction TimeFunction::Formulas(std::vector<std::string> formulas) {
+  return OnePiece(FormulaFunction{std::move(formulas)});
+}
+
+TimeFunction TimeFunction::Sampled(std::vector<double> times, Matrix values) {
+  return OnePiece(SampledFunction{std::move(times), std::move(values)});
+}
+
+struct TimeFunctionEvaluator::Impl {
+  Index size;
+  Finder starts;
+  std::vector<CompiledPiece> pieces;
+  StructuredMatrix lift;
+  Matrix inner;  // one column, where there is a lift
+
+  void EvaluatePieces(double t, Side side, Eigen::Ref<Vector> out) {
+    CompiledPiece& piece = pieces[starts.Find(t, side)];
+    std::visit([&](auto& compiled) { compiled.Evaluate(t, side, out); }, piece);
+  }
+};
+
+absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFunction& function,
+                                                                    Index size, const TimeAxis& axis) {
+  const std::vector<Violation> violations = Validate(function, size, "function");
+  if (!violations.empty()) {
+    return absl::InvalidArgumentError(violations.front().field + ": " + violations.front().description);
+  }
+  std::vector<double> starts;
+  std::vector<CompiledPiece> pieces;
+  for (const Stretch& stretch : Stretches(function)) {
+    absl::StatusOr<CompiledPiece> piece = Compile(stretch, axis);
+    if (!piece.ok()) return piece.status();
+    starts.push_back(axis.Nearest(stretch.start));
+    pieces.push_back(std::move(*piece));
+  }
+  return TimeFunctionEvaluator(std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces),
+                                                           function.lift, Matrix(function.lift.cols(), 1)}));
+}
+
+TimeFunctionEvaluator::TimeFunctionEvaluator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TimeFunctionEvaluator::TimeFunctionEvaluator(TimeFunctionEvaluator&&) noexcept = default;
+TimeFunctionEvaluator& TimeFunctionEvaluator::operator=(TimeFunctionEvaluator&&) noexcept = default;
+TimeFunctionEvaluator::~TimeFunctionEvaluator() = default;
+
+Index TimeFunctionEvaluator::size() const { return impl_->size; }
+
+void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out) {
+  if (impl_->lift.size() == 0) return impl_->EvaluatePieces(t, side, out);
+  impl_->EvaluatePieces(t, side, impl_->inner.col(0));
+  impl_->lift.Multiply(impl_->inner, out);
+}
+
+std::vector<AnalysedComponent> AnalyseFormulas(const TimeFunction& function, double horizon) {
+  constexpr int kMostRefused = 8;  // each of them may have taken a second
+  int refused = 0;
+  std::vector<AnalysedComponent> analysed;
+  for (const Stretch& stretch : Stretches(function)) {
+    const auto* formulas = std::get_if<FormulaFunction>(stretch.function);
+    if (!formulas) continue;
+    std::set<std::string_view> known;
+    for (std::size_t i = 0; i < formulas->formulas.size(); ++i) {
+      if (!known.insert(formulas->formulas[i]).second) continue;
+      auto formula = AnalyseOn(formulas->formulas[i], formulas->parameters, stretch, horizon);
+      if (!formula.ok()) continue;
+      analysed.push_back({stretch.piece, static_cast<Index>(i), *std::move(formula)});
+      refused += !analysed.back().formula->switching.refusal.empty();
+      if (refused == kMostRefused) return analysed;
+    }
+  }
+  return analysed;
+}
+
+std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {
+  std::vector<double> points;
+  for (const Stretch& stretch : Stretches(function)) {
+    if (stretch.start > 0 && stretch.start < horizon) points.push_back(stretch.start);
+  }
+  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+    const std::vector<double>& times = component.formula->switching.times;
+    points.insert(points.end(), times.begin(), times.end());
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vector-valued functions of time: the sources f(t) and g(t) of a problem.
+//
+// A TimeFunction is data: a list of pieces, each holding from its start to the next one's, and each a
+// constant, samples on a grid, a piecewise polynomial, or one formula per component. At the start of a
+// piece the value is the right limit. Where few functions make many components, f(t) = lift ψ(t), the pieces are those of ψ.
+// A TimeFunctionEvaluator is the compiled form.
+
+#ifndef DLCS_CORE_PROBLEM_TIME_FUNCTION_H_
+#define DLCS_CORE_PROBLEM_TIME_FUNCTION_H_
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/linalg/structured_matrix.h"
+#include "core/problem/formula_parameters.h"
+#include "core/problem/time_axis.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+class ViolationList;
+struct AnalysedFormula;
+
+struct ConstantFunction {
+  Vector value;
+};
+
+// One formula in `t` per component; the language is described in core/problem/formula.h.
+struct FormulaFunction {
+  std::vector<std::string> formulas;
+  FormulaParameters parameters = {};
+};
+
+// Linear interpolation of `values.col(k)` at `times[k]`; constant before the first and after the last time.
+struct SampledFunction {
+  std::vector<double> times;  // strictly increasing, at least one
+  Matrix values;              // components × times
+};
+
+// On [breaks[p], breaks[p+1]): Σ_k coefficients[p].col(k) · (t - breaks[p])^k. The first polynomial extends
+// to the left, the last to the right. Every inner break is a break point of the function.
+struct PiecewisePolynomial {
+  std::vector<double> breaks;        // strictly increasing: one more than `coefficients`
+  std::vector<Matrix> coefficients;  // components × (degree + 1)
+};
+
+using TimePiece = std::variant<ConstantFunction, FormulaFunction, SampledFunction, PiecewisePolynomial>;
+
+struct TimeFunction {
+  struct Piece {
+    double start = 0;  // the first piece also holds before its start
+    TimePiece function;
+  };
+  std::vector<Piece> pieces;  // starts strictly increasing, at least one piece
+  // Components × those of the pieces; 0 × 0 stands for the identity.
+  StructuredMatrix lift = {};
+
+  bool is_lifted() const { return lift.size() > 0; }
+  // The components that the pieces have, for a function of `size` components.
+  Index inner_size(Index size) const { return is_lifted() ? lift.cols() : size; }
+  // The pieces without the lift: ψ.
+  TimeFunction Inner() const { return {.pieces = pieces}; }
+
+  static TimeFunction Constant(Vector value);
+  static TimeFunction Zero(Index size);
+  static TimeFunction Formulas(std::vector<std::string> formulas);
+  static TimeFunction Sampled(std::vector<double> times, Matrix values);
+};
+
+// Evaluates a TimeFunction. Not safe to share between threads (formulas hold their variable), cheap
+// to move, some 5 µs per formula to make.
+class TimeFunctionEvaluator {
+ public:
+  // With an `axis` (AxisOf() of a problem) both limits are right at all of its break points: pieces start and formulas
+  // switch there, whatever rounding says. Without one a formula has its value for both limits.
+  // Errors: InvalidArgument as the first entry of Validate() below.
+  static absl::StatusOr<TimeFunctionEvaluator> Create(const TimeFunction& function, Index size,
+                                                      const TimeAxis& axis = {});
+
+  TimeFunctionEvaluator(TimeFunctionEvaluator&&) noexcept;
+  TimeFunctionEvaluator& operator=(TimeFunctionEvaluator&&) noexcept;
+  ~TimeFunctionEvaluator();
+
+  Index size() const;
+  // Writes the limit of the function at `t` from `side` to `out` (size() entries). Where a formula has no
+  // finite value the entry is not finite; the caller decides what that means.
+  void Evaluate(double t, Side side, Eigen::Ref<Vector> out);
+
+ private:
+  struct Impl;
+  explicit TimeFunctionEvaluator(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+// Everything wrong with `function` as a function with `size` components: times out of order, shapes,
+// non-finite numbers, formulas that do not parse (with the position and the reason). Formula values are not
+// looked at; Validate(Problem) does that at sample times.
+// Fields are named, with `field` = "f": f[1] for a component of a constant or its formula, f.times[3],
+// f.values[1][3], f.breaks[2], f.coefficients[2][1][0] (polynomial, component, power). Where there is more
+// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start. Of a lifted function
+// f.lift is the matrix, and f.of takes the place of f in all of these.
+std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field);
+// The same, appended to a longer list.
+void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list);
+
+// A formula of a time function, and what is known about it on [0, horizon] where its piece holds.
+struct AnalysedComponent {
+  std::size_t piece;
+  Index component;  // the first one with this text
+  std::shared_ptr<const AnalysedFormula> formula;
+};
+// Each formula of each piece of the sound `function` once; no more behind the eighth that is refused. Cost: core/problem/formula_switching.h the first time.
+std::vector<AnalysedComponent> AnalyseFormulas(const TimeFunction& function, double horizon);
+
+// The times strictly inside (0, horizon) where a piece or a polynomial of the sound `function` starts or a formula
+// switches, increasing and distinct.
+std::vector<double> BreakPoints(const TimeFunction& function, double horizon);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_TIME_FUNCTION_H_

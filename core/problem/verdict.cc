@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/verdict.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/format_number.h"
+
+namespace dlcs {
+namespace {
+
+// A figure with two digits: no estimate has more.
+std::string Figure(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+// One thing that the certificate measures, against its size.
+struct Measure {
+  const char* what;
+  double value;
+  double size;
+  bool is_of_nodes;  // where nothing but an error makes it large; between them a jump does too
+
+  double relative() const { return value > 0 ? value / size : 0; }  // 0/0 is no misfit
+};
+
+// A measure by rows, each against its own size, where it was taken; the largest of all against the largest size elsewhere.
+Measure ByRows(const char* what, double of_rows, double value, double size, bool is_of_nodes) {
+  return std::isnan(of_rows) ? Measure{what, value, size, is_of_nodes} : Measure{what, of_rows, 1, is_of_nodes};
+}
+
+void AddConcerns(const Solution& solution, Verdict& verdict) {
+  const Certificate& c = solution.certificate;
+  for (const Measure& measure :
+       {ByRows("the residual of the LCP at nodes", c.node_residual_of_rows, c.node_residual, c.lcp_scale, true),
+        ByRows("the residual of the LCP between nodes", c.midpoint_residual_of_rows, c.midpoint_residual, c.lcp_scale,
+               false),
+        Measure{"the defect of x'", c.ode_defect, c.ode_scale, false},
+        Measure{"the difference of x to the integral of A x + B y + f", c.drift_of_rows, 1, true}}) {
+    if (!(measure.relative() > kConcern)) continue;
+    if (measure.relative() > kNoSuccess && measure.is_of_nodes) verdict.success = false;
+    verdict.concerns.push_back(std::string(1, static_cast<char>(measure.what[0] - 'a' + 'A')) + (measure.what + 1) +
+                               " is " + Figure(measure.relative()) +
+                               " of its size: shorter steps would resolve what is there.");
+  }
+}
+
+std::string Within(const Accuracy& accuracy) {
+  return "an error of " + FormatNumber(accuracy.asked) + (accuracy.asked_by_default ? " (the default)" : "");
+}
+
+}  // namespace
+
+Verdict JudgeSolution(const Solution& solution) {
+  const Accuracy& accuracy = solution.accuracy;
+  Verdict verdict;
+  if (solution.termination != Termination::kReachedEnd) {
+    verdict.text = std::string("not solved: ") + TerminationName(solution.termination);
+    return verdict;
+  }
+  const bool known = accuracy.source != AccuracySource::kNotEstimated && !std::isnan(accuracy.error);
+  verdict.success = true;
+  AddConcerns(solution, verdict);
+  if (!known) {
+    verdict.kind = VerdictKind::kErrorUnknown;
+    verdict.text = "reached T, error not estimated";
+    // Grids that failed leave nothing to compare the last one with.
+    if (accuracy.asked > 0) {
+      verdict.text += ", where " + FormatNumber(accuracy.asked) + " was aimed at";
+      verdict.success = false;
+    }
+    return verdict;
+  }
+  const std::string estimated = "estimated error " + Figure(accuracy.error);
+  const bool met = accuracy.source == AccuracySource::kControlled && accuracy.error <= accuracy.asked;
+  if (met && verdict.concerns.empty()) {
+    verdict.kind = VerdictKind::kSolved;
+    verdict.text = "SOLVED within " + Within(accuracy) + ", " + estimated;
+    return verdict;
+  }
+  verdict.kind = VerdictKind::kErrorEstimated;
+  verdict.text = "reached T, " + estimated;
+  if (accuracy.asked > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.asked) + " was aimed at";
+  verdict.success = verdict.success && !(accuracy.error > kNoSuccess);
+  if (accuracy.error > kConcern) {
+    const std::string how_large =
+        accuracy.error > 1 ? "larger than x itself" : Figure(100 * accuracy.error) + " % of the size of x";
+    verdict.concerns.insert(verdict.concerns.begin(),
+                            "The estimated error is " + how_large + ": take shorter steps, or ask for an error.");
+  }
+  return verdict;
+}
+
+const char* VerdictName(VerdictKind kind) {
+  switch (kind) {
+    case VerdictKind::kSolved:
+      return "SOLVED";
+    case VerdictKind::kErrorEstimated:
+      return "ERROR_ESTIMATED";
+    case VerdictKind::kErrorUnknown:
+      return "ERROR_UNKNOWN";
+    case VerdictKind::kNotSolved:
+      return "NOT_SOLVED";
+  }
+  return "UNKNOWN";
+}
+
+}  // namespace dlcs

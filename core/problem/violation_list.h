@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Collects broken rules of the input, bounded in length whatever the input is.
+
+#ifndef DLCS_CORE_PROBLEM_VIOLATION_LIST_H_
+#define DLCS_CORE_PROBLEM_VIOLATION_LIST_H_
+
+#include <string>
+#include <vector>
+
+#include "core/linalg/structured_matrix.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+class ViolationList {
+ public:
+  // Enough to mend a problem by hand; a matrix full of NaN must not become a million strings.
+  static constexpr Index kMaxListed = 200;
+
+  void Add(std::string field, std::string description);
+
+  // Every entry of `matrix` that is not finite, as field[row][column]; of `vector`, as field[row].
+  void AddNonFiniteEntries(const Matrix& matrix, const std::string& field);
+  // The same of a matrix with structure; entries of the factors of a Kronecker sum are field.kronecker_sum.factors[k][row][column].
+  void AddNonFiniteEntries(const StructuredMatrix& matrix, const std::string& field);
+  void AddNonFiniteComponents(const Vector& vector, const std::string& field);
+
+  // Times that are not finite, or not greater than the one before, as field[k].
+  void AddDisorder(const std::vector<double>& times, const std::string& field);
+
+  bool empty() const { return violations_.empty(); }
+  bool full() const { return static_cast<Index>(violations_.size()) >= kMaxListed; }
+
+  // The first kMaxListed in the order of Add(); where there were more, one further entry counts the rest.
+  std::vector<Violation> Take() &&;
+
+ private:
+  void AddNonFiniteSparseEntries(const SparseMatrix& matrix, const std::string& field);
+
+  std::vector<Violation> violations_;
+  Index unlisted_ = 0;
+  std::string first_unlisted_field_;
+};
+
+// Adds what is wrong with `times` as break points of a problem on [0, horizon], as break_points[k]: disorder, and times
+// outside (0, horizon).
+void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROBLEM_VIOLATION_LIST_H_

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernel of a Kronecker sum: a short sum of exponentials for each mode across the axis.
+
+#ifndef DLCS_CORE_PROPAGATOR_KRONECKER_KERNEL_H_
+#define DLCS_CORE_PROPAGATOR_KRONECKER_KERNEL_H_
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "core/propagator/kronecker_modes.h"
+#include "core/propagator/mode_tile.h"
+#include "core/propagator/propagator.h"
+
+namespace dlcs {
+
+// Exponentials z' = s z + û, s = (rate_k + λ_r), over steps of length h. With P_j = Σ_{l<j} e^{(j-1-l)hs} û_l the value at node j
+// is α û_j + β P_j: all of the past in one number and one multiplication a step. For hats α = h φ_2 and β = h φ_1², for constant
+// pieces α = h φ_1 and β = h φ_0 φ_1.
+//
+// Arrays hold mode r (row) and exponential k (column).
+struct ExponentialSteps {
+  Matrix decay;  // e^{hs}
+  Matrix alpha, beta;
+  Matrix start;  // P_0 / û_0, which makes the half hat of û_0: -α/β; 0 for constant pieces, where û_0 counts for nothing
+
+  ExponentialSteps(const Vector& rates, const Vector& lambda, double h, Hold hold);
+};
+
+class KroneckerKernel final : public ReducedKernel {
+ public:
+  KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold);
+
+  double step() const override { return step_; }
+  const Matrix& K0() const override { return K0_; }
+  std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const override;
+  Matrix Respond(const Matrix& y, Workers& workers) const override;
+  void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
+                   Eigen::Ref<Matrix> q) const override;
+  Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const override;
+  Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const override;
+  double Bound(Index window) const override;
+
+  // ẑ at the nodes 1..W and in the middles of the steps, from rest, p × W each, for any input û of the modes across the
+  // axis, p × W + 1, with û_0 at the start: in place of what `nodes` and `middles` hold, or added to it. `middles` may be
+  // empty: then it is spared. Cost: 6 p W operations for each term.
+  enum class Result { kReplaces, kAdds };
+  void RespondInModes(const Eigen::Ref<const Matrix>& inputs, Result result, Eigen::Ref<Matrix> nodes,
+                      Eigen::Ref<Matrix> middles, Workers& workers) const;
+
+  const KroneckerModes& modes() const { return *modes_; }
+  const ModeRecursion& terms() const { return terms_; }
+
+ private:
+  std::shared_ptr<const KroneckerModes> modes_;
+  double step_;
+  Hold hold_;
+  ModeRecursion terms_;
+  Matrix K0_;
+  mutable std::mutex bounds_mutex_;
+  mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞, as far as they were asked for
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROPAGATOR_KRONECKER_KERNEL_H_

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The past of a march: exponentials of all modes, where each input waits for the answer before it.
+
+#ifndef DLCS_CORE_PROPAGATOR_MODE_HISTORY_H_
+#define DLCS_CORE_PROPAGATOR_MODE_HISTORY_H_
+
+#include <vector>
+
+#include "core/propagator/mode_tile.h"
+
+namespace dlcs {
+
+// Of a ModeRecursion, whose inputs come one at a time: sum_j = Σ_k past_k P_{j,k}. Memory is what a march waits for
+// here: the exponentials are read and written once in four nodes. What they hold then is summed for the next nodes,
+// too, and the inputs in between are added by what they do one to three nodes later,
+//
+//     sum_{j+m} = Σ_k past_k e_k^m P_{j,k} + Σ_{l=1..m} effect_{m-l} û_{j+l-1},   effect_i = Σ_k past_k e_k^i.
+//
+// Copies go their own way. Cost of a node: 5 operations and one number of traffic for each mode and term.
+class ModePast {
+ public:
+  static constexpr Index kNodes = 4;
+  static constexpr Index kModes = 8;  // of a tile
+
+  // At P_0 = start û_0. Where û_0 counts for nothing afterwards (`start` is zero then), `forgets_first`.
+  ModePast(const ModeRecursion& recursion, const Vector& first, bool forgets_first);
+
+  // sum_j, at first for j = 1.
+  const Vector& sum() const { return sum_; }
+  // û_j: goes to the next node.
+  void Push(const Eigen::Ref<const Vector>& input);
+
+ private:
+  struct alignas(64) Row {
+    double mode[kModes] = {};
+  };
+
+  std::vector<Row> TilesOf(const Matrix& terms) const;
+  // Takes in the inputs, where there are kNodes of them, and sums for the next nodes.
+  void Pass(bool takes_inputs);
+
+  Index terms_, num_modes_;
+  std::vector<Row> decay_, weight_;  // tile by tile; k runs within a tile
+  std::vector<Row> past_;            // P, the same
+  Matrix effects_;                   // effect_i in column i; modes fill whole tiles here and below
+  Matrix ahead_;                     // Σ_k past_k e_k^m P_k in column m
+  Matrix inputs_;                    // since P, one a column
+  Index num_inputs_ = 0;
+  Vector sum_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROPAGATOR_MODE_HISTORY_H_

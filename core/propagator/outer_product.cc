@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/propagator/outer_product.h"
+
+#include <cmath>
+#include <vector>
+
+namespace dlcs {
+namespace {
+
+constexpr double kRounding = 1e-15;
+
+struct Place {
+  Index along, across;
+};
+
+Place PlaceOf(Index row, const Axis& axis) {
+  const Index outer = row / axis.faster;
+  return {outer % axis.length, outer / axis.length * axis.faster + row % axis.faster};
+}
+
+}  // namespace
+
+std::optional<OuterProduct> AsOuterProduct(const SparseMatrix& matrix, const Axis& axis) {
+  double largest = 0;
+  Place pivot{0, 0};
+  Index pivot_column = 0;
+  for (Index c = 0; c < matrix.outerSize(); ++c) {
+    for (SparseMatrix::InnerIterator entry(matrix, c); entry; ++entry) {
+      if (std::abs(entry.value()) <= std::abs(largest)) continue;
+      largest = entry.value();
+      pivot = PlaceOf(entry.row(), axis);
+      pivot_column = c;
+    }
+  }
+  OuterProduct form{Vector::Zero(axis.length), SparseMatrix(matrix.rows() / axis.length, matrix.cols())};
+  if (largest == 0) return form;
+
+  // The line through the pivot along the axis, and the points with its place on the axis.
+  std::vector<Eigen::Triplet<double>> across;
+  for (Index c = 0; c < matrix.outerSize(); ++c) {
+    for (SparseMatrix::InnerIterator entry(matrix, c); entry; ++entry) {
+      const Place place = PlaceOf(entry.row(), axis);
+      if (c == pivot_column && place.across == pivot.across) form.along[place.along] = entry.value() / largest;
+      if (place.along == pivot.along) across.emplace_back(place.across, c, entry.value());
+    }
+  }
+  form.across.setFromTriplets(across.begin(), across.end());
+
+  Index explained = 0;
+  for (Index c = 0; c < matrix.outerSize(); ++c) {
+    for (SparseMatrix::InnerIterator entry(matrix, c); entry; ++entry) {
+      const Place place = PlaceOf(entry.row(), axis);
+      const double product = form.along[place.along] * form.across.coeff(place.across, c);
+      if (!(std::abs(product - entry.value()) <= kRounding * std::abs(largest))) return std::nullopt;
+      if (product != 0) ++explained;
+    }
+  }
+  const auto nonzeros = [](const auto& values) { return (values.array() != 0).count(); };
+  const Index of_product =
+      nonzeros(form.along) * nonzeros(Eigen::Map<const Vector>(form.across.valuePtr(), form.across.nonZeros()));
+  if (explained != of_product) return std::nullopt;
+  return form;
+}
+
+}  // namespace dlcs

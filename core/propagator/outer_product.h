@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recognises matrices that act along one axis of a grid through a single vector.
+
+#ifndef DLCS_CORE_PROPAGATOR_OUTER_PRODUCT_H_
+#define DLCS_CORE_PROPAGATOR_OUTER_PRODUCT_H_
+
+#include <optional>
+
+#include "core/linalg/structured_matrix.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// The rows of a matrix as points of a grid: row (s · length + a) · faster + f.
+struct Axis {
+  Index length = 1;  // of the axis, a
+  Index faster = 1;  // points that run faster, f
+};
+
+// The matrix whose entry in row (s, a, f) and column c is along_a · across_{(s, f), c}, (s, f) = s · faster + f.
+struct OuterProduct {
+  Vector along;
+  SparseMatrix across;
+};
+
+// `matrix` in that form, to rounding; absent where it has none. A zero matrix has it.
+std::optional<OuterProduct> AsOuterProduct(const SparseMatrix& matrix, const Axis& axis);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROPAGATOR_OUTER_PRODUCT_H_

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// The system seen from its constraints: how x0, f and y move N x, without the states in between.
+
+#ifndef DLCS_CORE_PROPAGATOR_PROPAGATOR_H_
+#define DLCS_CORE_PROPAGATOR_PROPAGATOR_H_
+
+#include <memory>
+#include <stop_token>
+#include <vector>
+
+#include "core/discretization/grid.h"
+#include "core/parallel/parallel.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+
+namespace dlcs {
+
+// What y is between two nodes: linear (exp-PL), or constant and equal to y_j on (t_{j-1}, t_j] (exp-PC).
+enum class Hold { kLinear, kConstant };
+
+// What the y of the nodes so far does to N x at later nodes. One for each solve.
+class Memory {
+ public:
+  virtual ~Memory() = default;
+
+  // q = the response at the next node to all y pushed so far, without that of the next y itself (that is K_0 y).
+  virtual void Next(Eigen::Ref<Vector> q) = 0;
+  // The same at the next `steps` nodes, as if every later y were zero. n × steps.
+  virtual Matrix History(Index steps) = 0;
+  // The y of the next node.
+  virtual void Push(const Eigen::Ref<const Vector>& y) = 0;
+};
+
+// The motion with y = 0.
+struct FreeMotion {
+  Matrix nodes;    // N x at the nodes 0..J, n × J + 1
+  Matrix middles;  // at the middles of the steps, n × J; absent where `modes` holds them
+  // Of a Kronecker sum, before it is observed: what the response to y is added to, so that both are transformed as one.
+  struct Modes {
+    Matrix inputs;          // û of sources that enter as y does, at the nodes 0..J: p × J + 1, absent where none do
+    Matrix nodes, middles;  // ẑ of all else at the nodes 1..J and the middles: p × J
+  } modes;
+};
+
+// N x at the nodes 1..W and in the middles of the steps: n × W each.
+struct Motion {
+  Matrix nodes, middles;
+};
+
+// Memory of a response, of use for the next one.
+struct ResponseScratch {
+  Matrix inputs, outputs;
+};
+
+// The response of N x to y on steps of one length: the blocks K_0, K_1, ... of core/laplace/kernel.h in whatever form is
+// cheapest. Immutable: many solves may share one.
+class ReducedKernel {
+ public:
+  virtual ~ReducedKernel() = default;
+
+  virtual double step() const = 0;
+  // n × n: what y_j does to N x_j.
+  virtual const Matrix& K0() const = 0;
+  // A memory that holds y_0, the value at the start (of no account with Hold::kConstant).
+  virtual std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const = 0;
+  // r_j = Σ_{l=1..j} K_{j-l} y_l for j = 1..W, from y_1 ... y_W (n × W); same bits for any number of threads.
+  virtual Matrix Respond(const Matrix& y, Workers& workers) const = 0;
+  // Adds it to `q`. `scratch` saves memory from call to call.
+  virtual void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
+                           Eigen::Ref<Matrix> q) const;
+  // The response at the middles of the steps 1..W to y_0 ... y_W (n × W + 1), from rest: n × W.
+  virtual Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const = 0;
+  // All of the motion under y_0 ... y_W (n × W + 1), W <= J: `free` and the response to y at nodes and middles, formed anew.
+  virtual Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const;
+  // max_k ‖K_k‖_∞ / h for k < window, or a bound of it.
+  virtual double Bound(Index window) const = 0;
+};
+
+// Sources at the nodes 0..J of a run, linear between them: columns of ψ, where f = lift ψ, or of f itself.
+struct RunSources {
+  double step = 0;
+  Matrix psi;
+};
+
+// A system in a form whose cost grows slower than m².
+class RealisedSystem {
+ public:
+  virtual ~RealisedSystem() = default;
+
+  // The kernel for steps of this length, kept for the next call. Blocks for windows up to `longest_window` where it is made of
+  // blocks. Null where `stop` was requested.
+  virtual std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window,
+                                                          Workers& workers, const std::stop_token& stop) = 0;
+  // From `x`, the state at the start of the run; `hold` is that of the y to come. May stop early (then of no use) where `stop` is
+  // requested.
+  virtual FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
+                          const std::stop_token& stop) = 0;
+  // The states at `nodes` (increasing, in 1..J) from the state `x` at node 0, the sources, and y_0 ... y_J: m × nodes.
+  virtual Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold,
+                        const std::vector<Index>& nodes, Workers& workers, const std::stop_token& stop) = 0;
+  // What it will keep for a solve on `grid`, in bytes, where that is worth a word.
+  virtual double PredictBytes(const Grid&) const { return 0; }
+  // What was done so far.
+  virtual RealisationRecord record() const = 0;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_PROPAGATOR_PROPAGATOR_H_

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/propagator/sector.h"
+
+#include <Eigen/SparseCholesky>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "core/laplace/range_contour.h"
+#include "core/linalg/sparse_factor.h"
+
+namespace dlcs {
+namespace {
+
+// Of times within which nodes are counted, and of the accuracy: they rank sectors only.
+constexpr double kRatio = 1000;
+constexpr double kAccuracy = 40;
+
+class SectorProof {
+ public:
+  explicit SectorProof(const SparseMatrix& A) {
+    const SparseMatrix transposed = A.transpose();
+    const auto order = SparseOrder(A);
+    symmetric_ = SparseMatrix((A + transposed) / 2).twistedBy(order);
+    skew_ = SparseMatrix((A - transposed) / 2).twistedBy(order);
+    skew_.prune(0.0);
+    identity_.resize(A.rows(), A.rows());
+    identity_.setIdentity();
+  }
+
+  bool is_symmetric() const { return skew_.nonZeros() == 0; }
+  double factor_nonzeros() const { return factor_nonzeros_; }
+
+  bool Holds(double angle, double shift) {
+    if (is_symmetric()) return IsPositive<double>(shift * identity_ - symmetric_);
+    using Complex = std::complex<double>;
+    return IsPositive<Complex>((shift * identity_ - symmetric_).cast<Complex>() +
+                               Complex(0, 1 / std::tan(angle)) * skew_.cast<Complex>());
+  }
+
+ private:
+  template <typename Scalar>
+  bool IsPositive(const Eigen::SparseMatrix<Scalar>& matrix) {
+    const Eigen::SimplicialLLT<Eigen::SparseMatrix<Scalar>, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(matrix);
+    if (factor.info() != Eigen::Success) return false;
+    factor_nonzeros_ = static_cast<double>(factor.matrixL().nestedExpression().nonZeros());
+    return true;
+  }
+
+  SparseMatrix symmetric_, skew_, identity_;
+  double factor_nonzeros_ = 0;
+};
+
+// The narrowest angle with this shift, to 0.05; empty beyond the widest.
+std::optional<double> NarrowestAngle(SectorProof& proof, double shift) {
+  constexpr double kStep = 0.05;
+  constexpr int kWidest = 27;
+  if (!proof.Holds(kWidest * kStep, shift)) return std::nullopt;
+  if (proof.is_symmetric()) return 0;
+  int low = 0, high = kWidest;  // fails, holds
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    (proof.Holds(middle * kStep, shift) ? high : low) = middle;
+  }
+  return high * kStep;
+}
+
+}  // namespace
+
+std::optional<Sector> FindSector(const SparseMatrix& A, double horizon) {
+  constexpr double kShifts[] = {0, 0.5, 1.5, 3};  // over the horizon each costs a factor of e^σ in rounding
+  constexpr Index kFewNodes = 160;                   // not worth a search for less
+  SectorProof proof(A);
+  std::optional<Sector> best;
+  Index fewest = std::numeric_limits<Index>::max();
+  for (const double growth : kShifts) {
+    const double shift = growth / horizon;
+    const auto angle = NarrowestAngle(proof, shift);
+    if (!angle) continue;
+    const auto contour = FindSectorContour(horizon / kRatio, horizon, kAccuracy, *angle, shift);
+    if (!contour || contour->hyperbola.nodes >= fewest) continue;
+    fewest = contour->hyperbola.nodes;
+    best = Sector{.angle = *angle, .shift = shift, .factor_nonzeros = proof.factor_nonzeros()};
+    if (fewest <= kFewNodes) break;
+  }
+  return best;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/stepping/exponential_integrator.h"
+
+#include "core/stepping/reduced_march.h"
+#include "core/stepping/stepping.h"
+
+namespace dlcs {
+
+bool ExponentialMarch(SolveContext& context) {
+  if (context.realised) return ReducedMarch(context);
+  const bool linear = context.y_is_lipschitz();
+  return MarchGrid(context, linear ? "exp-PL" : "exp-PC", [&](double step) {
+    return linear ? ExponentialPiecewiseLinear(context.problem, step)
+                  : ExponentialPiecewiseConstant(context.problem, step);
+  });
+}
+
+}  // namespace dlcs

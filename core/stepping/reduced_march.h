@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The exponential march without states.
+
+#ifndef DLCS_CORE_STEPPING_REDUCED_MARCH_H_
+#define DLCS_CORE_STEPPING_REDUCED_MARCH_H_
+
+#include "core/context/solve_context.h"
+
+namespace dlcs {
+
+// ExponentialMarch() of a system that context.realised carries: one LCP(·, M + K_0) a step, in which the past of y comes from the
+// memory of the kernel. The same answer as with dense matrices, to rounding.
+bool ReducedMarch(SolveContext& context);
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_STEPPING_REDUCED_MARCH_H_

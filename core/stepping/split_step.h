@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The coupled LCP of a step, by factors of a band where those serve.
+
+#ifndef DLCS_CORE_STEPPING_SPLIT_STEP_H_
+#define DLCS_CORE_STEPPING_SPLIT_STEP_H_
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/context/coupled_step.h"
+#include "core/lcp/structured/splitting_solver.h"
+
+namespace dlcs {
+
+// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a banded M-matrix (SplitOffBand(): it is an H-matrix with
+// a positive diagonal then, so its LCP has one solution) factors of that serve, O(n) a step. The solver for dense
+// matrices is made only when they do not.
+class SplitStep {
+ public:
+  using MakeStep = std::function<std::unique_ptr<CoupledStep>()>;
+
+  // Without a splitting it is a CoupledStep, made by `make_step`.
+  SplitStep(std::optional<BandSplitting> splitting, MakeStep make_step);
+
+  // Forgets what earlier steps have taught; `y` is that of the step before.
+  void StartFrom(const Eigen::Ref<const Vector>& y);
+
+  // As CoupledStep::Solve(). `y` is a guess in, of any sign.
+  LcpVerdict Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y);
+
+ private:
+  std::optional<SplittingLcpSolver> splitting_;
+  static constexpr Index kPatience = 3;  // failures of the splitting before it is given up
+  Index patience_ = kPatience;
+  MakeStep make_step_;
+  std::unique_ptr<CoupledStep> step_;
+  Vector start_;  // y to start from
+  Vector tolerance_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_CORE_STEPPING_SPLIT_STEP_H_

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/stepping/stepping.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/context/consistency.h"
+#include "core/context/progress.h"
+#include "core/context/shared_setup.h"
+#include "core/discretization/step_cache.h"
+#include "core/linalg/norms.h"
+#include "core/parallel/stop_scope.h"
+
+namespace dlcs {
+namespace {
+
+// Steps between two sums of the certificate. Its columns stay in the cache, or fill 16 MB each; where A is dense, its
+// products take some ten milliseconds, since they are not interrupted.
+Index Chunk(const Problem& problem) {
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  const Index operations = n * n + (problem.A.is_dense() ? m * m : m);
+  return std::clamp<Index>(std::min((Index{1} << 21) / m, (Index{1} << 23) / operations), problem.A.is_dense() ? 8 : 1, 256);
+}
+
+}  // namespace
+
+void WarnOf(const Departures& departures, SolveContext& context) {
+  std::vector<std::string>& warnings = context.solution.warnings;
+  const std::string rule = SelectionName(context.selection);
+  const std::string steps = " of " + std::to_string(context.solution.cost.steps) + " steps ";
+  if (departures.steps_off_selection > 0) {
+    warnings.push_back("In " + std::to_string(departures.steps_off_selection) + steps +
+                       "y solves the coupled LCP, but is not " + rule +
+                       " of LCP(N x + g, M) at the new x: none was found that is.");
+  }
+  if (departures.steps_with_ties > 0) {
+    warnings.push_back("In " + std::to_string(departures.steps_with_ties) + steps + rule +
+                       " is not the only one: of several, the least in norm was taken.");
+  }
+}
+
+Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
+    : Marcher(problem, scheme, choice, MakeCoupledLcpSolver(problem.M, problem.N * scheme.y_after, choice)) {}
+
+Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver)
+    : problem_(problem),
+      abs_N_(problem.N.Dense().cwiseAbs()),
+      scheme_(std::move(scheme)),
+      choice_(choice),
+      coupled_(std::move(solver), problem.num_constraints(), scheme_.y_is_linear),
+      q_(problem.num_constraints()),
+      size_(problem.num_constraints()) {}
+
+Marcher::Marcher(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
+                 std::unique_ptr<LcpSolver> solver)
+    : problem_(problem),
+      sparse_(std::move(sparse)),
+      scheme_(sparse_->Description()),
+      choice_(choice),
+      coupled_(std::move(solver), problem.num_constraints(), scheme_.y_is_linear),
+      q_(problem.num_constraints()),
+      size_(problem.num_constraints()) {}
+
+void Marcher::StartWithSources(Segment& segment) const {
+  if (sparse_) return sparse_->StartWithSources(segment);
+  const Index steps = segment.steps;
+  auto x = segment.x.rightCols(steps);
+  x.noalias() = scheme_.f_after * segment.f.rightCols(steps);
+  if (scheme_.f_before.size() > 0) x.noalias() += scheme_.f_before * segment.f.leftCols(steps);
+}
+
+void Marcher::AddBefore(Segment& segment, Index j) const {
+  if (sparse_) return sparse_->AddBefore(segment, j, stage_);
+  auto x = segment.x.col(j);
+  x.noalias() += scheme_.state * segment.x.col(j - 1);
+  if (scheme_.y_before.size() > 0) x.noalias() += scheme_.y_before * segment.y.col(j - 1);
+}
+
+void Marcher::AddAfter(Segment& segment, Index j) const {
+  if (sparse_) return sparse_->AddAfter(segment, j);
+  segment.x.col(j).noalias() += scheme_.y_after * segment.y.col(j);
+}
+
+LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved) {
+  const Index steps = segment.steps;
+  StartWithSources(segment);
+  const Vector size_of_g = RowMaxAbs(segment.g);
+  coupled_.StartFrom(segment.y.col(0));
+  if (newton_) newton_->StartFrom(segment.y.col(0));
+
+  solved = 0;
+  try {
+    for (; solved < steps && !stop.stop_requested(); ++solved) {
+      const Index j = solved + 1;
+      if (const LcpVerdict verdict = TakeStage(segment, size_of_g, j, departures); verdict != LcpVerdict::kSolved) {
+        return verdict;
+      }
+      AddBefore(segment, j);
+      if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
+      const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
+      if (verdict != LcpVerdict::kSolved) return verdict;
+    }
+  } catch (const Stopped&) {
+    // In the middle of a step: those before it are kept.
+  }
+  return LcpVerdict::kSolved;
+}
+
+LcpVerdict Marcher::TakeStage(const Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
+  if (!sparse_ || !sparse_->has_stage()) return LcpVerdict::kSolved;
+  sparse_->StartStage(segment, j, stage_);
+  return Substitute(stage_, size_of_g, 1, departures);
+}
+
+LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
+  auto x = segment.x.col(j);
+  auto y = segment.y.col(j);
+  size_ = size_of_g;
+  if (sparse_) {
+    q_ = problem_.N * x;
+    size_ += problem_.N.AbsTimes(x.cwiseAbs());
+  } else {
+    q_.noalias() = problem_.N.Dense() * x;
+    size_.noalias() += abs_N_ * x.cwiseAbs();
+  }
+  q_ += segment.g.col(j);
+  const LcpVerdict verdict = coupled_.Solve(q_, size_, departures, y);
+  if (verdict != LcpVerdict::kSolved) return verdict;
+  AddAfter(segment, j);
+  return LcpVerdict::kSolved;
+}
+
+void Marcher::UseNewton(NewtonAccount& account) {
+  newton_.emplace(problem_, scheme_, choice_);
+  account_ = &account;
+}
+
+bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) {
+  u_ = segment.x.col(j - 1);
+  const NewtonVerdict verdict = newton_->Solve(segment.x.col(j), segment.g.col(j), size_of_g, u_, segment.y.col(j));
+  const Index iterations = newton_->iterations();
+  account_->lcps += static_cast<Index>(newton_->residuals().size());
+  account_->iterations += iterations;
+  if (newton_->residuals().size() > account_->residuals.size()) {
+    account_->residuals = newton_->residuals();
+    account_->hardest_node = segment.first_node + j;
+  }
+  if (verdict != NewtonVerdict::kConverged) {
+    ++account_->substituted_steps;
+    return false;
+  }
+  segment.x.col(j) = u_;
+  return true;
+}
+
+namespace {
+
+void CarryFields(StateArchive& state, NewtonAccount& account) {
+  state(account.iterations, account.lcps, account.substituted_steps, account.hardest_node, account.residuals);
+}
+
+bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount* newton) {
+  const Problem& problem = context.problem;
+  const std::vector<Run>& runs = context.grid.runs;
+  Departures departures;
+  Progress progress(context);
+  Vector x = problem.x0;
+  Vector y = Vector::Zero(problem.num_constraints());
+  bool y_is_solution = false;
+  std::size_t at = 0;  // the run, and the steps done of it
+  Index done = 0;
+  const auto carry = [&](StateArchive& state) {
+    state(marchers, at, done, x, y, y_is_solution, departures.steps_off_selection, departures.steps_with_ties);
+    if (newton) CarryFields(state, *newton);
+  };
+  if (!context.checkpointing.Resume(context, carry)) return false;
+
+  for (; at < runs.size(); ++at, done = 0) {
+    const Run& run = runs[at];
+    const double setup_begin = context.Seconds();
+    Marcher& marcher = marchers.At(run.step);
+    context.solution.cost.seconds_setup += context.Seconds() - setup_begin;
+    while (done < run.steps) {
+      Segment segment;
+      const Index steps = std::min(Chunk(problem), run.steps - done);
+      if (const auto bad = context.sources.Sample(context.grid, run, done, steps, segment)) {
+        return context.FailNonFinite(*bad);
+      }
+      const double begin = context.grid.times[segment.first_node];
+      if (context.stop.stop_requested()) return context.FailCancelled(begin);
+      progress.At(begin);
+      const bool starts_stretch = done == 0 && run.starts_at_break;
+      if (starts_stretch && !StartStretch(context, begin, segment.g.col(0), x, y, y_is_solution)) return false;
+
+      segment.x.resize(problem.num_states(), steps + 1);
+      segment.y.resize(problem.num_constraints(), steps + 1);
+      segment.x.col(0) = x;
+      segment.y.col(0) = y;
+      Index solved = 0;
+      const double march_begin = context.Seconds();
+      const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
+      context.solution.cost.seconds_lcp += context.Seconds() - march_begin;
+      if (!newton) context.solution.cost.lcps += solved * marcher.lcps_of_a_step();
+      context.solution.cost.steps += solved;
+
+      if (starts_stretch && !y_is_solution) {
+        segment.first_y_is_solution = false;
+        if (solved > 0) segment.y.col(0) = segment.y.col(1);
+      }
+      const double next_time = context.grid.times[segment.first_node + std::min(solved + 1, steps)];
+      if (solved < steps) segment.Truncate(solved);
+      context.Add(segment, marcher.scheme());
+      if (verdict == LcpVerdict::kSolved && solved < steps) return context.FailCancelled(next_time);
+      if (departures.steps_off_selection > 0 && marcher.scheme().y_is_linear) {
+        return context.FailLostLeastElement(next_time);
+      }
+      if (verdict != LcpVerdict::kSolved) {
+        return FailLcp(context, verdict, next_time, "The coupled step LCP(q, M + K_0)");
+      }
+      x = segment.x.col(steps);
+      y = segment.y.col(steps);
+      if (!x.allFinite()) return FailLcp(context, LcpVerdict::kNonFinite, next_time, "");
+      done += steps;
+      context.checkpointing.Offer(context, next_time, carry);
+    }
+  }
+  progress.Finish(problem.horizon);
+  WarnOf(departures, context);
+  return true;
+}
+
+}  // namespace
+
+Marcher MakeMarcher(const SolveContext& context, const std::string& kind, double step,
+                    const SchemeFactory& make_scheme) {
+  Scheme scheme = SharedScheme(context, kind, step, make_scheme);
+  auto solver = SharedCoupledSolver(context, context.problem.N * scheme.y_after);
+  return Marcher(context.problem, std::move(scheme), context.choice(), std::move(solver));
+}
+
+bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
+               NewtonAccount* newton) {
+  const auto make_marcher = [&](double step) {
+    std::unique_ptr<Marcher> marcher(new Marcher(MakeMarcher(context, kind, step, make_scheme)));
+    if (newton) marcher->UseNewton(*newton);
+    return marcher;
+  };
+  return MarchGrid(context, StepCache<Marcher>(make_marcher), newton);
+}
+
+bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step) {
+  const auto make_marcher = [&](double step) {
+    auto sparse = make_step(step);
+    auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
+    return std::make_unique<Marcher>(context.problem, std::move(sparse), context.choice(), std::move(solver));
+  };
+  return MarchGrid(context, StepCache<Marcher>(make_marcher), nullptr);
+}
+
+}  // namespace dlcs

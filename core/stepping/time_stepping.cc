@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/stepping/time_stepping.h"
+
+#include <algorithm>
+
+#include "core/stepping/newton_bounds.h"
+#include "core/stepping/stepping.h"
+
+namespace dlcs {
+namespace {
+
+void WarnOfLongStep(const Problem& problem, const std::optional<double>& kappa, double step,
+                    std::vector<std::string>& warnings) {
+  const std::string what = "Newton's method is not guaranteed to converge for h = " + FormatNumber(step) + ": ";
+  if (!kappa) {
+    warnings.push_back(what + "no bound of κ = ‖A‖ + 𝓛‖B‖‖N‖ is known for this M (n = " +
+                       std::to_string(problem.num_constraints()) + ").");
+  } else if (3 * step * *kappa >= 1) {
+    warnings.push_back(
+        what + "Theorem 3.2 of [Chen & Xiang 2013] asks for h < 1/(3κ) = " + FormatNumber(1 / (3 * *kappa)) + ".");
+  }
+}
+
+void Report(const NewtonAccount& account, const SolveContext& context, const std::optional<double>& kappa) {
+  Solution& solution = context.solution;
+  Cost& cost = solution.cost;
+  cost.lcps += account.lcps + account.substituted_steps;
+  cost.newton_iterations = account.iterations;
+  cost.most_newton_iterations = std::max<Index>(1, account.residuals.size()) - 1;
+  cost.substituted_steps = account.substituted_steps;
+  solution.newton = {
+      .time = context.grid.times[account.hardest_node], .residuals = account.residuals, .contraction = std::nullopt};
+  if (kappa) solution.newton->contraction = *kappa * context.grid.longest_step;
+  if (account.substituted_steps > 0) {
+    solution.warnings.push_back(std::to_string(account.substituted_steps) +
+                                " steps were solved by substitution, because Newton's method did not converge.");
+  }
+}
+
+std::string SchemeName(const Options& options) {
+  return options.average_y ? "averaged" : "theta " + NumberText(options.theta);
+}
+
+bool MarchByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
+  const std::optional<double> kappa = RightHandSideLipschitz(context.problem, context.matrix_class.lipschitz);
+  WarnOfLongStep(context.problem, kappa, context.grid.longest_step, context.solution.warnings);
+  NewtonAccount account;
+  const bool reached_end = MarchGrid(context, SchemeName(context.options), make_scheme, &account);
+  Report(account, context, kappa);
+  return reached_end;
+}
+
+}  // namespace
+
+bool StepsSparsely(const Problem& problem, const Options& options) {
+  // Below, products with dense matrices of size m are as fast as solves with sparse factors.
+  constexpr Index kSmall = 200;
+  if (options.step_solver == StepSolver::kNewton || options.inelastic_impact) return false;
+  if (options.realisation != Realisation::kAuto) return options.realisation == Realisation::kSparseStepping;
+  return !problem.A.is_dense() && problem.num_states() > kSmall;
+}
+
+Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step) {
+  return options.average_y ? AveragedScheme(problem, step) : ThetaScheme(problem, step, options.theta);
+}
+
+std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, bool two_stages,
+                                                   double step) {
+  Workers workers(options.num_threads);
+  const SparseRule rule = two_stages          ? SparseRule::kTwoStages
+                          : options.average_y ? SparseRule::kAveraged
+                                              : SparseRule::kTheta;
+  return std::make_unique<const SparseStep>(problem, step, rule, options.theta, workers);
+}
+
+Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool two_stages, double step) {
+  if (StepsSparsely(problem, options)) {
+    return problem.M.Dense() + TimeSteppingStep(problem, options, two_stages, step)->CoupledTerm();
+  }
+  return problem.M.Dense() + problem.N * TimeSteppingScheme(problem, options, step).y_after;
+}
+
+bool TimeStepping(SolveContext& context) {
+  if (StepsSparsely(context.problem, context.options)) {
+    return MarchGrid(context, [&](double step) {
+      ++context.solution.realisation.factorizations;
+      return TimeSteppingStep(context.problem, context.options, context.two_stages, step);
+    });
+  }
+  const auto make_scheme = [&](double step) { return TimeSteppingScheme(context.problem, context.options, step); };
+  if (context.options.step_solver == StepSolver::kNewton) return MarchByNewton(context, make_scheme);
+  return MarchGrid(context, SchemeName(context.options), make_scheme);
+}
+
+}  // namespace dlcs

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "proto/shared/truncate_text.h"
+
+#include <algorithm>
+
+namespace dlcs {
+
+std::string Shortened(std::string text, std::size_t max_bytes) {
+  if (text.size() <= max_bytes) return text;
+  constexpr char kEllipsis[] = "...";
+  std::size_t end = max_bytes - std::min(max_bytes, sizeof(kEllipsis) - 1);
+  // Bytes 10xxxxxx continue a character; do not cut before one.
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  text.resize(end);
+  return text + kEllipsis;
+}
+
+}  // namespace dlcs

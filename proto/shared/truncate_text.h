@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Text of any length, as a message may repeat it.
+
+#ifndef DLCS_PROTO_SHARED_TRUNCATE_TEXT_H_
+#define DLCS_PROTO_SHARED_TRUNCATE_TEXT_H_
+
+#include <cstddef>
+#include <string>
+
+namespace dlcs {
+
+// At most `max_bytes` of `text`, cut between characters (UTF-8) and then ended with "...".
+std::string Shortened(std::string text, std::size_t max_bytes);
+
+}  // namespace dlcs
+
+#endif  // DLCS_PROTO_SHARED_TRUNCATE_TEXT_H_

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// `dlcsd token`: makes a token for a user.
+
+#ifndef DLCS_SERVER_ACCESS_TOKEN_COMMAND_H_
+#define DLCS_SERVER_ACCESS_TOKEN_COMMAND_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace dlcs {
+
+struct NewToken {
+  std::string user;
+  std::string right = "submitter";
+  std::string save;  // a file for the token, which must not be there yet; empty: standard error
+};
+
+// Prints the line for the file of --tokens on standard output. The token itself goes where `wanted` says and is kept
+// nowhere else. Errors: InvalidArgument for what could not stand in that line, or a file that cannot be made.
+absl::Status MakeToken(const NewToken& wanted);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_ACCESS_TOKEN_COMMAND_H_

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/config/server_config.h"
+
+#include <algorithm>
+#include <concepts>
+#include <limits>
+#include <thread>
+
+#include "fmt/format.h"
+#include "server/net/listen_address.h"
+#include "server/store/open_store.h"
+
+namespace dlcs {
+namespace {
+
+template <std::integral Integer>
+absl::Status OutOfRange(const char* flag, Integer value, const char* rule) {
+  return absl::InvalidArgumentError(fmt::format("{} {}: must be {}", flag, value, rule));
+}
+
+absl::Status OutOfRange(const char* flag, double value, const char* rule) {
+  return absl::InvalidArgumentError(fmt::format("{} {:.10g}: must be {}", flag, value, rule));
+}
+
+absl::Status CheckAddress(const char* flag, const std::string& text) {
+  const absl::Status status = ParseListenAddress(text).status();
+  if (status.ok()) return status;
+  return absl::InvalidArgumentError(fmt::format("{}: {}", flag, std::string(status.message())));
+}
+
+absl::Status ValidateStore(const ServerConfig& config) {
+  if (absl::Status status = jobs::CheckStoreAddress(config.store); !status.ok()) {
+    return absl::InvalidArgumentError(fmt::format("--store: {}", std::string(status.message())));
+  }
+  if (config.role != "all" && config.role != "front" && config.role != "worker") {
+    return absl::InvalidArgumentError(fmt::format("--role {}: must be all, front or worker", config.role));
+  }
+  if (config.role != "all" && !jobs::IsShared(config.store)) {
+    return absl::InvalidArgumentError(fmt::format(
+        "--role {}: needs a store that servers share, --store postgresql://...; a file is for one dlcsd", config.role));
+  }
+  if (config.worker_name.size() > 200) {
+    return absl::InvalidArgumentError(
+        fmt::format("--worker-name: has {} characters; at most 200", config.worker_name.size()));
+  }
+  if (config.lease_ms < 1000 || config.lease_ms > 3'600'000) {
+    return OutOfRange("--lease-ms", config.lease_ms, "between 1000 and 3600000");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ValidateJobs(const ServerConfig& config) {
+  constexpr double kLongest_s = 100.0 * 365 * 24 * 3600;  // what a clock can be computed with
+  const auto is_time = [](double seconds) { return seconds > 0 && seconds <= kLongest_s; };
+  if (!(config.max_job_core_seconds > 0)) {
+    return OutOfRange("--max-job-core-seconds", config.max_job_core_seconds, "above 0");
+  }
+  if (config.max_queued_jobs < 1) return OutOfRange("--max-queued-jobs", config.max_queued_jobs, "at least 1");
+  if (config.max_queued_jobs_per_user < 1) {
+    return OutOfRange("--max-queued-jobs-per-user", config.max_queued_jobs_per_user, "at least 1");
+  }
+  if (!(config.max_queued_core_seconds > 0)) {
+    return OutOfRange("--max-queued-core-seconds", config.max_queued_core_seconds, "above 0");
+  }
+  if (config.max_job_attempts < 1) return OutOfRange("--max-job-attempts", config.max_job_attempts, "at least 1");
+  if (!is_time(config.keep_finished_s)) {
+    return OutOfRange("--keep-finished", config.keep_finished_s, "above 0 and at most 100 years, in seconds");
+  }
+  if (config.keep_finished_bytes < 0) return OutOfRange("--keep-finished-bytes", config.keep_finished_bytes, "at least 0");
+  // A database takes no larger value in one piece.
+  if (config.max_upload_bytes < 1 || config.max_upload_bytes > 1'000'000'000) {
+    return OutOfRange("--max-upload-bytes", config.max_upload_bytes, "between 1 and 1000000000");
+  }
+  if (config.max_uploaded_bytes_per_user < 1) {
+    return OutOfRange("--max-uploaded-bytes-per-user", config.max_uploaded_bytes_per_user, "at least 1");
+  }
+  if (config.max_uploaded_problems_per_user < 1) {
+    return OutOfRange("--max-uploaded-problems-per-user", config.max_uploaded_problems_per_user, "at least 1");
+  }
+  if (!is_time(config.keep_problems_s)) {
+    return OutOfRange("--keep-problems", config.keep_problems_s, "above 0 and at most 100 years, in seconds");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status Validate(const ServerConfig& config) {
+  if (absl::Status address = CheckAddress("--listen", config.listen); !address.ok()) return address;
+  if (!config.metrics_listen.empty()) {
+    if (absl::Status address = CheckAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
+  }
+  if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
+    return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves, "between 0 (automatic) and 1024");
+  }
+  if (config.threads < 0 || config.threads > 4096) {
+    return OutOfRange("--threads", config.threads, "between 0 (all processors) and 4096");
+  }
+  // Shapes are int32 on the wire.
+  constexpr std::int64_t kMaxSize = std::numeric_limits<std::int32_t>::max();
+  if (config.max_states < 1 || config.max_states > kMaxSize) {
+    return OutOfRange("--max-states", config.max_states, "between 1 and 2147483647");
+  }
+  if (config.max_dense_states < 1 || config.max_dense_states > kMaxSize) {
+    return OutOfRange("--max-dense-states", config.max_dense_states, "between 1 and 2147483647");
+  }
+  if (config.max_constraints < 1 || config.max_constraints > kMaxSize) {
+    return OutOfRange("--max-constraints", config.max_constraints, "between 1 and 2147483647");
+  }
+  if (config.max_steps < 1) return OutOfRange("--max-steps", config.max_steps, "at least 1");
+  if (config.max_members < 1) return OutOfRange("--max-members", config.max_members, "at least 1");
+  if (config.max_result_bytes < 1) return OutOfRange("--max-result-bytes", config.max_result_bytes, "at least 1");
+  if (config.max_held_result_bytes < config.max_result_bytes) {
+    return OutOfRange("--max-held-result-bytes", config.max_held_result_bytes, "at least --max-result-bytes");
+  }
+  if (config.max_memory_bytes < 1) return OutOfRange("--max-memory-bytes", config.max_memory_bytes, "at least 1");
+  if (config.setup_cache_bytes < 0) return OutOfRange("--setup-cache-bytes", config.setup_cache_bytes, "at least 0");
+  if (absl::Status status = ValidateStore(config); !status.ok()) return status;
+  if (config.checkpoint_ms < 0) return OutOfRange("--checkpoint-ms", config.checkpoint_ms, "at least 0");
+  if (absl::Status status = ValidateJobs(config); !status.ok()) return status;
+  // gRPC keeps the limit in an int.
+  if (config.max_message_bytes < 1 || config.max_message_bytes > std::numeric_limits<int>::max()) {
+    return OutOfRange("--max-message-bytes", config.max_message_bytes, "between 1 and 2147483647");
+  }
+  return Validate(config.access);
+}
+
+ServerConfig Resolved(ServerConfig config) {
+  const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (config.max_concurrent_solves == 0) config.max_concurrent_solves = std::max(2, processors);
+  if (config.threads == 0) config.threads = processors;
+  return config;
+}
+
+SessionLimits LimitsOf(const ServerConfig& config) {
+  SessionLimits limits;
+  limits.max_states = config.max_states;
+  limits.max_dense_states = config.max_dense_states;
+  limits.max_constraints = config.max_constraints;
+  limits.max_steps = config.max_steps;
+  limits.max_result_bytes = config.max_result_bytes;
+  limits.max_answer_bytes = kMaxAnswerBytes;
+  limits.max_memory_bytes = static_cast<double>(config.max_memory_bytes);
+  limits.max_threads = config.threads;
+  limits.max_members = config.max_members;
+  return limits;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/job_service.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "fmt/format.h"
+#include "proto/shared/truncate_text.h"
+#include "proto/wire/content_hash.h"
+#include "proto/wire/matrix_shape.h"
+#include "server/rpc/job_solve_call.h"
+#include "server/solve_jobs/convert_job.h"
+#include "server/solve_jobs/job_limits.h"
+#include "server/solve_jobs/job_refusal.h"
+#include "server/solve_jobs/page_size.h"
+#include "server/telemetry/call_trace.h"
+#include "server/telemetry/job_telemetry.h"
+#include "server/telemetry/job_trace.h"
+#include "server/wire/errors.h"
+#include "spdlog/spdlog.h"
+
+namespace dlcs {
+namespace {
+
+// What waits is short: a read or a commit. The longest is a page of a trajectory.
+constexpr int kWorkers = 4;
+constexpr std::size_t kMaxRequestIdBytes = 128;
+constexpr std::size_t kMaxTitleBytes = 200;
+
+absl::Status Check(const v1::CreateSolveJobRequest& request) {
+  std::vector<Violation> violations;
+  if (request.request_id().size() > kMaxRequestIdBytes) {
+    violations.push_back(
+        {"request_id", fmt::format("has {} bytes; at most {}", request.request_id().size(), kMaxRequestIdBytes)});
+  }
+  if (request.title().size() > kMaxTitleBytes) {
+    violations.push_back({"title", fmt::format("has {} bytes; at most {}", request.title().size(), kMaxTitleBytes)});
+  }
+  if (std::abs(std::int64_t{request.priority()}) > kMaxPriority) {
+    violations.push_back(
+        {"priority", fmt::format("{}: must be between -{} and {}", request.priority(), kMaxPriority, kMaxPriority)});
+  }
+  return violations.empty() ? absl::OkStatus() : InvalidRequest(violations);
+}
+
+// What is told of a job without its body: fields of SolveJob. `uploaded` is the problem that the request names, if it
+// names one.
+std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v1::StoredProblem>& uploaded) {
+  const v1::SolveRequest& request = create.solve();
+  v1::SolveJob about;
+  about.set_title(create.title());
+  if (uploaded) {
+    if (about.title().empty()) about.set_title(Shortened(uploaded->title(), kMaxTitleBytes));
+    about.set_states(uploaded->states());
+    about.set_constraints(uploaded->constraints());
+    about.set_horizon(uploaded->horizon());
+    about.set_nonlinear(uploaded->nonlinear());
+  } else if (request.has_nonlinear()) {
+    about.set_states(request.nonlinear().x0_size());
+    about.set_constraints(request.nonlinear().g_size());
+    about.set_horizon(request.nonlinear().horizon());
+    about.set_nonlinear(true);
+  } else {
+    about.set_states(request.problem().x0_size());
+    about.set_constraints(ShapeOf(request.problem().m()).rows);
+    about.set_horizon(request.problem().horizon());
+  }
+  if (request.changes().has_horizon()) about.set_horizon(request.changes().horizon());
+  *about.mutable_options() = request.options();
+  about.mutable_options()->clear_grid_times();
+  about.mutable_options()->clear_output_times();
+  return about.SerializeAsString();
+}
+
+// What is wrong with the solve of a request to create a job, by its path in that request.
+absl::Status InCreateRequest(const absl::Status& status) {
+  std::vector<Violation> violations = ViolationsOf(status);
+  if (violations.empty()) return status;
+  for (Violation& violation : violations) {
+    const std::string name = violation.field.substr(0, violation.field.find_first_of(".["));
+    if (v1::SolveRequest::descriptor()->FindFieldByName(name) == nullptr || name == "request_id" || name == "title") {
+      continue;
+    }
+    violation.field = "solve." + violation.field;
+  }
+  return InvalidRequest(violations);
+}
+
+// When the job of a solve is to end, so that what it has found still arrives before the deadline of the call; absent where that
+// has none.
+std::optional<jobs::Time> EndOfSolve(std::chrono::system_clock::time_point deadline) {
+  using SystemClock = std::chrono::system_clock;
+  const SystemClock::time_point now = SystemClock::now();
+  // gRPC's "no deadline" is the end of time; a century is as good and safe to compute with.
+  if (deadline > now + std::chrono::hours(24 * 365 * 100)) return std::nullopt;
+  const SystemClock::duration margin = std::min<SystemClock::duration>((deadline - now) / 10, std::chrono::seconds(1));
+  return std::chrono::time_point_cast<jobs::Duration>(deadline - margin);
+}
+
+}  // namespace
+
+JobService::JobService(const ServerConfig& config, const Access& access, Metrics& metrics)
+    : watches_("max_watches_per_user", config.access.max_watches_per_user),
+      setups_(static_cast<double>(config.setup_cache_bytes)),
+      store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
+      library_(*store_, UploadLimitsOf(config), LimitsOf(config)),
+      solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
+              std::chrono::milliseconds(config.checkpoint_ms)),
+      manager_(
+          ManagerOptionsOf(config), *store_,
+          [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
+          WithTelemetry(metrics, [this](jobs::JobRun& run) { return solver_.Solve(run); }), jobs::SystemClock()),
+      workers_(kWorkers),
+      environment_{calls_, workers_, manager_, jobs::SystemClock(), watches_, access} {
+  spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
+               manager_.options().worker);
+}
+
+absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::CreateSolveJobRequest request,
+                                                const std::string& trace_id) {
+  if (request.title().empty()) request.set_title(request.solve().title());
+  if (absl::Status status = Check(request); !status.ok()) return status;
+  // A request that may have been taken already is looked for first.
+  if (request.request_id().empty() && !request.validate_only()) {
+    if (absl::Status full = manager_.CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
+  }
+  jobs::Submission submission;
+  submission.owner = caller.user;
+  submission.request_id = request.request_id();
+  submission.priority = request.priority();
+  v1::SolveRequest& solve = *request.mutable_solve();
+  solve.clear_request_id();
+  solve.clear_title();
+  std::optional<v1::StoredProblem> uploaded;
+  if (solve.has_problem_name()) {
+    const absl::StatusOr<jobs::ProblemId> problem = ProblemIdOf(solve.problem_name(), "problem_name");
+    if (!problem.ok()) return problem.status();
+    submission.problem = *problem;
+    v1::GetProblemRequest named;
+    named.set_name(solve.problem_name());
+    absl::StatusOr<v1::StoredProblem> found = library_.Get(caller.user, named);
+    if (found.ok()) uploaded = *std::move(found);  // what is not there is refused by the store, with the job
+  }
+  submission.about = About(request, uploaded);
+  submission.body = solve.SerializeAsString();
+  if (request.has_deadline()) submission.deadline = FromProto(request.deadline());
+  if (request.validate_only()) {
+    const absl::StatusOr<jobs::Demand> demand = manager_.Check(submission);
+    if (!demand.ok()) return WithDetails(demand.status());
+    v1::SolveJob job;
+    job.set_predicted_core_seconds(demand->core_seconds);
+    job.set_predicted_memory_bytes(demand->memory_bytes);
+    return job;
+  }
+  // The deadline and the priority are those of the first request: a client that repeats it may count from now.
+  submission.body_hash = ContentHash(submission.body);
+  submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
+  const absl::StatusOr<jobs::JobStore::Created> created = manager_.Submit(submission);
+  if (!created.ok()) return WithDetails(created.status());
+  return ToProto(created->job);
+}
+
+absl::StatusOr<v1::SolveJob> JobService::Get(const Caller& caller, const v1::GetSolveJobRequest& request) {
+  const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
+  if (!id.ok()) return id.status();
+  const absl::StatusOr<jobs::Job> job = store_->Get(caller.SeesJobsOf(), *id);
+  if (!job.ok()) return job.status();
+  v1::SolveJob result = ToProto(*job);
+  if (!jobs::IsFinal(job->state)) return result;
+  const auto last = store_->ReadEvents(*id, job->last_event - 1, 1);
+  if (!last.ok()) return last.status();
+  if (!last->empty() && !last->front().payload->empty())
+    result.mutable_summary()->ParseFromString(*last->front().payload);
+  return result;
+}
+
+absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
+                                                           const v1::ListSolveJobsRequest& request) {
+  jobs::JobFilter filter{.owner = caller.SeesJobsOf(), .states = {}};
+  for (const int state : request.states()) {
+    const auto known = FromProto(static_cast<v1::JobState>(state));
+    if (!known) return InvalidRequest({{"states", fmt::format("{} is no state", state)}});
+    filter.states.push_back(*known);
+  }
+  const absl::StatusOr<int> size = PageSize(request.page_size());
+  if (!size.ok()) return size.status();
+  const absl::StatusOr<jobs::JobPage> page = store_->List(filter, *size, request.page_token());
+  if (!page.ok()) return page.status();
+  v1::ListSolveJobsResponse response;
+  for (const jobs::Job& job : page->jobs) *response.add_jobs() = ToProto(job);
+  response.set_next_page_token(page->next_page_token);
+  return response;
+}
+
+absl::StatusOr<v1::SolveJob> JobService::Cancel(const Caller& caller, const v1::CancelSolveJobRequest& request) {
+  const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
+  if (!id.ok()) return id.status();
+  const absl::StatusOr<jobs::Job> job = manager_.Cancel(caller.SeesJobsOf(), *id);
+  if (!job.ok()) return job.status();
+  return ToProto(*job);
+}
+
+absl::StatusOr<v1::DeleteSolveJobResponse> JobService::Delete(const Caller& caller,
+                                                              const v1::DeleteSolveJobRequest& request) {
+  const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
+  if (!id.ok()) return id.status();
+  const absl::Status deleted = manager_.Delete(caller.SeesJobsOf(), *id);
+  if (!deleted.ok()) return deleted;
+  return v1::DeleteSolveJobResponse();
+}
+
+grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext* context,
+                                                     const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {
+  return Answer(
+      environment_, *context, "create job", *response,
+      Audited("CreateSolveJob", *request,
+              [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) -> absl::StatusOr<v1::SolveJob> {
+                absl::StatusOr<v1::SolveJob> job = Create(caller, *request, trace_id);
+                return job.ok() ? job : InCreateRequest(job.status());
+              }));
+}
+
+grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext* context,
+                                                  const v1::GetSolveJobRequest* request, v1::SolveJob* response) {
+  return Answer(environment_, *context, "get job", *response,
+                [=, this](const Caller& caller) { return Get(caller, *request); });
+}
+
+grpc::ServerUnaryReactor* JobService::ListSolveJobs(grpc::CallbackServerContext* context,
+                                                    const v1::ListSolveJobsRequest* request,
+                                                    v1::ListSolveJobsResponse* response) {
+  return Answer(environment_, *context, "list jobs", *response,
+                [=, this](const Caller& caller) { return List(caller, *request); });
+}
+
+grpc::ServerUnaryReactor* JobService::CancelSolveJob(grpc::CallbackServerContext* context,
+                                                     const v1::CancelSolveJobRequest* request, v1::SolveJob* response) {
+  return Answer(environment_, *context, "cancel job", *response,
+                Audited("CancelSolveJob", *request, [=, this](const Caller& caller) { return Cancel(caller, *request); }));
+}
+
+grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext* context,
+                                                     const v1::DeleteSolveJobRequest* request,
+                                                     v1::DeleteSolveJobResponse* response) {
+  return Answer(environment_, *context, "delete job", *response,
+                Audited("DeleteSolveJob", *request, [=, this](const Caller& caller) { return Delete(caller, *request); }));
+}
+
+grpc::ServerWriteReactor<v1::JobEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
+                                                                  const v1::WatchSolveJobRequest* request) {
+  return JobWatchCall::Start(environment_, CallerOf(environment_.access, *context), *request);
+}
+
+grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::CallbackServerContext* context,
+                                                                         const v1::ReadTrajectoryRequest* request) {
+  return ReadTrajectoryCall::Start(environment_, CallerOf(environment_.access, *context), *request);
+}
+
+absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
+                                                        std::chrono::system_clock::time_point deadline,
+                                                        const std::string& trace_id) {
+  v1::CreateSolveJobRequest create;
+  *create.mutable_solve() = request;
+  create.set_request_id(request.request_id());
+  if (const auto end = EndOfSolve(deadline)) *create.mutable_deadline() = ToProto(*end);
+  const absl::StatusOr<v1::SolveJob> job = Create(caller, std::move(create), trace_id);
+  if (!job.ok()) return job.status();
+  v1::Accepted accepted;
+  accepted.set_solve_id(job->name());
+  accepted.set_job(job->name());
+  if (request.has_problem_name()) {
+    v1::GetProblemRequest named;
+    named.set_name(request.problem_name());
+    const absl::StatusOr<v1::StoredProblem> problem = library_.Get(caller.user, named);
+    if (!problem.ok()) return problem.status();
+    accepted.set_states(problem->states());
+    accepted.set_constraints(problem->constraints());
+  } else if (request.has_nonlinear()) {
+    accepted.set_states(request.nonlinear().x0_size());
+    accepted.set_constraints(request.nonlinear().g_size());
+  } else {
+    accepted.set_states(request.problem().x0_size());
+    accepted.set_constraints(static_cast<int>(ShapeOf(request.problem().m()).rows));
+  }
+  return accepted;
+}
+
+grpc::ServerWriteReactor<v1::SolveEvent>* JobService::Solve(grpc::CallbackServerContext& context,
+                                                            const v1::SolveRequest& request) {
+  const auto create = Audited("Solve", request, [=, this, &request, deadline = context.deadline(),
+                                                 trace_id = TraceIdOf(context)](const Caller& caller) {
+    return CreateForSolve(caller, request, deadline, trace_id);
+  });
+  return JobSolveCall::Start(environment_,
+                             [create, caller = CallerOf(environment_.access, context)]() -> absl::StatusOr<v1::Accepted> {
+                               if (!caller.ok()) return caller.status();
+                               return create(*caller);
+                             });
+}
+
+void JobService::Drain() {
+  calls_.Drain();
+  calls_.StopAll(StopCause::kShutdown);
+}
+
+void JobService::Stop(std::chrono::milliseconds grace) { manager_.Drain(grace); }
+
+}  // namespace dlcs

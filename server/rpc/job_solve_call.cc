@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/job_solve_call.h"
+
+#include <utility>
+
+#include "proto/wire/job_event.h"
+#include "server/solve_jobs/convert_job.h"
+#include "server/solve_jobs/watch_view.h"
+
+namespace dlcs {
+namespace {
+
+// Of a job that ended before anything was solved. Errors: of a job that failed for another reason than its deadline.
+absl::StatusOr<v1::Summary> SummaryWithoutSolve(const jobs::Job& job) {
+  v1::Summary summary;
+  if (job.state == jobs::JobState::kCancelled) {
+    summary.set_termination(v1::CANCELLED);
+    summary.set_message("The job was cancelled before it began.");
+    return summary;
+  }
+  if (!absl::IsDeadlineExceeded(job.error)) return job.error;
+  summary.set_termination(v1::DEADLINE);
+  summary.set_message(std::string(job.error.message()));
+  return summary;
+}
+
+}  // namespace
+
+grpc::ServerWriteReactor<v1::SolveEvent>* JobSolveCall::Start(const JobCallEnvironment& environment, Create create) {
+  return Begin(std::make_shared<JobSolveCall>(environment, std::move(create)));
+}
+
+absl::Status JobSolveCall::Prepare() {
+  if (!watch_) return BeginToWatch();
+  if (last_sequence_ == 0) return watch_->Fetch();
+  if (!reader_) return BeginToRead();
+  return ReadPage();
+}
+
+absl::Status JobSolveCall::BeginToWatch() {
+  absl::StatusOr<v1::Accepted> accepted = create_();
+  if (!accepted.ok()) return accepted.status();
+  absl::StatusOr<jobs::JobId> id = JobIdOf(accepted->job());
+  if (!id.ok()) return id.status();
+  id_ = *std::move(id);
+  const std::weak_ptr<JobStream> weak = weak_from_this();
+  auto watch = environment_.manager.Watch(std::nullopt, id_, {}, [weak] {
+    if (const auto call = weak.lock()) static_cast<JobSolveCall&>(*call).Pump();
+  });
+  if (!watch.ok()) return watch.status();
+  watch_ = *std::move(watch);
+  next_.emplace();
+  *next_->mutable_accepted() = *std::move(accepted);
+  return absl::OkStatus();
+}
+
+absl::Status JobSolveCall::BeginToRead() {
+  if (summary_->termination() == v1::TERMINATION_UNSPECIFIED) {
+    const absl::StatusOr<jobs::Job> job = environment_.manager.store().Get(std::nullopt, id_);
+    if (!job.ok()) return job.status();
+    absl::StatusOr<v1::Summary> summary = SummaryWithoutSolve(*job);
+    if (!summary.ok()) return summary.status();
+    summary_ = *std::move(summary);
+  }
+  absl::StatusOr<TrajectoryReader> reader =
+      TrajectoryReader::Create(environment_.manager.store(), std::nullopt, id_, {});
+  if (!reader.ok()) return reader.status();
+  reader_ = *std::move(reader);
+  return ReadPage();
+}
+
+absl::Status JobSolveCall::ReadPage() {
+  absl::StatusOr<std::optional<v1::TrajectoryPage>> page = reader_->Next();
+  if (!page.ok()) return page.status();
+  next_.emplace();
+  next_->set_sequence(last_sequence_);
+  if (page->has_value() && (*page)->chunk().times_size() > 0) {
+    next_->mutable_trajectory()->Swap((*page)->mutable_chunk());
+  } else {
+    next_->mutable_summary()->Swap(&*summary_);
+    ended_ = true;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<JobSolveCall::Got> JobSolveCall::Next(v1::SolveEvent& event) {
+  if (next_) {
+    event = *std::exchange(next_, std::nullopt);
+    return Got::kMessage;
+  }
+  if (ended_) return Got::kEnd;
+  return last_sequence_ > 0 ? Got::kBlocks : NextOfJob(event);
+}
+
+JobSolveCall::Got JobSolveCall::NextOfJob(v1::SolveEvent& event) {
+  for (;;) {
+    jobs::EventWatch::Delivery delivery = watch_->Next();
+    switch (delivery.got) {
+      case jobs::EventWatch::Got::kEvent: {
+        next_ = Told(delivery.event);
+        if (delivery.gap) {
+          event = *AsSolveEvent(ToProto(*delivery.gap, environment_.clock.Now()));
+          return Got::kMessage;
+        }
+        if (next_) {
+          event = *std::exchange(next_, std::nullopt);
+          return Got::kMessage;
+        }
+        if (last_sequence_ > 0) return Got::kBlocks;
+        continue;
+      }
+      case jobs::EventWatch::Got::kHeartbeat:
+        event.Clear();
+        event.set_sequence(watch_->position());
+        event.mutable_waiting()->set_queued(queued_);
+        event.mutable_waiting()->set_progress(progress_);
+        return Got::kMessage;
+      case jobs::EventWatch::Got::kNothing:
+        return Got::kNothing;
+      case jobs::EventWatch::Got::kArchived:
+        return Got::kBlocks;
+      case jobs::EventWatch::Got::kEnd:
+        return Got::kEnd;
+    }
+  }
+}
+
+std::optional<v1::SolveEvent> JobSolveCall::Told(const jobs::Event& event) {
+  v1::JobEvent of_job = ToProto(event);
+  if (of_job.has_iterate()) WatchView().Narrow(*of_job.mutable_iterate());  // another watcher may have wanted values
+  if (of_job.has_state()) queued_ = of_job.state() == v1::JOB_STATE_QUEUED;
+  if (of_job.has_checkpointed()) progress_ = of_job.checkpointed().progress();
+  if (of_job.has_finished()) {
+    last_sequence_ = of_job.sequence();
+    summary_ = of_job.finished().summary();
+  }
+  return AsSolveEvent(of_job);
+}
+
+}  // namespace dlcs

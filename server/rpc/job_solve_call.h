@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// A solve that is a job: created, watched and read in one call.
+
+#ifndef DLCS_SERVER_RPC_JOB_SOLVE_CALL_H_
+#define DLCS_SERVER_RPC_JOB_SOLVE_CALL_H_
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "dlcs/v1/solver.grpc.pb.h"
+#include "server/rpc/job_calls.h"
+#include "server/solve_jobs/job_trajectory.h"
+
+namespace dlcs {
+
+class JobSolveCall final : public JobStream<v1::SolveEvent> {
+ public:
+  // Makes the job, or finds the one that an earlier call made; what is told first. Blocks on the store.
+  using Create = std::function<absl::StatusOr<v1::Accepted>()>;
+  static grpc::ServerWriteReactor<v1::SolveEvent>* Start(const JobCallEnvironment& environment, Create create);
+  JobSolveCall(const JobCallEnvironment& environment, Create create)
+      : JobStream(environment), create_(std::move(create)) {}
+
+ private:
+  absl::StatusOr<Got> Next(v1::SolveEvent& event) override;
+  absl::Status Prepare() override;
+
+  absl::Status BeginToWatch();
+  absl::Status BeginToRead();
+  absl::Status ReadPage();
+  Got NextOfJob(v1::SolveEvent& event);
+  // Nothing where a solve does not tell of it.
+  std::optional<v1::SolveEvent> Told(const jobs::Event& event);
+
+  const Create create_;
+  jobs::JobId id_;
+  std::unique_ptr<jobs::JobWatch> watch_;
+  std::optional<v1::SolveEvent> next_;  // that is known already
+  bool queued_ = true;
+  double progress_ = 0;
+
+  // Behind the last event of the job.
+  std::int64_t last_sequence_ = 0;
+  std::optional<v1::Summary> summary_;
+  std::optional<TrajectoryReader> reader_;
+  bool ended_ = false;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_RPC_JOB_SOLVE_CALL_H_

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The RPC methods of dlcs.v1.ProblemService.
+
+#ifndef DLCS_SERVER_RPC_PROBLEM_SERVICE_H_
+#define DLCS_SERVER_RPC_PROBLEM_SERVICE_H_
+
+#include "dlcs/v1/problems.grpc.pb.h"
+#include "server/rpc/job_calls.h"
+#include "server/rpc/upload_call.h"
+#include "server/solve_jobs/problem_library.h"
+
+namespace dlcs {
+
+class ProblemService final : public v1::ProblemService::CallbackService {
+ public:
+  // Both must outlive it. Calls end with those of `environment`.
+  ProblemService(const JobCallEnvironment& environment, const ProblemLibrary& library)
+      : environment_(environment), library_(library) {}
+
+  grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadProblem(grpc::CallbackServerContext* context,
+                                                                   v1::UploadProblemResponse* response) override;
+  grpc::ServerUnaryReactor* GetProblem(grpc::CallbackServerContext* context, const v1::GetProblemRequest* request,
+                                       v1::StoredProblem* response) override;
+  grpc::ServerUnaryReactor* ListProblems(grpc::CallbackServerContext* context, const v1::ListProblemsRequest* request,
+                                         v1::ListProblemsResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteProblem(grpc::CallbackServerContext* context,
+                                          const v1::DeleteProblemRequest* request,
+                                          v1::DeleteProblemResponse* response) override;
+
+ private:
+  const JobCallEnvironment& environment_;
+  const ProblemLibrary& library_;
+  UploadPlaces places_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_RPC_PROBLEM_SERVICE_H_

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/solver_service.h"
+
+#include <memory>
+#include <stop_token>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "fmt/format.h"
+#include "server/access/credentials.h"
+#include "server/rpc/solve_call.h"
+#include "server/rpc/unary_call.h"
+#include "server/session/call_session.h"
+#include "server/session/capabilities.h"
+#include "server/solve_jobs/job_limits.h"
+#include "server/wire/errors.h"
+#include "server/wire/status.h"
+
+namespace dlcs {
+
+SolverService::SolverService(const ServerConfig& config, const Access& access, Metrics& metrics, JobService* jobs)
+    : config_(config),
+      jobs_(jobs),
+      admission_(config.max_concurrent_solves, config.max_held_result_bytes),
+      setups_(static_cast<double>(config.setup_cache_bytes)),
+      environment_{LimitsOf(config),
+                   admission_,
+                   workers_,
+                   calls_,
+                   config.setup_cache_bytes > 0 ? &setups_ : nullptr,
+                   access,
+                   jobs != nullptr ? &jobs->library() : nullptr,
+                   metrics},
+      workers_(config.max_concurrent_solves) {}
+
+template <typename Response, typename Run>
+grpc::ServerUnaryReactor* SolverService::Answer(const char* name, Response& response, Run run) {
+  return UnaryCall::Start(environment_, name, [&response, run = std::move(run)](std::stop_token stop) {
+    absl::StatusOr<Response> result = run(std::move(stop));
+    if (result.ok()) response = *std::move(result);
+    return result.status();
+  });
+}
+
+grpc::ServerWriteReactor<v1::SolveEvent>* SolverService::Solve(grpc::CallbackServerContext* context,
+                                                               const v1::SolveRequest* request) {
+  if (jobs_ != nullptr && !request->request_id().empty()) return jobs_->Solve(*context, *request);
+  return SolveCall::Start(std::make_shared<SolveCall>(environment_, *context, *request));
+}
+
+grpc::ServerWriteReactor<v1::EnsembleEvent>* SolverService::SolveEnsemble(grpc::CallbackServerContext* context,
+                                                                          const v1::SolveEnsembleRequest* request) {
+  return EnsembleCall::Start(std::make_shared<EnsembleCall>(environment_, *context, *request));
+}
+
+grpc::ServerUnaryReactor* SolverService::StopSolve(grpc::CallbackServerContext* context,
+                                                   const v1::StopSolveRequest* request, v1::StopSolveResponse*) {
+  const auto stop = [&] {
+    const absl::StatusOr<Caller> caller = CallerOf(environment_.access, *context);
+    if (!caller.ok()) return caller.status();
+    const bool stopped = calls_.Stop(request->solve_id(), caller->SeesJobsOf(), StopCause::kCancelled);
+    return stopped ? absl::OkStatus()
+                   : absl::NotFoundError(fmt::format("no solve {} of yours is under way here; it may have ended",
+                                                     Quoted(request->solve_id())));
+  };
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(ToGrpc(stop()));
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext*, const v1::SolveLcpRequest* request,
+                                                  v1::SolveLcpResponse* response) {
+  return Answer("lcp", *response,
+                [=, this](std::stop_token stop) { return RunLcp(*request, environment_.limits, stop); });
+}
+
+grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*, const v1::SolveDcpRequest* request,
+                                                  v1::SolveDcpResponse* response) {
+  return Answer("dcp", *response,
+                [=, this](std::stop_token stop) { return RunDcp(*request, environment_.limits, stop); });
+}
+
+grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext* context,
+                                                        const v1::AnalyzeProblemRequest* request,
+                                                        v1::AnalyzeProblemResponse* response) {
+  return Answer("analysis", *response, [=, this](std::stop_token stop) {
+    return RunAnalysis(*request, environment_.limits, stop, ProblemsOf(environment_, *context));
+  });
+}
+
+grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerContext* context,
+                                                         const v1::GetCapabilitiesRequest*,
+                                                         v1::GetCapabilitiesResponse* response) {
+  *response = CommonCapabilities();
+  response->set_max_states(config_.max_states);
+  response->set_max_dense_states(config_.max_dense_states);
+  response->set_max_memory_bytes(config_.max_memory_bytes);
+  response->set_max_constraints(config_.max_constraints);
+  response->set_max_steps(config_.max_steps);
+  response->set_max_members(config_.max_members);
+  response->set_max_result_bytes(config_.max_result_bytes);
+  response->set_max_message_bytes(config_.max_message_bytes);
+  response->set_max_answer_bytes(kMaxAnswerBytes);
+  response->set_max_concurrent_solves(config_.max_concurrent_solves);
+  response->set_threads(config_.threads);
+  if (jobs_ != nullptr) {
+    *response->mutable_jobs() = ToldJobLimits(jobs_->options());
+    *response->mutable_uploads() = ToldUploadLimits(config_);
+  }
+  const SetupCache::Statistics setups = setups_.statistics();
+  v1::SetupCacheStatistics& told = *response->mutable_setup_cache();
+  told.set_max_bytes(config_.setup_cache_bytes);
+  told.set_bytes(static_cast<std::int64_t>(setups.bytes));
+  told.set_values(setups.values);
+  told.set_hits(setups.hits);
+  told.set_misses(setups.misses);
+  told.set_dropped(setups.dropped);
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/rpc/unimplemented_service.h"
+
+namespace dlcs {
+namespace {
+
+class Refusal final : public grpc::ServerGenericBidiReactor {
+ public:
+  Refusal() {
+    Finish({grpc::StatusCode::UNIMPLEMENTED, "This server runs jobs and takes no calls (--role worker): ask a front."});
+  }
+  void OnDone() override { delete this; }
+};
+
+}  // namespace
+
+grpc::ServerGenericBidiReactor* WorkerRefusal::CreateReactor(grpc::GenericCallbackServerContext*) {
+  return new Refusal;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/session/problem_reference.h"
+
+#include <utility>
+#include <vector>
+
+#include "fmt/format.h"
+#include "server/wire/component_names.h"
+#include "server/wire/errors.h"
+
+namespace dlcs {
+namespace {
+
+constexpr const char* kField = "problem_name";
+
+absl::StatusOr<v1::ProblemBody> Find(const std::string& name, const FindProblem& find) {
+  if (find) return find(name);
+  return InvalidRequest(
+      {{kField, fmt::format("\"{}\": nothing can be uploaded here; send the problem itself, or ask a server that takes "
+                            "uploads (dlcsd --store)",
+                            name)}});
+}
+
+// What a member has in place of the problem's, put there.
+absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
+  if (changes.x0_size() > 0) *problem.mutable_x0() = changes.x0();
+  if (changes.has_f()) *problem.mutable_f() = changes.f();
+  if (changes.has_g()) *problem.mutable_g() = changes.g();
+  if (changes.has_horizon()) problem.set_horizon(changes.horizon());
+  if (changes.has_break_points()) *problem.mutable_break_points() = changes.break_points().times();
+  if (changes.parameters().empty()) return absl::OkStatus();
+  std::vector<Violation> violations;
+  FormulaParameters parameters = ParametersFromProto(problem.parameters(), "parameters", violations);
+  ChangeParameters(changes.parameters(), "changes.parameters", parameters, violations);
+  if (!violations.empty()) return InvalidRequest(violations);
+  for (v1::Parameter& parameter : *problem.mutable_parameters()) parameter.set_value(parameters.at(parameter.name()));
+  return absl::OkStatus();
+}
+
+// Where the request has a field for a linear problem and one for a name.
+template <typename Request>
+absl::StatusOr<Request> WithLinearProblem(const Request& request, const FindProblem& find) {
+  if (request.has_problem()) return InvalidRequest({{kField, "the request holds a problem as well; say one of the two"}});
+  absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
+  if (!body.ok()) return body.status();
+  if (!body->has_problem()) {
+    return InvalidRequest({{kField, fmt::format("{} is nonlinear, and this call knows linear problems only",
+                                                request.problem_name())}});
+  }
+  Request whole = request;
+  whole.clear_problem_name();
+  whole.mutable_problem()->Swap(body->mutable_problem());
+  return whole;
+}
+
+}  // namespace
+
+bool NamesProblem(const v1::SolveRequest& request) { return request.has_problem_name(); }
+bool NamesProblem(const v1::SolveEnsembleRequest& request) { return !request.problem_name().empty(); }
+bool NamesProblem(const v1::AnalyzeProblemRequest& request) { return !request.problem_name().empty(); }
+
+absl::StatusOr<v1::SolveRequest> WithProblem(const v1::SolveRequest& request, const FindProblem& find) {
+  absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
+  if (!body.ok()) return body.status();
+  if (request.has_changes() && !body->has_problem()) {
+    return InvalidRequest({{"changes", fmt::format("{} is nonlinear, and only a linear problem takes them",
+                                                   request.problem_name())}});
+  }
+  v1::SolveRequest whole = request;
+  whole.clear_changes();
+  if (body->has_nonlinear()) {
+    whole.mutable_nonlinear()->Swap(body->mutable_nonlinear());
+  } else {
+    whole.mutable_problem()->Swap(body->mutable_problem());
+    if (absl::Status changed = Change(request.changes(), *whole.mutable_problem()); !changed.ok()) return changed;
+  }
+  return whole;
+}
+
+absl::StatusOr<v1::SolveEnsembleRequest> WithProblem(const v1::SolveEnsembleRequest& request, const FindProblem& find) {
+  return WithLinearProblem(request, find);
+}
+
+absl::StatusOr<v1::AnalyzeProblemRequest> WithProblem(const v1::AnalyzeProblemRequest& request,
+                                                      const FindProblem& find) {
+  return WithLinearProblem(request, find);
+}
+
+}  // namespace dlcs

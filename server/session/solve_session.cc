@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/session/solve_session.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/nonlinear/solve_nonlinear.h"
+#include "core/problem/observer.h"
+#include "core/solve.h"
+#include "fmt/format.h"
+#include "server/session/request_check.h"
+#include "server/wire/convert.h"
+#include "server/wire/errors.h"
+
+namespace dlcs {
+namespace {
+
+// A chunk of 1/4 MB stays in the second cache while it is made, serialised and sent, and the reader unpacks it while the next is
+// made. The contract says below 1 MB.
+constexpr Index kMaxChunkDoubles = (Index{1} << 18) / sizeof(double);
+
+absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
+                                     std::stop_token stop, SetupCache* setups) {
+  return SolveSound(problem, options, observer, std::move(stop), setups);
+}
+absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options, Observer& observer,
+                                     std::stop_token stop, SetupCache* /*setups*/) {
+  return SolveNonlinear(problem, options, observer, std::move(stop));
+}
+
+absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {
+  if (request.has_nonlinear()) return ReadSound(request.nonlinear(), request.options(), limits);
+  return ReadSound(request.problem(), request.options(), limits);
+}
+
+// Numbers the events of one solve and turns what the engine reports into them.
+class EventWriter final : public Observer {
+ public:
+  EventWriter(SolveSink& sink, const ComponentNames& names) : sink_(sink), names_(names) {}
+
+  void Accept(const std::string& solve_id, const PreparedSolve& prepared) {
+    Send([&](v1::SolveEvent& event) {
+      event.mutable_accepted()->set_solve_id(solve_id);
+      event.mutable_accepted()->set_states(static_cast<int>(prepared.num_states()));
+      event.mutable_accepted()->set_constraints(static_cast<int>(prepared.num_constraints()));
+    });
+  }
+  void OnAnalysis(const AnalysisReport& report) override {
+    Send([&](v1::SolveEvent& event) { *event.mutable_analysis() = ToProto(report, names_); });
+  }
+  void OnWindowStarted(const WindowReport& report) override {
+    Send([&](v1::SolveEvent& event) { *event.mutable_window_started() = ToProto(report); });
+  }
+  void OnIterate(const IterateReport& report, const IterateValues&) override {
+    Send([&](v1::SolveEvent& event) { *event.mutable_iterate() = ToProto(report); });
+  }
+  void OnWindowFinished(const WindowOutcome& outcome) override {
+    Send([&](v1::SolveEvent& event) { *event.mutable_window_finished() = ToProto(outcome); });
+  }
+
+  std::int64_t next_sequence() const { return next_sequence_; }
+
+ private:
+  template <typename Fill>
+  void Send(Fill fill) {
+    v1::SolveEvent event;
+    event.set_sequence(next_sequence_++);
+    fill(event);
+    sink_.Accept(std::move(event));
+  }
+
+  SolveSink& sink_;
+  const ComponentNames& names_;
+  std::int64_t next_sequence_ = 1;
+};
+
+}  // namespace
+
+double PeakResidentBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+const char* StopAdvice(StopCause cause) {
+  switch (cause) {
+    case StopCause::kNone:
+      return "";
+    case StopCause::kCancelled:
+      return "The caller cancelled it.";
+    case StopCause::kDeadline:
+      return "The deadline was near: ask for fewer steps or allow more time.";
+    case StopCause::kShutdown:
+      return "The server is shutting down: submit it again.";
+  }
+  return "";
+}
+
+void SolveControl::Stop(StopCause cause) {
+  StopCause none = StopCause::kNone;
+  cause_.compare_exchange_strong(none, cause);
+  source_.request_stop();
+}
+
+Index PreparedSolve::num_states() const {
+  return std::visit([](const auto& problem) { return problem.num_states(); }, system);
+}
+Index PreparedSolve::num_constraints() const {
+  return std::visit([](const auto& problem) { return problem.num_constraints(); }, system);
+}
+
+absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
+                                           const FindProblem& find) {
+  if (NamesProblem(request)) {
+    const absl::StatusOr<v1::SolveRequest> whole = WithProblem(request, find);
+    return whole.ok() ? PrepareSolve(*whole, limits) : whole.status();
+  }
+  if (request.has_changes()) return InvalidRequest({{"changes", "go with problem_name only"}});
+  if (request.system_case() == v1::SolveRequest::SYSTEM_NOT_SET) {
+    return InvalidRequest({{"problem", "is not set; one of problem, nonlinear and problem_name must be"}});
+  }
+  absl::StatusOr<SoundSystem> sound = ReadSystem(request, limits);
+  if (!sound.ok()) return sound.status();
+  PreparedSolve prepared{std::move(sound->system), std::move(sound->options), 0, std::move(sound->names)};
+  const absl::StatusOr<std::int64_t> bytes = CountResultBytes(prepared.system, prepared.options, limits);
+  if (!bytes.ok()) return bytes.status();
+  prepared.result_bytes = *bytes;
+  prepared.options.num_threads = AllowedThreads(prepared.options.num_threads, limits);
+  return prepared;
+}
+
+FinishedSolve::FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence)
+    : solution_(std::move(solution)), cause_(cause), next_sequence_(next_sequence) {}
+
+v1::Termination FinishedSolve::termination() const {
+  if (solution_.termination == Termination::kCancelled && cause_ == StopCause::kDeadline) return v1::DEADLINE;
+  return ToProto(solution_.termination);
+}
+
+std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
+  if (summary_made_) return std::nullopt;
+  v1::SolveEvent event;
+  const auto num_times = static_cast<Index>(solution_.times.size());
+  if (next_time_ < num_times) {
+    const Index per_time = 1 + solution_.x.rows() + 2 * solution_.y.rows();
+    const Index count = std::clamp<Index>(kMaxChunkDoubles / per_time, 1, num_times - next_time_);
+    *event.mutable_trajectory() = ChunkToProto(solution_, next_time_, count);
+    next_time_ += count;
+  } else {
+    v1::Summary& summary = *event.mutable_summary();
+    summary = SummaryToProto(solution_);
+    summary.set_termination(termination());
+    summary.mutable_cost()->set_process_peak_bytes(PeakResidentBytes());
+    if (solution_.termination == Termination::kCancelled) {
+      summary.set_message(fmt::format("{} {}", solution_.message, StopAdvice(cause_)));
+    }
+    summary_made_ = true;
+  }
+  event.set_sequence(next_sequence_++);
+  return event;
+}
+
+absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
+                                       const SolveControl& control, SolveSink& sink, SetupCache* setups) {
+  EventWriter writer(sink, prepared.names);
+  writer.Accept(solve_id, prepared);
+  absl::StatusOr<Solution> solution = std::visit(
+      [&](const auto& problem) { return SolveSystem(problem, prepared.options, writer, control.token(), setups); },
+      prepared.system);
+  if (!solution.ok()) return FromEngine(solution.status(), prepared.system);
+  AddNames(prepared.names, *solution);
+  return FinishedSolve(*std::move(solution), control.cause(), writer.next_sequence());
+}
+
+absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits, const std::string& solve_id,
+                           const SolveControl& control, SolveSink& sink) {
+  const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, limits);
+  if (!prepared.ok()) return prepared.status();
+  absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, solve_id, control, sink);
+  if (!finished.ok()) return finished.status();
+  while (std::optional<v1::SolveEvent> event = finished->NextEvent()) sink.Accept(*std::move(event));
+  return absl::OkStatus();
+}
+
+}  // namespace dlcs

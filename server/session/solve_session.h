@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// One solve, from the request on the wire to the events on the wire, without any RPC in it.
+//
+// The server runs a session on a thread of its own; the command line runs the very same session in its
+// process. So a solve has one result, whether it ran here or there. All errors carry google.rpc details
+// (server/wire/errors.h).
+
+#ifndef DLCS_SERVER_SESSION_SOLVE_SESSION_H_
+#define DLCS_SERVER_SESSION_SOLVE_SESSION_H_
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <variant>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/problem/nonlinear_problem.h"
+#include "core/problem/options.h"
+#include "core/problem/problem.h"
+#include "core/problem/solution.h"
+#include "dlcs/v1/solver.pb.h"
+#include "server/session/problem_reference.h"
+#include "server/session/request_check.h"
+
+namespace dlcs {
+
+class SetupCache;
+
+enum class StopCause { kNone, kCancelled, kDeadline, kShutdown };
+
+// What a caller is told in addition to what the engine knows: "The deadline was near: ..."; empty for kNone.
+const char* StopAdvice(StopCause cause);
+
+// Stops a solve and remembers why. The first cause stays. Safe from any thread.
+class SolveControl {
+ public:
+  void Stop(StopCause cause);
+  StopCause cause() const { return cause_.load(); }
+  std::stop_token token() const { return source_.get_token(); }
+
+ private:
+  std::atomic<StopCause> cause_{StopCause::kNone};
+  std::stop_source source_;
+};
+
+// Takes the events of a solve. Called from the thread that runs it, one call at a time; must not block.
+class SolveSink {
+ public:
+  virtual ~SolveSink() = default;
+  virtual void Accept(v1::SolveEvent event) = 0;
+};
+
+// A request that may run: converted, within the limits, and sound.
+struct PreparedSolve {
+  std::variant<Problem, NonlinearProblem> system;
+  Options options;
+  std::int64_t result_bytes = 0;  // as SessionLimits::max_result_bytes counts them, an upper bound
+  ComponentNames names;
+
+  Index num_states() const;
+  Index num_constraints() const;
+};
+
+// Converts and checks `request`, whose problem `find` finds where it is named.
+// Errors: InvalidArgument with every violation found (those of the conversion first and alone, since the
+// other checks presuppose shapes); ResourceExhausted naming the limit; those of `find`.
+absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
+                                           const FindProblem& find = {});
+
+// The end of a solve: its trajectory chunks (each below 1 MB) and the summary, made one at a time when they
+// are asked for, so that a slow reader costs the memory of the solution and not a second copy
+// of it.
+class FinishedSolve {
+ public:
+  // `next_sequence` continues the numbers of the events that the sink got.
+  FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence);
+
+  // The chunks in order, then the summary, then nothing. O(1 MB) per call.
+  std::optional<v1::SolveEvent> NextEvent();
+
+  const Solution& solution() const { return solution_; }
+  // As the summary tells it: DEADLINE where the engine only knows that it was cancelled.
+  v1::Termination termination() const;
+
+ private:
+  Solution solution_;
+  StopCause cause_;
+  std::int64_t next_sequence_;
+  Index next_time_ = 0;
+  bool summary_made_ = false;
+};
+
+// The most memory that this process has held so far.
+double PeakResidentBytes();
+
+// Runs the engine. `sink` gets accepted (with `solve_id`), analysis, windows and iterates, numbered from 1.
+// Errors: InvalidArgument for what only the engine can judge (a rule that M does not admit). Threads: those
+// of the engine; `sink` is called from the calling one.
+// `setups`, where given, lends and keeps what solves of the same matrices share.
+absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
+                                       const SolveControl& control, SolveSink& sink, SetupCache* setups = nullptr);
+
+// All of it for a caller in the same process: prepare, run, and hand every event to `sink`, summary last.
+absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,
+                           const std::string& solve_id, const SolveControl& control, SolveSink& sink);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SESSION_SOLVE_SESSION_H_

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which program this is: for bug reports, metrics and the curious.
+
+#ifndef DLCS_SERVER_SESSION_VERSION_H_
+#define DLCS_SERVER_SESSION_VERSION_H_
+
+#include <string>
+
+namespace dlcs {
+
+// Of the project, as CMake knows it.
+inline constexpr char kVersion[] = DLCS_VERSION;
+
+// How it was made, as of the last time that CMake configured it.
+struct BuildInfo {
+  const char* revision;  // "v0.1.0-12-g00e0c43"; "unknown" outside a git repository
+  const char* compiler;  // "GNU 12.2.0"
+  const char* type;      // "Release"
+};
+extern const BuildInfo kBuild;
+
+// "v0.1.0-12-g00e0c43, GNU 12.2.0, Release"
+std::string BuildText();
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SESSION_VERSION_H_

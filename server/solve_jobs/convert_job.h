@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Jobs and their events as messages.
+
+#ifndef DLCS_SERVER_SOLVE_JOBS_CONVERT_JOB_H_
+#define DLCS_SERVER_SOLVE_JOBS_CONVERT_JOB_H_
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "dlcs/v1/jobs.pb.h"
+#include "server/jobs/event_log.h"
+#include "server/store/event.h"
+#include "server/store/job.h"
+
+namespace dlcs {
+
+// "jobs/ID", and the way back. Errors: InvalidArgument where the text is no name of a job.
+std::string JobName(const jobs::JobId& id);
+absl::StatusOr<jobs::JobId> JobIdOf(const std::string& name);
+
+google::protobuf::Timestamp ToProto(jobs::Time time);
+// Microseconds; what is finer is cut off.
+jobs::Time FromProto(const google::protobuf::Timestamp& time);
+v1::JobState ToProto(jobs::JobState state);
+// Absent for a state that this version does not know.
+std::optional<jobs::JobState> FromProto(v1::JobState state);
+// Without the summary.
+v1::SolveJob ToProto(const jobs::Job& job);
+
+// The payloads of events are JobEvents with nothing but their kind (JobSolver makes them); of kState it is the state's
+// name, of kSummary a Summary or nothing.
+v1::JobEvent ToProto(const jobs::Event& event);
+v1::JobEvent ToProto(const jobs::EventGap& gap, jobs::Time now);
+v1::JobEvent HeartbeatAfter(std::int64_t sequence, jobs::Time now);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SOLVE_JOBS_CONVERT_JOB_H_

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/solve_jobs/job_limits.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+
+#include "fmt/format.h"
+#include "server/jobs/event_log.h"
+#include "server/store/open_store.h"
+
+namespace dlcs {
+namespace {
+
+jobs::Duration FromSeconds(double seconds) {
+  return std::chrono::duration_cast<jobs::Duration>(std::chrono::duration<double>(seconds));
+}
+
+google::protobuf::Duration ToProto(jobs::Duration duration) {
+  const auto us = duration.count();
+  google::protobuf::Duration result;
+  result.set_seconds(us / 1'000'000);
+  result.set_nanos(static_cast<int>(us % 1'000'000) * 1000);
+  return result;
+}
+
+std::string WorkerName(const ServerConfig& config) {
+  if (!config.worker_name.empty()) return config.worker_name;
+  char host[256] = {};
+  gethostname(host, sizeof host - 1);
+  const std::string port = config.listen.substr(config.listen.rfind(':') + 1);
+  // A free port is another one next time: then the jobs of this life are taken up when their leases run out.
+  return fmt::format("{}:{}", host, port == "0" ? fmt::format("pid-{}", getpid()) : port);
+}
+
+}  // namespace
+
+jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config) {
+  jobs::JobManagerOptions options;
+  options.runs_jobs = config.role != "front";
+  if (jobs::IsShared(config.store)) options.worker = WorkerName(config);
+  options.lease = std::chrono::milliseconds(config.lease_ms);
+  jobs::SchedulerLimits& limits = options.limits;
+  limits.cores = config.threads;
+  limits.max_threads_per_job = config.threads;
+  limits.max_running_memory_bytes = config.max_memory_bytes + config.max_held_result_bytes;
+  limits.max_job_memory_bytes = limits.max_running_memory_bytes;
+  limits.max_job_core_seconds = config.max_job_core_seconds;
+  limits.max_queued_jobs = config.max_queued_jobs;
+  limits.max_queued_jobs_per_user = config.max_queued_jobs_per_user;
+  limits.max_queued_core_seconds = config.max_queued_core_seconds;
+  limits.cores_kept_for_small = std::min(1, config.threads - 1);
+  limits.cores_lent_to_small = std::max(1, config.threads / 4);
+  options.max_attempts = config.max_job_attempts;
+  options.expiry.max_age = FromSeconds(config.keep_finished_s);
+  options.expiry.max_finished_bytes = config.keep_finished_bytes;
+  options.expiry.max_unused_problem_age = FromSeconds(config.keep_problems_s);
+  // Often enough that what is kept for a short time does not stay for much longer.
+  options.expire_every = std::clamp<jobs::Duration>(
+      std::min(options.expiry.max_age, options.expiry.max_unused_problem_age) / 10, std::chrono::milliseconds(100),
+      options.expire_every);
+  return options;
+}
+
+UploadLimits UploadLimitsOf(const ServerConfig& config) {
+  return {.max_upload_bytes = config.max_upload_bytes,
+          .quota = {.max_bytes = config.max_uploaded_bytes_per_user,
+                    .max_problems = config.max_uploaded_problems_per_user},
+          .keep_unused = FromSeconds(config.keep_problems_s)};
+}
+
+v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options) {
+  v1::JobLimits told;
+  told.set_max_job_memory_bytes(options.limits.max_job_memory_bytes);
+  told.set_max_job_core_seconds(options.limits.max_job_core_seconds);
+  told.set_max_priority(kMaxPriority);
+  told.set_max_queued_jobs(options.limits.max_queued_jobs);
+  told.set_max_queued_jobs_per_user(options.limits.max_queued_jobs_per_user);
+  told.set_max_queued_core_seconds(options.limits.max_queued_core_seconds);
+  told.set_cores(options.limits.cores);
+  told.set_max_attempts(options.max_attempts);
+  *told.mutable_keep_finished() = ToProto(options.expiry.max_age);
+  told.set_keep_finished_bytes(options.expiry.max_finished_bytes);
+  *told.mutable_max_watch_interval() = ToProto(kMaxWatchInterval);
+  *told.mutable_heartbeat_interval() = ToProto(jobs::EventWatchOptions().heartbeat);
+  return told;
+}
+
+v1::UploadLimits ToldUploadLimits(const ServerConfig& config) {
+  const UploadLimits limits = UploadLimitsOf(config);
+  v1::UploadLimits told;
+  told.set_max_upload_bytes(limits.max_upload_bytes);
+  told.set_max_uploaded_bytes_per_user(limits.quota.max_bytes);
+  told.set_max_uploaded_problems_per_user(limits.quota.max_problems);
+  *told.mutable_keep_unused() = ToProto(limits.keep_unused);
+  return told;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings of a server as jobs and uploads take them, and as clients are told them.
+
+#ifndef DLCS_SERVER_SOLVE_JOBS_JOB_LIMITS_H_
+#define DLCS_SERVER_SOLVE_JOBS_JOB_LIMITS_H_
+
+#include "dlcs/v1/solver.pb.h"
+#include "server/config/server_config.h"
+#include "server/jobs/job_manager.h"
+#include "server/solve_jobs/problem_library.h"
+
+namespace dlcs {
+
+inline constexpr int kMaxPriority = 100;
+// Who asks for fewer events than this gets them at this distance.
+inline constexpr std::chrono::seconds kMaxWatchInterval{3600};
+
+// `config` is resolved.
+jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config);
+UploadLimits UploadLimitsOf(const ServerConfig& config);
+
+// What GetCapabilities tells of both.
+v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options);
+v1::UploadLimits ToldUploadLimits(const ServerConfig& config);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SOLVE_JOBS_JOB_LIMITS_H_

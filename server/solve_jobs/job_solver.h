@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What runs in a job: the engine, with its events and checkpoints brought into the log and the store.
+
+#ifndef DLCS_SERVER_SOLVE_JOBS_JOB_SOLVER_H_
+#define DLCS_SERVER_SOLVE_JOBS_JOB_SOLVER_H_
+
+#include <chrono>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/jobs/job_manager.h"
+#include "server/jobs/job_run.h"
+#include "server/session/request_check.h"
+#include "server/solve_jobs/problem_library.h"
+#include "server/store/job_store.h"
+
+namespace dlcs {
+
+class SetupCache;
+
+// The body of a job is a serialised v1::SolveRequest; a part of its trajectory is a serialised v1::TrajectoryChunk
+// whose indices count the whole trajectory, below 1 MB; the summary is a serialised v1::Summary.
+class JobSolver {
+ public:
+  // A checkpoint is made when one is offered and `checkpoint_every` has passed since the last. `setups` may be null;
+  // all references must outlive it.
+  JobSolver(const SessionLimits& limits, SetupCache* setups, jobs::JobStore& store, const ProblemLibrary& library,
+            std::chrono::milliseconds checkpoint_every)
+      : limits_(limits), setups_(setups), store_(store), library_(library), checkpoint_every_(checkpoint_every) {}
+
+  // What the job of `owner` with this body will need: a model to a factor of ten for time, three for memory; the scheduler
+  // corrects by what jobs really took. Errors: as PrepareSolve().
+  absl::StatusOr<jobs::Demand> Predict(const std::string& owner, const std::string& body) const;
+
+  // One attempt: goes on behind what is stored, and ends with the summary. Safe from several threads.
+  jobs::JobEnd Solve(jobs::JobRun& run) const;
+
+ private:
+  const SessionLimits limits_;
+  SetupCache* const setups_;
+  jobs::JobStore& store_;
+  const ProblemLibrary& library_;
+  const std::chrono::milliseconds checkpoint_every_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SOLVE_JOBS_JOB_SOLVER_H_

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/solve_jobs/problem_library.h"
+
+#include <string_view>
+#include <utility>
+#include <variant>
+
+#include "fmt/format.h"
+#include "server/solve_jobs/convert_job.h"
+#include "server/solve_jobs/job_refusal.h"
+#include "server/solve_jobs/page_size.h"
+#include "server/wire/errors.h"
+
+namespace dlcs {
+namespace {
+
+constexpr std::string_view kPrefix = "problems/";
+constexpr std::size_t kMaxTitleBytes = 256;
+
+// What is told of a problem without its matrices.
+v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {
+  v1::StoredProblem about;
+  about.set_title(title);
+  std::visit(
+      [&about](const auto& problem) {
+        about.set_states(static_cast<int>(problem.num_states()));
+        about.set_constraints(static_cast<int>(problem.num_constraints()));
+        about.set_horizon(problem.horizon);
+      },
+      sound.system);
+  about.set_nonlinear(std::holds_alternative<NonlinearProblem>(sound.system));
+  return about;
+}
+
+absl::StatusOr<SoundSystem> ReadBody(const v1::ProblemBody& body, const SessionLimits& limits) {
+  if (body.title().size() > kMaxTitleBytes) {
+    return InvalidRequest({{"title", fmt::format("has {} bytes; at most {}", body.title().size(), kMaxTitleBytes)}});
+  }
+  switch (body.system_case()) {
+    case v1::ProblemBody::kProblem:
+      return ReadSound(body.problem(), v1::SolveOptions(), limits);
+    case v1::ProblemBody::kNonlinear:
+      return ReadSound(body.nonlinear(), v1::SolveOptions(), limits);
+    case v1::ProblemBody::SYSTEM_NOT_SET:
+      break;
+  }
+  return InvalidRequest({{"system", "must be set: problem or nonlinear"}});
+}
+
+}  // namespace
+
+std::string ProblemName(const jobs::ProblemId& id) { return std::string(kPrefix) + id; }
+
+absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char* field) {
+  if (name.starts_with(kPrefix) && jobs::IsProblemId(name.substr(kPrefix.size()))) return name.substr(kPrefix.size());
+  return InvalidRequest({{field, fmt::format("{}; must be problems/ and 64 characters of 0-9a-f", Quoted(name))}});
+}
+
+FindProblem ProblemLibrary::Of(std::string owner) const {
+  return [this, owner = std::move(owner)](const std::string& name) -> absl::StatusOr<v1::ProblemBody> {
+    const absl::StatusOr<jobs::ProblemId> id = ProblemIdOf(name, "problem_name");
+    if (!id.ok()) return id.status();
+    const absl::StatusOr<std::string> stored = store_.ReadProblem(owner, *id);
+    if (!stored.ok()) return stored.status();
+    v1::ProblemBody body;
+    if (!body.ParseFromString(*stored)) return absl::DataLossError("The stored problem cannot be read: upload it again.");
+    return body;
+  };
+}
+
+absl::StatusOr<v1::StoredProblem> ProblemLibrary::Expect(const std::string& owner, const jobs::ProblemId& id,
+                                                         std::int64_t bytes) const {
+  if (absl::Status limit = CheckLimit("max_upload_bytes", static_cast<double>(bytes), limits_.max_upload_bytes);
+      !limit.ok()) {
+    return limit;
+  }
+  const absl::StatusOr<jobs::StoredProblem> there = store_.GetProblem(owner, id);
+  if (!there.ok()) return there.status();
+  return ToProto(*there);
+}
+
+absl::StatusOr<v1::UploadProblemResponse> ProblemLibrary::Add(const std::string& owner, const jobs::ProblemId& id,
+                                                              std::string bytes) const {
+  jobs::NewProblem problem{.owner = owner, .id = id, .about = "", .body = std::move(bytes)};
+  {
+    v1::ProblemBody body;
+    if (!body.ParseFromString(problem.body)) {
+      return InvalidRequest({{"data", "the bytes are no dlcs.v1.ProblemBody"}});
+    }
+    const absl::StatusOr<SoundSystem> sound = ReadBody(body, session_);
+    if (!sound.ok()) return sound.status();
+    problem.about = About(*sound, body.title()).SerializeAsString();
+  }
+  const absl::StatusOr<jobs::ProblemStore::Added> added = store_.AddProblem(problem, limits_.quota);
+  if (!added.ok()) return WithDetails(added.status());
+  v1::UploadProblemResponse response;
+  *response.mutable_problem() = ToProto(added->problem);
+  response.set_existed(added->existed);
+  return response;
+}
+
+absl::StatusOr<v1::StoredProblem> ProblemLibrary::Get(const std::string& owner,
+                                                      const v1::GetProblemRequest& request) const {
+  const absl::StatusOr<jobs::ProblemId> id = ProblemIdOf(request.name());
+  if (!id.ok()) return id.status();
+  const absl::StatusOr<jobs::StoredProblem> problem = store_.GetProblem(owner, *id);
+  if (!problem.ok()) return problem.status();
+  return ToProto(*problem);
+}
+
+absl::StatusOr<v1::ListProblemsResponse> ProblemLibrary::List(const std::string& owner,
+                                                              const v1::ListProblemsRequest& request) const {
+  const absl::StatusOr<int> size = PageSize(request.page_size());
+  if (!size.ok()) return size.status();
+  const absl::StatusOr<jobs::ProblemPage> page = store_.ListProblems(owner, *size, request.page_token());
+  if (!page.ok()) return page.status();
+  v1::ListProblemsResponse response;
+  for (const jobs::StoredProblem& problem : page->problems) *response.add_problems() = ToProto(problem);
+  response.set_next_page_token(page->next_page_token);
+  return response;
+}
+
+absl::Status ProblemLibrary::Delete(const std::string& owner, const v1::DeleteProblemRequest& request) const {
+  const absl::StatusOr<jobs::ProblemId> id = ProblemIdOf(request.name());
+  if (!id.ok()) return id.status();
+  return store_.DeleteProblem(owner, *id);
+}
+
+v1::StoredProblem ProblemLibrary::ToProto(const jobs::StoredProblem& problem) const {
+  v1::StoredProblem result;
+  result.ParseFromString(problem.about);
+  result.set_name(ProblemName(problem.id));
+  result.set_bytes(problem.bytes);
+  *result.mutable_create_time() = dlcs::ToProto(problem.created);
+  *result.mutable_expire_time() = dlcs::ToProto(problem.used + limits_.keep_unused);
+  return result;
+}
+
+}  // namespace dlcs

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The uploaded problems of a server, as the wire knows them.
+
+#ifndef DLCS_SERVER_SOLVE_JOBS_PROBLEM_LIBRARY_H_
+#define DLCS_SERVER_SOLVE_JOBS_PROBLEM_LIBRARY_H_
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "dlcs/v1/problems.pb.h"
+#include "server/session/problem_reference.h"
+#include "server/session/request_check.h"
+#include "server/store/problem_store.h"
+
+namespace dlcs {
+
+// "problems/ID", and the way back. Errors: InvalidArgument for `field` where the text is no name of a problem.
+std::string ProblemName(const jobs::ProblemId& id);
+absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char* field = "name");
+
+struct UploadLimits {
+  std::int64_t max_upload_bytes = std::int64_t{256} << 20;
+  jobs::ProblemQuota quota;
+  jobs::Duration keep_unused = std::chrono::hours(24 * 7);
+};
+
+// Safe from any thread; its functions block on the store.
+class ProblemLibrary {
+ public:
+  // `store` must outlive it. `session` holds the limits of every problem.
+  ProblemLibrary(jobs::ProblemStore& store, const UploadLimits& limits, const SessionLimits& session)
+      : store_(store), limits_(limits), session_(session) {}
+
+  // Those of `owner`. Must not outlive this object.
+  FindProblem Of(std::string owner) const;
+
+  // What is known of a problem that is there, after what would forbid to upload one of `bytes` was ruled out: for who is about
+  // to. NotFound says go ahead. Errors: ResourceExhausted naming the limit.
+  absl::StatusOr<v1::StoredProblem> Expect(const std::string& owner, const jobs::ProblemId& id,
+                                           std::int64_t bytes) const;
+  // Errors: InvalidArgument with every violation where `body` is no ProblemBody or its problem breaks a rule; ResourceExhausted
+  // naming the limit.
+  absl::StatusOr<v1::UploadProblemResponse> Add(const std::string& owner, const jobs::ProblemId& id,
+                                                std::string body) const;
+
+  absl::StatusOr<v1::StoredProblem> Get(const std::string& owner, const v1::GetProblemRequest& request) const;
+  absl::StatusOr<v1::ListProblemsResponse> List(const std::string& owner,
+                                                const v1::ListProblemsRequest& request) const;
+  absl::Status Delete(const std::string& owner, const v1::DeleteProblemRequest& request) const;
+
+ private:
+  v1::StoredProblem ToProto(const jobs::StoredProblem& problem) const;
+
+  jobs::ProblemStore& store_;
+  const UploadLimits limits_;
+  const SessionLimits session_;
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_SOLVE_JOBS_PROBLEM_LIBRARY_H_

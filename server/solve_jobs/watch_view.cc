@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/solve_jobs/watch_view.h"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <numeric>
+
+#include "fmt/format.h"
+#include "server/wire/errors.h"
+
+namespace dlcs {
+namespace {
+
+constexpr std::size_t kSampledTimes = 65;
+// As in a page of a trajectory: a quarter of what receivers accept by default.
+constexpr std::size_t kMostValues = 1'000'000 / sizeof(double);
+
+// `count` of the numbers 0 .. size - 1, evenly spread, the last among them.
+std::vector<std::size_t> Spread(std::size_t size, std::size_t count) {
+  std::vector<std::size_t> chosen(std::min(size, count));
+  const std::size_t gaps = std::max<std::size_t>(chosen.size(), 2) - 1;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    chosen[chosen.size() - 1 - k] = size - 1 - (k * (size - 1) + gaps / 2) / gaps;
+  }
+  return chosen;
+}
+
+}  // namespace
+
+absl::StatusOr<WatchView> WatchView::Create(const v1::WatchSolveJobRequest& request) {
+  WatchView view;
+  switch (request.view()) {
+    case v1::WATCH_VIEW_UNSPECIFIED:
+    case v1::WATCH_VIEW_RESIDUALS:
+      break;
+    case v1::WATCH_VIEW_PROGRESS:
+      view.progress_only_ = true;
+      break;
+    case v1::WATCH_VIEW_SAMPLED:
+      view.detail_.most_times = kSampledTimes;
+      break;
+    case v1::WATCH_VIEW_FULL:
+      view.detail_.most_times = std::numeric_limits<std::size_t>::max();
+      break;
+    default:
+      return InvalidRequest(
+          {{"view", fmt::format("{}; this server knows no such view", static_cast<int>(request.view()))}});
+  }
+  if (request.y_components_size() > 0 && view.detail_.most_times == 0) {
+    return InvalidRequest({{"y_components", fmt::format("{} given; only the views SAMPLED and FULL have values of y",
+                                                        request.y_components_size())}});
+  }
+  for (int k = 0; k < request.y_components_size(); ++k) {
+    const int component = request.y_components(k);
+    if (component < 0) {
+      return InvalidRequest({{fmt::format("y_components[{}]", k), fmt::format("{}; must be at least 0", component)}});
+    }
+  }
+  view.components_.assign(request.y_components().begin(), request.y_components().end());
+  view.detail_.components = view.components_;
+  std::vector<int>& components = view.detail_.components;
+  std::ranges::sort(components);
+  components.erase(std::unique(components.begin(), components.end()), components.end());
+  return view;
+}
+
+absl::Status WatchView::Admits(const v1::Analysis& analysis) const {
+  for (std::size_t k = 0; k < components_.size(); ++k) {
+    if (components_[k] < analysis.constraints()) continue;
+    return InvalidRequest({{fmt::format("y_components[{}]", k),
+                            fmt::format("{}; must be between 0 and {}", components_[k], analysis.constraints() - 1)}});
+  }
+  return absl::OkStatus();
+}
+
+void WatchView::Narrow(v1::Iterate& iterate) const {
+  if (iterate.times().empty()) return;
+  const auto size = static_cast<std::size_t>(iterate.times_size());
+  const auto rows = static_cast<std::size_t>(iterate.y_size()) / size;
+  // Rows of what was told, in the order asked for.
+  std::vector<std::size_t> wanted;
+  if (components_.empty()) {
+    wanted.resize(iterate.y_components().empty() ? rows : 0);
+    std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+  }
+  for (const int component : components_) {
+    const auto& told = iterate.y_components();
+    const auto at = std::lower_bound(told.begin(), told.end(), component);
+    if (told.empty() && static_cast<std::size_t>(component) < rows) {
+      wanted.push_back(static_cast<std::size_t>(component));
+    } else if (at != told.end() && *at == component) {
+      wanted.push_back(static_cast<std::size_t>(at - told.begin()));
+    }
+  }
+  v1::Iterate narrow;
+  const bool has_all = components_.empty() ? iterate.y_components().empty() : wanted.size() == components_.size();
+  if (detail_.most_times > 0 && has_all) {
+    for (const std::size_t column : Spread(size, detail_.most_times)) {
+      narrow.add_times(iterate.times(static_cast<int>(column)));
+      for (const std::size_t row : wanted) narrow.add_y(iterate.y(static_cast<int>(column * rows + row)));
+    }
+    narrow.mutable_y_components()->Add(components_.begin(), components_.end());
+  }
+  iterate.mutable_times()->Swap(narrow.mutable_times());
+  iterate.mutable_y()->Swap(narrow.mutable_y());
+  iterate.mutable_y_components()->Swap(narrow.mutable_y_components());
+}
+
+void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1::Iterate& iterate) {
+  if (detail.most_times == 0) return;
+  const auto n = static_cast<int>(values.y.rows());
+  // Components that the problem does not have are refused where somebody asks for them: WatchView::Admits().
+  const auto& all = detail.components;
+  const std::vector<int> rows(all.begin(), std::ranges::lower_bound(all, n));
+  if (all.empty() ? n == 0 : rows.empty()) return;
+  const std::size_t size = all.empty() ? static_cast<std::size_t>(n) : rows.size();
+  const std::size_t most = std::min(detail.most_times, std::max<std::size_t>(kMostValues / size, 1));
+  const std::vector<std::size_t> columns = Spread(values.times.size(), most);
+  iterate.mutable_times()->Reserve(static_cast<int>(columns.size()));
+  iterate.mutable_y()->Reserve(static_cast<int>(columns.size() * size));
+  for (const std::size_t column : columns) {
+    iterate.add_times(values.times[column]);
+    const auto y = values.y.col(static_cast<Index>(column));
+    if (all.empty()) {
+      iterate.mutable_y()->Add(y.data(), y.data() + n);
+    } else {
+      for (const int row : rows) iterate.add_y(y[row]);
+    }
+  }
+  iterate.mutable_y_components()->Add(rows.begin(), rows.end());
+}
+
+}  // namespace dlcs

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happened in a job: a number, a time, a kind, and bytes that only the sender and the reader understand.
+
+#ifndef DLCS_SERVER_STORE_EVENT_H_
+#define DLCS_SERVER_STORE_EVENT_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/store/clock.h"
+
+namespace dlcs::jobs {
+
+// The numbers are stored: never change one, never reuse one.
+enum class EventKind {
+  kState = 1,           // the payload is JobStateName() of the state entered
+  kAnalysis = 2,        // what was found out before the first step
+  kWindowAccepted = 3,  // its part of the trajectory is in the store
+  kSummary = 4,         // the last event of every job; empty where nothing was solved
+  kIterate = 5,
+  kWindowStarted = 6,
+  kWindowRejected = 7,
+  kLog = 8,
+  kWindowFinished = 9,  // accepted, and on its way to the store with a later kWindowAccepted
+};
+
+// Kept events are in the store before any watcher sees them, and every watcher gets all of them. The others (passing
+// ones) live in memory, for a while, and a gap stands for those that a watcher did not get.
+constexpr bool IsKept(EventKind kind) { return kind <= EventKind::kSummary; }
+
+struct Event {
+  std::int64_t sequence = 0;  // from 1 in every job, increasing, never used twice
+  Time time;
+  EventKind kind = EventKind::kLog;
+  std::shared_ptr<const std::string> payload;  // never null in a delivered event; shared by all watchers
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_STORE_EVENT_H_

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/store/job_transitions.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "fmt/format.h"
+#include "server/store/problem_store.h"
+
+namespace dlcs::jobs {
+namespace {
+
+absl::Status NoSuchJob(const JobId& id) {
+  // What was asked for may be anything: only what can be a name is repeated.
+  return absl::NotFoundError(IsJobId(id) ? fmt::format("There is no job {}.", id) : "There is no job of that name.");
+}
+
+bool IsRunning(JobState state) { return state == JobState::kRunning || state == JobState::kCancelling; }
+
+// The row of a job whose lease is `lease`, which may have run out as long as nobody else has claimed the job.
+absl::StatusOr<JobRow> Held(JobTable& table, const Lease& lease) {
+  std::optional<JobRow> row = table.Lock(lease.job);
+  if (!row.has_value() || row->fence != lease.fence || row->worker != lease.worker) {
+    return absl::AbortedError("The lease on the job was lost: another server has it now.");
+  }
+  return *std::move(row);
+}
+
+absl::Status CheckRunning(const JobRow& row) {
+  if (IsRunning(row.job.state)) return absl::OkStatus();
+  return absl::AbortedError("The job has ended, or was given back.");
+}
+
+absl::StatusOr<JobRow> HeldAndRunning(JobTable& table, const Lease& lease) {
+  absl::StatusOr<JobRow> row = Held(table, lease);
+  if (!row.ok()) return row;
+  if (absl::Status status = CheckRunning(*row); !status.ok()) return status;
+  return row;
+}
+
+// Adds `event` unless it is there; the job's mark rises to its number.
+void AddEvent(JobTable& table, JobRow& row, const Event& event) {
+  if (!table.AddEvent(row.number, event)) return;
+  row.job.sequence = std::max(row.job.sequence, event.sequence);
+  row.job.last_event = std::max(row.job.last_event, event.sequence);
+  row.job.stored_bytes += static_cast<std::int64_t>(event.payload->size());
+}
+
+// The job enters `state`, and an event with the next number says so.
+void EnterState(JobTable& table, JobRow& row, JobState state) {
+  row.job.state = state;
+  AddEvent(table, row,
+           {.sequence = row.job.sequence + 1,
+            .time = row.now,
+            .kind = EventKind::kState,
+            .payload = std::make_shared<const std::string>(JobStateName(state))});
+}
+
+void AddChunk(JobTable& table, JobRow& row, const Chunk& chunk) {
+  if (!table.AddChunk(row.number, chunk)) return;
+  row.job.chunks = chunk.number + 1;
+  row.job.attempts = 1;  // it got on
+  row.job.stored_bytes += static_cast<std::int64_t>(chunk.data.size());
+}
+
+}  // namespace
+
+absl::StatusOr<std::optional<Job>> FindRequestedJob(JobTable& table, const std::string& owner,
+                                                    const std::string& request_id, const std::string& body_hash) {
+  if (request_id.empty()) return std::optional<Job>();
+  std::optional<JobRow> row = table.FindRequest(owner, request_id);
+  if (!row.has_value()) return std::optional<Job>();
+  if (row->body_hash != body_hash) {
+    return absl::AlreadyExistsError("request_id was used for another request: take a new one for this.");
+  }
+  return std::optional<Job>(std::move(row->job));
+}
+
+absl::StatusOr<JobStore::Created> CreateJob(JobTable& table, const NewJob& job) {
+  if (!IsJobId(job.id)) return absl::InvalidArgumentError("A job's id is made by NewJobId().");
+  absl::StatusOr<std::optional<Job>> earlier = FindRequestedJob(table, job.owner, job.request_id, job.body_hash);
+  if (!earlier.ok()) return earlier.status();
+  if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
+  if (!job.problem.empty() && !table.UseProblem(job.owner, job.problem)) return NoSuchProblem(job.problem);
+  std::optional<JobRow> row = table.Insert(job);
+  if (!row.has_value()) {
+    // Another server has just taken the same request.
+    earlier = FindRequestedJob(table, job.owner, job.request_id, job.body_hash);
+    if (!earlier.ok()) return earlier.status();
+    if (!earlier->has_value()) return absl::UnavailableError("The same request is being deleted: send it again.");
+    return JobStore::Created{.job = **std::move(earlier), .existed = true};
+  }
+  EnterState(table, *row, JobState::kQueued);
+  table.Save(*row);
+  return JobStore::Created{.job = std::move(row->job), .existed = false};
+}
+
+absl::StatusOr<Job> VisibleJob(const std::optional<JobRow>& row, const std::optional<std::string>& owner,
+                               const JobId& id) {
+  if (!row.has_value() || (owner.has_value() && row->job.owner != *owner)) return NoSuchJob(id);
+  return row->job;
+}
+
+absl::StatusOr<Job> RequestCancelOfJob(JobTable& table, const std::optional<std::string>& owner, const JobId& id) {
+  std::optional<JobRow> row = table.Lock(id);
+  if (absl::Status status = VisibleJob(row, owner, id).status(); !status.ok()) return status;
+  if (row->job.state == JobState::kQueued) {
+    EnterState(table, *row, JobState::kCancelled);
+    AddEvent(table, *row,
+             {.sequence = row->job.sequence + 1,
+              .time = row->now,
+              .kind = EventKind::kSummary,
+              .payload = std::make_shared<const std::string>()});
+    row->job.finished = row->now;
+    table.Save(*row);
+  } else if (row->job.state == JobState::kRunning) {
+    // Whoever holds the lease writes the event: numbers above the mark are theirs.
+    row->job.state = JobState::kCancelling;
+    table.Save(*row);
+  }
+  return std::move(row->job);
+}
+
+absl::Status DeleteJob(JobTable& table, const std::optional<std::string>& owner, const JobId& id) {
+  const std::optional<JobRow> row = table.Lock(id);
+  if (absl::Status status = VisibleJob(row, owner, id).status(); !status.ok()) return status;
+  if (!IsFinal(row->job.state)) {
+    return absl::FailedPreconditionError(
+        fmt::format("The job is {}: cancel it and wait for its end first.", JobStateName(row->job.state)));
+  }
+  table.Delete(row->number);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::string& worker, Duration lease,
+                                                   std::span<const JobId> candidates) {
+  std::optional<JobRow> row = table.LockClaimable(candidates);
+  if (!row.has_value()) return std::optional<ClaimedJob>();
+  row->worker = worker;
+  row->lease_until = row->now + lease;
+  ++row->fence;
+  ++row->job.attempts;
+  if (!row->job.started.has_value()) row->job.started = row->now;
+  EnterState(table, *row, row->job.state == JobState::kCancelling ? JobState::kCancelling : JobState::kRunning);
+  table.Save(*row);
+  ClaimedJob claimed{.job = std::move(row->job),
+                     .lease = {.job = {}, .worker = worker, .fence = row->fence},
+                     .body = table.ReadBody(row->number),
+                     .resume_state = table.ReadResumeState(row->number)};
+  claimed.lease.job = claimed.job.id;
+  return std::optional<ClaimedJob>(std::move(claimed));
+}
+
+absl::StatusOr<bool> RenewLeaseOfJob(JobTable& table, const Lease& lease, Duration duration) {
+  absl::StatusOr<JobRow> row = HeldAndRunning(table, lease);
+  if (!row.ok()) return row.status();
+  row->lease_until = row->now + duration;
+  table.Save(*row);
+  return row->job.state == JobState::kCancelling;
+}
+
+absl::Status AppendToJob(JobTable& table, const Lease& lease, const Progress& progress) {
+  absl::StatusOr<JobRow> row = HeldAndRunning(table, lease);
+  if (!row.ok()) return row.status();
+  for (const Chunk& chunk : progress.chunks) {
+    if (chunk.number > row->job.chunks) {
+      return absl::InvalidArgumentError("Parts of the trajectory must follow one another.");
+    }
+    AddChunk(table, *row, chunk);
+  }
+  if (progress.state.has_value()) table.SaveResumeState(row->number, *progress.state);
+  for (const Event& event : progress.events) AddEvent(table, *row, event);
+  row->job.sequence = std::max(row->job.sequence, progress.reserve_through);
+  row->job.progress = std::max(row->job.progress, progress.progress);
+  table.Save(*row);
+  return absl::OkStatus();
+}
+
+absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outcome) {
+  if (!IsFinal(outcome.state) || outcome.events.empty() || outcome.events.back().kind != EventKind::kSummary) {
+    return absl::InvalidArgumentError("A job ends in a final state and with its summary.");
+  }
+  absl::StatusOr<JobRow> row = Held(table, lease);
+  if (!row.ok()) return row.status();
+  Job& job = row->job;
+  // The same again: the first answer was lost on its way.
+  if (job.state == outcome.state) return absl::OkStatus();
+  if (absl::Status status = CheckRunning(*row); !status.ok()) return status;
+  for (const Event& event : outcome.events) AddEvent(table, *row, event);
+  job.state = outcome.state;
+  job.finished = row->now;
+  job.error = outcome.error;
+  // Reserved numbers that were not used are given back: nothing comes behind the summary.
+  job.sequence = outcome.events.back().sequence;
+  if (outcome.state == JobState::kSucceeded) job.progress = 1;
+  row->lease_until = {};
+  table.Save(*row);
+  table.DropResumeState(row->number);
+  return absl::OkStatus();
+}
+
+absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through) {
+  absl::StatusOr<JobRow> row = HeldAndRunning(table, lease);
+  if (!row.ok()) return row.status();
+  row->job.sequence = through;
+  row->job.attempts = 0;
+  row->lease_until = {};
+  if (row->job.state == JobState::kRunning) EnterState(table, *row, JobState::kQueued);
+  table.Save(*row);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page_size) {
+  const absl::Status refusal = absl::InvalidArgumentError("page_token: no page gave this one.");
+  if (page_size < 1) return refusal;
+  if (page_token.empty()) return std::numeric_limits<std::int64_t>::max();
+  std::int64_t number = 0;
+  const char* end = page_token.data() + page_token.size();
+  const auto [stop, error] = std::from_chars(page_token.data(), end, number);
+  if (error != std::errc() || stop != end || number < 1) return refusal;
+  return number;
+}
+
+std::int64_t MaskOf(const std::vector<JobState>& states) {
+  if (states.empty()) return ~std::int64_t{0};
+  std::int64_t mask = 0;
+  for (const JobState state : states) mask |= std::int64_t{1} << static_cast<int>(state);
+  return mask;
+}
+
+}  // namespace dlcs::jobs

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the functions of JobStore do to the rows of a job, in one place for every database. Each runs in a transaction
+// of its own, and its errors are those of the function of the same purpose in job_store.h.
+
+#ifndef DLCS_SERVER_STORE_JOB_TRANSITIONS_H_
+#define DLCS_SERVER_STORE_JOB_TRANSITIONS_H_
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/store/job_store.h"
+#include "server/store/job_table.h"
+
+namespace dlcs::jobs {
+
+// What users do.
+absl::StatusOr<JobStore::Created> CreateJob(JobTable& table, const NewJob& job);
+absl::StatusOr<std::optional<Job>> FindRequestedJob(JobTable& table, const std::string& owner,
+                                                    const std::string& request_id, const std::string& body_hash);
+absl::StatusOr<Job> RequestCancelOfJob(JobTable& table, const std::optional<std::string>& owner, const JobId& id);
+absl::Status DeleteJob(JobTable& table, const std::optional<std::string>& owner, const JobId& id);
+
+// What workers do.
+absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::string& worker, Duration lease,
+                                                   std::span<const JobId> candidates);
+absl::StatusOr<bool> RenewLeaseOfJob(JobTable& table, const Lease& lease, Duration duration);
+absl::Status AppendToJob(JobTable& table, const Lease& lease, const Progress& progress);
+absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outcome);
+absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through);
+
+// The row when it is there and `owner` may see it.
+absl::StatusOr<Job> VisibleJob(const std::optional<JobRow>& row, const std::optional<std::string>& owner,
+                               const JobId& id);
+// The row number below which a page begins. Errors: INVALID_ARGUMENT for a token that no page gave, or no page at all.
+absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page_size);
+// One bit a state, at its number; all of them for no states.
+std::int64_t MaskOf(const std::vector<JobState>& states);
+
+// What one call of Expire() deletes at the most: jobs, and as many problems.
+inline constexpr std::int64_t kMostDeletedAtOnce = 200;
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_STORE_JOB_TRANSITIONS_H_

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// libpq with owners: connections, statements with their values, results, transactions.
+//
+// What fails throws PostgresError, so that a transaction reads as the list of its steps; postgres_database.h is where
+// those end and become absl::Status.
+
+#ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_H_
+#define DLCS_SERVER_STORE_POSTGRES_POSTGRES_H_
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/store/clock.h"
+
+struct pg_conn;
+struct pg_result;
+
+namespace dlcs::jobs {
+
+class PostgresError final : public std::exception {
+ public:
+  PostgresError(std::string sqlstate, std::string text) : sqlstate_(std::move(sqlstate)), text_(std::move(text)) {}
+  // Five characters (PostgreSQL's manual, appendix A); empty when there was no answer: the connection is of no use any
+  // more, and what was asked for last may or may not have been done.
+  const std::string& sqlstate() const { return sqlstate_; }
+  // For the operator: may name hosts and users, never a password.
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string sqlstate_;
+  std::string text_;
+};
+
+// Sent as BYTEA; strings are sent as TEXT, which must not hold zero bytes.
+struct Bytea {
+  std::string_view bytes;
+};
+
+// The values of $1, $2, ... Strings and bytes are referred to, and must live until the statement has run.
+class PostgresValues {
+ public:
+  template <typename... Values>
+  explicit PostgresValues(const Values&... values) {
+    (Add(values), ...);
+  }
+
+ private:
+  friend class PostgresConnection;
+
+  void Add(std::int64_t value);
+  void Add(int value) { Add(std::int64_t{value}); }
+  void Add(double value);
+  void Add(const std::string& value);
+  void Add(Bytea value);
+  void Add(Time value) { Add(std::int64_t{value.time_since_epoch().count()}); }
+  void Add(const std::optional<Time>& value);
+  void Add(const std::optional<std::string>& value);
+  void AddNumber(unsigned type, std::uint64_t bits);
+  void AddPointer(unsigned type, const char* data, std::size_t size, bool is_binary);
+
+  std::vector<unsigned> types_;
+  std::vector<const char*> data_;
+  std::vector<int> sizes_;
+  std::vector<int> formats_;
+  std::deque<std::array<char, 8>> numbers_;  // deque: addresses stay
+};
+
+// All rows of an answer. Columns of type BIGINT, DOUBLE PRECISION, TEXT and BYTEA are understood.
+class PostgresRows {
+ public:
+  explicit PostgresRows(pg_result* result) : result_(result, &Clear) {}
+
+  int size() const;
+  bool empty() const { return size() == 0; }
+  // Rows that the statement changed.
+  std::int64_t changed() const;
+
+  bool IsNull(int row, int column) const;
+  std::int64_t Int(int row, int column) const;
+  double Real(int row, int column) const;
+  std::string Bytes(int row, int column) const;
+  Time TimeAt(int row, int column) const { return Time(Duration(Int(row, column))); }
+  std::optional<Time> OptionalTime(int row, int column) const;
+
+ private:
+  static void Clear(pg_result* result);
+  std::uint64_t Bits(int row, int column) const;
+
+  std::unique_ptr<pg_result, void (*)(pg_result*)> result_;
+};
+
+// For one thread at a time.
+class PostgresConnection {
+ public:
+  // `address` is what libpq takes for a database: a URI, or keyword=value pairs. Connects within about
+  // `patience`, 5 s at most a host, and later waits so long for a sign of life of the server, not longer.
+  PostgresConnection(const std::string& address, Duration patience);
+  ~PostgresConnection();
+  PostgresConnection(const PostgresConnection&) = delete;
+  PostgresConnection& operator=(const PostgresConnection&) = delete;
+
+  // One statement.
+  template <typename... Values>
+  PostgresRows Run(const std::string& sql, const Values&... values) {
+    return RunWith(sql, PostgresValues(values...));
+  }
+  // Any number of statements, without values or rows.
+  void Execute(const std::string& script);
+
+  // Whether the other end still seems to be there, without asking it.
+  bool IsAlive();
+  bool InTransaction() const;
+  // Returns what it was.
+  Duration set_patience(Duration patience) { return std::exchange(patience_, patience); }
+
+  // Of notifications. -------------------------------------------------------------------------------------------------
+
+  // The socket, which can be read when there is something to take.
+  int socket() const;
+  // The payloads of the notifications that have come, without waiting.
+  std::vector<std::string> TakeNotifications();
+
+ private:
+  PostgresRows RunWith(const std::string& sql, const PostgresValues& values);
+  void Flush();
+  PostgresRows Receive();
+  // Until the socket can be read, or written where `to_write` says so.
+  void Wait(bool to_write);
+  [[noreturn]] void ThrowLost() const;
+
+  pg_conn* connection_ = nullptr;
+  Duration patience_;
+};
+
+// Rolled back unless committed.
+class PostgresTransaction {
+ public:
+  explicit PostgresTransaction(PostgresConnection& connection);
+  ~PostgresTransaction();
+  PostgresTransaction(const PostgresTransaction&) = delete;
+  PostgresTransaction& operator=(const PostgresTransaction&) = delete;
+
+  void Commit();
+
+ private:
+  PostgresConnection& connection_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_STORE_POSTGRES_POSTGRES_H_

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// A PostgreSQL database that may go away while it is used, and come back.
+
+#ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_DATABASE_H_
+#define DLCS_SERVER_STORE_POSTGRES_POSTGRES_DATABASE_H_
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/store/clock.h"
+#include "server/store/failure_log.h"
+#include "server/store/postgres/postgres.h"
+#include "server/store/store_timer.h"
+
+namespace dlcs::jobs {
+
+struct PostgresDatabaseOptions {
+  // What libpq takes for a database: postgresql://user@host:port/name?sslmode=verify-full, keyword=value pairs, ...
+  std::string address;
+  // At once, and one more that listens; a call that finds all of them busy waits.
+  int max_connections = 8;
+  // Of one statement, on the server. A lock of another transaction is waited for half as long.
+  Duration statement_timeout = std::chrono::seconds(10);
+  // What a call waits for: a connection, a free one among those that are open, a sign of life.
+  Duration patience = std::chrono::seconds(15);
+  // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
+  StoreTimer timer = {};
+};
+
+// A pool of connections, made when they are needed. One that fails is closed; when no connection can be made, calls
+// fail at once for a moment that doubles up to a second, and then it is tried again. Tables are made, or brought to
+// this program's version, by the first connection; when they go missing later they are *not* made anew, since what they
+// held was acknowledged.
+//
+// Safe from any thread.
+class PostgresDatabase {
+ public:
+  using Options = PostgresDatabaseOptions;
+  using Connection = PostgresConnection;
+
+  explicit PostgresDatabase(PostgresDatabaseOptions options) : options_(std::move(options)) {}
+
+  // The result of `body(PostgresConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,
+  // durably, when it is OK, and rolled back otherwise. Errors of its own: UNAVAILABLE, DATA_LOSS, FAILED_PRECONDITION
+  // (Migrate()), INTERNAL for broken SQL. After UNAVAILABLE it may have been done all the same.
+  template <typename Body>
+  auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, PostgresConnection&> {
+    const auto in_transaction = [&](PostgresConnection& connection) {
+      PostgresTransaction transaction(connection);
+      auto result = body(connection);
+      if (result.ok()) {
+        transaction.Commit();
+        if (!healthy_.exchange(true)) log_.Recovered();
+      }
+      return result;
+    };
+    return Timed(options_.timer, operation, [&] { return With(in_transaction); });
+  }
+
+  // The same without a transaction; `body` only reads.
+  template <typename Body>
+  auto Read(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, PostgresConnection&> {
+    return Timed(options_.timer, operation, [&] { return With(body); });
+  }
+
+  // A connection of the caller's own, set up as those of the pool are. Throws PostgresError.
+  std::unique_ptr<PostgresConnection> Connect() const;
+
+  // False after an error that is not the caller's, until something was written.
+  bool healthy() const { return healthy_; }
+
+ private:
+  // Gives its connection back.
+  class Lent {
+   public:
+    Lent(PostgresDatabase& database, std::unique_ptr<PostgresConnection> connection)
+        : database_(database), connection_(std::move(connection)) {}
+    ~Lent() { database_.GiveBack(std::move(connection_)); }
+    Lent(const Lent&) = delete;
+    Lent& operator=(const Lent&) = delete;
+    PostgresConnection& operator*() const { return *connection_; }
+
+   private:
+    PostgresDatabase& database_;
+    std::unique_ptr<PostgresConnection> connection_;
+  };
+
+  template <typename Body>
+  auto With(Body&& body) -> std::invoke_result_t<Body, PostgresConnection&> {
+    try {
+      absl::StatusOr<std::unique_ptr<PostgresConnection>> connection = Take();
+      if (!connection.ok()) return connection.status();
+      const Lent lent(*this, *std::move(connection));
+      return body(*lent);
+    } catch (const PostgresError& error) {
+      return Failed(error);
+    }
+  }
+
+  absl::StatusOr<std::unique_ptr<PostgresConnection>> Take();
+  absl::StatusOr<std::unique_ptr<PostgresConnection>> Open();
+  absl::Status PrepareTables(PostgresConnection& connection);
+  // Closed where it is of no use any more.
+  void GiveBack(std::unique_ptr<PostgresConnection> connection);
+  absl::Status Failed(const PostgresError& error);
+
+  const PostgresDatabaseOptions options_;
+  std::atomic<bool> healthy_ = false;
+  std::atomic<bool> was_open_ = false;
+  FailureLog log_;
+
+  std::mutex mutex_;
+  std::condition_variable given_back_;
+  std::vector<std::unique_ptr<PostgresConnection>> idle_;
+  int num_open_ = 0;  // idle, lent, or being made
+  std::chrono::steady_clock::time_point next_attempt_{};
+  Duration pause_{0};
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_STORE_POSTGRES_POSTGRES_DATABASE_H_

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/store/postgres/postgres_schema.h"
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "fmt/format.h"
+
+namespace dlcs::jobs {
+namespace {
+
+// Any number that nobody else locks.
+constexpr std::int64_t kMigrationLock = 0x646c6373;
+// How long others may be busy with it, and a script may take.
+constexpr std::chrono::minutes kPatience{30};
+
+// As in SQLite (sqlite_schema.cc), where the comments are; what differs: what users write is BYTEA where it may be any
+// bytes in any encoding, numbers have one type, which is all that postgres.h reads, and the last event is kept with the
+// job. Blobs are numbers or were compressed: the database need not try.
+constexpr const char* kVersion1 = R"sql(
+CREATE FUNCTION dlcs_now() RETURNS BIGINT STABLE LANGUAGE sql
+  AS 'SELECT (extract(epoch FROM statement_timestamp()) * 1000000)::bigint';
+
+CREATE TABLE jobs (
+  number BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
+  id TEXT NOT NULL UNIQUE,
+  owner TEXT NOT NULL,
+  request_id BYTEA NOT NULL,
+  body_hash BYTEA NOT NULL,
+  priority BIGINT NOT NULL,
+  core_seconds DOUBLE PRECISION NOT NULL,
+  memory_bytes BIGINT NOT NULL,
+  threads BIGINT NOT NULL,
+  deadline BIGINT,
+  state BIGINT NOT NULL,
+  created BIGINT NOT NULL,
+  started BIGINT,
+  finished BIGINT,
+  worker TEXT NOT NULL DEFAULT '',
+  lease_until BIGINT NOT NULL DEFAULT 0,
+  fence BIGINT NOT NULL DEFAULT 0,
+  attempts BIGINT NOT NULL DEFAULT 0,
+  sequence BIGINT NOT NULL DEFAULT 0,
+  last_event BIGINT NOT NULL DEFAULT 0,
+  chunks BIGINT NOT NULL DEFAULT 0,
+  progress DOUBLE PRECISION NOT NULL DEFAULT 0,
+  error_code BIGINT NOT NULL DEFAULT 0,
+  error_message BYTEA NOT NULL DEFAULT '',
+  stored_bytes BIGINT NOT NULL
+) WITH (fillfactor = 70);
+CREATE UNIQUE INDEX jobs_by_request ON jobs (owner, request_id) WHERE request_id <> '';
+CREATE INDEX jobs_by_owner ON jobs (owner, number);
+CREATE INDEX jobs_unfinished ON jobs (number) WHERE finished IS NULL;
+CREATE INDEX jobs_finished ON jobs (finished, number, stored_bytes) WHERE finished IS NOT NULL;
+
+CREATE TABLE bodies (
+  job BIGINT PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
+  body BYTEA NOT NULL
+);
+CREATE TABLE resume_states (
+  job BIGINT PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
+  state BYTEA NOT NULL
+);
+CREATE TABLE chunks (
+  job BIGINT NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
+  number BIGINT NOT NULL,
+  begin_time DOUBLE PRECISION NOT NULL,
+  end_time DOUBLE PRECISION NOT NULL,
+  data BYTEA NOT NULL,
+  PRIMARY KEY (job, number)
+);
+CREATE TABLE events (
+  job BIGINT NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
+  sequence BIGINT NOT NULL,
+  time BIGINT NOT NULL,
+  kind BIGINT NOT NULL,
+  payload BYTEA NOT NULL,
+  PRIMARY KEY (job, sequence)
+);
+ALTER TABLE bodies ALTER body SET STORAGE EXTERNAL;
+ALTER TABLE resume_states ALTER state SET STORAGE EXTERNAL;
+ALTER TABLE chunks ALTER data SET STORAGE EXTERNAL;
+
+-- Heard by all servers when the change is committed.
+CREATE FUNCTION dlcs_tell() RETURNS trigger LANGUAGE plpgsql AS $$
+BEGIN
+  IF NEW.state = 1 AND (TG_OP = 'INSERT' OR OLD.state <> 1) THEN
+    PERFORM pg_notify('dlcs_jobs', 'q' || NEW.id);
+  END IF;
+  IF TG_OP = 'UPDATE' AND NEW.state = 3 AND OLD.state <> 3 THEN
+    PERFORM pg_notify('dlcs_jobs', 'c' || NEW.id);
+  END IF;
+  IF TG_OP = 'UPDATE' AND NEW.last_event > OLD.last_event AND OLD.last_event > 0 THEN
+    PERFORM pg_notify('dlcs_jobs', 'e' || NEW.id);
+  END IF;
+  RETURN NULL;
+END $$;
+CREATE TRIGGER jobs_tell AFTER INSERT OR UPDATE ON jobs FOR EACH ROW EXECUTE FUNCTION dlcs_tell();
+)sql";
+
+constexpr const char* kVersion2 = R"sql(
+CREATE TABLE problems (
+  number BIGINT GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
+  owner TEXT NOT NULL,
+  id TEXT NOT NULL,
+  about BYTEA NOT NULL,
+  bytes BIGINT NOT NULL,
+  created BIGINT NOT NULL,
+  used BIGINT NOT NULL,
+  UNIQUE (owner, id)
+);
+CREATE INDEX problems_by_owner ON problems (owner, number);
+CREATE INDEX problems_by_use ON problems (used);
+CREATE TABLE problem_bodies (
+  problem BIGINT PRIMARY KEY REFERENCES problems (number) ON DELETE CASCADE,
+  body BYTEA NOT NULL
+);
+ALTER TABLE problem_bodies ALTER body SET STORAGE EXTERNAL;
+ALTER TABLE jobs ADD COLUMN problem TEXT NOT NULL DEFAULT '';
+CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NULL AND problem <> '';
+)sql";
+
+constexpr const char* kVersion3 = "ALTER TABLE jobs ADD COLUMN about BYTEA NOT NULL DEFAULT ''";
+
+constexpr std::array kScripts{kVersion1, kVersion2, kVersion3};
+
+// Absent where there are no tables.
+std::optional<std::size_t> VersionOf(PostgresConnection& connection) {
+  if (connection.Run("SELECT 1 FROM pg_class WHERE oid = to_regclass('dlcs_schema')").empty()) return std::nullopt;
+  const PostgresRows rows = connection.Run("SELECT version FROM dlcs_schema");
+  if (rows.empty()) return std::nullopt;
+  return static_cast<std::size_t>(rows.Int(0, 0));
+}
+
+// One step, unless somebody else has done it.
+void MigrateOnce(PostgresConnection& connection, std::span<const char* const> scripts) {
+  PostgresTransaction transaction(connection);
+  connection.Execute("SET LOCAL statement_timeout = 0; SET LOCAL lock_timeout = 0");
+  connection.Run("SELECT pg_advisory_xact_lock($1)", kMigrationLock);
+  const std::optional<std::size_t> version = VersionOf(connection);
+  if (!version.has_value()) {
+    connection.Execute(
+        "CREATE TABLE IF NOT EXISTS dlcs_schema (version BIGINT NOT NULL, probed BIGINT NOT NULL DEFAULT 0);"
+        "INSERT INTO dlcs_schema (version) VALUES (0)");
+  }
+  const std::size_t from = version.value_or(0);
+  if (from < scripts.size()) {
+    connection.Execute(scripts[from]);
+    connection.Run("UPDATE dlcs_schema SET version = $1", static_cast<std::int64_t>(from + 1));
+  }
+  transaction.Commit();
+}
+
+}  // namespace
+
+std::span<const char* const> PostgresMigrations() { return kScripts; }
+
+absl::Status Migrate(PostgresConnection& connection, std::span<const char* const> scripts, IfMissing if_missing) {
+  for (;;) {
+    const std::optional<std::size_t> version = VersionOf(connection);
+    if (version == scripts.size()) return absl::OkStatus();
+    if (version > scripts.size()) {
+      return absl::FailedPreconditionError(fmt::format(
+          "The job store has schema version {}, and this program knows versions up to {}: use a newer program.",
+          *version, scripts.size()));
+    }
+    if (!version.has_value() && if_missing == IfMissing::kFail) {
+      throw PostgresError("42P01", "the tables of the job store are no longer there");
+    }
+    const Duration patience = connection.set_patience(kPatience);
+    MigrateOnce(connection, scripts);
+    connection.set_patience(patience);
+  }
+}
+
+}  // namespace dlcs::jobs

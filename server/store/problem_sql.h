@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// What both databases are asked about uploaded problems in the same words.
+
+#ifndef DLCS_SERVER_STORE_PROBLEM_SQL_H_
+#define DLCS_SERVER_STORE_PROBLEM_SQL_H_
+
+#define DLCS_PROBLEM_COLUMNS "number, id, about, bytes, created, used"
+
+// True of a problem whose job has not ended. In PostgreSQL only in a statement behind the one that locked the problem:
+// it sees what was committed before the lock was given.
+#define DLCS_HELD                                                                                               \
+  "EXISTS (SELECT 1 FROM jobs WHERE finished IS NULL AND jobs.problem <> '' AND jobs.problem = problems.id AND" \
+  " jobs.owner = problems.owner)"
+
+#endif  // DLCS_SERVER_STORE_PROBLEM_SQL_H_

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all stores do alike: the functions that are one rule (job_rules.h) in one transaction.
+
+#ifndef DLCS_SERVER_STORE_SQL_STORE_H_
+#define DLCS_SERVER_STORE_SQL_STORE_H_
+
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "server/store/job_table.h"
+#include "server/store/job_transitions.h"
+#include "server/store/store.h"
+
+namespace dlcs::jobs {
+
+// Of a `Database` that has Options, Connection, Write(), Read() and healthy() as SqliteDatabase does, with a `Table`
+// over its connections.
+template <typename Database, typename Table>
+class RuledStore : public Store {
+ public:
+  absl::StatusOr<Created> Create(const NewJob& job) final {
+    return Write([&](Table& table) { return CreateJob(table, job); });
+  }
+  absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
+                                                 const std::string& body_hash) final {
+    return Read([&](Table& table) { return FindRequestedJob(table, owner, request_id, body_hash); });
+  }
+  absl::StatusOr<Job> Get(const std::optional<std::string>& owner, const JobId& id) final {
+    return Read([&](Table& table) { return VisibleJob(table.Find(id), owner, id); });
+  }
+  absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) final {
+    return Write([&](Table& table) { return RequestCancelOfJob(table, owner, id); });
+  }
+  absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) final {
+    return Write([&](Table& table) { return DeleteJob(table, owner, id); });
+  }
+
+  absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
+                                                  std::span<const JobId> candidates) final {
+    return Write([&](Table& table) { return ClaimJob(table, worker, lease, candidates); });
+  }
+  absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) final {
+    return Write([&](Table& table) { return RenewLeaseOfJob(table, lease, duration); });
+  }
+  absl::Status Append(const Lease& lease, const Progress& progress) final {
+    return Write([&](Table& table) { return AppendToJob(table, lease, progress); });
+  }
+  absl::Status Finish(const Lease& lease, const Outcome& outcome) final {
+    return Write([&](Table& table) { return FinishJob(table, lease, outcome); });
+  }
+  absl::Status Release(const Lease& lease, std::int64_t through) final {
+    return Write([&](Table& table) { return ReleaseJob(table, lease, through); });
+  }
+
+  bool Healthy() const final { return database_.healthy(); }
+
+ protected:
+  using Connection = typename Database::Connection;
+
+  explicit RuledStore(typename Database::Options options) : database_(std::move(options)) {}
+
+  // The rows of jobs in the transaction that `connection` is in.
+  virtual Table TableIn(Connection& connection) const = 0;
+
+  Database database_;
+
+ private:
+  // The result of `rule(Table&)` in a transaction of the database, timed under the name of the function that asks.
+  template <typename Rule>
+  auto Write(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
+    return database_.Write(OnTable(rule), operation);
+  }
+  // The same of one that only reads.
+  template <typename Rule>
+  auto Read(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
+    return database_.Read(OnTable(rule), operation);
+  }
+
+  // `rule`, which must outlive it, as a function of a connection.
+  template <typename Rule>
+  auto OnTable(const Rule& rule) const {
+    return [this, &rule](Connection& connection) {
+      Table table = TableIn(connection);
+      return rule(table);
+    };
+  }
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_STORE_SQL_STORE_H_

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// A database file that may break while it is used, and come back.
+
+#ifndef DLCS_SERVER_STORE_SQLITE_SQLITE_DATABASE_H_
+#define DLCS_SERVER_STORE_SQLITE_SQLITE_DATABASE_H_
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/store/clock.h"
+#include "server/store/failure_log.h"
+#include "server/store/sqlite/sqlite.h"
+#include "server/store/store_timer.h"
+
+namespace dlcs::jobs {
+
+struct SqliteDatabaseOptions {
+  std::string path;
+  // How long a write waits for another process that holds the lock.
+  Duration busy_timeout = std::chrono::seconds(2);
+  // The file does not grow beyond this; 0: as far as the disk goes.
+  std::int64_t max_bytes = 0;
+  // A file up to this size is checked page by page when it is opened, at about 1 GB/s.
+  std::int64_t check_up_to_bytes = std::int64_t{256} << 20;
+  // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
+  StoreTimer timer = {};
+};
+
+// Two connections: one writes, in short transactions, and one reads beside it (write-ahead log). A connection is opened
+// when it is needed and closed after an error that may come from its file, so that the next call starts afresh. The
+// file is made when there is none at the beginning; one that goes missing later is *not* made anew, since what it held
+// was acknowledged: calls fail until it is back.
+//
+// Group commit: a commit costs a flush of the disk, some ms on many, and one write is under way at a time. Writes that come
+// meanwhile wait, and go into the next transaction together, each under a savepoint of its own: the number of writes a
+// second does not hang on the disk, and a write waits for at most two flushes.
+//
+// Safe from any thread.
+class SqliteDatabase {
+ public:
+  using Options = SqliteDatabaseOptions;
+  using Connection = SqliteConnection;
+
+  explicit SqliteDatabase(SqliteDatabaseOptions options) : options_(std::move(options)) {}
+  // Folds the log into the file.
+  ~SqliteDatabase();
+
+  // The result of `body(SqliteConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,
+  // durably, when it is OK, and rolled back otherwise. `body` may run on another thread that writes at the same time, and
+  // once more where that was rolled back: it changes nothing but the database. Errors of its own: UNAVAILABLE, DATA_LOSS,
+  // FAILED_PRECONDITION (Migrate()), INTERNAL for broken SQL.
+  template <typename Body>
+  auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, SqliteConnection&> {
+    return Timed(options_.timer, operation, [&] { return WriteUntimed(body); });
+  }
+
+  // The same without a transaction; `body` only reads.
+  template <typename Body>
+  auto Read(Body&& body, const char* operation = __builtin_FUNCTION())
+      -> std::invoke_result_t<Body, SqliteConnection&> {
+    return Timed(options_.timer, operation, [&] { return ReadUntimed(body); });
+  }
+
+  // False after an error that is not the caller's, until something was written.
+  bool healthy() const { return healthy_; }
+
+ private:
+  // One caller's write.
+  struct Part {
+    std::function<bool(SqliteConnection&)> write;  // false: to be rolled back
+    absl::Status status;                           // of opening and committing
+    std::exception_ptr thrown;                     // by `write`, unless an SqliteError
+    bool done = false;                             // with group_mutex_
+  };
+
+  template <typename Body>
+  auto WriteUntimed(Body& body) -> std::invoke_result_t<Body&, SqliteConnection&> {
+    std::optional<std::invoke_result_t<Body&, SqliteConnection&>> result;
+    Part part;
+    part.write = [&](SqliteConnection& connection) {
+      result.emplace(body(connection));
+      return result->ok();
+    };
+    if (absl::Status status = Join(part); !status.ok()) return status;
+    return *std::move(result);
+  }
+
+  template <typename Body>
+  auto ReadUntimed(Body& body) -> std::invoke_result_t<Body&, SqliteConnection&> {
+    const std::lock_guard lock(reader_mutex_);
+    try {
+      if (absl::Status status = OpenReader(); !status.ok()) return status;
+      return body(*reader_);
+    } catch (const SqliteError& error) {
+      return Failed(error, reader_);
+    }
+  }
+
+  // Writes `part` with those that wait, or has whoever does so write it. Throws what its `write` threw.
+  absl::Status Join(Part& part);
+  void WriteGroup(const std::vector<Part*>& parts);
+  // Fills what the parts have to say. False where nothing was written because of one of them, so that each is to be tried for
+  // itself.
+  bool TryTogether(const std::vector<Part*>& parts);
+  // In one transaction. Throws SqliteError; `in_part` then says whether a part did.
+  void WriteTogether(const std::vector<Part*>& parts, bool& in_part);
+
+  absl::Status OpenWriter();
+  absl::Status OpenReader();
+  static void CheckInPlace(const SqliteConnection& connection);
+  absl::Status Failed(const SqliteError& error, std::unique_ptr<SqliteConnection>& connection);
+
+  const SqliteDatabaseOptions options_;
+  std::atomic<bool> healthy_ = false;
+  FailureLog log_;
+  std::mutex group_mutex_;
+  std::condition_variable group_changed_;
+  std::vector<Part*> waiting_;  // for the next group
+  bool writing_ = false;        // a group is under way
+  std::mutex writer_mutex_;
+  std::unique_ptr<SqliteConnection> writer_;
+  bool was_open_ = false;    // with writer_mutex_
+  std::mutex reader_mutex_;  // taken before writer_mutex_ where both are
+  std::unique_ptr<SqliteConnection> reader_;
+};
+
+}  // namespace dlcs::jobs
+
+#endif  // DLCS_SERVER_STORE_SQLITE_SQLITE_DATABASE_H_

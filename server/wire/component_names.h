@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names that a problem gives to its states and pairs: whether they may be, and where they stand in what people read.
+
+#ifndef DLCS_SERVER_WIRE_COMPONENT_NAMES_H_
+#define DLCS_SERVER_WIRE_COMPONENT_NAMES_H_
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/problem/solution.h"
+#include "core/types.h"
+#include "dlcs/v1/solver.pb.h"
+
+namespace dlcs {
+
+// Numbers that the formulas of a problem call by a name.
+using FormulaParameters = std::map<std::string, double, std::less<>>;
+
+struct ComponentNames {
+  std::vector<std::string> states;  // of all, or none
+  std::vector<std::string> pairs;   // likewise
+
+  bool empty() const { return states.empty() && pairs.empty(); }
+};
+
+// For the v1::Problem or v1::NonlinearProblem that has them.
+template <typename System>
+ComponentNames NamesOf(const System& system) {
+  return {{system.state_names().begin(), system.state_names().end()},
+          {system.pair_names().begin(), system.pair_names().end()}};
+}
+// Sets the fields state_names and pair_names of `message`.
+template <typename Message>
+void SetNames(const ComponentNames& names, Message& message) {
+  message.mutable_state_names()->Add(names.states.begin(), names.states.end());
+  message.mutable_pair_names()->Add(names.pairs.begin(), names.pairs.end());
+}
+
+// The parameters by their names. Appends to `violations`, as parameters.NAME, a name that is none or is given twice, and a value
+// that is not finite.
+FormulaParameters ParametersFromProto(const google::protobuf::RepeatedPtrField<v1::Parameter>& parameters,
+                                      const std::string& field, std::vector<Violation>& violations);
+
+// Puts `changes` in place of the values of the same names; what has no such name is a violation, field.NAME.
+void ChangeParameters(const google::protobuf::RepeatedPtrField<v1::Parameter>& changes, const std::string& field,
+                      FormulaParameters& parameters, std::vector<Violation>& violations);
+
+// Appends to `violations` what is wrong with the names of a problem with m states and n pairs, as states[1] and pairs[0]: their
+// number, what the language of formulas has already, and names that stand for two things.
+void CheckNames(const ComponentNames& names, const FormulaParameters& parameters, Index m, Index n,
+                std::vector<Violation>& violations);
+
+// Formulas as the engine reads them.
+class NamesInFormulas {
+ public:
+  NamesInFormulas(const ComponentNames& names, const FormulaParameters& parameters);
+
+  // `formula` with x2 for the second state's name, y1 for the first pair's, and the values of parameters. Blanks fill
+  // what is shorter than the name, so that the positions that messages tell stay what they are where they can.
+  std::string InNumbers(const std::string& formula) const;
+
+ private:
+  std::map<std::string, std::string, std::less<>> numbers_;
+};
+
+// `text` with a name behind each index that it tells of: x[1] (vC), x0[1] (vC), f[1] (vC), and y[0] (D1), g[0] (D1),
+// (N x + g)[0] (D1), w[0] (D1). Cost: the length of `text`.
+std::string WithNames(const std::string& text, const ComponentNames& names);
+// The same in the fields of violations: of matrices the names of row and column, A[1][0] (vC, iL).
+void AddNames(const ComponentNames& names, std::vector<Violation>& violations);
+// The same in message and warnings of a solution.
+void AddNames(const ComponentNames& names, Solution& solution);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_WIRE_COMPONENT_NAMES_H_

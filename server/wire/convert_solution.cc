@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "core/problem/verdict.h"
+#include "server/wire/convert.h"
+#include "server/wire/convert_dense.h"
+
+namespace dlcs {
+namespace {
+
+// A summary is one message.
+constexpr int kMostListedSwitchings = 10000;
+constexpr Index kMostErrors = 10000;
+
+v1::Certificate ToProto(const Certificate& certificate) {
+  v1::Certificate result;
+  result.set_node_residual(certificate.node_residual);
+  result.set_midpoint_residual(certificate.midpoint_residual);
+  result.set_node_complementarity(certificate.node_complementarity);
+  result.set_midpoint_complementarity(certificate.midpoint_complementarity);
+  result.set_ode_defect(certificate.ode_defect);
+  result.set_lcp_scale(certificate.lcp_scale);
+  result.set_ode_scale(certificate.ode_scale);
+  result.set_x_scale(certificate.x_scale);
+  return result;
+}
+
+v1::AccuracySource ToProto(AccuracySource source) {
+  switch (source) {
+    case AccuracySource::kNotEstimated:
+      return v1::ACCURACY_SOURCE_UNSPECIFIED;
+    case AccuracySource::kCompared:
+      return v1::ACCURACY_SOURCE_COMPARED;
+    case AccuracySource::kControlled:
+      return v1::ACCURACY_SOURCE_CONTROLLED;
+  }
+  return v1::ACCURACY_SOURCE_UNSPECIFIED;
+}
+
+v1::Accuracy ToProto(const Accuracy& accuracy) {
+  v1::Accuracy result;
+  result.set_source(ToProto(accuracy.source));
+  if (!std::isnan(accuracy.error)) result.set_error(accuracy.error);
+  result.set_asked(accuracy.asked);
+  result.set_asked_by_default(accuracy.asked_by_default);
+  Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMostErrors)), *result.mutable_errors_x());
+  Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMostErrors)), *result.mutable_errors_by());
+  Append(accuracy.errors_w.head(std::min(accuracy.errors_w.size(), kMostErrors)), *result.mutable_errors_w());
+  result.set_note(accuracy.note);
+  return result;
+}
+
+v1::VerdictKind ToProto(VerdictKind kind) {
+  switch (kind) {
+    case VerdictKind::kSolved:
+      return v1::VERDICT_KIND_SOLVED;
+    case VerdictKind::kErrorEstimated:
+      return v1::VERDICT_KIND_ERROR_ESTIMATED;
+    case VerdictKind::kErrorUnknown:
+      return v1::VERDICT_KIND_ERROR_UNKNOWN;
+    case VerdictKind::kNotSolved:
+      return v1::VERDICT_KIND_NOT_SOLVED;
+  }
+  return v1::VERDICT_KIND_UNSPECIFIED;
+}
+
+v1::Verdict ToProto(const Verdict& verdict) {
+  v1::Verdict result;
+  result.set_kind(ToProto(verdict.kind));
+  result.set_success(verdict.success);
+  result.set_text(verdict.text);
+  result.mutable_concerns()->Add(verdict.concerns.begin(), verdict.concerns.end());
+  return result;
+}
+
+// A count that the contract holds in 32 bits.
+std::int32_t Count(Index count) {
+  return static_cast<std::int32_t>(std::min<Index>(count, std::numeric_limits<std::int32_t>::max()));
+}
+
+v1::Cost ToProto(const Cost& cost) {
+  v1::Cost result;
+  result.set_steps(Count(cost.steps));
+  result.set_windows(Count(cost.windows));
+  result.set_iterations(Count(cost.iterations));
+  result.set_lcps(cost.lcps);
+  result.set_marched_steps(Count(cost.marched_steps));
+  result.set_newton_iterations(Count(cost.newton_iterations));
+  result.set_most_newton_iterations(Count(cost.most_newton_iterations));
+  result.set_substituted_steps(Count(cost.substituted_steps));
+  result.set_seconds_setup(cost.seconds_setup);
+  result.set_seconds_lcp(cost.seconds_lcp);
+  result.set_seconds_linear(cost.seconds_linear);
+  result.set_seconds_total(cost.seconds_total);
+  result.set_predicted_bytes(static_cast<std::int64_t>(std::min(cost.predicted_bytes, 9e18)));
+  return result;
+}
+
+v1::RealisationRecord ToProto(const RealisationRecord& record) {
+  v1::RealisationRecord result;
+  result.set_used(ToProto(record.used));
+  result.set_reason(record.reason);
+  result.set_terms(record.terms);
+  result.set_factorizations(record.factorizations);
+  result.set_error(record.error);
+  return result;
+}
+
+v1::NewtonRecord ToProto(const NewtonRecord& record) {
+  v1::NewtonRecord result;
+  result.set_time(record.time);
+  result.mutable_residuals()->Add(record.residuals.begin(), record.residuals.end());
+  if (record.contraction) result.set_contraction(*record.contraction);
+  return result;
+}
+
+v1::KernelRecord ToProto(const KernelRecord& record) {
+  v1::KernelRecord result;
+  result.set_blocks_by_recursion(record.blocks_by_recursion);
+  result.set_blocks_by_contour(record.blocks_by_contour);
+  result.set_contours(record.contours);
+  result.set_factorizations(record.factorizations);
+  result.set_contour_error(record.contour_error);
+  result.set_fallback(record.fallback);
+  return result;
+}
+
+v1::ContourRecord ToProto(const ContourRecord& record) {
+  v1::ContourRecord result;
+  result.set_nodes(record.nodes);
+  result.set_gamma(record.gamma);
+  result.set_mu(record.mu);
+  result.set_step(record.step);
+  result.set_choice(record.choice);
+  result.set_sector_angle(record.sector_angle);
+  result.set_log10_error(record.log10_error);
+  result.set_separated(record.separated);
+  return result;
+}
+
+v1::SwitchingTime ToProto(const SwitchingTime& switching) {
+  v1::SwitchingTime result;
+  result.set_time(switching.time);
+  result.mutable_entering()->Add(switching.entering.begin(), switching.entering.end());
+  result.mutable_leaving()->Add(switching.leaving.begin(), switching.leaving.end());
+  result.set_kind(switching.kind);
+  return result;
+}
+
+v1::LeftLimit ToProto(const LeftLimit& limit) {
+  v1::LeftLimit result;
+  result.set_index(limit.column);
+  result.mutable_y()->Add(limit.y.begin(), limit.y.end());
+  result.mutable_w()->Add(limit.w.begin(), limit.w.end());
+  return result;
+}
+
+}  // namespace
+
+v1::Termination ToProto(Termination termination) {
+  switch (termination) {
+    case Termination::kNotSolved:
+      return v1::TERMINATION_UNSPECIFIED;
+    case Termination::kReachedEnd:
+      return v1::REACHED_END;
+    case Termination::kInfeasible:
+      return v1::INFEASIBLE;
+    case Termination::kDiverged:
+      return v1::DIVERGED;
+    case Termination::kIterationLimit:
+      return v1::ITERATION_LIMIT;
+    case Termination::kInconsistentState:
+      return v1::INCONSISTENT_STATE;
+    case Termination::kUnsupported:
+      return v1::UNSUPPORTED;
+    case Termination::kNonFinite:
+      return v1::NON_FINITE;
+    case Termination::kCancelled:
+      return v1::CANCELLED;
+  }
+  return v1::TERMINATION_UNSPECIFIED;
+}
+
+v1::Analysis ToProto(const AnalysisReport& report, const ComponentNames& names) {
+  v1::Analysis result;
+  result.set_matrix_class(report.matrix_class);
+  result.set_method(ToProto(report.method));
+  result.set_reason(report.reason);
+  result.set_states(static_cast<int>(report.num_states));
+  result.set_constraints(static_cast<int>(report.num_constraints));
+  result.set_steps(report.num_steps);
+  result.set_step(report.step);
+  if (report.lipschitz) result.set_lipschitz(*report.lipschitz);
+  for (const std::string& warning : report.warnings) result.add_warnings(WithNames(warning, names));
+  SetNames(names, result);
+  return result;
+}
+
+v1::WindowStarted ToProto(const WindowReport& report) {
+  v1::WindowStarted result;
+  result.set_window(report.window);
+  result.set_begin(report.begin);
+  result.set_end(report.end);
+  result.set_steps(report.steps);
+  return result;
+}
+
+v1::Iterate ToProto(const IterateReport& report) {
+  v1::Iterate result;
+  result.set_window(report.window);
+  result.set_iteration(report.iteration);
+  result.set_change(report.change);
+  result.set_lcp_residual(report.lcp_residual);
+  if (report.log10_bound) result.set_log10_bound(*report.log10_bound);
+  result.set_seconds(report.seconds);
+  return result;
+}
+
+v1::WindowFinished ToProto(const WindowOutcome& outcome) {
+  v1::WindowFinished result;
+  result.set_window(outcome.window);
+  result.set_end(outcome.end);
+  result.set_iterations(outcome.iterations);
+  result.set_accepted(outcome.accepted);
+  result.set_marched(outcome.marched);
+  result.set_why(outcome.why);
+  return result;
+}
+
+v1::TrajectoryChunk ChunkToProto(const Solution& solution, Index first, Index count) {
+  v1::TrajectoryChunk result;
+  result.set_first(first);
+  result.mutable_times()->Add(solution.times.begin() + first, solution.times.begin() + first + count);
+  Append(solution.x.middleCols(first, count), *result.mutable_x());
+  Append(solution.y.middleCols(first, count), *result.mutable_y());
+  Append(solution.w.middleCols(first, count), *result.mutable_w());
+  for (const LeftLimit& limit : solution.left_limits) {
+    if (limit.column >= first && limit.column < first + count) *result.add_left_limits() = ToProto(limit);
+  }
+  return result;
+}
+
+v1::Summary SummaryToProto(const Solution& solution) {
+  v1::Summary result;
+  result.set_termination(ToProto(solution.termination));
+  result.set_message(solution.message);
+  if (!std::isnan(solution.failure_time)) result.set_failure_time(solution.failure_time);
+  result.set_method(ToProto(solution.method));
+  result.set_reason(solution.reason);
+  result.mutable_warnings()->Add(solution.warnings.begin(), solution.warnings.end());
+  for (const StateJump& jump : solution.jumps) {
+    v1::StateJump& out = *result.add_jumps();
+    out.set_time(jump.time);
+    Append(jump.dx, *out.mutable_dx());
+    Append(jump.multiplier, *out.mutable_multiplier());
+  }
+  result.set_step(solution.step);
+  *result.mutable_accuracy() = ToProto(solution.accuracy);
+  *result.mutable_verdict() = ToProto(JudgeSolution(solution));
+  *result.mutable_certificate() = ToProto(solution.certificate);
+  *result.mutable_cost() = ToProto(solution.cost);
+  result.set_times(static_cast<Index>(solution.times.size()));
+  if (solution.newton) *result.mutable_newton() = ToProto(*solution.newton);
+  if (solution.kernel) *result.mutable_kernel() = ToProto(*solution.kernel);
+  if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
+  result.set_switchings(static_cast<Index>(solution.switching_times.size()));
+  for (const SwitchingTime& switching : solution.switching_times) {
+    if (result.switching_times_size() == kMostListedSwitchings) break;
+    *result.add_switching_times() = ToProto(switching);
+  }
+  *result.mutable_realisation() = ToProto(solution.realisation);
+  return result;
+}
+
+}  // namespace dlcs

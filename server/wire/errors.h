@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The errors of a call, as absl::Status whose payloads are google.rpc details.
+//
+// Each payload is keyed by its type URL ("type.googleapis.com/google.rpc.BadRequest"), so that an error is
+// the same object in the process of the command line and behind a server; server/wire/status.h puts it on the
+// wire.
+
+#ifndef DLCS_SERVER_WIRE_ERRORS_H_
+#define DLCS_SERVER_WIRE_ERRORS_H_
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/types.h"
+
+namespace dlcs {
+
+// Errors travel in HTTP/2 headers, of which gRPC accepts 8 KB by default: beyond about 6 KB after base64 the
+// whole error is lost. Hence at most this many violations and bytes of them, and a short message.
+inline constexpr int kMaxReportedViolations = 32;
+inline constexpr std::size_t kMaxViolationBytes = 4096;
+inline constexpr std::size_t kMaxMessageBytes = 512;
+
+// INVALID_ARGUMENT with google.rpc.BadRequest: the violations that fit (long descriptions are cut); the
+// message names the first one and how many there are. `violations` is not empty.
+absl::Status InvalidRequest(const std::vector<Violation>& violations);
+
+// The violations that `status` carries; empty when it carries none.
+std::vector<Violation> ViolationsOf(const absl::Status& status);
+
+// What a refusal is about: the limit, named as in GetCapabilitiesResponse, its value, and what was asked for.
+struct LimitCase {
+  std::string limit;
+  double value = 0;
+  double asked = 0;
+};
+
+// RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, asked): SERVER_BUSY with RetryInfo where `retry_after` is given,
+// else LIMIT_EXCEEDED. `message` is for people; when to try again is added to it.
+absl::Status Refused(const std::string& message, const LimitCase& limit,
+                     std::optional<std::chrono::milliseconds> retry_after);
+
+// RESOURCE_EXHAUSTED with ErrorInfo LIMIT_EXCEEDED (metadata: limit, value, asked): the request is above
+// `limit`, named as in GetCapabilitiesResponse, and will be for ever on this server.
+absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked);
+
+// RESOURCE_EXHAUSTED with ErrorInfo SERVER_BUSY (metadata: limit, value) and RetryInfo: what `limit` counts
+// is taken by others right now.
+absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chrono::milliseconds retry_after);
+
+// UNAVAILABLE with ErrorInfo SHUTTING_DOWN.
+absl::Status ShuttingDown();
+
+// `status` as callers get it: with an ErrorInfo, where it has none that of its code. What the store of jobs says when it does not
+// answer is STORE_UNAVAILABLE, so that nobody takes it for a server that is not there.
+absl::Status ForCallers(absl::Status status);
+
+// A caller's text as a message may repeat it: in quotes, short, without control characters or bytes that are no UTF-8.
+std::string Quoted(std::string_view text);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_WIRE_ERRORS_H_

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+// `dlcs submit`, `watch`, `get`, `list`, `cancel`, `result` and `delete` as people and scripts use them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "server/dlcs_server.h"
+#include "spdlog/spdlog.h"
+#include "tests/client/cli/program.h"
+#include "tests/server/store/temporary_folder.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+
+// M = 0 and N B = 0: refused by the mathematics.
+constexpr const char* kUnsupported =
+    R"json({"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], "T": 4, "f": [0, -1], "g": [0]})json";
+
+class JobCommandsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    spdlog::set_level(spdlog::level::off);
+    ServerConfig config;
+    config.listen = "127.0.0.1:0";
+    config.store = folder_.File("jobs.db");
+    auto server = DlcsServer::Start(config);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+
+  ProgramOutcome Dlcs(const std::string& arguments, const std::string& json = "") const {
+    return RunDlcs(arguments + " --server " + server_->address(), json.empty() ? "" : "echo '" + json + "' | ");
+  }
+
+  // The name of the job.
+  std::string Submit(const std::string& json, const std::string& options) const {
+    const ProgramOutcome outcome = Dlcs("submit - " + options, json);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_THAT(outcome.out, MatchesRegex("jobs/[a-z2-7]+\n"));
+    return outcome.out.substr(0, outcome.out.find('\n'));
+  }
+
+  jobs::testing::TemporaryFolder folder_;
+  std::unique_ptr<DlcsServer> server_;
+};
+
+TEST_F(JobCommandsTest, AJobPrintsWhatASolvePrints) {
+  const std::string job = Submit(kEasyProblem, "--steps 500");
+  const ProgramOutcome watched = Dlcs("watch " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  EXPECT_THAT(watched.err, HasSubstr("succeeded"));
+  const ProgramOutcome here = SolveText(kEasyProblem, "--steps 500 --format csv --quiet");
+  const ProgramOutcome there = Dlcs("result " + job + " --format csv");
+  EXPECT_EQ(there.code, 0) << there.err;
+  EXPECT_EQ(there.out, here.out);
+  const ProgramOutcome table = Dlcs("result " + job);
+  EXPECT_EQ(table.code, 0);
+  EXPECT_THAT(table.out, HasSubstr("estimated error"));
+  const auto json = nlohmann::json::parse(Dlcs("result " + job + " --format json --from 1 --to 2").out);
+  EXPECT_EQ(json["summary"]["termination"], "REACHED_END");
+  EXPECT_EQ(json["trajectory"]["times"].front(), 1);
+  EXPECT_EQ(json["trajectory"]["times"].back(), 2);
+}
+
+TEST_F(JobCommandsTest, WatchExitsAsSolveWould) {
+  const std::string job = Submit(kUnsupported, "--steps 10");
+  const ProgramOutcome watched = Dlcs("watch --quiet " + job);
+  EXPECT_EQ(watched.code, 1) << watched.err;
+  EXPECT_THAT(watched.err, HasSubstr("UNSUPPORTED"));
+  EXPECT_EQ(Dlcs("result " + job).code, 1);
+  EXPECT_EQ(Dlcs("watch jobs/abcdefghijklmnopqrstuvwxyz").code, 3);
+  EXPECT_EQ(Dlcs("watch nonsense").code, 2);
+}
+
+TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
+  const std::string job = Submit(kEasyProblem, "--steps 100");
+  const ProgramOutcome watched = Dlcs("watch --format json " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  std::istringstream lines(watched.out);
+  nlohmann::json last;
+  for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
+  EXPECT_EQ(last["finished"]["summary"]["termination"], "REACHED_END");
+}
+
+// As in the JSON of a solve: names with underscores; integers of 64 bits are strings.
+TEST_F(JobCommandsTest, PrintsJobsAsJsonLikeAllOther) {
+  const std::string job = Submit(kEasyProblem, "--steps 100 --method time-stepping");
+  const ProgramOutcome watched = Dlcs("watch --format json " + job);
+  ASSERT_EQ(watched.code, 0) << watched.err;
+  const auto first = nlohmann::json::parse(watched.out.substr(0, watched.out.find('\n')));
+  EXPECT_EQ(first["sequence"], "1");
+  EXPECT_THAT(first["time"].get<std::string>(), MatchesRegex("20..-..-..T.*Z"));
+  const ProgramOutcome listed = Dlcs("list --format json");
+  const auto about = nlohmann::json::parse(listed.out);
+  EXPECT_EQ(about["state"], "JOB_STATE_SUCCEEDED");
+  EXPECT_EQ(about["options"]["steps"], 100);
+  EXPECT_EQ(about["options"]["method"], "METHOD_TIME_STEPPING");
+  EXPECT_GT(std::stoll(about["stored_bytes"].get<std::string>()), 0);
+  EXPECT_THAT(about["create_time"].get<std::string>(), MatchesRegex("20..-..-..T.*Z"));
+  EXPECT_THAT(listed.out + watched.out, Not(ContainsRegex("\"[a-z]+[A-Z]")));
+}
+
+TEST_F(JobCommandsTest, WatchAsksForTheFunctionOfIterates) {
+  const std::string job = Submit(kEasyProblem, "--steps 100 --method laplace-iteration --window whole");
+  EXPECT_EQ(Dlcs("watch --format json --values sampled " + job).code, 0);
+  EXPECT_EQ(Dlcs("watch --format json --values full --components 0,0 " + job).code, 0);
+  const ProgramOutcome none = Dlcs("watch --format json --values full --components 0,3 " + job);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("y_components[1]: 3; must be between 0 and 0"));
+  const ProgramOutcome table = Dlcs("watch --values full " + job);
+  EXPECT_EQ(table.code, 2);
+  EXPECT_THAT(table.err, HasSubstr("--format json"));
+  EXPECT_EQ(Dlcs("watch --components 0 " + job).code, 2);
+  const ProgramOutcome unknown = Dlcs("watch --format json --values fall " + job);
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean full?"));
+}
+
+TEST_F(JobCommandsTest, CancelsListsAndForgets) {
+  const std::string job = Submit(kEasyProblem, "--steps 4000000 --method time-stepping");
+  EXPECT_THAT(Dlcs("list").out, HasSubstr(job));
+  EXPECT_EQ(Dlcs("result " + job).code, 3);  // not yet
+  EXPECT_EQ(Dlcs("cancel " + job).code, 0);
+  const ProgramOutcome watched = Dlcs("watch --quiet " + job);
+  EXPECT_EQ(watched.code, 3);
+  EXPECT_THAT(watched.err, HasSubstr("cancelled"));
+  EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("cancelled"));
+  EXPECT_THAT(Dlcs("get " + job).out, HasSubstr("core-seconds"));
+  EXPECT_EQ(Dlcs("list --state queued,running").out, "");
+  EXPECT_THAT(Dlcs("list --state cancelled,failed").out, HasSubstr(job));
+  const ProgramOutcome unknown = Dlcs("list --state done");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("\"done\" is none of queued, running"));
+  EXPECT_EQ(Dlcs("delete " + job).code, 0);
+  EXPECT_EQ(Dlcs("get " + job).code, 3);
+  EXPECT_EQ(Dlcs("list").out, "");
+}
+
+TEST_F(JobCommandsTest, SaysWhatIsWrongBeforeItIsTaken) {
+  const ProgramOutcome checked = Dlcs("submit - --check --steps 100", kEasyProblem);
+  EXPECT_EQ(checked.code, 0);
+  EXPECT_EQ(checked.out, "");
+  EXPECT_THAT(checked.err, HasSubstr("core-seconds"));
+  const ProgramOutcome wrong =
+      Dlcs("submit - --steps 100",
+           R"json({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[2]], "x0": [1], "T": -4, "f": [0], "g": [-1]})json");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("T"));
+  EXPECT_EQ(Dlcs("list").out, "");
+  EXPECT_EQ(Dlcs("submit - --within 2 --patience 1 --method time-stepping --steps 15000000", kEasyProblem).code, 3);
+}
+
+TEST_F(JobCommandsTest, ASolveIsAJobThatLeavesNothing) {
+  const std::string options = "solve - --steps 500 --format csv --quiet";
+  const ProgramOutcome here = RunDlcs(options, std::string("echo '") + kEasyProblem + "' | ");
+  const ProgramOutcome there = Dlcs(options, kEasyProblem);
+  EXPECT_EQ(there.code, 0) << there.err;
+  EXPECT_EQ(there.err, "");
+  EXPECT_EQ(there.out, here.out);
+  EXPECT_EQ(Dlcs("list").out, "");
+}
+
+TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
+  const ProgramOutcome uploaded = Dlcs("upload -", kEasyProblem);
+  EXPECT_EQ(uploaded.code, 0);
+  EXPECT_EQ(uploaded.err, "");
+  ASSERT_THAT(uploaded.out, MatchesRegex("problems/[0-9a-f]+\n"));
+  const std::string name = uploaded.out.substr(0, uploaded.out.size() - 1);
+  const ProgramOutcome again = Dlcs("upload -", kEasyProblem);
+  EXPECT_EQ(again.out, uploaded.out);
+  EXPECT_EQ(again.err, "dlcs: it was there already\n");
+  EXPECT_THAT(Dlcs("problems").out, HasSubstr(name));
+  EXPECT_THAT(Dlcs("get " + name).out, HasSubstr("1 state, 1 pair, T = 4"));
+
+  for (const char* format : {"csv", "table"}) {
+    const std::string options = std::string(" --steps 500 --quiet --format ") + format;
+    const ProgramOutcome of_file = Dlcs("solve -" + options, kEasyProblem);
+    const ProgramOutcome of_name = Dlcs("solve " + name + options);
+    EXPECT_EQ(of_name.code, 0) << of_name.err;
+    // A table is headed with what was solved, and its last lines tell the time it took.
+    EXPECT_EQ(of_name.out.substr(of_name.out.find('\n'), 300), of_file.out.substr(of_file.out.find('\n'), 300));
+  }
+  const ProgramOutcome analyzed = Dlcs("analyze " + name);
+  EXPECT_EQ(analyzed.code, 0) << analyzed.err;
+  EXPECT_THAT(analyzed.out, HasSubstr("dlcs solve " + name + " --server " + server_->address()));
+  const ProgramOutcome submitted = Dlcs("submit " + name + " --steps 100");
+  EXPECT_EQ(submitted.code, 0) << submitted.err;
+  EXPECT_EQ(Dlcs("watch --quiet " + submitted.out.substr(0, submitted.out.size() - 1)).code, 0);
+
+  EXPECT_EQ(Dlcs("delete " + name).code, 0);
+  EXPECT_EQ(Dlcs("problems").out, "");
+  const ProgramOutcome gone = Dlcs("solve " + name);
+  EXPECT_EQ(gone.code, 3);
+  EXPECT_THAT(gone.err, HasSubstr("There is no uploaded problem"));
+  const ProgramOutcome nowhere = RunDlcs("solve " + name);
+  EXPECT_EQ(nowhere.code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("--server HOST:PORT"));
+  EXPECT_EQ(Dlcs("solve " + name + " --rule least-norm").code, 2);
+  EXPECT_EQ(Dlcs("upload -", R"('{"A": [[-1]]}')").code, 2);
+}
+
+TEST_F(JobCommandsTest, ListsJobsWithTitlesAgesAndMethods) {
+  const std::string job = Submit(kEasyProblem, "--steps 100 --method time-stepping --title 'diode, warm'");
+  EXPECT_EQ(Dlcs("watch --quiet " + job).code, 0);
+  const ProgramOutcome list = Dlcs("list");
+  EXPECT_THAT(list.out, MatchesRegex("NAME +TITLE +STATE +PROGRESS +AGE +METHOD\n" + job +
+                                     " +diode, warm +succeeded +100 % +[0-9]+s +time-stepping\n"));
+  EXPECT_EQ(Dlcs("list -o name").out, job + "\n");
+  EXPECT_EQ(nlohmann::json::parse(Dlcs("list -o json").out)["title"], "diode, warm");
+  const ProgramOutcome get = Dlcs("get " + job);
+  EXPECT_THAT(get.out, HasSubstr("1 state, 1 pair, T = 4"));
+  EXPECT_THAT(get.out, HasSubstr("--method time-stepping --steps 100"));
+  EXPECT_THAT(Dlcs("cancel " + job).err, HasSubstr("has succeeded already"));
+  EXPECT_THAT(Dlcs("result " + job).out, testing::StartsWith("diode, warm: "));
+}
+
+TEST_F(JobCommandsTest, TakesTheFirstLettersOfAName) {
+  const std::string first = Submit(kEasyProblem, "--steps 10"), second = Submit(kEasyProblem, "--steps 20");
+  const std::string letters = first.substr(5);
+  std::size_t shared = 0;
+  while (letters[shared] == second[5 + shared]) ++shared;
+  EXPECT_THAT(Dlcs("get " + letters.substr(0, shared + 1)).out, HasSubstr(first));
+  EXPECT_THAT(Dlcs("get jobs/" + letters.substr(0, shared + 1)).out, HasSubstr(first));
+  EXPECT_THAT(Dlcs("get " + letters).out, HasSubstr(first));
+  const ProgramOutcome none = Dlcs("get " + std::string(20, letters[0] == 'a' ? 'b' : 'a'));
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("no job has a name that begins with"));
+  const ProgramOutcome all = Dlcs("get jobs/");
+  EXPECT_EQ(all.code, 2);
+  EXPECT_THAT(Dlcs("get no/job").err, HasSubstr("is no name of a job"));
+}
+
+TEST_F(JobCommandsTest, SubmitsWaitsAndForgetsAll) {
+  const ProgramOutcome waited = Dlcs("submit - --steps 100 --wait", kEasyProblem);
+  EXPECT_EQ(waited.code, 0) << waited.err;
+  EXPECT_THAT(waited.out, MatchesRegex("jobs/[a-z2-7]+\n"));
+  EXPECT_THAT(waited.err, HasSubstr("succeeded"));
+  EXPECT_EQ(Dlcs("submit - --steps 10 --wait --quiet", kUnsupported).code, 1);
+  EXPECT_EQ(Dlcs("delete").code, 2);
+  EXPECT_EQ(Dlcs("delete --all --state running").code, 2);
+  EXPECT_EQ(Dlcs("delete --all --state failed").err, "dlcs: deleted 0 jobs\n");
+  EXPECT_EQ(Dlcs("delete --all").err, "dlcs: deleted 2 jobs\n");
+  EXPECT_EQ(Dlcs("list").out, "");
+}
+
+TEST_F(JobCommandsTest, ResultsAreShownAtTheNearestTimes) {
+  const std::string job = Submit(kEasyProblem, "--steps 8");
+  EXPECT_EQ(Dlcs("watch --quiet " + job).code, 0);
+  const ProgramOutcome outcome = Dlcs("result " + job + " --at 2.6,1,2.4 --format json");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["trajectory"]["times"], nlohmann::json({1.0, 2.5}));
+  EXPECT_THAT(outcome.err, HasSubstr("--at 2.6: is no stored time; the nearest is 2.5"));
+  EXPECT_THAT(outcome.err, testing::Not(HasSubstr("--at 1:")));
+}
+
+TEST_F(JobCommandsTest, ProgressNeverGoesBackWhereFewTimesAreKept) {
+  const std::string job =
+      Submit(kEasyProblem, "--steps 2000000 --method time-stepping --at 0.1,0.2,1 --no-estimate-error");
+  const ProgramOutcome watched = Dlcs("watch --format json " + job);
+  EXPECT_EQ(watched.code, 0) << watched.err;
+  std::istringstream lines(watched.out);
+  double time = 0, progress = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto event = nlohmann::json::parse(line);
+    if (!event.contains("checkpointed")) continue;
+    EXPECT_GE(event["checkpointed"]["time"].get<double>(), time);
+    EXPECT_GE(event["checkpointed"]["progress"].get<double>(), progress);
+    time = event["checkpointed"]["time"].get<double>();
+    progress = event["checkpointed"]["progress"].get<double>();
+  }
+  EXPECT_GT(time, 0);
+}
+
+TEST_F(JobCommandsTest, SaysAtOnceWhereNobodyServes) {
+  for (const char* command : {"list", "get jobs/abcdefghijklmnopqrstuvwxyz", "submit"}) {
+    const std::string input = command == std::string("submit") ? " -" : "";
+    const ProgramOutcome outcome =
+        RunDlcs(command + input + " --server 127.0.0.1:1", std::string("echo '") + kEasyProblem + "' | ");
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_THAT(outcome.err, HasSubstr("no server answers at 127.0.0.1:1"));
+    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("again in")));
+  }
+  const ProgramOutcome elsewhere = RunDlcs("health --server nowhere.invalid:1");
+  EXPECT_THAT(elsewhere.err, HasSubstr("no machine called \"nowhere.invalid\" is known"));
+  EXPECT_THAT(elsewhere.err, testing::Not(HasSubstr("dlcsd --listen")));
+}
+
+TEST_F(JobCommandsTest, TellsThatItTriesAgain) {
+  const ProgramOutcome outcome = RunDlcs("list --server 127.0.0.1:1 --patience 0.6");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("no server answers (Connection refused); again in"));
+}
+
+}  // namespace
+}  // namespace dlcs::client

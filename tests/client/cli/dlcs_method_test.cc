@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Methods and their options as the command line takes them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/client/cli/program.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+TEST(DlcsMethodTest, LocatesSwitchingTimesForASmallErrorAndShowsThem) {
+  const ProgramOutcome outcome = SolveText(kEasyProblem, "--tolerance 1e-9");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("Method event-located: for an error of 1e-09 a few steps of high order"),
+                                 HasSubstr("Switching times"), HasSubstr("start"), HasSubstr("estimated error")));
+  EXPECT_THAT(outcome.err, HasSubstr("steps as short as the error that is allowed needs"));
+}
+
+TEST(DlcsMethodTest, TakesAToleranceInsteadOfAStepWithEveryMethod) {
+  const auto last_x = [](const std::string& options) {
+    const ProgramOutcome outcome = SolveText(kEasyProblem, "--at 4 --quiet --format json " + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["trajectory"]["x"][0].get<double>();
+  };
+  const double exact = last_x("--method event-located --tolerance 1e-12");
+  for (const char* method : {"exponential-march", "laplace-iteration", "time-stepping"}) {
+    EXPECT_NEAR(last_x(std::string("--tolerance 1e-3 --method ") + method), exact, 1e-3) << method;
+  }
+}
+
+TEST(DlcsMethodTest, SolvesStepsByNewtonsMethodAndShowsItsRate) {
+  const std::string method = "--quiet --steps 64 --method time-stepping ";
+  const ProgramOutcome table = SolveText(kEasyProblem, method + "--step-solver newton");
+  EXPECT_EQ(table.code, 0) << table.err;
+  EXPECT_THAT(table.out, AllOf(HasSubstr("Newton's method\n"), HasSubstr(" iterations in "),
+                               HasSubstr("residuals of the step to t = "), HasSubstr("κ")));
+
+  const auto root = [&](const std::string& options) {
+    return nlohmann::json::parse(SolveText(kEasyProblem, method + "--at 4 --format json " + options).out);
+  };
+  const nlohmann::json newton = root("--step-solver newton"), substitution = root("");
+  EXPECT_FALSE(substitution["summary"].contains("newton"));
+  EXPECT_GE(newton["summary"]["cost"]["newton_iterations"].get<int>(), 64);
+  EXPECT_EQ(newton["summary"]["cost"]["substituted_steps"], 0);
+  EXPECT_GE(newton["summary"]["newton"]["residuals"].size(), 2U);
+  EXPECT_NEAR(newton["trajectory"]["x"][0].get<double>(), substitution["trajectory"]["x"][0].get<double>(), 1e-12);
+  // The averaged scheme is another one, of second order.
+  EXPECT_GT(std::abs(root("--average-y")["trajectory"]["x"][0].get<double>() - substitution["trajectory"]["x"][0].get<double>()),
+            1e-6);
+}
+
+TEST(DlcsMethodTest, TakesTheKernelFromContoursWithTheSameAnswer) {
+  const auto root = [](const std::string& kernel) {
+    return nlohmann::json::parse(
+        SolveText(kEasyProblem,
+                  "--quiet --steps 200 --at 4 --format json --method laplace-iteration --kernel " + kernel)
+            .out);
+  };
+  const nlohmann::json phi = root("phi-functions"), contour = root("contour");
+  EXPECT_EQ(phi["summary"]["kernel"]["blocks_by_contour"], 0);
+  EXPECT_GT(contour["summary"]["kernel"]["blocks_by_contour"].get<int>(), 0);
+  EXPECT_EQ(contour["summary"]["kernel"]["fallback"], "");
+  EXPECT_NEAR(phi["trajectory"]["x"][0].get<double>(), contour["trajectory"]["x"][0].get<double>(), 1e-10);
+  const ProgramOutcome paper = SolveText(
+      kEasyProblem, "--quiet --steps 50 --method paper-iteration --interpolation cubic-spline --contour remark-2-4");
+  EXPECT_EQ(paper.code, 0) << paper.err;
+  EXPECT_THAT(paper.out, HasSubstr("Contour (Remark 2.4)"));
+}
+
+TEST(DlcsMethodTest, RefusesNewtonAndAveragingWithoutTheirMethod) {
+  for (const std::string option : {"--step-solver newton", "--average-y"}) {
+    const ProgramOutcome outcome = SolveText(kEasyProblem, option);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr("dlcs: " + option.substr(0, option.find(' ')) + ": "));
+    EXPECT_THAT(outcome.err, HasSubstr("time-stepping"));
+  }
+}
+
+// A mass falls from height 1 at unit gravity and stays on the ground from t = sqrt(2) on.
+TEST(DlcsMethodTest, LandsInelasticallyOnlyWhereAskedTo) {
+  constexpr const char* kFall =
+      R"json({"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], )json"
+      R"json("T": 2, "f": [0, -1]})json";
+  EXPECT_EQ(SolveText(kFall, "--quiet").code, 1);
+  const ProgramOutcome outcome =
+      SolveText(kFall, "--inelastic-impact --steps 2000 --at 1,2 --format json --quiet");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto root = nlohmann::json::parse(outcome.out);
+  EXPECT_NEAR(root["trajectory"]["x"][0].get<double>(), 0.5, 2e-3);
+  EXPECT_NEAR(root["trajectory"]["x"][2].get<double>(), 0, 2e-3);
+  EXPECT_NEAR(root["trajectory"]["y"][1].get<double>(), 1, 1e-6);
+}
+
+TEST(DlcsMethodTest, NamesOptionsWithoutEffect) {
+  const std::string problem =
+      R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}' | )";
+  const ProgramOutcome outcome = RunDlcs("solve - --interpolation cubic-spline", problem);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("--interpolation had no effect: it is for paper-iteration"));
+  EXPECT_EQ(RunDlcs("solve - --interpolation cubic-spline --quiet", problem).err, "");
+}
+
+}  // namespace
+}  // namespace dlcs::client

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// A tolerance instead of a step: what is promised holds, for every method, on every case.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/context/component_errors.h"
+#include "core/linalg/norms.h"
+#include "core/solve.h"
+#include "tests/support/cases.h"
+#include "tests/support/problems.h"
+
+namespace dlcs {
+namespace {
+
+using testing::ExampleFourOne;
+using testing::ExampleFourOneExact;
+using testing::LoadCase;
+
+Solution SolveFor(const Problem& problem, Options options) {
+  options.project_initial_state = true;
+  Observer silent;
+  auto solution = Solve(problem, options, silent, {});
+  EXPECT_TRUE(solution.ok()) << solution.status();
+  return solution.ok() ? *std::move(solution) : Solution{};
+}
+
+Options Within(double error, Method method = Method::kAuto) {
+  Options options;
+  options.method = method;
+  options.error_tolerance = error;
+  return options;
+}
+
+// At the times of `solution`, to 1e-12 by a method that shares no step with the others.
+Solution ReferenceFor(const Problem& problem, const Solution& solution) {
+  Options options = Within(1e-12, Method::kEventLocated);
+  options.output_times = solution.times;
+  options.output_times_only = true;
+  return SolveFor(problem, options);
+}
+
+// x' = f, or x' = y where 0 <= y ⟂ y + g >= 0: x(10) is an integral. Nothing moves but in a pulse somewhere.
+Problem IntegralOf(const std::string& f, const std::string& g) {
+  Problem problem;
+  problem.A = Matrix::Zero(1, 1);
+  problem.B = problem.M = Matrix::Ones(1, 1);
+  problem.N = Matrix::Zero(1, 1);
+  problem.f = TimeFunction::Formulas({f});
+  problem.g = TimeFunction::Formulas({g});
+  problem.x0 = Vector::Zero(1);
+  problem.horizon = 10;
+  return problem;
+}
+
+struct Pulse {
+  const char *f, *g;
+  double integral;
+};
+class PulseTest : public ::testing::TestWithParam<Pulse> {};
+
+// Pulses longer than a 64th of T, in which no node of a long step need lie. Event location is tried first; some have
+// kinks that it leaves to steps.
+TEST_P(PulseTest, IsSeenWhoeverIsChosen) {
+  constexpr double kTolerance = 1e-6;
+  const Solution solution = SolveFor(IntegralOf(GetParam().f, GetParam().g), Within(kTolerance));
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), GetParam().integral, kTolerance * GetParam().integral);
+}
+
+INSTANTIATE_TEST_SUITE_P(Pulses, PulseTest,
+                         ::testing::Values(Pulse{"max(0,1-((t-3.6)/0.3)^2)^3", "100", 0.3 * 32 / 35},
+                                           Pulse{"max(0,1-((t-3.65)/0.35)^2)^3", "100", 0.35 * 32 / 35},
+                                           Pulse{"max(0,1-((t-7.1)/0.08)^2)^3", "100", 0.08 * 32 / 35},
+                                           Pulse{"max(0,0.3-abs(t-3.6))", "100", 0.09},
+                                           Pulse{"exp(-((t-3.3)/0.1)^2)", "100", 0.1 * std::sqrt(std::acos(-1))},
+                                           Pulse{"0", "0.1-max(0,0.3-abs(t-3.6))", 0.04},
+                                           Pulse{"0", "1-2*(3.3<t)*(t<3.9)", 0.6}));
+
+// y is a thousandth of g, which is steep: what t is rounded by is more of y than the last tolerance, and the figure may say so.
+TEST(EventToleranceTest, IsKeptWhereSourcesAreSteep) {
+  Problem problem = IntegralOf("0", "0.999-sin(50*t)");
+  problem.horizon = 6;
+  const double angle = std::acos(0.999), integral = 48 * (2 * std::sin(angle) - 2 * 0.999 * angle) / 50;
+  for (const double tolerance : {1e-8, 1e-10, 1e-11}) {
+    const Solution solution = SolveFor(problem, Within(tolerance, Method::kEventLocated));
+    if (tolerance > 1e-11 || solution.accuracy.error <= tolerance) {
+      ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    }
+    EXPECT_EQ(solution.cost.marched_steps, 0);
+    EXPECT_LT(solution.cost.steps, 1000);
+    EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), integral, std::max(tolerance, solution.accuracy.error) * integral);
+  }
+}
+
+// All of 64, 128, 256 and 512 nodes put the same number of steps, in all, behind these jumps.
+TEST(TrialStepsTest, GridsThatAgreeByChanceAreNotBelieved) {
+  for (const auto& [f, integral] : std::vector<std::pair<std::string, double>>{
+           {"(t>3.3)*1", 6.7}, {"(3.3<t)*(t<4.3)", 1}, {"(0.4<t)*(t<3.4)", 3}}) {
+    constexpr double kTolerance = 1e-4;
+    const Solution solution = SolveFor(IntegralOf(f, "100"), Within(kTolerance, Method::kTimeStepping));
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), integral, kTolerance * integral) << f;
+  }
+}
+
+using CaseAndMethod = std::tuple<const char*, Method>;
+class ErrorToleranceTest : public ::testing::TestWithParam<CaseAndMethod> {};
+
+// The methods of first order are asked for less.
+TEST_P(ErrorToleranceTest, IsKept) {
+  const auto [name, method] = GetParam();
+  const Problem problem = LoadCase(name).problem;
+  const bool first_order = method == Method::kTimeStepping;
+  for (const double tolerance : first_order ? std::vector{1e-1, 1e-2} : std::vector{1e-2, 1e-4, 1e-5}) {
+    const Solution solution = SolveFor(problem, Within(tolerance, method));
+    if (solution.termination == Termination::kUnsupported) return;  // the iteration, where y is no function
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    const Solution exact = ReferenceFor(problem, solution);
+    ASSERT_EQ(exact.times, solution.times);
+    EXPECT_LE(RelativeDifference(solution.x, exact.x), tolerance) << solution.message;
+    EXPECT_LE(solution.accuracy.error, tolerance) << "no estimate";
+    if (solution.accuracy.errors_By.size() > 0) {
+      EXPECT_LE(RelativeDifference(problem.B * solution.y, problem.B * exact.y), tolerance) << solution.message;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cases, ErrorToleranceTest,
+    ::testing::Combine(::testing::Values("abb_circuit_a", "abb_circuit_c", "american_put", "diode_bridge_cap",
+                                         "formula_zoo", "leontief_stock", "observer_lcs", "relay_sliding", "rlcd",
+                                         "saturated_pd", "vickrey", "z_least"),
+                       ::testing::Values(Method::kAuto, Method::kExponentialMarch, Method::kLaplaceIteration,
+                                         Method::kTimeStepping)),
+    [](const auto& test) {
+      std::string name = std::string(std::get<0>(test.param)) + "_" + MethodName(std::get<1>(test.param));
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
+
+double ErrorOfFourOne(const Solution& solution) {
+  double error = 0;
+  for (std::size_t k = 0; k < solution.times.size(); ++k) {
+    error = NanMax(error, MaxAbs(solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(solution.times[k])));
+  }
+  return error;
+}
+
+TEST(ErrorToleranceOptionTest, OfPaperIterationIncludesItsContour) {
+  Options options = Within(1e-3, Method::kPaperIteration);
+  options.num_contour_nodes = 2;  // too few: e^{-2.06 √2} = 0.05
+  const Solution solution = SolveFor(ExampleFourOne(), options);
+  ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+  EXPECT_LE(ErrorOfFourOne(solution), 1e-4);  // x1 stays near 0.1
+  EXPECT_GT(solution.contour.value().nodes, 2);
+}
+
+TEST(ErrorToleranceOptionTest, LeavesOutputWhereItWasAskedFor) {
+  Options options = Within(1e-4, Method::kExponentialMarch);
+  options.output_times = {0.1, 0.55};
+  options.output_times_only = true;
+  EXPECT_EQ(SolveFor(ExampleFourOne(), options).times, (std::vector<double>{0.1, 0.55}));
+  options.output_times.clear();
+  options.output_times_only = false;
+  options.num_steps = 10;
+  const Solution tenths = SolveFor(ExampleFourOne(), options);
+  ASSERT_EQ(tenths.times.size(), 11u);
+  EXPECT_DOUBLE_EQ(tenths.times[1], 0.1);
+  EXPECT_GT(tenths.cost.steps, 100);
+  EXPECT_LE(ErrorOfFourOne(tenths), 1e-5);
+}
+
+TEST(ErrorToleranceOptionTest, SaysWhatWasReachedWhereItIsOutOfReach) {
+  Options options = Within(1e-12, Method::kTimeStepping);
+  const Solution solution = SolveFor(ExampleFourOne(), options);
+  EXPECT_EQ(solution.termination, Termination::kIterationLimit);
+  EXPECT_NE(solution.message.find("was asked for"), std::string::npos) << solution.message;
+  EXPECT_TRUE(std::isnan(solution.failure_time));
+  EXPECT_EQ(solution.times.back(), 1);
+  const double estimate = solution.accuracy.error * solution.certificate.x_scale;
+  EXPECT_LT(ErrorOfFourOne(solution), 2 * estimate);
+  EXPECT_GT(ErrorOfFourOne(solution), estimate / 100);
+}
+
+TEST(ErrorToleranceOptionTest, ChoosesEventLocationAndSaysWhy) {
+  const Solution solution = SolveFor(ExampleFourOne(), Within(1e-8));
+  EXPECT_NE(solution.reason.find("for an error of 1e-08"), std::string::npos) << solution.reason;
+  EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
+  EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kEventLocated);
+}
+
+}  // namespace
+}  // namespace dlcs

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/problem/solution.h"
+
+namespace dlcs {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::vector<std::string> ComplaintsAfter(const std::function<void(Options&)>& change, double horizon = 2) {
+  Options options;
+  change(options);
+  std::vector<std::string> complaints;
+  for (const Violation& violation : Validate(options, horizon)) {
+    complaints.push_back(violation.field + ": " + violation.description);
+  }
+  return complaints;
+}
+
+TEST(OptionsTest, FindsNothingWrongWithTheDefaults) {
+  EXPECT_THAT(ComplaintsAfter([](Options&) {}), IsEmpty());
+}
+
+TEST(OptionsTest, AllowsTheEndsOfEveryRange) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.num_steps = 1'000'000'000;
+                o.output_times = {0, 1, 2};
+                o.theta = 1;
+                o.window_steps = Options::kWholeHorizon;
+                o.iteration_tolerance = 1;
+                o.num_contour_nodes = 1;
+                o.contour_gamma = 1.5707;
+              }),
+              IsEmpty());
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = 3; }),
+              IsEmpty());  // longer than the horizon: one step
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = 2e-9; }), IsEmpty());
+}
+
+TEST(OptionsTest, ChecksTheGrid) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.num_steps = -1; }),
+              ElementsAre("num_steps: -1; must be between 1 and 1000000000, or 0 for the default"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.num_steps = 1'000'000'001; }),
+              ElementsAre("num_steps: 1000000001; must be between 1 and 1000000000, or 0 for the default"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = -0.5; }),
+              ElementsAre("step: -0.5; must be finite and greater than 0, or 0 for the default"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = kNaN; }),
+              ElementsAre("step: nan; must be finite and greater than 0, or 0 for the default"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = kInfinity; }),
+              ElementsAre("step: inf; must be finite and greater than 0, or 0 for the default"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.step = 1e-9; }),
+              ElementsAre("step: 1e-09; takes more than 1000000000 steps over T = 2"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.step = 0.1;
+                o.num_steps = 5;
+              }),
+              ElementsAre("step: 0.1; only one of step and num_steps may be set, and num_steps is 5"));
+}
+
+TEST(OptionsTest, ChecksTheOutputTimes) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.output_times = {-0.5, 1, 1, kNaN, 2.5};
+              }),
+              ElementsAre("output_times[2]: 1; must be greater than the time before it, 1",
+                          "output_times[3]: nan; every time must be finite",
+                          "output_times[0]: -0.5; must lie in [0, T] = [0, 2]",
+                          "output_times[4]: 2.5; must lie in [0, T] = [0, 2]"));
+}
+
+// The horizon has its own complaint; it must not bring others with it.
+TEST(OptionsTest, LeavesOutWhatABadHorizonMakesMeaningless) {
+  for (const double horizon : {kNaN, -1.0, 0.0, kInfinity}) {
+    EXPECT_THAT(ComplaintsAfter(
+                    [](Options& o) {
+                      o.step = 1e-9;
+                      o.output_times = {0, 1};
+                    },
+                    horizon),
+                IsEmpty())
+        << horizon;
+  }
+}
+
+TEST(OptionsTest, ChecksTheta) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = 1.5; }),
+              ElementsAre("theta: 1.5; must lie in [0, 1]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = -0.1; }),
+              ElementsAre("theta: -0.1; must lie in [0, 1]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = kNaN; }),
+              ElementsAre("theta: nan; must lie in [0, 1]"));
+}
+
+TEST(OptionsTest, ChecksTheIteration) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.window_steps = -2;
+                o.iteration_tolerance = 0;
+                o.max_iterations = -1;
+              }),
+              ElementsAre("window_steps: -2; must be at least 1, or 0 to adapt, or -1 for the whole horizon",
+                          "iteration_tolerance: 0; must lie in (0, 1]",
+                          "max_iterations: -1; must be at least 1, or 0 for the default"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = kNaN; }),
+              ElementsAre("iteration_tolerance: nan; must lie in (0, 1]"));
+  for (const Index windows : {0, 65}) {
+    EXPECT_THAT(ComplaintsAfter([&](Options& o) { o.windows_in_flight = windows; }),
+                ElementsAre("windows_in_flight: " + std::to_string(windows) + "; must be between 1 and 64"));
+  }
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.iteration_tolerance = 1.5; }),
+              ElementsAre("iteration_tolerance: 1.5; must lie in (0, 1]"));
+}
+
+TEST(OptionsTest, ChecksTheContourAndTheThreads) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.num_contour_nodes = 0;
+                o.contour_gamma = 1.5708;
+                o.contour_mu = -1;
+                o.contour_step = kInfinity;
+                o.num_threads = -4;
+              }),
+              ElementsAre("num_contour_nodes: 0; must be between 1 and 10000",
+                          "contour_gamma: 1.5708; must lie in (0, pi/2), or be 0 for the default",
+                          "contour_mu: -1; must be finite and greater than 0, or 0 for the default",
+                          "contour_step: inf; must be finite and greater than 0, or 0 for the default",
+                          "num_threads: -4; must be at least 1, or 0 for all"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.contour_gamma = kNaN;
+                o.contour_mu = kNaN;
+              }),
+              ElementsAre("contour_gamma: nan; must lie in (0, pi/2), or be 0 for the default",
+                          "contour_mu: nan; must be finite and greater than 0, or 0 for the default"));
+}
+
+TEST(OptionsTest, NamesMethodsAndTerminations) {
+  EXPECT_STREQ(MethodName(Method::kAuto), "auto");
+  EXPECT_STREQ(MethodName(Method::kLaplaceIteration), "laplace-iteration");
+  EXPECT_STREQ(MethodName(Method::kPaperIteration), "paper-iteration");
+  EXPECT_STREQ(MethodName(Method::kExponentialMarch), "exponential-march");
+  EXPECT_STREQ(MethodName(Method::kTimeStepping), "time-stepping");
+  EXPECT_STREQ(TerminationName(Termination::kReachedEnd), "REACHED_END");
+  EXPECT_STREQ(TerminationName(Termination::kInfeasible), "INFEASIBLE");
+  EXPECT_STREQ(TerminationName(Termination::kDiverged), "DIVERGED");
+  EXPECT_STREQ(TerminationName(Termination::kIterationLimit), "ITERATION_LIMIT");
+  EXPECT_STREQ(TerminationName(Termination::kInconsistentState), "INCONSISTENT_STATE");
+  EXPECT_STREQ(TerminationName(Termination::kUnsupported), "UNSUPPORTED");
+  EXPECT_STREQ(TerminationName(Termination::kNonFinite), "NON_FINITE");
+  EXPECT_STREQ(TerminationName(Termination::kCancelled), "CANCELLED");
+}
+
+TEST(OptionsTest, ChecksTheNodesThatAreGiven) {
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.grid_times = {0, 0.5, 2}; }), IsEmpty());
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.grid_times = {0.5, 3}; }),
+              ElementsAre("grid_times[1]: 3; must lie in [0, T] = [0, 2]"));
+  EXPECT_EQ(ComplaintsAfter([](Options& o) { o.grid_times = {0.5, 0.5}; }).size(), 1u);
+  EXPECT_EQ(ComplaintsAfter([](Options& o) { o.grid_times = {kNaN}; }).size(), 1u);
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.grid_times = {0.5};
+                o.num_steps = 3;
+              }),
+              ElementsAre("grid_times: 1 times; only one of grid_times, step and num_steps may be set"));
+}
+
+}  // namespace
+}  // namespace dlcs

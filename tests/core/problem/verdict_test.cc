@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/problem/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/solve.h"
+#include "tests/support/problems.h"
+#include "tests/support/solving.h"
+
+namespace dlcs {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+Solution Reached(AccuracySource source, double error, double asked) {
+  Solution solution;
+  solution.termination = Termination::kReachedEnd;
+  solution.accuracy.source = source;
+  solution.accuracy.error = error;
+  solution.accuracy.asked = asked;
+  return solution;
+}
+
+TEST(VerdictTest, IsSolvedWithinWhatWasAskedForOnly) {
+  const Verdict within = JudgeSolution(Reached(AccuracySource::kControlled, 1e-7, 1e-6));
+  EXPECT_EQ(within.kind, VerdictKind::kSolved);
+  EXPECT_TRUE(within.success);
+  EXPECT_EQ(within.text, "SOLVED within an error of 1e-06, estimated error 1e-07");
+  const Verdict missed = JudgeSolution(Reached(AccuracySource::kControlled, 1e-5, 1e-6));
+  EXPECT_EQ(missed.kind, VerdictKind::kErrorEstimated);
+  EXPECT_TRUE(missed.success);
+  EXPECT_THAT(missed.text, HasSubstr("estimated error 1e-05, where 1e-06 was aimed at"));
+  EXPECT_THAT(missed.concerns, IsEmpty());
+  // Steps that were given are never solved within anything.
+  EXPECT_EQ(JudgeSolution(Reached(AccuracySource::kCompared, 1e-15, 0)).kind, VerdictKind::kErrorEstimated);
+}
+
+TEST(VerdictTest, LargeErrorsAreAConcernAndThenNoSuccess) {
+  EXPECT_THAT(JudgeSolution(Reached(AccuracySource::kCompared, 0.009, 0)).concerns, IsEmpty());
+  const Verdict doubtful = JudgeSolution(Reached(AccuracySource::kCompared, 0.05, 0));
+  EXPECT_THAT(doubtful.concerns, SizeIs(1));
+  EXPECT_TRUE(doubtful.success);
+  EXPECT_FALSE(JudgeSolution(Reached(AccuracySource::kCompared, 0.6, 0)).success);
+}
+
+TEST(VerdictTest, KnowsWhatIsNotKnown) {
+  const Verdict unknown = JudgeSolution(Reached(AccuracySource::kNotEstimated, 0, 0));
+  EXPECT_EQ(unknown.kind, VerdictKind::kErrorUnknown);
+  EXPECT_TRUE(unknown.success);
+  EXPECT_EQ(JudgeSolution(Reached(AccuracySource::kCompared, std::numeric_limits<double>::quiet_NaN(), 0)).kind,
+            VerdictKind::kErrorUnknown);
+  const Verdict missed =
+      JudgeSolution(Reached(AccuracySource::kControlled, std::numeric_limits<double>::quiet_NaN(), 1e-6));
+  EXPECT_EQ(missed.text, "reached T, error not estimated, where 1e-06 was aimed at");
+  EXPECT_FALSE(missed.success);
+  Solution failed = Reached(AccuracySource::kControlled, 1e-9, 1e-6);
+  failed.termination = Termination::kInfeasible;
+  EXPECT_EQ(JudgeSolution(failed).kind, VerdictKind::kNotSolved);
+  EXPECT_FALSE(JudgeSolution(failed).success);
+}
+
+TEST(VerdictTest, IsNotGoodWhereResidualsAreLarge) {
+  Solution solution = Reached(AccuracySource::kControlled, 1e-9, 1e-6);
+  solution.certificate.node_residual = 0.5;
+  solution.certificate.lcp_scale = 10;
+  const Verdict verdict = JudgeSolution(solution);
+  EXPECT_NE(verdict.kind, VerdictKind::kSolved);
+  EXPECT_THAT(verdict.concerns, SizeIs(1));
+  solution.certificate.node_residual = 5;
+  EXPECT_FALSE(JudgeSolution(solution).success);
+}
+
+// What everybody types first.
+TEST(DefaultErrorTest, IsControlledWithoutBeingAskedFor) {
+  const Solution solution = testing::SolveToEnd(testing::ExampleFourOne(), {});
+  EXPECT_EQ(solution.method, Method::kEventLocated);
+  EXPECT_EQ(solution.accuracy.asked, Options::kDefaultErrorTolerance);
+  EXPECT_TRUE(solution.accuracy.asked_by_default);
+  const Verdict verdict = JudgeSolution(solution);
+  EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
+  EXPECT_THAT(verdict.text, HasSubstr("(the default)"));
+}
+
+// First order never gets there with the work that is taken without being asked for: no failure, but no success beyond
+// it either.
+TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
+  Options options;
+  options.method = Method::kTimeStepping;
+  const Solution solution = testing::SolveToEnd(testing::ExampleFourOne(), options);
+  EXPECT_LE(solution.cost.steps, Options::kMostDefaultSteps / 2);
+  EXPECT_GT(solution.accuracy.error, Options::kDefaultErrorTolerance);
+  EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kErrorEstimated);
+  EXPECT_TRUE(JudgeSolution(solution).success);
+  // Who asks for it learns that it was not met.
+  options.error_tolerance = 1e-9;
+  const Solution asked = testing::SolveWith(testing::ExampleFourOne(), options);
+  EXPECT_EQ(asked.termination, Termination::kIterationLimit);
+  EXPECT_EQ(JudgeSolution(asked).kind, VerdictKind::kNotSolved);
+}
+
+// Two pairs share one sum, and B sees one of them. Where B
+// sees both alike, or acts as N says, x is one whatever y is.
+TEST(SeveralSolutionsTest, OfMonotoneSystemsAreWarnedOfWhereXMayDiffer) {
+  Problem problem;
+  problem.A = Matrix{{-1}};
+  problem.N = Matrix{{1}, {1}};
+  problem.M = Matrix::Ones(2, 2);
+  problem.f = TimeFunction::Zero(1);
+  problem.g = TimeFunction::Constant(Vector{{-1, 1}});
+  problem.x0 = Vector{{0}};
+  problem.horizon = 1;
+  const auto warns = [&](const Matrix& B, const Matrix& M) {
+    problem.B = B;
+    problem.M = M;
+    const std::vector<std::string> warnings = testing::SolveToEnd(problem, {}).warnings;
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("x may be one of several solutions") != std::string::npos;
+    });
+  };
+  const Matrix ones = Matrix::Ones(2, 2), skew{{0, 1}, {-1, 0}};
+  EXPECT_TRUE(warns(Matrix{{1, 0}}, ones));
+  EXPECT_FALSE(warns(Matrix{{1, 1}}, ones));
+  EXPECT_FALSE(warns(Matrix{{2, 2}}, skew));
+  EXPECT_FALSE(warns(Matrix{{1, 0}}, Matrix{{2, 1}, {1, 2}}));
+}
+
+TEST(GivenStepsTest, HaveAnEstimateUnlessItIsDeclined) {
+  Options options;
+  options.num_steps = 200;
+  EXPECT_EQ(testing::SolveToEnd(testing::ExampleFourOne(), options).accuracy.source, AccuracySource::kCompared);
+  options.estimate_error = false;
+  const Solution declined = testing::SolveToEnd(testing::ExampleFourOne(), options);
+  EXPECT_EQ(declined.accuracy.source, AccuracySource::kNotEstimated);
+  EXPECT_FALSE(declined.accuracy.note.empty());
+  EXPECT_EQ(JudgeSolution(declined).kind, VerdictKind::kErrorUnknown);
+}
+
+// Odd numbers of steps, break points and output times: whatever the grid, there is a figure.
+TEST(GivenStepsTest, HaveAnEstimateOnEveryGrid) {
+  Problem problem = testing::ExampleFourOne();
+  problem.break_points = {0.1, 0.77};
+  for (const Index steps : {1, 2, 7, 8, 33, 101, 1000}) {
+    Options options;
+    options.num_steps = steps;
+    options.method = Method::kExponentialMarch;
+    for (const bool few_outputs : {false, true}) {
+      if (few_outputs) options.output_times = {0.123, 1};
+      options.output_times_only = few_outputs;
+      const Solution solution = testing::SolveToEnd(problem, options);
+      ASSERT_EQ(solution.accuracy.source, AccuracySource::kCompared) << solution.accuracy.note;
+      double error = 0;
+      for (std::size_t k = 0; k < solution.times.size(); ++k) {
+        const Vector difference =
+            solution.x.col(static_cast<Index>(k)) - testing::ExampleFourOneExact(solution.times[k]);
+        error = std::max(error, difference.cwiseAbs().maxCoeff());
+      }
+      EXPECT_GE(3 * solution.accuracy.error * solution.certificate.x_scale, error) << steps << " steps";
+    }
+  }
+}
+
+// Refused for memory before a node is made: 1e9 steps would take minutes and 8 GB.
+TEST(GivenStepsTest, ThatDoNotFitAreRefusedAtOnce) {
+  Options options;
+  options.num_steps = 1'000'000'000;
+  options.max_memory = 1e8;
+  options.output_times = {1};
+  options.output_times_only = true;
+  const Solution solution = testing::SolveWith(testing::ExampleFourOne(), options);
+  EXPECT_EQ(solution.termination, Termination::kUnsupported);
+  EXPECT_THAT(solution.message, HasSubstr("more than max_memory"));
+  EXPECT_GT(solution.cost.predicted_bytes, 8e9);
+}
+
+}  // namespace
+}  // namespace dlcs

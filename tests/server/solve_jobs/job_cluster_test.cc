@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// A front and two workers on one PostgreSQL. One of the workers, the front or the database is killed at random moments:
+// nothing acknowledged is lost, nothing comes twice, and the bits are those of solves that nobody disturbed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "grpc/health/v1/health.grpc.pb.h"
+#include "tests/server/dlcsd_process.h"
+#include "tests/server/service_fixture.h"
+#include "tests/server/solve_jobs/followed_jobs.h"
+#include "tests/server/store/postgres/postgres_server.h"
+#include "tests/server/store/random_kills.h"
+#include "tests/server/test_requests.h"
+
+namespace dlcs {
+namespace {
+
+using jobs::testing::PostgresServer;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using std::chrono::steady_clock;
+using testing::DlcsdProcess;
+using ::testing::HasSubstr;
+
+constexpr std::size_t kUnfinished = 5;  // jobs at any time
+// A worker that is away for longer than its lease finds its jobs in other hands.
+constexpr int kLeaseMs = 1000;
+constexpr int kLongestAbsenceMs = 1500;
+
+class Server {
+ public:
+  Server(std::string role, std::string name, std::string store)
+      : role_(std::move(role)), name_(std::move(name)), store_(std::move(store)) {
+    Start();
+  }
+  void Start() {
+    process_ = std::make_unique<DlcsdProcess>(std::vector<std::string>{
+        "--listen", address_, "--store", store_, "--role", role_, "--worker-name", name_, "--lease-ms",
+        std::to_string(kLeaseMs), "--checkpoint-ms", "10", "--log-level", "off"});
+    address_ = process_->ReadAddress();
+    ASSERT_NE(address_, "");
+  }
+  void Kill() {
+    process_->Signal(SIGKILL);
+    process_->Wait();
+    process_.reset();
+  }
+  bool is_up() const { return process_ != nullptr; }
+  const std::string& address() const { return address_; }
+
+ private:
+  const std::string role_, name_, store_;
+  std::string address_ = "127.0.0.1:0";  // after the first start, that of the first
+  std::unique_ptr<DlcsdProcess> process_;
+};
+
+bool IsServing(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
+  grpc::ClientContext context;
+  grpc::health::v1::HealthCheckRequest request;
+  grpc::health::v1::HealthCheckResponse response;
+  request.set_service(service);
+  return grpc::health::v1::Health::NewStub(channel)->Check(&context, request, &response).ok() &&
+         response.status() == grpc::health::v1::HealthCheckResponse::SERVING;
+}
+
+TEST(JobClusterTest, AWorkerRunsJobsAndTakesNoCalls) {
+  PostgresServer database;
+  Server worker("worker", "one", database.address());
+  const auto channel = testing::Connect(worker.address());
+
+  for (const std::string service : {"", "dlcs.v1.JobService"}) {
+    const auto give_up = steady_clock::now() + seconds(60);
+    while (!IsServing(channel, service) && steady_clock::now() < give_up) std::this_thread::sleep_for(milliseconds(10));
+    EXPECT_TRUE(IsServing(channel, service)) << service;
+  }
+  grpc::ClientContext context;
+  v1::SolveJob job;
+  const grpc::Status status = v1::JobService::NewStub(channel)->CreateSolveJob(&context, {}, &job);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("--role worker"));
+  EXPECT_EQ(testing::Solve(*v1::SolverService::NewStub(channel), testing::SwitchingRequest(10)).status.error_code(),
+            grpc::StatusCode::UNIMPLEMENTED);
+}
+
+TEST(JobClusterTest, KilledWorkersFrontsAndDatabasesLoseNothingAndRepeatNothing) {
+  // Of this seed: the front, a worker for longer than its lease, the database, the other worker.
+  const jobs::testing::RandomKills kills(4, 36);
+  std::mt19937 random(kills.seed);
+  SCOPED_TRACE(kills.trace());
+
+  PostgresServer database;
+  Server front("front", "front", database.address());
+  Server workers[] = {{"worker", "one", database.address()}, {"worker", "two", database.address()}};
+  testing::FollowedJobs jobs(front.address(), seconds(60 + 3 * kills.count));
+
+  std::uniform_int_distribution<int> pause_ms(5, 400), absence_ms(0, kLongestAbsenceMs), victim(0, 9);
+  steady_clock::time_point back;  // of the worker that is away
+  for (int kill = 0; kill < kills.count; ++kill) {
+    while (jobs.unfinished() < kUnfinished) {
+      // Sent again where the answer is lost, it is still one job.
+      const int size = static_cast<int>(jobs.size());
+      jobs.Submit(size % 2 == 0 ? testing::MarchingRequest(60'000 + 1000 * (size % 24))
+                                : testing::SwitchingRequest(20'000 + size));
+    }
+    std::this_thread::sleep_for(milliseconds(pause_ms(random)));
+    for (Server& worker : workers) {
+      if (worker.is_up()) continue;
+      std::this_thread::sleep_until(back);
+      worker.Start();
+    }
+    switch (const int chosen = victim(random)) {
+      case 0:
+        front.Kill();
+        front.Start();
+        break;
+      case 1:
+      case 2:
+      case 3:
+        database.Kill();
+        database.Start();
+        break;
+      default:
+        workers[chosen % 2].Kill();
+        back = steady_clock::now() + milliseconds(absence_ms(random));
+    }
+  }
+  // At the end one worker may be away for good.
+  jobs.ExpectAllSucceed();
+  RecordProperty("jobs", std::to_string(jobs.size()));
+}
+
+}  // namespace
+}  // namespace dlcs

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/server/store/postgres/postgres_server.h"
+
+#include <fcntl.h>
+#include <pwd.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "server/store/postgres/postgres.h"
+
+extern char** environ;
+
+namespace dlcs::jobs::testing {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPatience = 60s;
+
+const passwd& UnprivilegedUser() {
+  const passwd* user = getpwnam("postgres");
+  if (user == nullptr) user = getpwnam("nobody");
+  if (user == nullptr) throw std::runtime_error("PostgreSQL does not run as root, and there is no other user for it");
+  return *user;
+}
+
+// `words` as a program that ends with this one.
+pid_t Spawn(std::vector<std::string> words, const std::string& log) {
+  words.insert(words.begin(), {"setpriv", "--pdeathsig", "QUIT"});
+  if (geteuid() == 0) {
+    const passwd& user = UnprivilegedUser();
+    words.insert(words.begin() + 1,
+                 {"--reuid", std::to_string(user.pw_uid), "--regid", std::to_string(user.pw_gid), "--clear-groups"});
+  }
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  pid_t pid = -1;
+  const int error = posix_spawnp(&pid, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) throw std::runtime_error("cannot run setpriv (Debian package util-linux)");
+  return pid;
+}
+
+std::string ContentOf(const std::string& file) {
+  std::ostringstream content;
+  content << std::ifstream(file).rdbuf();
+  return content.str();
+}
+
+std::vector<pid_t> ChildrenOf(pid_t pid) {
+  std::ifstream list("/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid) + "/children");
+  std::vector<pid_t> children;
+  for (pid_t child = 0; list >> child;) children.push_back(child);
+  return children;
+}
+
+}  // namespace
+
+PostgresServer::PostgresServer() {
+  if (geteuid() == 0) {
+    const passwd& user = UnprivilegedUser();
+    if (chown(folder_.path().c_str(), user.pw_uid, user.pw_gid) != 0) throw std::runtime_error("chown");
+  }
+  const std::string log = folder_.File("initdb.log");
+  // Checksums, so that damage is found. The server starts on new files: nothing needs to reach the disk yet.
+  const pid_t initdb = Spawn({DLCS_POSTGRES_PROGRAMS "/initdb", "--pgdata", data().string(), "--username", "dlcs",
+                              "--auth", "trust", "--encoding", "UTF8", "--no-locale", "--no-sync", "--data-checksums"},
+                             log);
+  int status = 0;
+  waitpid(initdb, &status, 0);
+  if (status != 0) throw std::runtime_error("initdb of PostgreSQL (package postgresql): " + ContentOf(log));
+  Start();
+}
+
+PostgresServer::~PostgresServer() {
+  if (pid_ < 0) return;
+  kill(pid_, SIGCONT);
+  kill(pid_, SIGQUIT);
+  waitpid(pid_, nullptr, 0);
+}
+
+PostgresServer& PostgresServer::Shared() {
+  static PostgresServer server;
+  return server;
+}
+
+std::string PostgresServer::address() const { return "postgresql://dlcs@/postgres?host=" + folder_.path().string(); }
+
+std::string PostgresServer::AddressOf(const std::string& schema) {
+  Execute("CREATE SCHEMA IF NOT EXISTS " + schema);
+  return address() + "&options=-csearch_path%3D" + schema;
+}
+
+void PostgresServer::Execute(const std::string& sql) { PostgresConnection(address(), kPatience).Execute(sql); }
+
+void PostgresServer::Start() {
+  pid_ = Spawn({DLCS_POSTGRES_PROGRAMS "/postgres", "-D", data().string(), "-k", folder_.path().string(), "-c",
+                "listen_addresses=", "-c", "shared_buffers=16MB"},
+               folder_.File("server.log"));
+  Await();
+}
+
+void PostgresServer::Await() {
+  std::string error;
+  for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
+    try {
+      PostgresConnection(address(), kPatience).Run("SELECT 1");
+      return;
+    } catch (const PostgresError& not_yet) {
+      error = not_yet.what();
+    }
+    int status = 0;
+    if (waitpid(pid_, &status, WNOHANG) == pid_) {
+      // After a kill -9 the memory that its sessions shared must be gone first.
+      if (ContentOf(folder_.File("server.log")).find("shared memory block") == std::string::npos) break;
+      std::filesystem::remove(folder_.File("server.log"));
+      std::this_thread::sleep_for(20ms);
+      return Start();
+    }
+    std::this_thread::sleep_for(10ms);
+  }
+  throw std::runtime_error("PostgreSQL does not start: " + error + "\n" + ContentOf(folder_.File("server.log")));
+}
+
+void PostgresServer::Stop() {
+  kill(pid_, SIGINT);
+  waitpid(pid_, nullptr, 0);
+  pid_ = -1;
+}
+
+void PostgresServer::Kill() {
+  // Its sessions would go on for as long as it takes them to notice.
+  const auto sessions = ChildrenOf(pid_);
+  kill(pid_, SIGKILL);
+  for (const pid_t session : sessions) kill(session, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+  pid_ = -1;
+}
+
+void PostgresServer::SignalAll(int signal) const {
+  for (const pid_t child : ChildrenOf(pid_)) kill(child, signal);
+  kill(pid_, signal);
+}
+
+void PostgresServer::Freeze() { SignalAll(SIGSTOP); }
+
+void PostgresServer::Thaw() { SignalAll(SIGCONT); }
+
+}  // namespace dlcs::jobs::testing
