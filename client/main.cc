@@ -29,8 +29,8 @@ int main(int argc, char** argv) {
     const int signal = Interrupt::Signal();
     return code == kServiceFailed && signal != 0 ? 128 + signal : code;
   } catch (const std::bad_alloc&) {
-    return Complain(absl::ResourceExhaustedError("out of memory; ask for fewer steps"), kServiceFailed);
+    return PrintError(absl::ResourceExhaustedError("out of memory; ask for fewer steps"), kServiceFailed);
   } catch (const std::exception& error) {
-    return Complain(absl::InternalError(error.what()), kServiceFailed);
+    return PrintError(absl::InternalError(error.what()), kServiceFailed);
   }
 }

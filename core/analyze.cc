@@ -79,7 +79,7 @@ absl::Status Fill(const Problem& problem, const Options& options, const std::sto
 
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
+  if (absl::Status status = CheckValid(problem, options); !status.ok()) return status;
   Analysis analysis;
   const StopScope scope(stop);
   try {

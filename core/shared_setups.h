@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cache that a realised system keeps its set-ups in.
+// The cache that a propagator keeps its set-ups in.
 
 #ifndef DLCS_CORE_SHARED_SETUPS_H_
 #define DLCS_CORE_SHARED_SETUPS_H_

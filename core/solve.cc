@@ -23,7 +23,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
   const auto started = std::chrono::steady_clock::now();
   Options options = asked;
   // Event location asked for by its name has an error of its own.
-  const bool error_by_default = options.method != Method::kEventLocated && FillInDefaultError(options);
+  const bool error_by_default = options.method != Method::kEventDriven && FillInDefaultError(options);
   auto plan = MakePlan(problem, options, setups);
   if (!plan.ok()) return plan.status();
   AnalysisReport report = ReportOn(problem, options, *plan);
@@ -58,11 +58,11 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
 
 absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
                                SetupCache* setups, const ResumePoint* resume) {
-  if (absl::Status status = CheckSound(problem, options); !status.ok()) return status;
-  return SolveSound(problem, options, observer, std::move(stop), setups, resume);
+  if (absl::Status status = CheckValid(problem, options); !status.ok()) return status;
+  return SolveValidated(problem, options, observer, std::move(stop), setups, resume);
 }
 
-absl::StatusOr<Solution> SolveSound(const Problem& problem, const Options& options, Observer& observer,
+absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& options, Observer& observer,
                                     std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const StopScope scope(stop);
   try {

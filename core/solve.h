@@ -26,7 +26,7 @@ class SetupCache;
 // `setups`, where given, lends and keeps what solves of the same matrices share (core/setup_cache.h); the bits are the same without it.
 // `resume`, where given, is a checkpoint that `observer` got from an earlier call with the same problem and options (but for the
 // threads): the solve goes on from there, and the solution is whole and has the same bits. InvalidArgument where it is of
-// another solve or another version of the engine. Methods that leave no checkpoints (paper_iteration, event_located, trials
+// another solve or another version of the engine. Methods that leave no checkpoints (wu_chen_iteration, event_driven, trials
 // for a tolerance, inelastic impacts; and where another method may yet have to take over) begin anew.
 // `stop` is looked at every ten milliseconds or so while matrices have at most some thousand rows: between pivots, columns of
 // a factorization and panels of a product (core/parallel/stop_scope.h). `dlcs_load stops` measures it.
@@ -35,7 +35,7 @@ absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, O
                                const ResumePoint* resume = nullptr);
 
 // The same for a problem and options in which Validate() has found nothing: it is not called again.
-absl::StatusOr<Solution> SolveSound(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
+absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
                                     SetupCache* setups = nullptr, const ResumePoint* resume = nullptr);
 
 }  // namespace dlcs

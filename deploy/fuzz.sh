@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the fuzz targets (tests/fuzz) with Clang, libFuzzer, address and undefined-behaviour sanitizers, and tries inputs until
+# Builds the fuzz targets (tests/fuzz) with Clang, libFuzzer, address and undefined-behavior sanitizers, and tries inputs until
 # so many were tried in all, each target its share. Ends with the totals; exit code 1 where something was found, which is then in
-# build/fuzz/findings. What was learnt is kept in build/fuzz/corpus and used by the next run. Works from any folder.
+# build/fuzz/findings. What was learned is kept in build/fuzz/corpus and used by the next run. Works from any folder.
 #
 #     deploy/fuzz.sh [EXECUTIONS [TARGET...]]     default: 1000000 over all targets; of some, each still takes its own share of them
 #     build/fuzz/tests/fuzz/formula_fuzz FILE     tries one input again

@@ -74,7 +74,7 @@ class DlcsServer {
   std::unique_ptr<JobService> jobs_;
   std::unique_ptr<ProblemService> problems_;
   SolverService service_;
-  WorkerRefusal refusal_;  // in the place of all, where no calls are taken
+  UnimplementedService refusal_;  // in the place of all, where no calls are taken
   std::string address_;
   std::shared_ptr<grpc::ServerCredentials> credentials_;
   std::unique_ptr<grpc::Server> server_;

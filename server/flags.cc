@@ -60,7 +60,7 @@ void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) 
     const bool sound = error == std::errc() && std::isfinite(number) && number >= 0 && unit != units.end();
     if (!sound) {
       return fmt::format("\"{}\" is no length of time; write seconds, or 90s, 30m, 12h, 7d",
-                         Shortened(text, kMaxShownBytes));
+                         TruncateUtf8(text, kMaxShownBytes));
     }
     text = fmt::format("{}", number * unit->second);
     return "";
@@ -109,13 +109,13 @@ void AddWord(CLI::App& app, const std::string& name, std::string& value, const s
              const std::string& help) {
   const auto check = [words](const std::string& given) -> std::string {
     if (std::find(words.begin(), words.end(), given) != words.end()) return "";
-    return fmt::format("\"{}\" is none of {}{}", Shortened(given, kMaxShownBytes), fmt::join(words, ", "),
+    return fmt::format("\"{}\" is none of {}{}", TruncateUtf8(given, kMaxShownBytes), fmt::join(words, ", "),
                        DidYouMean(NearestName(given, words)));
   };
   app.add_option(name, value, help)->check(check)->type_name(fmt::format("{}", fmt::join(words, "|")));
 }
 
-void AddTokenCommand(CLI::App& app, NewToken& wanted) {
+void AddTokenCommand(CLI::App& app, TokenRequest& wanted) {
   CLI::App& token = *app.add_subcommand("token", "Make a token for a user, and print the line for --tokens");
   token.add_option("NAME", wanted.user, "The user, in letters, digits or . _ @ : / + -")->required()->type_name("");
   AddWord(token, "--right", wanted.right, {"reader", "submitter", "admin"}, "What the user may do");
@@ -168,7 +168,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
             error == std::errc() && rest == text.data() + text.size() && seconds >= 0 && seconds <= 86400;
         return sound ? ""
                      : fmt::format("\"{}\" is not a number of seconds between 0 and 86400",
-                                   Shortened(text, kMaxShownBytes));
+                                   TruncateUtf8(text, kMaxShownBytes));
       });
   AddWord(app, "--log-level", flags.log_level, {"debug", "info", "warn", "error", "off"},
           "Of the lines on standard error");
@@ -251,7 +251,7 @@ class SettingsFile final : public CLI::ConfigBase {
       const CLI::Option* const option = app_.get_option_no_throw("--" + setting.key);
       if (option == nullptr || !option->get_configurable()) {
         throw CLI::ConfigError(fmt::format("{}: {}: there is no such setting{}", place,
-                                           Shortened(setting.key, kMaxShownBytes), Proposal(setting.key, KeysOf(app_))),
+                                           TruncateUtf8(setting.key, kMaxShownBytes), Proposal(setting.key, KeysOf(app_))),
                                CLI::ExitCodes::ConfigError);
       }
       if (option->count() > 0 || IsSet(option->get_envname())) continue;
@@ -331,7 +331,7 @@ class CommandLine {
     const std::string name = word.substr(0, word.find('='));
     std::vector<std::string> flags = {"--config", "--check-config", "--help", "--version"};
     for (const std::string& key : keys) flags.push_back("--" + key);
-    return fmt::format("{}: there is no such flag{}", Shortened(name, kMaxShownBytes), Proposal(name, flags));
+    return fmt::format("{}: there is no such flag{}", TruncateUtf8(name, kMaxShownBytes), Proposal(name, flags));
   }
 
   void WarnOfVariables() {
@@ -342,7 +342,7 @@ class CommandLine {
       if (name.rfind("DLCSD_", 0) != 0 || IsOfKubernetes(name)) continue;
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
       flags_.warnings.push_back(fmt::format("{} is set, but there is no such setting{}",
-                                            Shortened(name, kMaxShownBytes), Proposal(name, known)));
+                                            TruncateUtf8(name, kMaxShownBytes), Proposal(name, known)));
     }
   }
 
@@ -418,7 +418,7 @@ class CommandLine {
 
   const std::vector<std::string> words_;
   Flags& flags_;
-  NewToken new_token_;
+  TokenRequest new_token_;
   CLI::App app_;
   std::map<std::string, std::string> origins_;
   bool check_only_ = false;

@@ -15,7 +15,7 @@ namespace dlcs {
 
 struct Flags {
   ServerConfig config;
-  std::optional<NewToken> new_token;  // make one, and end
+  std::optional<TokenRequest> new_token;  // make one, and end
   double grace_s = 10;
   std::string log_level = "info";
   std::string log_format = "text";

@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
   }
   dlcs::SetUpLog(flags->log_level, flags->log_format == "json" ? dlcs::LogFormat::kJson : dlcs::LogFormat::kText);
   for (const std::string& warning : flags->warnings) spdlog::warn("{}", warning);
-  dlcs::KeepFreedMemory();
+  dlcs::RetainFreedMemory();
 
   if (!CatchSignals()) {
     std::perror("dlcsd: a pipe for signals");

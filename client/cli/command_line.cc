@@ -323,7 +323,7 @@ class GroupedHelp : public CLI::Formatter {
     std::string text;
     for (const std::string& group : {std::string("Options"), std::string(kEveryday), std::string(kOther),
                                      OnlyFor(v1::METHOD_TIME_STEPPING), OnlyFor(v1::METHOD_LAPLACE_ITERATION),
-                                     OnlyFor(v1::METHOD_PAPER_ITERATION), std::string(kServer)}) {
+                                     OnlyFor(v1::METHOD_WU_CHEN_ITERATION), std::string(kServer)}) {
       const auto options = app.get_options(
           [&group](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
       if (!options.empty()) text += make_group(group, false, options);
@@ -357,7 +357,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
   return error.what();
 }
 
-ExitCode Complain(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
+ExitCode PrintError(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
   std::string command;
   const CLI::App* current = &app;
   for (auto subs = app.get_subcommands(); !subs.empty(); subs = current->get_subcommands()) {
@@ -372,7 +372,7 @@ ExitCode Complain(const CLI::App& app, const CLI::ParseError& error, const std::
 template <typename Command>
 ParsedCommandLine WithServer(Command& command, ServerTarget& target) {
   const absl::Status status = Complete(target);
-  if (!status.ok()) return Complain(status, kBadInput);
+  if (!status.ok()) return PrintError(status, kBadInput);
   return command;
 }
 
@@ -431,7 +431,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
     app.exit(version);
     return kSolved;
   } catch (const CLI::ParseError& error) {
-    return Complain(app, error, arguments);
+    return PrintError(app, error, arguments);
   }
   if (app.got_subcommand("solve")) return WithServer(solve, solve.server);
   if (app.got_subcommand("ensemble")) return WithServer(ensemble, ensemble.solve.server);

@@ -94,7 +94,7 @@ inline constexpr const char* kAnalyzeExamples =
 inline constexpr const char* kLcpExamples =
     "Finds y with 0 <= y, w = q + M y >= 0, y complementary to w. The file holds one JSON object, as in\n"
     "    {\"M\": [[2, 1], [1, 2]], \"q\": [-5, -6]}\n"
-    "and may hold a \"rule\" (as --rule) and, for the rule minimiser, a \"selector\" with C and b.\n"
+    "and may hold a \"rule\" (as --rule) and, for the rule minimizer, a \"selector\" with C and b.\n"
     "\n"
     "Examples:\n"
     "  dlcs lcp lcp.json\n"

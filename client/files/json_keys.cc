@@ -37,7 +37,7 @@ void ReadParameters(const json& value, const std::string& path, JsonReader& read
                                      DescribeJson(value)));
   }
   for (const auto& [name, number] : value.items()) {
-    const auto read = reader.ReadNumber(number, fmt::format("{}.{}", path, Shortened(name, 40)));
+    const auto read = reader.ReadNumber(number, fmt::format("{}.{}", path, TruncateUtf8(name, 40)));
     if (!read) continue;
     v1::Parameter& parameter = *parameters.Add();
     parameter.set_name(name);

@@ -60,7 +60,7 @@ std::string DescribeJson(const nlohmann::json& value) {
     case nlohmann::json::value_t::string:
       // Cut before it is quoted: there may be any number of letters.
       return fmt::format("a string ({})",
-                         Shortened(nlohmann::json(value.get_ref<const std::string&>().substr(0, kMaxShownBytes))
+                         TruncateUtf8(nlohmann::json(value.get_ref<const std::string&>().substr(0, kMaxShownBytes))
                                        .dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore),
                                    kMaxShownBytes));
     case nlohmann::json::value_t::array:
@@ -106,7 +106,7 @@ void JsonReader::RefuseUnknownKeys(const nlohmann::json& object, const std::vect
     if (nearest && std::find(told.begin(), told.end(), *nearest) == told.end()) nearest.reset();
     if (!nearest) nearest = NearestName(key, told);
     const std::string where = path.empty() ? "" : fmt::format(" in {}", path);
-    Refuse(Quoted(Shortened(key, kMaxShownBytes)),
+    Refuse(Quoted(TruncateUtf8(key, kMaxShownBytes)),
            nearest ? fmt::format("is not a known key{}{}", where, DidYouMean(Quoted(*nearest)))
                    : fmt::format("is not a known key{}; known are {}", where, fmt::join(told, ", ")));
   }
@@ -218,7 +218,7 @@ std::optional<std::string> JsonReader::ReadWord(const nlohmann::json& value, con
                                                 const std::vector<std::string>& words) {
   const auto text = ReadString(value, path);
   if (!text || std::find(words.begin(), words.end(), *text) != words.end()) return text;
-  const std::string shown = Shortened(*text, kMaxShownBytes);
+  const std::string shown = TruncateUtf8(*text, kMaxShownBytes);
   const std::optional<std::string> nearest = NearestName(shown, words);
   Refuse(path, fmt::format("is {}; must be one of {}{}", Quoted(shown), fmt::join(words, ", "),
                            nearest ? DidYouMean(Quoted(*nearest)) : ""));

@@ -60,8 +60,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
       const auto first =
           std::find_if(open_.begin(), open_.end() - 1, [](const Open& open) { return open.value->is_object(); });
       const std::string where =
-          first != open_.end() - 1 ? fmt::format(" in \"{}\"", Shortened(first->key, kMaxShownBytes)) : "";
-      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", Shortened(key, kMaxShownBytes), where);
+          first != open_.end() - 1 ? fmt::format(" in \"{}\"", TruncateUtf8(first->key, kMaxShownBytes)) : "";
+      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", TruncateUtf8(key, kMaxShownBytes), where);
       return false;
     }
     object.key = std::move(key);
@@ -287,14 +287,14 @@ std::string Describe(const std::string& text, const std::string& source,
   if (const auto second = FindMissingComma(text, offset, reason)) {
     offset = *second;
     why = fmt::format("a comma is missing before {}",
-                      Shortened(text.substr(offset, text.find_first_of(" \t\r\n,]}:", offset + 1) - offset), 40));
+                      TruncateUtf8(text.substr(offset, text.find_first_of(" \t\r\n,]}:", offset + 1) - offset), 40));
   } else if (reason.find("expected ':'") != std::string::npos) {
     why = "a colon is missing behind the key";
   } else {
     why = Explain(text, offset);
   }
   const Place place = PlaceOf(text, offset);
-  if (why.empty()) why = Shortened(reason, kMaxShownBytes);
+  if (why.empty()) why = TruncateUtf8(reason, kMaxShownBytes);
   return fmt::format("{}, line {}, column {}: {}", source, place.line, place.column, why);
 }
 
@@ -351,7 +351,7 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   return absl::InvalidArgumentError(fmt::format("{}, line {}, column {}: {} is too large; every number must be finite in "
                                                 "double precision",
                                                 source, place.line, place.column,
-                                                Shortened(found.number, kMaxShownBytes)));
+                                                TruncateUtf8(found.number, kMaxShownBytes)));
 }
 
 }  // namespace dlcs::client

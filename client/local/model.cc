@@ -88,7 +88,7 @@ ordered_json FileOf(const json& root, const Problem& problem) {
 
 }  // namespace
 
-absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const std::string& source) {
+absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source) {
   const auto root = ParseJson(text, source);
   if (!root.ok()) return root.status();
   if (!root->is_object()) {
@@ -103,7 +103,7 @@ absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const 
   if (absl::Status status = reader.status(); !status.ok()) return status;
   const auto problem = MakeInputOutputProblem(model);
   if (!problem.ok()) return InWordsOfTheModel(problem.status(), source);
-  return ModelledProblem{FileOf(*root, *problem), ToProto(InputOutputSection(model))};
+  return ModeledProblem{FileOf(*root, *problem), ToProto(InputOutputSection(model))};
 }
 
 absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon) {

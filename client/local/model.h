@@ -13,7 +13,7 @@
 
 namespace dlcs::client {
 
-struct ModelledProblem {
+struct ModeledProblem {
   nlohmann::ordered_json file;  // a problem file
   v1::AnalysisSection section;  // what is known of the model
 };
@@ -22,7 +22,7 @@ struct ModelledProblem {
 // 0 <= y ⟂ (I - C) y - x >= 0, x(0) = d. Reads the keys C A B d T, f (as in a problem file, zero when
 // missing), and name, about and source, which are handed on. Errors: InvalidArgument with one "source: place
 // rule" per line.
-absl::StatusOr<ModelledProblem> ModelInputOutput(const std::string& text, const std::string& source);
+absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source);
 
 // The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its structure: some 2 MB for 65,025 states.
 // Errors: InvalidArgument with one "--option: rule" per line.

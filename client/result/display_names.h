@@ -10,7 +10,7 @@
 
 namespace dlcs::client {
 
-struct ComponentNames {
+struct DisplayNames {
   std::vector<std::string> states;  // as the problem has them, or none
   std::vector<std::string> pairs;   // likewise
 
@@ -24,7 +24,7 @@ struct ComponentNames {
 
 // The names in a message that has the fields state_names and pair_names.
 template <typename Message>
-ComponentNames NamesIn(const Message& message) {
+DisplayNames NamesIn(const Message& message) {
   return {{message.state_names().begin(), message.state_names().end()},
           {message.pair_names().begin(), message.pair_names().end()}};
 }

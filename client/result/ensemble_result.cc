@@ -72,7 +72,7 @@ void EnsembleCollector::Count(const v1::Summary& summary) {
     counted_.set_solved(counted_.solved() + 1);
   } else if (summary.verdict().success()) {
     counted_.set_reached(counted_.reached() + 1);
-  } else if (termination == v1::CANCELLED || termination == v1::DEADLINE) {
+  } else if (termination == v1::TERMINATION_CANCELLED || termination == v1::TERMINATION_DEADLINE) {
     counted_.set_stopped(counted_.stopped() + 1);
   } else {
     counted_.set_failed(counted_.failed() + 1);
@@ -90,7 +90,7 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCollector::Finish() && {
   return std::move(summary_);
 }
 
-v1::EnsembleSummary EnsembleCollector::Abandon(const std::string& why, double seconds) && {
+v1::EnsembleSummary EnsembleCollector::FinishIncomplete(const std::string& why, double seconds) && {
   counted_.set_not_begun(members_ - counted_.solved() - counted_.reached() - counted_.failed() - counted_.stopped());
   counted_.set_message(why);
   counted_.set_seconds(seconds);

@@ -33,7 +33,7 @@ class EnsembleCollector {
   absl::StatusOr<v1::EnsembleSummary> Finish() &&;
 
   // The summary of an ensemble that ended without one, because of `why`, after `seconds`.
-  v1::EnsembleSummary Abandon(const std::string& why, double seconds) &&;
+  v1::EnsembleSummary FinishIncomplete(const std::string& why, double seconds) &&;
 
  private:
   ResultCollector& Of(std::int64_t member);
@@ -43,7 +43,7 @@ class EnsembleCollector {
   const MemberCallback& on_member_;
   std::size_t states_;
   std::size_t constraints_;
-  ComponentNames names_;
+  DisplayNames names_;
   bool keep_trajectory_;
   std::int64_t members_;
   std::int64_t member_ = -1;  // whose events come

@@ -57,12 +57,12 @@ std::string TerminationName(v1::Termination termination) {
 }
 
 std::string VerdictName(const v1::Summary& summary) {
-  if (summary.termination() != v1::REACHED_END) return TerminationName(summary.termination());
+  if (summary.termination() != v1::TERMINATION_REACHED_END) return TerminationName(summary.termination());
   return BareName(*v1::VerdictKind_descriptor(), summary.verdict().kind());
 }
 
 std::string VerdictText(const v1::Summary& summary) {
-  if (summary.termination() != v1::REACHED_END) return TerminationName(summary.termination());
+  if (summary.termination() != v1::TERMINATION_REACHED_END) return TerminationName(summary.termination());
   return summary.verdict().text();
 }
 
@@ -73,8 +73,8 @@ std::string AccuracySourceName(v1::AccuracySource source) {
 
 bool Succeeded(const v1::Summary& summary) { return summary.verdict().success(); }
 
-std::string VerdictName(v1::LcpVerdict verdict) {
-  const std::string name = BareName(*v1::LcpVerdict_descriptor(), verdict);
+std::string VerdictName(v1::LcpStatus verdict) {
+  const std::string name = BareName(*v1::LcpStatus_descriptor(), verdict);
   return name.starts_with("LCP_") ? name.substr(4) : name;
 }
 

@@ -46,7 +46,7 @@ std::string AccuracySourceName(v1::AccuracySource source);
 // Whether the answer may be used.
 bool Succeeded(const v1::Summary& summary);
 // "SOLVED", "INFEASIBLE", ...
-std::string VerdictName(v1::LcpVerdict verdict);
+std::string VerdictName(v1::LcpStatus verdict);
 
 }  // namespace dlcs::client
 

@@ -38,7 +38,7 @@ ResultCollector::ResultCollector(const v1::SolveRequest& request, bool keep_traj
       static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : ShapeOf(linear.m()).rows);
 }
 
-ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, ComponentNames names,
+ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, DisplayNames names,
                                  bool keep_trajectory)
     : keep_trajectory_(keep_trajectory) {
   result_.names = std::move(names);
@@ -141,11 +141,11 @@ std::string ResultCollector::Progress() const {
   return progress;
 }
 
-SolveResult ResultCollector::Abandon(v1::Termination termination, double seconds) && {
+SolveResult ResultCollector::FinishIncomplete(v1::Termination termination, double seconds) && {
   v1::Summary& summary = result_.summary;
   summary.set_termination(termination);
   summary.set_message(
-      termination == v1::CANCELLED
+      termination == v1::TERMINATION_CANCELLED
           ? fmt::format("Cancelled after {:.1f} s, {}. The server has stopped the solve.", seconds, Progress())
           : fmt::format("The deadline passed after {:.1f} s, {}. Allow more time or ask for fewer steps.", seconds,
                         Progress()));

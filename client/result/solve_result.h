@@ -21,7 +21,7 @@ struct SolveResult {
   v1::Summary summary;
   std::size_t states = 0;
   std::size_t constraints = 0;
-  ComponentNames names;
+  DisplayNames names;
   std::vector<double> times;
   std::vector<double> x;  // `states` values per time
   std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
@@ -43,7 +43,7 @@ class ResultCollector {
   // Without `keep_trajectory` the chunks are checked and counted, and the result holds none of them.
   explicit ResultCollector(const v1::SolveRequest& request, bool keep_trajectory = true);
   // The same where `states` and `constraints` are known.
-  ResultCollector(std::size_t states, std::size_t constraints, ComponentNames names, bool keep_trajectory = true);
+  ResultCollector(std::size_t states, std::size_t constraints, DisplayNames names, bool keep_trajectory = true);
 
   void Add(const v1::SolveEvent& event);
   void AddChunk(const v1::TrajectoryChunk& chunk);
@@ -58,7 +58,7 @@ class ResultCollector {
 
   // The result of a solve that ended without a summary because its caller stopped it or ran out of time
   // (`termination` CANCELLED or DEADLINE) after `seconds`: what is known, and in the message how far it got.
-  SolveResult Abandon(v1::Termination termination, double seconds) &&;
+  SolveResult FinishIncomplete(v1::Termination termination, double seconds) &&;
 
  private:
   void Reserve();

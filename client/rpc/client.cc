@@ -78,7 +78,7 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [start] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start); };
   ResultCollector collector(request, limits.keep_trajectory);
-  FollowedSolve solve(collector, on_event);
+  ResumableSolve solve(collector, on_event);
   absl::Status status;
   {
     Call call(connection_, WithoutStop(limits));
@@ -92,12 +92,12 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     }
     const grpc::Status ended = reader->Finish();
     status = ended.ok() ? absl::OkStatus() : connection_.Describe(ended);
-    const bool goes_on = !solve.job().empty() && !collector.has_summary() && MayPass(ended) && !limits.stop.stop_requested();
+    const bool goes_on = !solve.job().empty() && !collector.has_summary() && IsTransient(ended) && !limits.stop.stop_requested();
     if (goes_on) {
       if (notice_) notice_(fmt::format("{}; going on with {}", ended.error_message(), solve.job()));
       CallLimits left = limits;
       left.deadline = limits.deadline - seconds();
-      status = solve.GoOn(jobs_, left);
+      status = solve.Resume(jobs_, left);
     }
   }
   const bool stopped = limits.stop.stop_requested() && !solve.job().empty() && !collector.has_summary();
@@ -106,7 +106,7 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     CallLimits left = limits;
     left.deadline = limits.deadline - seconds();
     left.stop = {};
-    const absl::Status read = solve.GoOn(jobs_, left);
+    const absl::Status read = solve.Resume(jobs_, left);
     if (!read.ok()) status = absl::CancelledError(read.message());
   }
   // A summary is the last word, also where the deadline passes between it and the status.
@@ -121,10 +121,10 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     return result;
   }
   if (absl::IsCancelled(status) && limits.stop.stop_requested()) {
-    return std::move(collector).Abandon(v1::CANCELLED, seconds().count());
+    return std::move(collector).FinishIncomplete(v1::TERMINATION_CANCELLED, seconds().count());
   }
   if (absl::IsDeadlineExceeded(status) && collector.accepted()) {
-    return std::move(collector).Abandon(v1::DEADLINE, seconds().count());
+    return std::move(collector).FinishIncomplete(v1::TERMINATION_DEADLINE, seconds().count());
   }
   return status;
 }
@@ -145,10 +145,10 @@ absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembl
 
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   if (status.error_code() == grpc::StatusCode::CANCELLED && limits.stop.stop_requested()) {
-    return std::move(collector).Abandon("Cancelled.", seconds.count());
+    return std::move(collector).FinishIncomplete("Cancelled.", seconds.count());
   }
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && collector.accepted()) {
-    return std::move(collector).Abandon("The deadline passed. Allow more time or ask for fewer members.",
+    return std::move(collector).FinishIncomplete("The deadline passed. Allow more time or ask for fewer members.",
                                         seconds.count());
   }
   return connection_.Describe(status);

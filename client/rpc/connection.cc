@@ -103,15 +103,15 @@ bool Connection::IsAnswer(const grpc::Status& status) {
   return status.error_code() != grpc::StatusCode::UNAVAILABLE || !status.error_details().empty();
 }
 
-std::optional<absl::Status> Connection::WhyNever(const grpc::Status& status) const {
+std::optional<absl::Status> Connection::PermanentFailure(const grpc::Status& status) const {
   if (IsAnswer(status)) return std::nullopt;
-  const std::optional<std::string> wrong = WhatIsWrongWithTls(options_);
+  const std::optional<std::string> wrong = DiagnoseTls(options_);
   if (!wrong) return std::nullopt;
   return absl::UnavailableError(fmt::format("no connection to the server at {}: {}", options_.address, *wrong));
 }
 
 absl::Status Connection::Describe(const grpc::Status& status) const {
-  if (const std::optional<absl::Status> never = WhyNever(status)) return *never;
+  if (const std::optional<absl::Status> never = PermanentFailure(status)) return *never;
   return DescribeRpcError(status, options_.address);
 }
 

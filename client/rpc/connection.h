@@ -39,7 +39,7 @@ class Connection {
   // A call that failed, in words. Where no server answers it may connect once more to find out why.
   absl::Status Describe(const grpc::Status& status) const;
   // What stands between both ends and will not pass by itself; nothing where another attempt may succeed.
-  std::optional<absl::Status> WhyNever(const grpc::Status& status) const;
+  std::optional<absl::Status> PermanentFailure(const grpc::Status& status) const;
 
  private:
   Connection(ConnectionOptions options, std::shared_ptr<grpc::Channel> channel);

@@ -31,7 +31,7 @@ v1::TrajectoryChunk Behind(std::int64_t taken, const v1::TrajectoryChunk& chunk)
 
 }  // namespace
 
-void FollowedSolve::Take(const v1::SolveEvent& event) {
+void ResumableSolve::Take(const v1::SolveEvent& event) {
   if (event.has_accepted()) job_ = event.accepted().job();
   if (event.has_trajectory() && event.trajectory().times_size() > 0) {
     times_ = event.trajectory().first() + event.trajectory().times_size();
@@ -42,7 +42,7 @@ void FollowedSolve::Take(const v1::SolveEvent& event) {
   if (on_event_) on_event_(event);
 }
 
-absl::Status FollowedSolve::GoOn(JobClient& jobs, const CallLimits& limits) {
+absl::Status ResumableSolve::Resume(JobClient& jobs, const CallLimits& limits) {
   if (absl::Status status = Watch(jobs, limits); !status.ok()) return status;
   absl::StatusOr<v1::SolveJob> job = jobs.Get(job_, limits);
   if (!job.ok()) return job.status();
@@ -58,7 +58,7 @@ absl::Status FollowedSolve::GoOn(JobClient& jobs, const CallLimits& limits) {
   return absl::OkStatus();
 }
 
-absl::Status FollowedSolve::Watch(JobClient& jobs, const CallLimits& limits) {
+absl::Status ResumableSolve::Watch(JobClient& jobs, const CallLimits& limits) {
   v1::WatchSolveJobRequest request;
   request.set_name(job_);
   request.set_after_sequence(last_sequence_);
@@ -71,7 +71,7 @@ absl::Status FollowedSolve::Watch(JobClient& jobs, const CallLimits& limits) {
       limits);
 }
 
-absl::Status FollowedSolve::ReadTrajectory(JobClient& jobs, const CallLimits& limits) {
+absl::Status ResumableSolve::ReadTrajectory(JobClient& jobs, const CallLimits& limits) {
   v1::ReadTrajectoryRequest request;
   request.set_name(job_);
   if (times_ > 0) request.set_start_time(last_time_);

@@ -15,10 +15,10 @@
 namespace dlcs::client {
 
 // Hands every event to a collector and a callback, each once. Not thread-safe.
-class FollowedSolve {
+class ResumableSolve {
  public:
   // All must outlive it; `on_event` may be empty.
-  FollowedSolve(ResultCollector& collector, const EventCallback& on_event)
+  ResumableSolve(ResultCollector& collector, const EventCallback& on_event)
       : collector_(collector), on_event_(on_event) {}
 
   // An event of the call that began the solve.
@@ -29,7 +29,7 @@ class FollowedSolve {
 
   // Takes the rest from the job, from behind what was taken: its events, its trajectory, its summary. Errors: of JobClient; that
   // of a job that failed without a summary.
-  absl::Status GoOn(JobClient& jobs, const CallLimits& limits);
+  absl::Status Resume(JobClient& jobs, const CallLimits& limits);
 
  private:
   absl::Status Watch(JobClient& jobs, const CallLimits& limits);

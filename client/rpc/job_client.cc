@@ -17,13 +17,13 @@ absl::StatusOr<std::unique_ptr<JobClient>> JobClient::Connect(const ConnectionOp
 
 absl::StatusOr<v1::SolveJob> JobClient::Submit(v1::CreateSolveJobRequest request, const CallLimits& limits) {
   if (request.request_id().empty()) request.set_request_id(NewRequestId());
-  return insistence_.Ask(*stub_, &v1::JobService::Stub::CreateSolveJob, request, limits);
+  return retry_.Ask(*stub_, &v1::JobService::Stub::CreateSolveJob, request, limits);
 }
 
 absl::StatusOr<v1::SolveJob> JobClient::Get(const std::string& name, const CallLimits& limits) {
   v1::GetSolveJobRequest request;
   request.set_name(name);
-  return insistence_.Ask(*stub_, &v1::JobService::Stub::GetSolveJob, request, limits);
+  return retry_.Ask(*stub_, &v1::JobService::Stub::GetSolveJob, request, limits);
 }
 
 absl::StatusOr<std::vector<v1::SolveJob>> JobClient::List(const std::vector<v1::JobState>& states, std::size_t most,
@@ -33,7 +33,7 @@ absl::StatusOr<std::vector<v1::SolveJob>> JobClient::List(const std::vector<v1::
   std::vector<v1::SolveJob> jobs;
   do {
     request.set_page_size(static_cast<int>(std::min<std::size_t>(most - jobs.size(), 1000)));
-    const auto page = insistence_.Ask(*stub_, &v1::JobService::Stub::ListSolveJobs, request, limits);
+    const auto page = retry_.Ask(*stub_, &v1::JobService::Stub::ListSolveJobs, request, limits);
     if (!page.ok()) return page.status();
     jobs.insert(jobs.end(), page->jobs().begin(), page->jobs().end());
     request.set_page_token(page->next_page_token());
@@ -44,24 +44,24 @@ absl::StatusOr<std::vector<v1::SolveJob>> JobClient::List(const std::vector<v1::
 absl::StatusOr<v1::SolveJob> JobClient::Cancel(const std::string& name, const CallLimits& limits) {
   v1::CancelSolveJobRequest request;
   request.set_name(name);
-  return insistence_.Ask(*stub_, &v1::JobService::Stub::CancelSolveJob, request, limits);
+  return retry_.Ask(*stub_, &v1::JobService::Stub::CancelSolveJob, request, limits);
 }
 
 absl::Status JobClient::Delete(const std::string& name, const CallLimits& limits) {
   v1::DeleteSolveJobRequest request;
   request.set_name(name);
-  return insistence_.Ask(*stub_, &v1::JobService::Stub::DeleteSolveJob, request, limits).status();
+  return retry_.Ask(*stub_, &v1::JobService::Stub::DeleteSolveJob, request, limits).status();
 }
 
 absl::Status JobClient::Watch(const v1::WatchSolveJobRequest& request,
                               const std::function<void(const v1::JobEvent&)>& on_event, const CallLimits& limits) {
   v1::WatchSolveJobRequest rest = request;
-  return insistence_.Until(limits, [&](const CallLimits& left, bool& got_on) {
-    Call call(insistence_.connection(), left);
+  return retry_.UntilDeadline(limits, [&](const CallLimits& left, bool& made_progress) {
+    Call call(retry_.connection(), left);
     const auto reader = stub_->WatchSolveJob(call.context(), rest);
     bool finished = false;
     for (v1::JobEvent event; reader->Read(&event);) {
-      got_on = true;
+      made_progress = true;
       rest.set_after_sequence(event.sequence());
       finished = event.has_finished();
       on_event(event);
@@ -79,8 +79,8 @@ absl::Status JobClient::ReadTrajectory(const v1::ReadTrajectoryRequest& request,
                                        const std::function<void(const v1::TrajectoryPage&)>& on_page,
                                        const CallLimits& limits) {
   v1::ReadTrajectoryRequest rest = request;
-  return insistence_.Until(limits, [&](const CallLimits& left, bool& got_on) {
-    Call call(insistence_.connection(), left);
+  return retry_.UntilDeadline(limits, [&](const CallLimits& left, bool& made_progress) {
+    Call call(retry_.connection(), left);
     const auto reader = stub_->ReadTrajectory(call.context(), rest);
     for (v1::TrajectoryPage page; reader->Read(&page);) {
       const bool w_arrived = page.chunk().w().empty() || page.w_crc32() == TrajectoryWCrc(page.chunk());
@@ -89,7 +89,7 @@ absl::Status JobClient::ReadTrajectory(const v1::ReadTrajectoryRequest& request,
         reader->Finish();
         return grpc::Status(grpc::StatusCode::UNAVAILABLE, "a page of the trajectory arrived damaged");
       }
-      got_on = true;
+      made_progress = true;
       rest.set_resume_token(page.resume_token());
       on_page(page);
     }

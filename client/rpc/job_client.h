@@ -21,7 +21,7 @@
 
 namespace dlcs::client {
 
-// Every call is repeated where no answer comes, until its deadline (insistence.h); repeating does nothing twice. Calls block. An
+// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls block. An
 // object may be used from several threads at once. Errors: as Backend; and NotFound, AlreadyExists, FailedPrecondition as in
 // dlcs/v1/jobs.proto.
 class JobClient {
@@ -30,7 +30,7 @@ class JobClient {
   static absl::StatusOr<std::unique_ptr<JobClient>> Connect(const ConnectionOptions& options, Notice notice = {});
 
   JobClient(Connection connection, Notice notice)
-      : stub_(v1::JobService::NewStub(connection.channel())), insistence_(std::move(connection), std::move(notice)) {}
+      : stub_(v1::JobService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
 
   // Where `request` has no request_id a random one is given to it, so that repeating is safe.
   absl::StatusOr<v1::SolveJob> Submit(v1::CreateSolveJobRequest request, const CallLimits& limits);
@@ -50,7 +50,7 @@ class JobClient {
 
  private:
   std::unique_ptr<v1::JobService::Stub> stub_;
-  Insistence insistence_;
+  Retry retry_;
 };
 
 }  // namespace dlcs::client

@@ -36,8 +36,8 @@ absl::StatusOr<v1::UploadProblemResponse> ProblemClient::Upload(const v1::Proble
   const std::string bytes = body.SerializeAsString();
   const std::string sha256 = ContentHash(bytes);
   v1::UploadProblemResponse response;
-  const absl::Status status = insistence_.Until(limits, [&](const CallLimits& left, bool&) {
-    Call call(insistence_.connection(), left);
+  const absl::Status status = retry_.UntilDeadline(limits, [&](const CallLimits& left, bool&) {
+    Call call(retry_.connection(), left);
     const auto writer = stub_->UploadProblem(call.context(), &response);
     Send(bytes, sha256, *writer);
     return writer->Finish();
@@ -49,14 +49,14 @@ absl::StatusOr<v1::UploadProblemResponse> ProblemClient::Upload(const v1::Proble
 absl::StatusOr<v1::StoredProblem> ProblemClient::Get(const std::string& name, const CallLimits& limits) {
   v1::GetProblemRequest request;
   request.set_name(name);
-  return insistence_.Ask(*stub_, &v1::ProblemService::Stub::GetProblem, request, limits);
+  return retry_.Ask(*stub_, &v1::ProblemService::Stub::GetProblem, request, limits);
 }
 
 absl::StatusOr<std::vector<v1::StoredProblem>> ProblemClient::List(const CallLimits& limits) {
   v1::ListProblemsRequest request;
   std::vector<v1::StoredProblem> problems;
   do {
-    const auto page = insistence_.Ask(*stub_, &v1::ProblemService::Stub::ListProblems, request, limits);
+    const auto page = retry_.Ask(*stub_, &v1::ProblemService::Stub::ListProblems, request, limits);
     if (!page.ok()) return page.status();
     problems.insert(problems.end(), page->problems().begin(), page->problems().end());
     request.set_page_token(page->next_page_token());
@@ -67,7 +67,7 @@ absl::StatusOr<std::vector<v1::StoredProblem>> ProblemClient::List(const CallLim
 absl::Status ProblemClient::Delete(const std::string& name, const CallLimits& limits) {
   v1::DeleteProblemRequest request;
   request.set_name(name);
-  return insistence_.Ask(*stub_, &v1::ProblemService::Stub::DeleteProblem, request, limits).status();
+  return retry_.Ask(*stub_, &v1::ProblemService::Stub::DeleteProblem, request, limits).status();
 }
 
 }  // namespace dlcs::client

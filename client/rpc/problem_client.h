@@ -19,7 +19,7 @@
 
 namespace dlcs::client {
 
-// Every call is repeated where no answer comes, until its deadline (insistence.h); repeating does nothing twice. Calls block. An
+// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls block. An
 // object may be used from several threads at once. Errors: as Backend; and NotFound, FailedPrecondition as in
 // dlcs/v1/problems.proto.
 class ProblemClient {
@@ -36,10 +36,10 @@ class ProblemClient {
 
  private:
   ProblemClient(Connection connection, Notice notice)
-      : stub_(v1::ProblemService::NewStub(connection.channel())), insistence_(std::move(connection), std::move(notice)) {}
+      : stub_(v1::ProblemService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
 
   std::unique_ptr<v1::ProblemService::Stub> stub_;
-  Insistence insistence_;
+  Retry retry_;
 };
 
 }  // namespace dlcs::client

@@ -72,7 +72,7 @@ std::string NewRequestId() {
 }
 
 // A stream that is cut in the middle ends as UNKNOWN or INTERNAL as well.
-bool MayPass(const grpc::Status& status) {
+bool IsTransient(const grpc::Status& status) {
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
     case grpc::StatusCode::CANCELLED:  // not by this end, which would not ask: by a server at its end
@@ -100,7 +100,7 @@ std::string WhatHappened(const grpc::Status& status) {
 
 }  // namespace
 
-absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt) const {
+absl::Status Retry::UntilDeadline(const CallLimits& limits, const Attempt& attempt) const {
   using Repeat = ConnectionOptions::Repeat;
   const Repeat repeat = connection_.options().repeat;
   const auto begin = steady_clock::now();
@@ -112,19 +112,19 @@ absl::Status Insistence::Until(const CallLimits& limits, const Attempt& attempt)
   for (;;) {
     CallLimits left = limits;
     left.deadline = end_of_call - steady_clock::now();
-    bool got_on = false;
-    const grpc::Status status = attempt(left, got_on);
-    if (status.ok() || got_on || (Connection::IsAnswer(status) && status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED)) {
+    bool made_progress = false;
+    const grpc::Status status = attempt(left, made_progress);
+    if (status.ok() || made_progress || (Connection::IsAnswer(status) && status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED)) {
       connection_.NoteAnswer();
     }
     if (status.ok()) return absl::OkStatus();
     const bool known = connection_.has_answered() || repeat == Repeat::kAlways;
     const auto end = known ? end_of_call : std::min(end_of_call, within(kForFirstAnswer));
-    if (got_on) pause = kFirstPause;
+    if (made_progress) pause = kFirstPause;
     const Seconds wait = std::max(Jittered(pause), RetryDelay(status).value_or(Seconds(0)));
     const bool in_time = steady_clock::now() + wait < end;
-    if (!MayPass(status) || repeat == Repeat::kNever || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
-    if (const auto never = connection_.WhyNever(status)) return *never;
+    if (!IsTransient(status) || repeat == Repeat::kNever || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
+    if (const auto never = connection_.PermanentFailure(status)) return *never;
     if (notice_ && known) notice_(fmt::format("{}; again in {:.1f} s", WhatHappened(status), wait.count()));
     Pause(wait, limits.stop);
     WaitForConnection(*connection_.channel(), std::min<Seconds>(kLongestPause, end - steady_clock::now()), limits.stop);

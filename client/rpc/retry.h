@@ -25,24 +25,24 @@ using Notice = std::function<void(const std::string& text)>;
 // not pass by itself (a wrong certificate) ends it. Before the first answer of a server a second of that is all, unless the
 // options of the connection say otherwise. For calls of which a repetition does nothing twice. May be used from several threads
 // at once.
-class Insistence {
+class Retry {
  public:
   // `notice` may be empty.
-  Insistence(Connection connection, Notice notice) : connection_(std::move(connection)), notice_(std::move(notice)) {}
+  Retry(Connection connection, Notice notice) : connection_(std::move(connection)), notice_(std::move(notice)) {}
 
   const Connection& connection() const { return connection_; }
 
-  // One attempt, within the time that is left. Sets `got_on` where it brought something: then pauses begin small again.
-  using Attempt = std::function<grpc::Status(const CallLimits& left, bool& got_on)>;
+  // One attempt, within the time that is left. Sets `made_progress` where it brought something: then pauses begin small again.
+  using Attempt = std::function<grpc::Status(const CallLimits& left, bool& made_progress)>;
   // `attempt` until it succeeds, fails for good, or the time is over. Errors: as Connection::Describe().
-  absl::Status Until(const CallLimits& limits, const Attempt& attempt) const;
+  absl::Status UntilDeadline(const CallLimits& limits, const Attempt& attempt) const;
 
   // The same for a call with one answer, a method of `stub`.
   template <typename Stub, typename Request, typename Response>
   absl::StatusOr<Response> Ask(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                                const Request& request, const CallLimits& limits) const {
     Response response;
-    const absl::Status status = Until(limits, [&](const CallLimits& left, bool&) {
+    const absl::Status status = UntilDeadline(limits, [&](const CallLimits& left, bool&) {
       Call call(connection_, left);
       return (stub.*method)(call.context(), request, &response);
     });
@@ -59,7 +59,7 @@ class Insistence {
 std::string NewRequestId();
 
 // Whether another attempt may succeed: for a call that is repeated in a way of its own.
-bool MayPass(const grpc::Status& status);
+bool IsTransient(const grpc::Status& status);
 
 }  // namespace dlcs::client
 

@@ -219,7 +219,7 @@ absl::StatusOr<TlsTexts> ReadTls(const ConnectionOptions& options) {
   return texts;
 }
 
-std::optional<std::string> WhatIsWrongWithTls(const ConnectionOptions& options) {
+std::optional<std::string> DiagnoseTls(const ConnectionOptions& options) {
   const absl::StatusOr<TlsTexts> texts = ReadFiles(options);
   if (!texts.ok()) return std::nullopt;
   const absl::StatusOr<Context> context = MakeContext(options, *texts);

@@ -25,7 +25,7 @@ absl::StatusOr<TlsTexts> ReadTls(const ConnectionOptions& options);
 // Connects once more, without gRPC, and says what is wrong between both ends where that is TLS: the certificate of the
 // server or of the client, or that one end speaks TLS and the other does not. Nothing where it is something else. Takes
 // at most some seconds.
-std::optional<std::string> WhatIsWrongWithTls(const ConnectionOptions& options);
+std::optional<std::string> DiagnoseTls(const ConnectionOptions& options);
 
 }  // namespace dlcs::client
 

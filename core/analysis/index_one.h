@@ -59,7 +59,7 @@ ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double hori
 // 0], B = (1, 0)ᵀ, C = (1, 0) the state (δ, 1) is free until t = δ only.
 //
 // By Taylor at t = 0, |(C e^{At}A^k x0 - C A^k x0)_i| <= ‖C_i‖_1 (e^{‖A‖t} - 1) ‖A^k x0‖_∞, and again from
-// each time reached; the steps shrink like a geometric series towards the true time, and at most 200 are
+// each time reached; the steps shrink like a geometric series toward the true time, and at most 200 are
 // taken. Cost: 19 products of A with a vector a step. `stop` is looked at every step; what was proven till then stands.
 double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start, double horizon,
                       std::stop_token stop = {});

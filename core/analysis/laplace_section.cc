@@ -85,7 +85,7 @@ class Writer {
         " smaller than π/2 - γ = " + FormatNumber(allowed) +
         (sectorial_
              ? ""
-             : "; laplace-iteration does not depend on it, and paper-iteration splits off what lies outside");
+             : "; laplace-iteration does not depend on it, and wu-chen-iteration splits off what lies outside");
     section_.findings.push_back(finding);
   }
 
@@ -121,7 +121,7 @@ class Writer {
   void WriteIterations(double rate, std::optional<double> quadrature) {
     IterationBound bound(contour_, rate, problem_.horizon);
     AddConstant(
-        "iterations", "k", "iterations of paper-iteration that are enough",
+        "iterations", "k", "iterations of wu-chen-iteration that are enough",
         bound.IterationsFor(options_.iteration_tolerance), ConstantKind::kUpperBound,
         "over [0, T] as one window, for an error of " + FormatNumber(options_.iteration_tolerance) + " of the first",
         "(2.7a) of [Wu & Chen]");

@@ -12,7 +12,7 @@
 namespace dlcs {
 
 // The conditions and constants of [Wu & Chen] for `problem` with the contour, step and tolerance of `options`: whether
-// the iterations apply; α, φ, Θ_1, Θ_max and L̃; the iterations of paper_iteration over the whole horizon (2.7a); the
+// the iterations apply; α, φ, Θ_1, Θ_max and L̃; the iterations of wu_chen_iteration over the whole horizon (2.7a); the
 // error of its quadrature (2.8); for Z-matrices ρ, β, C_0 and T* of Theorem 3.2; κ, window and iterations per window of
 // laplace_iteration.
 //

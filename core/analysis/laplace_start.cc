@@ -26,11 +26,11 @@ bool FirstIterate(const Problem& problem, const Scheme& scheme, LcpBatch& batch,
                   Segment& segment) {
   const Matrix constant = problem.x0.replicate(1, segment.steps + 1);
   const Vector tolerance = kLcpTolerance * SizeOfSums(problem.N, constant, segment.g);
-  for (LcpBatchOutcome outcome{.verdict = LcpVerdict::kInfeasible}; outcome.verdict != LcpVerdict::kSolved;) {
+  for (LcpBatchOutcome outcome{.verdict = LcpStatus::kInfeasible}; outcome.verdict != LcpStatus::kSolved;) {
     const Matrix q = problem.N * constant.leftCols(segment.steps + 1) + segment.g;
     segment.y = Matrix::Zero(q.rows(), q.cols());
     outcome = batch.Solve(q, tolerance, workers, {}, segment.y);
-    if (outcome.verdict == LcpVerdict::kSolved) break;
+    if (outcome.verdict == LcpStatus::kSolved) break;
     if (outcome.column == 0) return false;
     segment.x = segment.y;  // any shape that can be cut
     segment.Truncate(outcome.column - 1);

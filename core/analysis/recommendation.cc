@@ -69,10 +69,10 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
                                          std::stop_token stop) {
   Recommendation recommendation;
   recommendation.options = options;
-  const bool is_default = options.method != Method::kEventLocated && FillInDefaultError(recommendation.options);
+  const bool is_default = options.method != Method::kEventDriven && FillInDefaultError(recommendation.options);
   const auto plan = MakePlan(problem, recommendation.options, nullptr);
   if (!plan.ok()) return plan.status();
-  const bool tries_steps = is_default && !plan->is_refused() && plan->method.method != Method::kEventLocated;
+  const bool tries_steps = is_default && !plan->is_refused() && plan->method.method != Method::kEventDriven;
   Observer silent;
   Trials trials;
   Solution last;

@@ -130,9 +130,9 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
   q += problem.N * problem.x0;
 
   const LcpResult result = SolveClassifiedLcp(M, q, matrix_class, {selection, problem.selector, matrix_class});
-  const bool solved = result.verdict == LcpVerdict::kSolved;
+  const bool solved = result.verdict == LcpStatus::kSolved;
   Fact solvable{solved ? Answer::kYes : Answer::kUnknown, solved ? "solved by " + result.method : result.message};
-  if (result.verdict == LcpVerdict::kInfeasible) solvable.answer = Answer::kNo;
+  if (result.verdict == LcpStatus::kInfeasible) solvable.answer = Answer::kNo;
   if (solved) solvable.witness.z = result.y;
   section.findings.push_back({"solvable", "LCP(N x0 + g(0), M) has a solution", solvable, ""});
   if (solved) {
@@ -149,7 +149,7 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
     section.warnings.push_back(
         "The least element in the order of pos X depends on X, which M does not determine: it is that of the X found.");
   }
-  if (selection == Selection::kLeastNorm || selection == Selection::kMinimiser || selection == Selection::kSparsest) {
+  if (selection == Selection::kLeastNorm || selection == Selection::kMinimizer || selection == Selection::kSparsest) {
     section.warnings.push_back(absl::StrCat(
         SelectionName(selection), " need not be a continuous function of x for this M (Remark 2.1 of ", kPaper, ")."));
   }

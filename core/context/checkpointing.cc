@@ -18,7 +18,7 @@ std::vector<Index> Fingerprint(const SolveContext& context) {
   return {kVersion,
           static_cast<Index>(context.solution.method),
           static_cast<Index>(context.selection),
-          static_cast<Index>(context.solution.realisation.used),
+          static_cast<Index>(context.solution.propagator.used),
           context.problem.num_states(),
           context.problem.num_constraints(),
           context.grid.num_steps(),

@@ -17,7 +17,7 @@ namespace {
 // At a break point the state has the rounding of all steps before.
 constexpr double kToleranceBehindSteps = 16 * kLcpTolerance;
 
-// Raises context.row_size to what w is summed from at the start of a stretch; the first time also to what |g| comes
+// Raises context.row_size to what w is summed from at the start of a smooth interval; the first time also to what |g| comes
 // to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there is seen by the
 // steps.
 void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, const Eigen::Ref<const Vector>& x,
@@ -46,7 +46,7 @@ void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, cons
 }
 
 struct Jump {
-  LcpVerdict verdict;
+  LcpStatus verdict;
   Vector p;
 };
 
@@ -69,12 +69,12 @@ Jump FindJump(const Problem& problem, const Vector& q, const Vector& tolerance) 
 }
 
 // The selected solution of LCP(q, M); zero where there is none.
-LcpVerdict Select(SolveContext& context, const Vector& q, const Vector& tolerance, Eigen::Ref<Vector> y) {
+LcpStatus Select(SolveContext& context, const Vector& q, const Vector& tolerance, Eigen::Ref<Vector> y) {
   const Problem& problem = context.problem;
   Basis basis(problem.num_constraints(), 0);
   ++context.solution.cost.lcps;
-  const LcpVerdict verdict = MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
-  if (verdict != LcpVerdict::kSolved) y.setZero();
+  const LcpStatus verdict = MakeLcpSolver(problem.M, context.choice())->Solve(q, tolerance, basis, y);
+  if (verdict != LcpStatus::kSolved) y.setZero();
   return verdict;
 }
 
@@ -94,7 +94,7 @@ std::string WorstEntry(const Vector& q) {
 
 }  // namespace
 
-bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
+bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
                   Eigen::Ref<Vector> y, bool& y_is_solution) {
   const Problem& problem = context.problem;
   const Index n = problem.num_constraints();
@@ -106,12 +106,12 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   y_is_solution = false;
 
   if (context.y_is_function()) {
-    const LcpVerdict verdict = Select(context, q, tolerance, y);
-    y_is_solution = verdict == LcpVerdict::kSolved;
+    const LcpStatus verdict = Select(context, q, tolerance, y);
+    y_is_solution = verdict == LcpStatus::kSolved;
     if (y_is_solution) return true;
-    const bool may_jump = !context.y_is_lipschitz() && verdict == LcpVerdict::kInfeasible;
+    const bool may_jump = !context.y_is_lipschitz() && verdict == LcpStatus::kInfeasible;
     if (!may_jump) {
-      if (verdict == LcpVerdict::kInfeasible && context.matrix_class.positive_semidefinite.yes()) {
+      if (verdict == LcpStatus::kInfeasible && context.matrix_class.positive_semidefinite.yes()) {
         return context.FailLostLeastElement(time);
       }
       return FailLcp(context, verdict, time, "LCP(N x + g, M)");
@@ -119,16 +119,16 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   }
 
   if (!context.matrix_class.positive_semidefinite.yes()) return true;
-  const LcpVerdict verdict = MakeLcpSolver(problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = MakeLcpSolver(problem.M, Selection::kAny)->Solve(q, tolerance, basis, y);
   ++context.solution.cost.lcps;
   y.setZero();  // of several solutions only the coupled step knows the one that continues
-  if (verdict == LcpVerdict::kSolved) return true;
-  if (verdict == LcpVerdict::kNonFinite) return FailLcp(context, verdict, time, "LCP(N x + g, M)");
+  if (verdict == LcpStatus::kSolved) return true;
+  if (verdict == LcpStatus::kNonFinite) return FailLcp(context, verdict, time, "LCP(N x + g, M)");
 
   const Jump jump = FindJump(problem, q, tolerance);
   ++context.solution.cost.lcps;
   const std::string at = "at t = " + FormatNumber(time);
-  if (jump.verdict != LcpVerdict::kSolved) {
+  if (jump.verdict != LcpStatus::kSolved) {
     return context.Fail(Termination::kInfeasible, time,
                         "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q) +
                             "), and no jump of the state along B can mend it.");
@@ -150,7 +150,7 @@ bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vec
   if (context.y_is_function()) {
     q = problem.N * x + g;
     RaiseRowSize(context, g, x, y);
-    y_is_solution = Select(context, q, kLcpTolerance * context.row_size, y) == LcpVerdict::kSolved;
+    y_is_solution = Select(context, q, kLcpTolerance * context.row_size, y) == LcpStatus::kSolved;
   }
   return true;
 }

@@ -9,7 +9,7 @@
 
 namespace dlcs {
 
-// Prepares the state `x` and the multiplier `y` at `time`, the start of a stretch, for g(time⁺) = `g`.
+// Prepares the state `x` and the multiplier `y` at `time`, the start of a smooth interval, for g(time⁺) = `g`.
 //
 // Where the rule gives a solution of LCP(N x + g, M): that is y, and x stays. Where M is positive semidefinite (M = 0
 // included): x is consistent when LCP(N x + g, M) has a solution. Otherwise it must jump to x + B p, with p from the
@@ -23,13 +23,13 @@ namespace dlcs {
 //
 // Rows of N x + g that are negative by less than kLcpTolerance of their size (behind steps a little more) are zero, and
 // a jump that moves them by less is none. Their size is the largest over the solve as far as it is known,
-// context.row_size: of |N||x| + |g| + |M||y| at the starts of stretches, `y` being that of the stretch before, and of
+// context.row_size: of |N||x| + |g| + |M||y| at the starts of smooth intervals, `y` being that of the smooth interval before, and of
 // |g| in a look over [0, T].
 //
 // Returns false when the solve has ended. Sets `y_is_solution` to whether y was found; otherwise y is zero.
 // Source: the jump rule of linear passive complementarity systems, [Camlibel, Heemels, Schumacher 2002]
 // K. Camlibel, W. Heemels, J. Schumacher. On linear passive complementarity systems. Eur. J. Control 8, 220-237.
-bool StartStretch(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
+bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
                   Eigen::Ref<Vector> y, bool& y_is_solution);
 
 }  // namespace dlcs

@@ -15,13 +15,13 @@ void CoupledStep::StartFrom(const Eigen::Ref<const Vector>& y) {
   for (Index i = 0; i < y.size(); ++i) basis_[static_cast<std::size_t>(i)] = y[i] > 0;
 }
 
-LcpVerdict CoupledStep::Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y) {
+LcpStatus CoupledStep::Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y) {
   tolerance_ = kLcpTolerance * size;
-  const LcpVerdict verdict = solver_->Solve(q, tolerance_, basis_, y);
-  if (verdict != LcpVerdict::kSolved) return verdict;
+  const LcpStatus verdict = solver_->Solve(q, tolerance_, basis_, y);
+  if (verdict != LcpStatus::kSolved) return verdict;
   if (!solver_->KeptSelection()) {
     ++departures.steps_off_selection;
-    if (y_is_linear_) return LcpVerdict::kInfeasible;
+    if (y_is_linear_) return LcpStatus::kInfeasible;
   }
   if (!solver_->IsOnlyChoice()) ++departures.steps_with_ties;
   return verdict;

@@ -11,8 +11,8 @@
 namespace dlcs {
 
 // Steps whose y is a solution of the coupled LCP, but not the selected one of LCP(N x + g, M) at its x; and steps where
-// several minimisers tied.
-struct Departures {
+// several minimizers tied.
+struct SelectionStats {
   Index steps_off_selection = 0;
   Index steps_with_ties = 0;
 };
@@ -27,7 +27,7 @@ class CoupledStep {
 
   // Solves for `y`, starting from the basis of the step before; `size` is that of the numbers that q was summed from. Counts
   // what it finds in `departures`; a linear y off the selection is kInfeasible.
-  LcpVerdict Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y);
+  LcpStatus Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y);
 
  private:
   std::unique_ptr<LcpSolver> solver_;

@@ -8,7 +8,7 @@
 
 namespace dlcs {
 
-// Reports stretches of a march as windows without iterates, one per tenth of a second.
+// Reports smooth intervals of a march as windows without iterates, one per tenth of a second.
 class Progress {
  public:
   explicit Progress(SolveContext& context) : context_(context) {}

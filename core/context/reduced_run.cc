@@ -190,7 +190,7 @@ Vector ReducedRun::Sizes() const {
 bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryMethod& carry,
                    const std::function<Index(ReducedRun&)>& solve) {
   const Problem& problem = context.problem;
-  RealisedSystem& system = *context.realised;
+  Propagator& system = *context.propagator;
   ReducedSources sampler(problem);
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
@@ -216,9 +216,9 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
     const double begin = run.Time(context.grid, 0);
     const bool has_begun = y_found.cols() > 0;
     if (!has_begun && grid_run.starts_at_break) {
-      if (!StartStretch(context, begin, run.g.col(0), x, y, y_is_solution)) return false;
+      if (!StartInterval(context, begin, run.g.col(0), x, y, y_is_solution)) return false;
       const bool needs_y = hold == Hold::kLinear;
-      if (needs_y && !y_is_solution) return FailLcp(context, LcpVerdict::kInfeasible, begin, "LCP(N x + g, M)");
+      if (needs_y && !y_is_solution) return FailLcp(context, LcpStatus::kInfeasible, begin, "LCP(N x + g, M)");
     }
 
     const double setup_begin = context.Seconds();
@@ -264,7 +264,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
     context.solution.cost.seconds_linear += context.Seconds() - states_begin;
     if (steps < run.steps()) return false;
   }
-  context.solution.realisation = system.record();
+  context.solution.propagator = system.record();
   return true;
 }
 

@@ -30,11 +30,11 @@ struct ReducedRun {
 
   Index steps() const { return run.steps; }
   double Time(const Grid& grid, Index j) const { return grid.times[run.first_node + j]; }
-  // For each row, and for all where a realisation mixes them, the size of the numbers that N x + g is summed from.
+  // For each row, and for all where a propagator mixes them, the size of the numbers that N x + g is summed from.
   Vector Sizes() const;
 };
 
-// Goes from run to run of the grid with context.realised: samples the sources, starts stretches, lets `solve` find y
+// Goes from run to run of the grid with context.propagator: samples the sources, starts smooth intervals, lets `solve` find y
 // of a run, files certificate and output, and makes the states that are asked for, and the one that the next run starts
 // from. `carry` carries what `solve` keeps from run to run (core/context/checkpointing.h). `solve` begins behind
 // run.first_step, counts its steps in the cost and returns the number of those done; fewer than all where it has ended

@@ -11,7 +11,7 @@
 namespace dlcs {
 
 void SolveContext::Add(const Segment& segment, const Scheme& scheme) {
-  const bool splines = solution.method == Method::kPaperIteration && options.interpolation != Interpolation::kLinear;
+  const bool splines = solution.method == Method::kWuChenIteration && options.interpolation != Interpolation::kLinear;
   if (grid.output_nodes.size() == grid.times.size() && !splines) {
     solution.dense_output = {.x_is_linear = scheme.x_is_linear, .y_is_linear = scheme.y_is_linear};
   }
@@ -41,25 +41,25 @@ void SolveContext::NoteImpulses(const Segment& segment, Index begin, Index end) 
   }
 }
 
-bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which) {
+bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::string& which) {
   const std::string at = which + " at t = " + FormatNumber(time);
   switch (verdict) {
-    case LcpVerdict::kInfeasible:
+    case LcpStatus::kInfeasible:
       return context.Fail(Termination::kInfeasible, time, at + " has no solution.");
-    case LcpVerdict::kRay:
+    case LcpStatus::kRay:
       return context.Fail(Termination::kUnsupported, time,
                           at + ": Lemke's method ended in a ray. No solution was found, and for this class of "
                                "matrix that is no proof that there is none; a smaller step may help.");
-    case LcpVerdict::kPivotLimit:
+    case LcpStatus::kPivotLimit:
       return context.Fail(Termination::kIterationLimit, time, at + ": the limit of pivots was reached.");
-    case LcpVerdict::kSingular:
+    case LcpStatus::kSingular:
       return context.Fail(Termination::kIterationLimit, time,
                           at + ": the basis is singular to working precision.");
-    case LcpVerdict::kNonFinite:
+    case LcpStatus::kNonFinite:
       return context.Fail(Termination::kNonFinite, time,
                           "The state is no longer finite at t = " + FormatNumber(time) +
                               ": it grew beyond the range of numbers, or the step is too long.");
-    case LcpVerdict::kSolved:
+    case LcpStatus::kSolved:
       break;
   }
   return context.Fail(Termination::kNotSolved, time, at + ": solved, but reported as failed.");

@@ -44,7 +44,7 @@ struct SolveContext {
   Solution& solution;
   std::chrono::steady_clock::time_point started;
   // How x0, f and y are carried to N x where that is not by dense matrices.
-  RealisedSystem* realised = nullptr;
+  Propagator* propagator = nullptr;
   SetupCache* setups = nullptr;  // may be null: core/context/shared_setup.h
   // The steepest piece of y as a function of q, where that function may jump and a method needs it not to.
   std::optional<double> largest_slope = std::nullopt;
@@ -52,11 +52,11 @@ struct SolveContext {
   // LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
-  // The error was not asked for: event_located may miss it, and takes no more than the work of Options::kMostDefaultSteps steps.
+  // The error was not asked for: event_driven may miss it, and takes no more than the work of Options::kMostDefaultSteps steps.
   bool error_by_default = false;
 
   // The largest sizes, over the solve as far as it is known, of the numbers that the rows of N x + g are summed from; empty
-  // before the first StartStretch().
+  // before the first StartInterval().
   Vector row_size = {};
 
   // time_stepping: in two stages of second order (core/discretization/sparse_step.h) instead of what the options say.
@@ -94,14 +94,14 @@ struct SolveContext {
     return Fail(Termination::kInfeasible, time,
                 "LCP(N x + g, M) at t = " + FormatNumber(time) +
                     " has no least-element solution: the state has reached the edge of what M can answer. With the "
-                    "rule auto, exponential-march goes on by coupled steps.");
+                    "rule auto, exponential-integrator goes on by coupled steps.");
   }
-  // The selected solution jumps between neighbouring times although x does not: no interpolation of y is right.
+  // The selected solution jumps between neighboring times although x does not: no interpolation of y is right.
   bool FailJump(double time, const std::string& why) {
     return Fail(Termination::kUnsupported, time,
                 std::string("Near t = ") + FormatNumber(time) + " " + SelectionName(selection) +
                     " is no Lipschitz function of x (" + why +
-                    "), as an iteration needs it to be (Remark 3.1 of Wu & Chen). Use exponential-march or "
+                    "), as an iteration needs it to be (Remark 3.1 of Wu & Chen). Use exponential-integrator or "
                     "time-stepping, which solve each step coupled.");
   }
   bool FailCancelled(double time) {
@@ -116,7 +116,7 @@ struct SolveContext {
 };
 
 // What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.
-bool FailLcp(SolveContext& context, LcpVerdict verdict, double time, const std::string& which);
+bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::string& which);
 
 }  // namespace dlcs
 

@@ -40,7 +40,7 @@ void AppendTimes(const Run& run, std::vector<double>& times) {
   times.push_back(run.end);
 }
 
-// The output times strictly inside (begin, end) at which the stretch must be cut: none if all of them are nodes
+// The output times strictly inside (begin, end) at which the smooth interval must be cut: none if all of them are nodes
 // of equal steps over it, otherwise all, since cutting at one moves the nodes behind it.
 std::vector<double> SplittingTimes(double begin, double end, double longest_step,
                                    const std::vector<double>& output_times) {

@@ -30,8 +30,8 @@ struct Grid {
   Index num_steps() const { return static_cast<Index>(times.size()) - 1; }
 };
 
-// The grid for [0, horizon]: each stretch between `break_points` (inside (0, horizon), increasing) is cut into
-// equal steps no longer than the options' step; an output time that is no node then splits its stretch, and
+// The grid for [0, horizon]: each smooth interval between `break_points` (inside (0, horizon), increasing) is cut into
+// equal steps no longer than the options' step; an output time that is no node then splits its smooth interval, and
 // both parts are cut anew. An output time within 1e-9 steps of a node is that node.
 //
 // With options.grid_times these are the nodes, and 0, `horizon`, the break points and the output times besides; of

@@ -21,7 +21,7 @@ namespace {
 
 constexpr Index kFirstTrialSteps = 64;
 constexpr Index kMostTrialSteps = Index{1} << 22;
-// paper_iteration costs the square of their number, and a contour for the default error three times one of 25 nodes.
+// wu_chen_iteration costs the square of their number, and a contour for the default error three times one of 25 nodes.
 constexpr Index kMostPaperSteps = 2048;
 constexpr Index kMostDefaultPaperSteps = 256;
 constexpr Index kNodesKept = 4096;
@@ -105,7 +105,7 @@ absl::Status CompareWithFiner(const SystemSolves& system, const Grid& grid, Solu
   return absl::OkStatus();
 }
 
-bool IsPaper(const Task& task) { return task.plan.method.method == Method::kPaperIteration; }
+bool IsPaper(const Task& task) { return task.plan.method.method == Method::kWuChenIteration; }
 
 // Of the method where the solution is smooth: y that is constant on a step, or jumps, is of first order.
 double ExpectedOrder(const Task& task) {
@@ -117,7 +117,7 @@ double ExpectedOrder(const Task& task) {
 
 // `largest`: the most steps that will be compared; their trajectories are held beside what a solve takes.
 bool FitsBeside(const Task& task, const Grid& solved, double held) {
-  return held + PredictBytes(task.problem, solved, task.plan.method.method, task.plan.realisation) <=
+  return held + PredictBytes(task.problem, solved, task.plan.method.method, task.plan.propagator) <=
          task.options.max_memory;
 }
 
@@ -159,7 +159,7 @@ absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid
 SystemSolves SolvesOf(Task& task, Observer& observer) {
   const bool y_counts = IsAlwaysLipschitz(task.plan.selection);
   const bool impacts = task.plan.method.inelastic_impact;
-  const bool lags = task.plan.method.method == Method::kExponentialMarch && !y_counts && !task.plan.realisation.system;
+  const bool lags = task.plan.method.method == Method::kExponentialIntegrator && !y_counts && !task.plan.propagator.system;
   SystemSolves system{
       .horizon = task.problem.horizon,
       .break_points = BreakPoints(task.problem),
@@ -176,7 +176,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
                      },
                  .fits = {}}};
   // Other forms of A have set-ups of their own, too dear for this.
-  if (!task.plan.realisation.system) {
+  if (!task.plan.propagator.system) {
     system.trials.solve_rounded = [&task](const Grid& grid, double ulps) {
       return SolveWithRoundedData(task, grid, ulps);
     };
@@ -259,7 +259,7 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
                             .most_steps = most_steps,
                             .most_steps_all = by_default ? system.most_default_steps : 0,
                             .nodes_kept = has_grid ? 0 : kNodesKept,
-                            .whole_horizon = options.method == Method::kPaperIteration};
+                            .whole_horizon = options.method == Method::kWuChenIteration};
   return SolveToTolerance(control, std::move(grid), system.trials);
 }
 
@@ -291,7 +291,7 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
                      " was asked for, which more steps than are allowed would take: the trajectory is that of " +
                      steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
                      " of the size of x (order seen " + FormatNumber(std::round(10 * result.order) / 10) +
-                     "). Take event-located, or allow a larger error.";
+                     "). Take event-driven, or allow a larger error.";
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {
@@ -310,7 +310,7 @@ absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution
 }
 
 absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer) {
-  const bool controls_its_steps = task.plan.method.method == Method::kEventLocated;
+  const bool controls_its_steps = task.plan.method.method == Method::kEventDriven;
   if (task.options.error_tolerance > 0 && !controls_its_steps) return SolveWithinError(task, observer);
   return SolveOnGrid(task, task.plan.grid, observer, task.resume);
 }

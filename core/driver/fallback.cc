@@ -12,7 +12,7 @@ namespace {
 
 // Whether y is wanted as a function of x, which coupled steps do not give.
 bool NeedsFunction(const Options& options) {
-  return options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration ||
+  return options.method == Method::kLaplaceIteration || options.method == Method::kWuChenIteration ||
          (options.method == Method::kTimeStepping && (options.average_y || options.step_solver == StepSolver::kNewton));
 }
 
@@ -25,7 +25,7 @@ bool MayCouple(const Task& task) { return task.lost_least_element && AllowsCoupl
 // Whether steps without events may do better: not where event location came to T in its modes, and what it misses the
 // error by is rounding.
 bool MissedByEvents(const Task& task, const Solution& solution) {
-  if (task.options.method != Method::kAuto || solution.method != Method::kEventLocated) return false;
+  if (task.options.method != Method::kAuto || solution.method != Method::kEventDriven) return false;
   const bool reached = solution.termination == Termination::kReachedEnd;
   if (!reached && solution.termination != Termination::kIterationLimit) return false;
   if (!reached && !std::isnan(solution.failure_time)) return true;

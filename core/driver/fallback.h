@@ -11,13 +11,13 @@
 
 namespace dlcs {
 
-// Whether a first try that loses the least element would be replaced. (Those of event_located leave no checkpoints.)
+// Whether a first try that loses the least element would be replaced. (Those of event_driven leave no checkpoints.)
 bool MayFallBack(const Task& task);
 
 // What `solution`, the first try of `task`, is to be replaced by; mostly itself. Two things are tried again, each said
 // in a warning of `report` and told to `observer` as a new analysis, with task.plan changed to what was done:
 // - the least element was lost, and neither the rule nor the options ask for it: coupled steps, any solution of theirs;
-// - event_located, chosen and not asked for, missed the error: steps without events, kept if they err less.
+// - event_driven, chosen and not asked for, missed the error: steps without events, kept if they err less.
 // Errors: as SolveAsAsked().
 absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution);
 

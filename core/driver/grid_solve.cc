@@ -22,17 +22,17 @@ bool RunUnlessStopped(const MethodChoice& choice, SolveContext& context) {
   switch (choice.method) {
     case Method::kLaplaceIteration:
       return LaplaceIteration(context);
-    case Method::kPaperIteration:
-      return PaperIteration(context);
+    case Method::kWuChenIteration:
+      return WuChenIteration(context);
     case Method::kTimeStepping:
       return TimeStepping(context);
-    case Method::kEventLocated:
-      return EventLocated(context);
-    case Method::kExponentialMarch:
+    case Method::kEventDriven:
+      return EventDriven(context);
+    case Method::kExponentialIntegrator:
     case Method::kAuto:
       break;
   }
-  return ExponentialMarch(context);
+  return ExponentialIntegrator(context);
 }
 
 // What was recorded before a stop is kept.
@@ -52,8 +52,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   Solution solution;
   solution.method = task.plan.method.method;
   solution.reason = task.plan.method.reason;
-  solution.step = grid.longest_step;  // of event_located its own
-  solution.realisation = task.plan.realisation.record;
+  solution.step = grid.longest_step;  // of event_driven its own
+  solution.propagator = task.plan.propagator.record;
   SolveContext context{.problem = task.problem,
                        .options = task.options,
                        .matrix_class = task.plan.matrix_class,
@@ -67,7 +67,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
                        .certificate = CertificateBuilder(task.problem),
                        .solution = solution,
                        .started = task.started,
-                       .realised = task.plan.realisation.system.get(),
+                       .propagator = task.plan.propagator.system.get(),
                        .setups = task.setups,
                        .largest_slope = task.plan.largest_slope,
                        .error_by_default = task.error_by_default,

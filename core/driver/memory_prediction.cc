@@ -15,7 +15,7 @@ constexpr double kMostKernelDoubles = 8.4e7;   // blocks and their transforms, a
 
 }  // namespace
 
-double PredictBytes(const Problem& problem, const Grid& grid, Method method, const RealisationChoice& realisation) {
+double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator) {
   const double m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const double steps = static_cast<double>(grid.num_steps());
   const double outputs = static_cast<double>(grid.output_nodes.size());
@@ -27,20 +27,20 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * kNumber;
   // Marches on states keep stretches of some steps, 16 MB a matrix at most.
   const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, 2e6)) * kNumber;
-  switch (realisation.record.used) {
-    case Realisation::kAuto:
-    case Realisation::kDense:
+  switch (propagator.record.used) {
+    case PropagatorKind::kAuto:
+    case PropagatorKind::kDense:
       return trajectory + couplings + kernel + kMatricesOfAStep * m * m * kNumber +
-             (method == Method::kPaperIteration ? kColumnsOfARun * m * steps * kNumber : stretch);
-    case Realisation::kSparseStepping: {
+             (method == Method::kWuChenIteration ? kColumnsOfARun * m * steps * kNumber : stretch);
+    case PropagatorKind::kSparseStepping: {
       const double factors = static_cast<double>(problem.A.Sparse().nonZeros()) * std::max(1.0, std::log2(m));
       return trajectory + couplings + stretch + factors * kNumberWithIndex +
              std::min(m * n, static_cast<double>(StructuredMatrix::kMostDenseEntries)) * kNumber;
     }
-    case Realisation::kKroneckerSum:
-    case Realisation::kContour:
+    case PropagatorKind::kKroneckerSum:
+    case PropagatorKind::kContour:
       return trajectory + couplings + kernel + run_columns + kColumnsOfARun * m * kNumber +
-             realisation.system->PredictBytes(grid);
+             propagator.system->PredictBytes(grid);
   }
   return trajectory;
 }

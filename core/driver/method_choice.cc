@@ -97,28 +97,28 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
                           Selection selection) {
   MethodChoice choice;
   const bool lipschitz = IsAlwaysLipschitz(selection);
-  const bool iterates = options.method == Method::kLaplaceIteration || options.method == Method::kPaperIteration;
+  const bool iterates = options.method == Method::kLaplaceIteration || options.method == Method::kWuChenIteration;
 
   if (options.method != Method::kAuto) {
     choice.method = options.method;
     choice.reason = "asked for";
   } else if (PrefersEvents(problem, options, selection)) {
-    choice.method = Method::kEventLocated;
+    choice.method = Method::kEventDriven;
     choice.reason = "for an error of " + FormatNumber(options.error_tolerance) +
                     " a few steps of high order between switching times are enough";
   } else if (lipschitz) {
     const int threads = Workers(options.num_threads).max_threads();
-    choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialMarch;
+    choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialIntegrator;
     choice.reason = WhyLipschitz(selection) + "; on " + std::to_string(threads) +
                     (threads == 1 ? " thread" : " threads") +
                     (threads >= kThreadsForIteration ? " the iteration is expected to be faster than the march"
                                                      : " the march is faster than the iteration, with the same answer");
   } else if (selection != Selection::kAny) {
-    choice.method = Method::kExponentialMarch;
+    choice.method = Method::kExponentialIntegrator;
     choice.reason = std::string(SelectionName(selection)) +
                     " need not be a Lipschitz function of x: each step is solved for x and y together";
   } else {
-    choice.method = Method::kExponentialMarch;
+    choice.method = Method::kExponentialIntegrator;
     choice.reason = "M is " + matrix_class.description +
                     ": it does not make y a function of x, and each step is solved for x and y together";
   }
@@ -129,14 +129,14 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
       choice.reason += "; " + std::string(SelectionName(selection)) +
                        " is piecewise linear in N x + g: the solve ends where it jumps (Remark 3.1 of Wu & Chen)";
     } else {
-      choice.refusal = MethodName(options.method) + why_not + " Use exponential-march or time-stepping.";
+      choice.refusal = MethodName(options.method) + why_not + " Use exponential-integrator or time-stepping.";
     }
   }
-  if (choice.method == Method::kEventLocated && !HasModes(selection)) {
+  if (choice.method == Method::kEventDriven && !HasModes(selection)) {
     choice.refusal =
-        std::string("event-located follows an active set until a component of y or w vanishes, and ") +
+        std::string("event-driven follows an active set until a component of y or w vanishes, and ") +
         SelectionName(selection) +
-        " may change where none does, when another solution becomes the better one. Use exponential-march or "
+        " may change where none does, when another solution becomes the better one. Use exponential-integrator or "
         "time-stepping.";
   }
   if (choice.method == Method::kTimeStepping && !lipschitz && options.average_y) {

@@ -28,11 +28,11 @@ struct MethodChoice {
   std::string impulsive = {};  // DescribeRows() of them
 };
 
-// Takes the method of the options, or chooses: event_located where an error is asked for and modes are cheap to make; else for P- and Z-matrices exponential_march with exp-PL or, with
-// sixteen threads and more, laplace_iteration, which converges to the same answer; exponential_march with exp-PC for all others.
+// Takes the method of the options, or chooses: event_driven where an error is asked for and modes are cheap to make; else for P- and Z-matrices exponential_integrator with exp-PL or, with
+// sixteen threads and more, laplace_iteration, which converges to the same answer; exponential_integrator with exp-PC for all others.
 // Refuses relative degree two and more (M = 0 and N B = 0; degree two only where inelastic impacts are not asked for), the
-// iterations, Newton's method and averaged y where y is no Lipschitz function of x, and event_located for solutions that a mode
-// does not determine (hidden least elements, least norm, minimisers).
+// iterations, Newton's method and averaged y where y is no Lipschitz function of x, and event_driven for solutions that a mode
+// does not determine (hidden least elements, least norm, minimizers).
 MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                           Selection selection);
 

@@ -12,19 +12,19 @@ namespace dlcs {
 namespace {
 
 void ChooseForm(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan) {
-  plan.realisation = ChooseRealisation(problem, options, plan.method.method, setups);
-  const bool any_realisation =
-      options.realisation == Realisation::kAuto || options.realisation == Realisation::kSparseStepping;
-  if (!plan.realisation.refusal.empty() && options.method == Method::kAuto && any_realisation) {
+  plan.propagator = ChoosePropagator(problem, options, plan.method.method, setups);
+  const bool any_propagator =
+      options.propagator == PropagatorKind::kAuto || options.propagator == PropagatorKind::kSparseStepping;
+  if (!plan.propagator.refusal.empty() && options.method == Method::kAuto && any_propagator) {
     plan.method.method = Method::kTimeStepping;
-    plan.method.reason = "the matrix exponential is out of reach: " + plan.realisation.refusal;
-    plan.realisation = ChooseRealisation(problem, options, plan.method.method, setups);
+    plan.method.reason = "the matrix exponential is out of reach: " + plan.propagator.refusal;
+    plan.propagator = ChoosePropagator(problem, options, plan.method.method, setups);
     const bool is_left_open = options.theta == 0 && !options.average_y;
     plan.method.two_stages = is_left_open && IsAlwaysLipschitz(plan.selection) &&
-                             plan.realisation.record.used == Realisation::kSparseStepping;
+                             plan.propagator.record.used == PropagatorKind::kSparseStepping;
     if (plan.method.two_stages) plan.method.reason += " Steps have two stages, of second order";
   }
-  plan.method.refusal = plan.realisation.refusal;
+  plan.method.refusal = plan.propagator.refusal;
 }
 
 // What the nodes alone and the trajectory take, before any of it is made.
@@ -38,7 +38,7 @@ void RefuseForMemory(double bytes, const Options& options, Plan& plan) {
   plan.predicted_bytes = bytes;
   plan.method.refusal = "The solve needs about " + FormatNumber(bytes) + " bytes, more than max_memory = " +
                         FormatNumber(options.max_memory) +
-                        ". Ask for fewer steps or output times, or for a realisation that needs less.";
+                        ". Ask for fewer steps or output times, or for a propagator that needs less.";
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, Se
   Plan plan{.matrix_class = std::move(matrix_class),
             .selection = *selection,
             .method = {},
-            .realisation = {},
+            .propagator = {},
             .grid = {},
             .predicted_bytes = 0,
             .largest_slope = {}};
@@ -69,18 +69,18 @@ absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, Se
 
 void ChooseAgain(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan) {
   plan.method = ChooseMethod(problem, options, plan.matrix_class, plan.selection);
-  plan.realisation = {};
+  plan.propagator = {};
   plan.predicted_bytes = 0;
   if (plan.is_refused()) return;
   const bool iterates =
-      plan.method.method == Method::kLaplaceIteration || plan.method.method == Method::kPaperIteration;
+      plan.method.method == Method::kLaplaceIteration || plan.method.method == Method::kWuChenIteration;
   if (iterates && !IsAlwaysLipschitz(plan.selection)) {
     // Where the iterates do not jump it is their Lipschitz constant.
     plan.largest_slope = plan.matrix_class.lipschitz = LargestSlope(problem.M);
   }
   ChooseForm(problem, options, setups, plan);
   if (plan.is_refused()) return;
-  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.realisation);
+  plan.predicted_bytes = PredictBytes(problem, plan.grid, plan.method.method, plan.propagator);
   if (plan.predicted_bytes > options.max_memory) RefuseForMemory(plan.predicted_bytes, options, plan);
 }
 

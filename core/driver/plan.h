@@ -22,7 +22,7 @@ struct Plan {
   MatrixClass matrix_class;
   Selection selection;
   MethodChoice method;
-  RealisationChoice realisation;
+  PropagatorChoice propagator;
   Grid grid;                   // the steps; or only where output is wanted, with finds_steps()
   double predicted_bytes = 0;  // as PredictBytes(); 0 where no form serves
   // The steepest piece of y as a function of q, where an iteration has to see whether it jumps.
@@ -32,17 +32,17 @@ struct Plan {
   bool is_refused() const { return !method.refusal.empty(); }
   // The steps are found by an error, not given.
   bool finds_steps(const Options& options) const {
-    return options.error_tolerance > 0 || method.method == Method::kEventLocated;
+    return options.error_tolerance > 0 || method.method == Method::kEventDriven;
   }
 };
 
-// For the sound `problem` and `options`: what M is, which solution is meant, the method and the realisation, and how
+// For the sound `problem` and `options`: what M is, which solution is meant, the method and the propagator, and how
 // much memory they take. Left to itself it takes time_stepping where the exponential of A is out of reach. A solve that
 // nothing serves, or that needs more than options.max_memory, is a plan with a refusal. `setups` may be null. Errors:
-// as SelectRule(). Cost: that of Classify() and of the realisation's set-up.
+// as SelectRule(). Cost: that of Classify() and of the propagator's set-up.
 absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, SetupCache* setups);
 
-// Chooses method and realisation once more, for plan.selection and by other `options`.
+// Chooses method and propagator once more, for plan.selection and by other `options`.
 void ChooseAgain(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan);
 
 }  // namespace dlcs

@@ -30,66 +30,66 @@ bool IsDenseAffordable(const Problem& problem) {
          problem.N.FitsDense() && problem.M.FitsDense();
 }
 
-RealisationChoice Dense(std::string reason) {
-  RealisationChoice choice;
-  choice.record = {.used = Realisation::kDense, .reason = std::move(reason)};
+PropagatorChoice Dense(std::string reason) {
+  PropagatorChoice choice;
+  choice.record = {.used = PropagatorKind::kDense, .reason = std::move(reason)};
   return choice;
 }
 
-RealisationChoice Refuse(std::string refusal) {
-  RealisationChoice choice;
+PropagatorChoice Refuse(std::string refusal) {
+  PropagatorChoice choice;
   choice.refusal = std::move(refusal);
   return choice;
 }
 
-RealisationChoice Use(std::shared_ptr<RealisedSystem> system) {
-  RealisationChoice choice;
+PropagatorChoice Use(std::shared_ptr<Propagator> system) {
+  PropagatorChoice choice;
   choice.record = system->record();
   choice.system = std::move(system);
   return choice;
 }
 
-RealisationChoice DenseOrRefuse(const Problem& problem, std::string reason) {
+PropagatorChoice DenseOrRefuse(const Problem& problem, std::string reason) {
   if (IsDenseAffordable(problem)) return Dense(std::move(reason));
   return Refuse("A is too large for dense matrices (" + States(problem) + "): " + reason + ".");
 }
 
 }  // namespace
 
-RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method, SetupCache* setups) {
-  const Realisation wanted = options.realisation;
-  const bool reduced = method == Method::kExponentialMarch || method == Method::kLaplaceIteration;
-  if (wanted == Realisation::kDense) return DenseOrRefuse(problem, "asked for");
+PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method, SetupCache* setups) {
+  const PropagatorKind wanted = options.propagator;
+  const bool reduced = method == Method::kExponentialIntegrator || method == Method::kLaplaceIteration;
+  if (wanted == PropagatorKind::kDense) return DenseOrRefuse(problem, "asked for");
   if (method == Method::kTimeStepping && StepsSparsely(problem, options)) {
-    RealisationChoice choice;
-    choice.record = {.used = Realisation::kSparseStepping, .reason = "A is " + problem.A.Describe()};
+    PropagatorChoice choice;
+    choice.record = {.used = PropagatorKind::kSparseStepping, .reason = "A is " + problem.A.Describe()};
     return choice;
   }
   if (!reduced) return DenseOrRefuse(problem, std::string(MethodName(method)) + " works on states");
-  if (wanted == Realisation::kAuto && problem.A.is_dense()) return Dense("A is dense");
-  if (wanted == Realisation::kAuto && problem.num_states() <= kSmall) return Dense(States(problem) + " is small");
+  if (wanted == PropagatorKind::kAuto && problem.A.is_dense()) return Dense("A is dense");
+  if (wanted == PropagatorKind::kAuto && problem.num_states() <= kSmall) return Dense(States(problem) + " is small");
 
   std::string why_not;
-  if (wanted == Realisation::kAuto || wanted == Realisation::kKroneckerSum) {
+  if (wanted == PropagatorKind::kAuto || wanted == PropagatorKind::kKroneckerSum) {
     if (auto system = KroneckerSystem::Create(problem, why_not, setups)) return Use(std::move(system));
   }
   const bool few = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
   const bool too_slow = options.method == Method::kAuto && problem.num_states() > kLargestChosenContour;
-  if (wanted == Realisation::kAuto && few && too_slow) {
+  if (wanted == PropagatorKind::kAuto && few && too_slow) {
     why_not += "; a contour would take some two hundred factorizations";
-  } else if (wanted == Realisation::kContour || (wanted == Realisation::kAuto && few)) {
+  } else if (wanted == PropagatorKind::kContour || (wanted == PropagatorKind::kAuto && few)) {
     std::string why_no_contour;
     if (auto system = ContourSystem::Create(problem, options, why_no_contour, setups)) return Use(std::move(system));
     why_not += (why_not.empty() ? "" : "; ") + why_no_contour;
   }
-  if (wanted == Realisation::kAuto && options.method == Method::kAuto && problem.num_states() > kSmallSparse &&
+  if (wanted == PropagatorKind::kAuto && options.method == Method::kAuto && problem.num_states() > kSmallSparse &&
       problem.num_constraints() > kFewConstraints && !problem.A.is_dense()) {
     return Refuse("matrix functions of a sparse A with " + States(problem) +
                   " would be dense, and a step with its sparse " + "factors costs far less" +
                   (why_not.empty() ? "" : "; " + why_not) + ".");
   }
-  if (wanted == Realisation::kSparseStepping) why_not = "sparse stepping is for time-stepping";
-  if (wanted != Realisation::kAuto) return Refuse("The realisation asked for does not serve: " + why_not + ".");
+  if (wanted == PropagatorKind::kSparseStepping) why_not = "sparse stepping is for time-stepping";
+  if (wanted != PropagatorKind::kAuto) return Refuse("The propagator asked for does not serve: " + why_not + ".");
   return DenseOrRefuse(problem, why_not);
 }
 
@@ -99,7 +99,7 @@ std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options&
     return matrix.is_dense() && static_cast<double>((matrix.Dense().array() != 0).count()) <=
                                     kMostlyZero * static_cast<double>(matrix.size());
   };
-  const bool is_left_open = options.method == Method::kAuto && options.realisation == Realisation::kAuto;
+  const bool is_left_open = options.method == Method::kAuto && options.propagator == PropagatorKind::kAuto;
   const bool is_large = problem.num_states() > kSmallSparse && problem.num_constraints() > kFewConstraints;
   if (!is_left_open || !is_large || !is_mostly_zero(problem.A)) return std::nullopt;
   Problem sparse = problem;

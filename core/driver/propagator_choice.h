@@ -16,9 +16,9 @@ namespace dlcs {
 
 class SetupCache;
 
-struct RealisationChoice {
-  std::shared_ptr<RealisedSystem> system;  // null: dense matrices
-  RealisationRecord record;                // before the solve
+struct PropagatorChoice {
+  std::shared_ptr<Propagator> system;  // null: dense matrices
+  PropagatorRecord record;                // before the solve
   std::string refusal;                     // why none serves; empty where one does
 };
 
@@ -26,7 +26,7 @@ struct RealisationChoice {
 // has; else dense ones again as far as their matrix functions are affordable, and where the method is left open too,
 // not beside many constraints: time stepping with sparse factors serves there. `setups`, where given, lends and keeps
 // what solves of the same matrices share, and must outlive the choice.
-RealisationChoice ChooseRealisation(const Problem& problem, const Options& options, Method method,
+PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method,
                                     SetupCache* setups = nullptr);
 
 // `problem` with only the nonzero entries of A, B, N and M stored, where A was given as dense, is large and has at most

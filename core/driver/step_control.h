@@ -79,7 +79,7 @@ struct ControlledSolution {
 // tolerance. The steps of `grid` must be short enough for the method to converge, not for the tolerance. Its nodes are
 // output nodes of every trial.
 //
-// The error is estimated from the differences of neighbouring trials at all output nodes of the coarser one, with the
+// The error is estimated from the differences of neighboring trials at all output nodes of the coarser one, with the
 // order that they show. A trial that fails is taken as a step too long: the next one has half of it, up to
 // kMostFailingSteps; failures that no step mends are returned at once, as are Cancelled and errors. Trials end without
 // success where the next one would have more steps than `control` allows or would not fit into memory, where even

@@ -6,9 +6,9 @@
 
 namespace dlcs {
 
-CoupledMarch::CoupledMarch(const Problem& problem, Selection selection, SourceSampler& sources)
-    : problem_(problem), sources_(sources), marchers_([&problem, selection](double step) {
-        return std::make_unique<Marcher>(problem, ExponentialPiecewiseConstant(problem, step), selection);
+CoupledSteps::CoupledSteps(const Problem& problem, Selection selection, SourceSampler& sources)
+    : problem_(problem), sources_(sources), steppers_([&problem, selection](double step) {
+        return std::make_unique<Stepper>(problem, ExponentialPiecewiseConstant(problem, step), selection);
       }) {
   segment_.steps = 1;
   segment_.f.resize(problem.num_states(), 2);
@@ -17,15 +17,15 @@ CoupledMarch::CoupledMarch(const Problem& problem, Selection selection, SourceSa
   segment_.y = Matrix::Zero(problem.num_constraints(), 2);
 }
 
-CoupledMarch::Step CoupledMarch::Take(double begin, double end, double length,
+CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length,
                                       const Eigen::Ref<const Vector>& x) {
   const double middle = begin + length / 2;
   Step step;
   step.verdict = March(begin, end, length, x);
-  if (step.verdict != LcpVerdict::kSolved) return step;
+  if (step.verdict != LcpStatus::kSolved) return step;
   const Vector coarse = segment_.x.col(1);
   step.verdict = March(begin, middle, length / 2, x);
-  if (step.verdict != LcpVerdict::kSolved) return step;
+  if (step.verdict != LcpStatus::kSolved) return step;
   const Vector x_middle = segment_.x.col(1);
   step.verdict = March(middle, end, length / 2, x_middle);
   step.kept_selection = departures_.steps_off_selection == 0;
@@ -40,7 +40,7 @@ CoupledMarch::Step CoupledMarch::Take(double begin, double end, double length,
   return step;
 }
 
-LcpVerdict CoupledMarch::March(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
+LcpStatus CoupledSteps::March(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
   segment_.step = length;
   sources_.F(begin, Side::kRight, segment_.f.col(0));
   sources_.F(end, Side::kLeft, segment_.f.col(1));
@@ -49,7 +49,7 @@ LcpVerdict CoupledMarch::March(double begin, double end, double length, const Ei
   segment_.x.col(0) = x;
   Index solved = 0;
   ++lcps_;
-  return marchers_.At(length).March(segment_, {}, departures_, solved);
+  return steppers_.At(length).March(segment_, {}, departures_, solved);
 }
 
 }  // namespace dlcs

@@ -17,13 +17,13 @@ namespace dlcs {
 // exp-PC, one step at a time: asks nothing of y, and so passes points where modes accumulate or y is not
 // determined by a mode of relative degree one. Lengths are powers of two, so that matrix functions are found
 // again.
-class CoupledMarch {
+class CoupledSteps {
  public:
   // Keeps references.
-  CoupledMarch(const Problem& problem, Selection selection, SourceSampler& sources);
+  CoupledSteps(const Problem& problem, Selection selection, SourceSampler& sources);
 
   struct Step {
-    LcpVerdict verdict = LcpVerdict::kSolved;
+    LcpStatus verdict = LcpStatus::kSolved;
     bool kept_selection = true;  // as LcpSolver::KeptSelection()
     Vector x;                    // at the end, after two steps of half the length
     Vector y;
@@ -39,13 +39,13 @@ class CoupledMarch {
   Index lcps() const { return lcps_; }
 
  private:
-  LcpVerdict March(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
+  LcpStatus March(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
 
   const Problem& problem_;
   SourceSampler& sources_;
-  StepCache<Marcher> marchers_;
+  StepCache<Stepper> steppers_;
   Segment segment_;  // one step
-  Departures departures_;
+  SelectionStats departures_;
   Index lcps_ = 0;
 };
 

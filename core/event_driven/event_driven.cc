@@ -42,7 +42,7 @@ double NextTolerance(double tolerance, double wanted, double error) {
 
 }  // namespace
 
-bool EventLocated(SolveContext& context) {
+bool EventDriven(SolveContext& context) {
   constexpr int kMostSolves = 3;
   constexpr double kNoBetter = 0.7;
   constexpr Index kMostMarchedAgain = 1000;

@@ -22,7 +22,7 @@ inline constexpr Index kMostDefaultEventWork = 15'900;
 // rounding on the polynomials; the next one is proposed by a coupled LCP (core/event_driven/mode_search.h) and
 // taken if it lasts. Where none lasts, because modes accumulate (Zeno) or do not determine y (relative degree
 // above one), coupled steps of first order carry on, as short as the tolerance asks, until one does. States
-// jump where StartStretch() says.
+// jump where StartInterval() says.
 //
 // The tolerance is options.error_tolerance, or kDefaultEventTolerance: the error asked for in x, relative to the largest value
 // of each component so far; y and w meet it relative to theirs. Steps are estimated from the decay of coefficients, and what
@@ -32,7 +32,7 @@ inline constexpr Index kMostDefaultEventWork = 15'900;
 // certificate and cost go to the solution. Returns false where the solve ended before T, or at T with an estimated error above
 // options.error_tolerance; the solution says why. One thread, the stop token looked at every step. Cost: 25 m³ for each active
 // set that occurs, and for each step some 14 values of f and g and 100 m² operations.
-bool EventLocated(SolveContext& context);
+bool EventDriven(SolveContext& context);
 
 }  // namespace dlcs
 

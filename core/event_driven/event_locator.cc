@@ -74,7 +74,7 @@ bool EventLocator::Run() {
     if (may_jump && !Start(t_)) return false;
     if (!Cross(end)) return false;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
-    if (may_jump || end == problem_.horizon) HandOver(output_.EndStretch(end, x_, y_, w_));
+    if (may_jump || end == problem_.horizon) HandOver(output_.EndInterval(end, x_, y_, w_));
   }
   progress_.Finish(problem_.horizon);
   return true;
@@ -84,7 +84,7 @@ bool EventLocator::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
   bool y_is_solution = false;
-  return StartStretch(context_, begin, g, x_, y_, y_is_solution);
+  return StartInterval(context_, begin, g, x_, y_, y_is_solution);
 }
 
 bool EventLocator::Cross(double end) {
@@ -149,7 +149,7 @@ EventLocator::Progressed EventLocator::Choose(double end) {
   bool lost_least_element = false;
   while (attempt_ < kAttempts) {
     const ModeSearch::Proposal proposal = search_.Find(t_, x_, length_, end - t_, attempt_++);
-    const bool solved = proposal.verdict == LcpVerdict::kSolved;
+    const bool solved = proposal.verdict == LcpStatus::kSolved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
     mode_ = proposal.kept_selection ? proposal.mode : nullptr;
     if (mode_) {
@@ -395,13 +395,13 @@ bool EventLocator::MarchOn(double end) {
                            "No active set lasts at t = " + FormatNumber(t_) + " (" + why_march_ + "), and " +
                                std::to_string(kMostMarchedSteps) +
                                " steps of first order did not carry on at the accuracy asked for. Use "
-                               "exponential-march, or a larger tolerance.");
+                               "exponential-integrator, or a larger tolerance.");
     }
     const double power = std::ldexp(1.0, std::ilogb(march_length_));
     const double length = std::min(power, end - t_);
     const double step_end = length == end - t_ ? end : t_ + length;
-    const CoupledMarch::Step step = march_.Take(t_, step_end, length, x_);
-    if (step.verdict != LcpVerdict::kSolved) {
+    const CoupledSteps::Step step = march_.Take(t_, step_end, length, x_);
+    if (step.verdict != LcpStatus::kSolved) {
       return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
     }
     if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
@@ -436,10 +436,10 @@ bool EventLocator::MarchOn(double end) {
   return true;
 }
 
-void EventLocator::HandOver(const EventOutput::Stretch& stretch) {
-  const Segment& segment = stretch.segment;
+void EventLocator::HandOver(const EventOutput::SmoothInterval& interval) {
+  const Segment& segment = interval.segment;
   if (segment.steps < 0) return;
-  context_.recorder.Add(segment, stretch.w);
+  context_.recorder.Add(segment, interval.w);
   context_.NoteImpulses(segment, 0, segment.steps);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of event_located from mode to mode.
+// The way of event_driven from mode to mode.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
 #define DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
@@ -21,13 +21,13 @@ namespace dlcs {
 
 class EventLocator {
  public:
-  // Keeps references; `tolerance` and the rest as EventLocated(). Gives up behind `most_work`, as EventRecord::Work().
+  // Keeps references; `tolerance` and the rest as EventDriven(). Gives up behind `most_work`, as EventRecord::Work().
   EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
 
   // Goes to T and hands the trajectory to the recorder of the context. Returns whether it came there;
   // otherwise the solution says why not.
   bool Run();
-  // Hands over what a stretch had that was not finished, counts, certificate and polynomials.
+  // Hands over what a smooth interval had that was not finished, counts, certificate and polynomials.
   void Finish();
   // The time up to which the system is solved.
   double reached() const { return t_; }
@@ -53,7 +53,7 @@ class EventLocator {
   Vector Overlooked(const LegendreRows& at) const;
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
-  void HandOver(const EventOutput::Stretch& stretch);
+  void HandOver(const EventOutput::SmoothInterval& interval);
   double StepLength(double end) const;
   double Shortest(double part_of_horizon, double part_of_rate) const;
   double Share(double length) const;  // of the tolerance, for a step
@@ -65,7 +65,7 @@ class EventLocator {
   const Index most_work_;
   EventRecord& record_;
   ModeSearch search_;
-  CoupledMarch march_;
+  CoupledSteps march_;
   EventOutput output_;
   ErrorGrowth errors_;
   Progress progress_;

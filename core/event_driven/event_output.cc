@@ -117,25 +117,25 @@ void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, co
 
 void EventOutput::RaiseScale(const Vector& x) { certificate_.x_scale = NanMax(certificate_.x_scale, MaxAbs(x)); }
 
-EventOutput::Stretch EventOutput::EndStretch(double end, const Vector& x, const Vector& y, const Vector& w) {
+EventOutput::SmoothInterval EventOutput::EndInterval(double end, const Vector& x, const Vector& y, const Vector& w) {
   const bool has_node = next_node_ < num_nodes_ && grid_.times[next_node_] == end;
   if (has_node) Record(x, y, w);
-  Stretch stretch = Finish();
-  if (has_node) --next_node_;  // it is the first node of the next stretch, too
+  SmoothInterval interval = Finish();
+  if (has_node) --next_node_;  // it is the first node of the next smooth interval, too
   segment_.first_node = next_node_;
-  return stretch;
+  return interval;
 }
 
-EventOutput::Stretch EventOutput::Finish() const {
+EventOutput::SmoothInterval EventOutput::Finish() const {
   const Index nodes = next_node_ - segment_.first_node;
-  Stretch stretch;
-  Segment& segment = stretch.segment;
+  SmoothInterval interval;
+  Segment& segment = interval.segment;
   segment.first_node = segment_.first_node;
   segment.steps = nodes - 1;
   segment.x = segment_.x.leftCols(nodes);
   segment.y = segment_.y.leftCols(nodes);
-  stretch.w = w_.leftCols(nodes);
-  return stretch;
+  interval.w = w_.leftCols(nodes);
+  return interval;
 }
 
 void EventOutput::Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,

@@ -19,8 +19,8 @@ namespace dlcs {
 
 class EventOutput {
  public:
-  // The nodes of a stretch, sources left out, and w at them.
-  struct Stretch {
+  // The nodes of a smooth interval, sources left out, and w at them.
+  struct SmoothInterval {
     Segment segment;
     Matrix w;
   };
@@ -36,10 +36,10 @@ class EventOutput {
   // A step of the coupled march: x linear, y constant. `w` and `g` are those at the end.
   void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                   const Vector& w, const Vector& g);
-  // The left limits at the end of a stretch, where sources and state may jump. Gives the nodes of the stretch.
-  Stretch EndStretch(double end, const Vector& x, const Vector& y, const Vector& w);
-  // The nodes of a stretch that has not come to its end; no steps where there are less than two.
-  Stretch Finish() const;
+  // The left limits at the end of a smooth interval, where sources and state may jump. Gives the nodes of the smooth interval.
+  SmoothInterval EndInterval(double end, const Vector& x, const Vector& y, const Vector& w);
+  // The nodes of a smooth interval that has not come to its end; no steps where there are less than two.
+  SmoothInterval Finish() const;
 
   // What AddSmooth() and AddMarched() were given, as polynomials: where x is linear and y constant, of degree 1 and 0.
   std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }

@@ -12,7 +12,7 @@
 
 namespace dlcs {
 
-// One active set from `begin` to `end`, or a stretch that was marched.
+// One active set from `begin` to `end`, or a smooth interval that was marched.
 struct ModeInterval {
   double begin = 0;
   double end = 0;
@@ -33,7 +33,7 @@ struct EventRecord {
   double accumulated_error = 0;
   Vector errors_x;  // of each component
 
-  // What it took, in steps of an exponential march of the same system with `num_states`, as measured: by counts, so that
+  // What it took, in steps of an exponential integrator of the same system with `num_states`, as measured: by counts, so that
   // it does not depend on the machine.
   Index Work(Index num_states) const;
 
@@ -46,7 +46,7 @@ std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record,
                                             const std::vector<double>& break_points,
                                             const std::vector<StateJump>& jumps);
 
-// A sentence on the stretches that were marched; empty where there were none.
+// A sentence on the smooth intervals that were marched; empty where there were none.
 std::string DescribeMarches(const EventRecord& record);
 
 }  // namespace dlcs

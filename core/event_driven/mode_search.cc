@@ -60,7 +60,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   LcpSolver& solver = solvers_.At(h);
   proposal.verdict = solver.Solve(q_, tolerance_, basis_, y_);
   ++lcps_;
-  if (proposal.verdict != LcpVerdict::kSolved) return proposal;
+  if (proposal.verdict != LcpStatus::kSolved) return proposal;
   proposal.kept_selection = solver.KeptSelection();
   proposal.mode = ModeOf(basis_);
   return proposal;

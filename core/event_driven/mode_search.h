@@ -32,7 +32,7 @@ class ModeSearch {
   ModeSearch(const Problem& problem, Selection selection, SourceSampler& sources);
 
   struct Proposal {
-    LcpVerdict verdict = LcpVerdict::kPivotLimit;
+    LcpStatus verdict = LcpStatus::kPivotLimit;
     bool kept_selection = true;  // as LcpSolver::KeptSelection()
     const Mode* mode = nullptr;  // null where the LCP failed, or the basis does not determine y
   };

@@ -65,7 +65,7 @@ std::vector<InterpolatedRun> Interpolate(Interpolation kind, const Grid& grid, c
         pieces.push_back(Linear(values.middleCols(columns.First(r), columns.Count(r))));
       }
     } else {
-      // The nodes of the stretch, those where its runs meet once.
+      // The nodes of the smooth interval, those where its runs meet once.
       std::vector<double> h;
       for (size_t r = begin; r < end; ++r) h.insert(h.end(), grid.runs[r].steps, grid.runs[r].step);
       Matrix nodes(h.size() + 1, values.rows());

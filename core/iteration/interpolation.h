@@ -21,7 +21,7 @@ struct InterpolatedRun {
 //
 // Linear: degree 1. Cubic: the spline with continuous second derivatives through all nodes between two break
 // points, which ends with one cubic over two steps (not-a-knot), of fourth order; two steps make a parabola, one a
-// straight line. Equal or unequal steps. Cost: one sparse factorization of a stretch, and a few m × nodes.
+// straight line. Equal or unequal steps. Cost: one sparse factorization of a smooth interval, and a few m × nodes.
 // Source: [Wu & Chen], section 2.3 (linear) and Remark 2.5; de Boor, A practical guide to splines, chapter IV.
 std::vector<InterpolatedRun> Interpolate(Interpolation kind, const Grid& grid, const Matrix& values);
 

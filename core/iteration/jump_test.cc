@@ -6,7 +6,7 @@
 
 namespace dlcs {
 
-std::optional<SteepStep> FindSteepStep(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
+std::optional<Jump> DetectJump(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
                                        double largest_slope) {
   constexpr double kRelative = 1e-6;  // of the slope
   constexpr double kRounding = 1e-9;  // of the size of y, and of q through the slope
@@ -14,12 +14,12 @@ std::optional<SteepStep> FindSteepStep(const Eigen::Ref<const Matrix>& q, const 
   for (Index j = 1; j < q.cols(); ++j) {
     const double change = MaxAbs(y.col(j) - y.col(j - 1));
     const double moved = MaxAbs(q.col(j) - q.col(j - 1));
-    if (change > (1 + kRelative) * largest_slope * moved + rounding) return SteepStep{j, change / moved};
+    if (change > (1 + kRelative) * largest_slope * moved + rounding) return Jump{j, change / moved};
   }
   return std::nullopt;
 }
 
-std::string DescribeSteepStep(const SteepStep& step, double time, double largest_slope) {
+std::string DescribeJump(const Jump& step, double time, double largest_slope) {
   return "y changes by " + FormatNumber(step.quotient) +
          " times the change of N x + g before t = " + FormatNumber(time) + ", a piece of it by at most " +
          FormatNumber(largest_slope);

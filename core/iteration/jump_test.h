@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-struct SteepStep {
+struct Jump {
   Index column = 0;     // the step from column - 1
   double quotient = 0;  // ‖y_j - y_{j-1}‖_∞ / ‖q_j - q_{j-1}‖_∞
 };
@@ -19,11 +19,11 @@ struct SteepStep {
 // The first step over which `y`, column by column the selected solution at the columns of `q`, changes by more than
 // `largest_slope` times the change of q: a continuous selection, whose pieces are no steeper, has none
 // (core/matrix_classes/lipschitz.h). Rounding is allowed for.
-std::optional<SteepStep> FindSteepStep(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
+std::optional<Jump> DetectJump(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Matrix>& y,
                                        double largest_slope);
 
 // "y changes by 2.3e+06 times the change of N x + g before t = 0.5, a piece of it by at most 1".
-std::string DescribeSteepStep(const SteepStep& step, double time, double largest_slope);
+std::string DescribeJump(const Jump& step, double time, double largest_slope);
 
 }  // namespace dlcs
 

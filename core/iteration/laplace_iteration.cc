@@ -93,8 +93,8 @@ class Iteration {
       return context_.FailNonFinite(*bad);
     }
     bool y_is_solution = false;
-    if (!StartStretch(context_, Time(at), first.g.col(0), x_, y_, y_is_solution)) return false;
-    return y_is_solution || FailLcp(context_, LcpVerdict::kInfeasible, Time(at), "LCP(N x + g, M)");
+    if (!StartInterval(context_, Time(at), first.g.col(0), x_, y_, y_is_solution)) return false;
+    return y_is_solution || FailLcp(context_, LcpStatus::kInfeasible, Time(at), "LCP(N x + g, M)");
   }
 
   // Whether a window from `at` goes on into the next run. A run that fills much of a window is better served alone,
@@ -155,8 +155,8 @@ class Iteration {
 }  // namespace
 
 bool LaplaceIteration(SolveContext& context) {
-  if (!context.realised) context.solution.kernel.emplace();
-  const bool reached = context.realised ? ReducedIteration(context) : Iteration(context).ReachEnd();
+  if (!context.propagator) context.solution.kernel.emplace();
+  const bool reached = context.propagator ? ReducedIteration(context) : Iteration(context).ReachEnd();
   // The last window may stand there without having converged.
   return reached && context.solution.termination == Termination::kNotSolved;
 }

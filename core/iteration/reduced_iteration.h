@@ -8,7 +8,7 @@
 
 namespace dlcs {
 
-// LaplaceIteration() of a system that context.realised carries: what the windows before have done to N x comes from the memory of
+// LaplaceIteration() with context.propagator: what the windows before have done to N x comes from the memory of
 // the kernel, and each iteration is one response of the kernel. Windows end with their run.
 bool ReducedIteration(SolveContext& context);
 

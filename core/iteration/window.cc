@@ -85,13 +85,13 @@ double Window::KernelBound() {
   return tools->kernel.Bound(steps()) * tools->scheme().step;
 }
 
-LcpVerdict Window::March(Departures& departures) {
+LcpStatus Window::March(SelectionStats& departures) {
   Index solved = 0;
   WindowPiece& piece = pieces_.front();
   piece.segment.x.col(0) = start_;
   piece.segment.y.col(0) = y.col(0);
-  const LcpVerdict verdict = piece.tools->marcher.March(piece.segment, context_.stop, departures, solved);
-  return verdict == LcpVerdict::kSolved && solved < 1 ? LcpVerdict::kPivotLimit : verdict;  // stopped
+  const LcpStatus verdict = piece.tools->stepper.March(piece.segment, context_.stop, departures, solved);
+  return verdict == LcpStatus::kSolved && solved < 1 ? LcpStatus::kPivotLimit : verdict;  // stopped
 }
 
 }  // namespace dlcs

@@ -17,12 +17,12 @@ namespace dlcs {
 // What depends on the step length alone.
 struct StepTools {
   StepTools(SolveContext& context, double step)
-      : marcher(MakeMarcher(context, "exp-PL", step,
+      : stepper(MakeStepper(context, "exp-PL", step,
                             [&](double h) { return ExponentialPiecewiseLinear(context.problem, h); })),
-        kernel(context.problem, marcher.scheme(), context.options.kernel, context.workers,
+        kernel(context.problem, stepper.scheme(), context.options.kernel, context.workers,
                *context.solution.kernel) {}
-  const Scheme& scheme() const { return marcher.scheme(); }
-  Marcher marcher;  // for the steps that must be marched
+  const Scheme& scheme() const { return stepper.scheme(); }
+  Stepper stepper;  // for the steps that must be marched
   Kernel kernel;
 };
 
@@ -49,7 +49,7 @@ class Window final : public WindowModel {
   Vector Sizes() const override;
   double KernelBound() override;
   void Finish() override { Propagate(); }
-  LcpVerdict March(Departures& departures) override;
+  LcpStatus March(SelectionStats& departures) override;
 
  private:
   // The tools that all pieces share; null where the steps have several lengths, or the kernel grows too far.

@@ -90,11 +90,11 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
       result.end = WindowEnd::kCancelled;
       return result;
     }
-    if (lcps.verdict != LcpVerdict::kSolved && lcps.column >= first) {
+    if (lcps.verdict != LcpStatus::kSolved && lcps.column >= first) {
       result.end = WindowEnd::kFlightFailed;
       return result;
     }
-    if (lcps.verdict != LcpVerdict::kSolved && k == 1 && !from_constant_state) {
+    if (lcps.verdict != LcpStatus::kSolved && k == 1 && !from_constant_state) {
       // Theorem 3.2 of [Wu & Chen] has feasible iterates from the constant start, on windows short enough.
       from_constant_state = true;
       q = window.Constant();
@@ -102,11 +102,11 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
       result.iterations = 0;
       continue;
     }
-    if (lcps.verdict != LcpVerdict::kSolved) {
+    if (lcps.verdict != LcpStatus::kSolved) {
       result.end = WindowEnd::kInfeasibleIterate;
       const double t = context_.grid.times[window.first_node() + 1 + lcps.column];
       result.why = std::string("the LCP of iterate ") + std::to_string(k) + " at t = " + FormatNumber(t) +
-                   " ended as " + LcpVerdictName(lcps.verdict);
+                   " ended as " + LcpStatusName(lcps.verdict);
       return result;
     }
     if (const auto jump = FindJump(q, window)) {
@@ -120,7 +120,7 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
       result.end = WindowEnd::kFlightFailed;
       return result;
     }
-    const Judgement seen = Judge(q, next, window.y, first + 1);
+    const Judgment seen = Judge(q, next, window.y, first + 1);
     size = size.cwiseMax(seen.row_size);
     const double change = RelativeChange(size, seen.row_change);
     if (accelerated) next = acceleration.Next(q, next, size);
@@ -149,10 +149,10 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
 }
 
 // In one pass: by blocks of columns that stay in the second cache.
-WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y,
+WindowIteration::Judgment WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y,
                                                   Index columns) const {
   constexpr Index kColumnsPerBlock = 32;
-  Judgement seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
+  Judgment seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
   Matrix w;
   for (Index begin = 0; begin < columns; begin += kColumnsPerBlock) {
     LookForStop();
@@ -173,9 +173,9 @@ WindowIteration::Judgement WindowIteration::Judge(const Matrix& q, const Matrix&
 // piece of the function allows.
 std::optional<std::string> WindowIteration::FindJump(const Matrix& q, const WindowModel& window) const {
   if (!context_.largest_slope) return std::nullopt;
-  const auto jump = FindSteepStep(q, window.y, *context_.largest_slope);
+  const auto jump = DetectJump(q, window.y, *context_.largest_slope);
   if (!jump) return std::nullopt;
-  return DescribeSteepStep(*jump, context_.grid.times[window.first_node() + jump->column], *context_.largest_slope);
+  return DescribeJump(*jump, context_.grid.times[window.first_node() + jump->column], *context_.largest_slope);
 }
 
 void WindowIteration::Report(IterateReport report, double log_bound, const WindowModel& window, Index columns) {

@@ -53,13 +53,13 @@ class WindowIteration {
  private:
   // What the first columns of two iterates tell, q and `next`, which follows from y: per row the change and the size of
   // `next`, and the natural residual of y and next + M y.
-  struct Judgement {
+  struct Judgment {
     Vector row_change, row_size;
     double residual;
   };
 
   Index max_iterations() const;
-  Judgement Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index columns) const;
+  Judgment Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index columns) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
   // `columns` of the window's y are of this iterate.
   void Report(IterateReport report, double log_bound, const WindowModel& window, Index columns);

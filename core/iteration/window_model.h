@@ -30,7 +30,7 @@ class WindowModel {
   // y is final: makes what is to be filed.
   virtual void Finish() = 0;
   // Takes the one step of the window by LCP(q, M + K_0) instead; whether it was solved.
-  virtual LcpVerdict March(Departures& departures) = 0;
+  virtual LcpStatus March(SelectionStats& departures) = 0;
 
   Matrix y;  // n × steps + 1; column 0 is given, the others are the iterate's
 };

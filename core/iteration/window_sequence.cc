@@ -64,11 +64,11 @@ std::unique_ptr<WindowModel> WindowSequence::Take(const Gather& gather) {
     const bool jumped = result.end == WindowEnd::kJump;
     const bool march = result.end != WindowEnd::kConverged && !jumped && steps == 1 && !width_is_fixed();
     bool accepted = result.end == WindowEnd::kConverged;
-    LcpVerdict verdict = LcpVerdict::kSolved;
-    Departures departures;
+    LcpStatus verdict = LcpStatus::kSolved;
+    SelectionStats departures;
     if (march) {
       verdict = window->March(departures);
-      accepted = verdict == LcpVerdict::kSolved;
+      accepted = verdict == LcpStatus::kSolved;
       ++context_.solution.cost.lcps;
       context_.solution.cost.marched_steps += accepted;
     }

@@ -132,14 +132,14 @@ class Iteration {
     context_.solution.cost.lcps += q.cols();
     context_.solution.cost.seconds_lcp += context_.Seconds() - begin;
     if (outcome.cancelled) return context_.FailCancelled(0);
-    if (outcome.verdict == LcpVerdict::kSolved) return KeepsToSlope(q);
+    if (outcome.verdict == LcpStatus::kSolved) return KeepsToSlope(q);
     const double t = columns_.Time(outcome.column);
-    if (k == 1 || outcome.verdict == LcpVerdict::kNonFinite) {
+    if (k == 1 || outcome.verdict == LcpStatus::kNonFinite) {
       return FailLcp(context_, outcome.verdict, t, "LCP(N x0 + g, M), the first iterate's,");
     }
     return context_.Fail(Termination::kDiverged, t,
                          "Iterate " + std::to_string(k) + " left the feasible set at t = " + FormatNumber(t) +
-                             " (" + LcpVerdictName(outcome.verdict) +
+                             " (" + LcpStatusName(outcome.verdict) +
                              "). The whole horizon is one window here; laplace-iteration takes shorter ones.");
   }
 
@@ -149,10 +149,10 @@ class Iteration {
     for (size_t r = 0; r < segments_.size(); ++r) {
       const Index first = columns_.First(r), count = columns_.Count(r);
       const auto jump =
-          FindSteepStep(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
+          DetectJump(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
       if (!jump) continue;
       const double t = columns_.Time(first + jump->column);
-      return context_.FailJump(t, DescribeSteepStep(*jump, t, *context_.largest_slope));
+      return context_.FailJump(t, DescribeJump(*jump, t, *context_.largest_slope));
     }
     return true;
   }
@@ -275,7 +275,7 @@ void Record(const Contour& contour, double angle, const SpectrumSplit& split, So
 
 }  // namespace
 
-bool PaperIteration(SolveContext& context) {
+bool WuChenIteration(SolveContext& context) {
   const SpectrumSplit split = SplitForContour(context);
   const double angle = SectorAngle(split.inside.Eigenvalues(), Enclosed(context));
   const Contour contour = ContourFor(context.options, angle);

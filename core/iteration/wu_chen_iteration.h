@@ -28,7 +28,7 @@ namespace dlcs {
 // Accuracy: that of the contour, O(e^{-2.06√P}/√P) for narrow sectors (core/laplace/contour_choice.h), besides the
 // interpolation: O(h²), with cubic splines O(h⁴) where f and y are smooth. The certificate measures x and y as
 // interpolated linearly.
-bool PaperIteration(SolveContext& context);
+bool WuChenIteration(SolveContext& context);
 
 }  // namespace dlcs
 

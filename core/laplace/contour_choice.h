@@ -10,7 +10,7 @@
 namespace dlcs {
 
 // Remark 2.4 of [Wu & Chen]: γ, μ and Δv = h for which the source term of an A with its spectrum in
-// |arg(-λ)| <= `sector_angle` (below π/2) is least wrong at P = `nodes`. Minimises over μ <= 4 the largest of three
+// |arg(-λ)| <= `sector_angle` (below π/2) is least wrong at P = `nodes`. Minimizes over μ <= 4 the largest of three
 // parts of the error, in logarithms:
 //
 //     -2π (π/2 - α - γ)/h        the contour may be moved by this much before it meets the sector,
@@ -26,7 +26,7 @@ double LogSourceError(const Contour& contour, double sector_angle);
 // Whose parameters those of ContourFor() are.
 const char* ContourSource(const Options& options, double sector_angle);
 
-// The contour of paper_iteration, by options.contour. Left to itself: Theorem 2.2's parameters where
+// The contour of wu_chen_iteration, by options.contour. Left to itself: Theorem 2.2's parameters where
 // `sector_angle` + γ < π/2, else those of Remark 2.4 (up to kWidestSector, beyond which P would have to be in the
 // hundreds). Those that `options` give take their place.
 Contour ContourFor(const Options& options, double sector_angle);

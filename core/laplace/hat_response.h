@@ -11,10 +11,10 @@ namespace dlcs {
 
 // R h φ_2 B,  R h E^{k-1} φ_1² B (k = 1, 2, ...), one after the other: what a hat of y at a node does to R x at
 // that node and at later ones. R = N gives the blocks of the kernel, R = vᵀN one combination of their rows.
-class HatRecursion {
+class HatResponse {
  public:
   // `scheme` (ExponentialPiecewiseLinear) must outlive it.
-  HatRecursion(const Matrix& rows, const Scheme& scheme)
+  HatResponse(const Matrix& rows, const Scheme& scheme)
       : scheme_(scheme), rows_(rows), response_(scheme.state * scheme.y_after + scheme.y_before) {}
 
   Index next() const { return next_; }  // k

@@ -80,9 +80,9 @@ class Kernel {
   KernelSource source_;
   Workers& workers_;
   KernelRecord& record_;
-  HatRecursion recursion_;
+  HatResponse recursion_;
   Vector combination_;  // v: of the rows of a block, each in units of its size
-  HatRecursion probe_;  // vᵀK_k
+  HatResponse probe_;  // vᵀK_k
   double probed_size_ = 0;
   double norm_;  // ‖hA‖_∞
   std::optional<ContourBlocks> contours_;

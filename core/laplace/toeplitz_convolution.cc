@@ -64,7 +64,7 @@ const ToeplitzConvolution::Spectra& ToeplitzConvolution::SpectraOf(const Eigen::
   if (const auto found = spectra_.find(length); found != spectra_.end()) return found->second.values;
   const Index frequencies = length / 2 + 1, count = wanted(length);
   Spectra spectra(frequencies, n * n);
-  TakeLargePages(spectra.data(), static_cast<std::size_t>(spectra.size()) * sizeof(std::complex<double>));
+  AdviseHugePages(spectra.data(), static_cast<std::size_t>(spectra.size()) * sizeof(std::complex<double>));
   workers.ForBlocks(n * n, 4, [&](Index, Index begin, Index end) {
     Eigen::FFT<double> fft = MakeFft();
     std::vector<double> series(length);

@@ -42,7 +42,7 @@ LcpBatchOutcome LcpBatch::Solve(const Eigen::Ref<const Matrix>& q, const Eigen::
   LcpBatchOutcome first;
   for (const LcpBatchOutcome& outcome : outcomes) {
     first.cancelled = first.cancelled || outcome.cancelled;
-    if (first.verdict == LcpVerdict::kSolved && outcome.verdict != LcpVerdict::kSolved) {
+    if (first.verdict == LcpStatus::kSolved && outcome.verdict != LcpStatus::kSolved) {
       first.verdict = outcome.verdict;
       first.column = outcome.column;
     }
@@ -56,7 +56,7 @@ void LcpBatch::SolveBlock(Index begin, Index end, const Eigen::Ref<const Matrix>
   std::unique_ptr<Bench> bench = benches_.Take([this] { return MakeBench(); });
   auto& [solver, lanes, basis] = *bench;
   const Index group = lanes ? PolicyLanes::kLanes : 1;
-  for (Index first = begin; first < end && outcome.verdict == LcpVerdict::kSolved; first += group) {
+  for (Index first = begin; first < end && outcome.verdict == LcpStatus::kSolved; first += group) {
     const Index count = std::min(group, end - first);
     if (stop.stop_requested()) {
       outcome.cancelled = true;
@@ -65,7 +65,7 @@ void LcpBatch::SolveBlock(Index begin, Index end, const Eigen::Ref<const Matrix>
     const std::uint32_t solved =
         lanes ? lanes->Solve(*diagonals_, q.middleCols(first, count), tolerance, y.middleCols(first, count))
               : 0;
-    for (Index j = first; j < first + count && outcome.verdict == LcpVerdict::kSolved; ++j) {
+    for (Index j = first; j < first + count && outcome.verdict == LcpStatus::kSolved; ++j) {
       if (solved >> (j - first) & 1) continue;
       basis.resize(q.rows());
       for (Index i = 0; i < q.rows(); ++i) basis[i] = y(i, j) > 0;

@@ -17,12 +17,12 @@
 namespace dlcs {
 
 struct LcpBatchOutcome {
-  LcpVerdict verdict = LcpVerdict::kSolved;  // of the first column that failed
+  LcpStatus verdict = LcpStatus::kSolved;  // of the first column that failed
   Index column = 0;
   bool cancelled = false;
 };
 
-// Solves LCP(q_j, M) for the columns q_j of a matrix. Neighbouring columns are neighbouring times. A
+// Solves LCP(q_j, M) for the columns q_j of a matrix. Neighboring columns are neighboring times. A
 // tridiagonal M-matrix is solved for sixteen columns side by side (core/lcp/structured/policy_iteration.h), others
 // column by column; either way each column starts from its own guess and knows nothing of the others, so the
 // bits depend neither on the threads nor on what is solved together.

@@ -149,13 +149,13 @@ absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step,
     if (stop.stop_requested()) return absl::CancelledError("stopped on request");
     const Vector q = ValueAt(problem.q, times[j], times[j] == times[j - 1]);
     const double sizes = MaxAbs(q) + InfinityNorm(problem.M) * MaxAbs(v);
-    const LcpVerdict verdict =
+    const LcpStatus verdict =
         solver->Solve(q + problem.M * v, Vector::Constant(size, 1e-15 * sizes), basis, z);
-    if (verdict != LcpVerdict::kSolved) {
+    if (verdict != LcpStatus::kSolved) {
       solution.v.times.resize(j);
       solution.v.values.conservativeResize(size, static_cast<Index>(j));
       solution.message =
-          absl::StrCat("The LCP of the increment to t = ", times[j], " is ", LcpVerdictName(verdict),
+          absl::StrCat("The LCP of the increment to t = ", times[j], " is ", LcpStatusName(verdict),
                        "; M must be strictly semicopositive for every q to have a solution.");
       return solution;
     }

@@ -59,12 +59,12 @@ absl::Status Validate(const Matrix& M, const Vector& q, const LcpRequest& reques
   return StatusOf(std::move(list).Take());
 }
 
-// The minimiser of the selector, or the least norm where there is none.
-std::unique_ptr<LcpSolver> MakeMinimiser(const Matrix& M, const std::optional<Selector>& selector) {
-  if (selector) return std::make_unique<MinimiserSolver>(M, *selector);
+// The minimizer of the selector, or the least norm where there is none.
+std::unique_ptr<LcpSolver> MakeMinimizer(const Matrix& M, const std::optional<Selector>& selector) {
+  if (selector) return std::make_unique<MinimizerSolver>(M, *selector);
   if (TestPositiveSemidefinite(M).yes()) return std::make_unique<LeastNormSolver>(M);
   const Index n = M.rows();
-  return std::make_unique<MinimiserSolver>(M, Selector{Matrix::Identity(n, n), Vector::Zero(n)});
+  return std::make_unique<MinimizerSolver>(M, Selector{Matrix::Identity(n, n), Vector::Zero(n)});
 }
 
 // The solver of LCP(q, M) whatever the pattern of M.
@@ -77,9 +77,9 @@ std::unique_ptr<LcpSolver> MakeGeneralSolver(const Matrix& M, const SolutionChoi
     case Selection::kHiddenLeastElement:
       return std::make_unique<HiddenLeastElementSolver>(M, choice.X);
     case Selection::kLeastNorm:
-      return MakeMinimiser(M, std::nullopt);
-    case Selection::kMinimiser:
-      return MakeMinimiser(M, choice.selector);
+      return MakeMinimizer(M, std::nullopt);
+    case Selection::kMinimizer:
+      return MakeMinimizer(M, choice.selector);
     case Selection::kSparsest:
       return std::make_unique<SparsestSolver>(M);
     case Selection::kAny:
@@ -132,18 +132,18 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
   result.y = Vector::Zero(M.rows());
   // The solver allows for its own rounding; M and q are taken as they stand.
   result.verdict = solver->Solve(q, Vector::Zero(q.size()), basis, result.y);
-  if (result.verdict == LcpVerdict::kSolved) PolishSolution(M, q, result.y);
+  if (result.verdict == LcpStatus::kSolved) PolishSolution(M, q, result.y);
   result.w = q + M * result.y;
   result.residual = LcpResidual(M, q, result.y);
-  const bool lost = result.verdict == LcpVerdict::kSolved && IsLost(M, q, result);
+  const bool lost = result.verdict == LcpStatus::kSolved && IsLost(M, q, result);
   if (lost) {
-    result.verdict = LcpVerdict::kSingular;
+    result.verdict = LcpStatus::kSingular;
     result.y.setZero();
     result.w = q;
     result.residual = LcpResidual(M, q, result.y);
   }
-  const bool solved = result.verdict == LcpVerdict::kSolved;
-  const LcpAccount account = solver->Account();
+  const bool solved = result.verdict == LcpStatus::kSolved;
+  const LcpStats account = solver->Account();
   result.pivots = account.pivots;
   result.method = account.method;
   result.message = solved ? "solved" : account.message;

@@ -22,7 +22,7 @@
 namespace dlcs {
 
 struct LcpResult {
-  LcpVerdict verdict = LcpVerdict::kPivotLimit;
+  LcpStatus verdict = LcpStatus::kPivotLimit;
   Vector y;             // the solution; zero when not solved
   Vector w;             // q + M y
   double residual = 0;  // ‖min(y, w)‖_∞, computed from y afresh; NaN when a number is not finite
@@ -32,13 +32,13 @@ struct LcpResult {
   std::string matrix_class;               // of M, for people
   Selection selection = Selection::kAny;  // the rule that was followed
   IndexSets sets;                         // of y, with kSolved
-  bool only_choice = true;                // false where several minimisers tied
+  bool only_choice = true;                // false where several minimizers tied
   std::optional<BasicSolutions> basic_solutions;  // where they were asked for
 };
 
 struct LcpRequest {
   SolutionRule rule = SolutionRule::kAuto;
-  std::optional<Selector> selector = std::nullopt;  // with kMinimiser, and only then
+  std::optional<Selector> selector = std::nullopt;  // with kMinimizer, and only then
   bool all_basic_solutions = false;                 // n <= kMaxBasicSolutionsSize
 };
 
@@ -61,7 +61,7 @@ LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass
 
 // The solver of LCP(q, M) for `choice`: principal pivoting with kept factors (kUnique), Chandrasekaran
 // (kLeastElement), the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive
-// semidefinite), a quadratic program or enumeration (kMinimiser, and kLeastNorm for small M of other classes), Lemke
+// semidefinite), a quadratic program or enumeration (kMinimizer, and kLeastNorm for small M of other classes), Lemke
 // with lexicographic ratio test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for
 // larger n (kAny). The choice is taken on trust: M must be what SelectRule() asks for, `choice` complete.
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice);

@@ -40,7 +40,7 @@ class Contest {
 
 }  // namespace
 
-LcpVerdict SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                  Basis& basis, Eigen::Ref<Vector> y) {
   account_ = {.pivots = 0, .method = "enumeration (fewest positive components)", .message = ""};
   only_choice_ = true;
@@ -48,7 +48,7 @@ LcpVerdict SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen:
   ScaledLcp lcp(M_);
   if (!lcp.Load(q, tolerance)) {
     account_.message = "q has an entry that is not finite";
-    return LcpVerdict::kNonFinite;
+    return LcpStatus::kNonFinite;
   }
   const Index n = q.size();
   const double q_size = MaxAbs(lcp.q);
@@ -94,11 +94,11 @@ LcpVerdict SparsestSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen:
     only_choice_ = contest.only_one();
     y = contest.y();
     for (Index i = 0; i < n; ++i) basis[i] = y[i] > 0;
-    return LcpVerdict::kSolved;
+    return LcpStatus::kSolved;
   }
   account_.message = decided ? "no choice of active constraints solves it"
                              : "a nearly singular basis leaves open which solution has the fewest positive components";
-  return decided ? LcpVerdict::kInfeasible : LcpVerdict::kSingular;
+  return decided ? LcpStatus::kInfeasible : LcpStatus::kSingular;
 }
 
 }  // namespace dlcs

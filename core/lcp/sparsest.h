@@ -22,15 +22,15 @@ class SparsestSolver final : public LcpSolver {
  public:
   explicit SparsestSolver(const Matrix& M) : M_(M) {}
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
   bool IsOnlyChoice() const override { return only_choice_; }
-  LcpAccount Account() const override { return account_; }
+  LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<SparsestSolver>(M_); }
 
  private:
   Matrix M_;
-  LcpAccount account_;
+  LcpStats account_;
   bool only_choice_ = true;
 };
 

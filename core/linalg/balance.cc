@@ -30,7 +30,7 @@ class Components {
  private:
   struct Visitor {
     Index vertex;
-    Index next;  // the neighbour to look at
+    Index next;  // the neighbor to look at
   };
 
   void Open(Index vertex, std::vector<Visitor>& path) {

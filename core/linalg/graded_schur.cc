@@ -160,7 +160,7 @@ class WideSchur {
     }
   }
 
-  // Exchanges neighbours on the diagonal while the later one is more than twice as large.
+  // Exchanges neighbors on the diagonal while the later one is more than twice as large.
   void Sort() {
     for (Index end = T.size() - 1; end > 0; --end) {
       LookForStop();

@@ -12,7 +12,7 @@ namespace dlcs {
 
 inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-// minimise costᵀz  subject to  row_lower <= rows z <= row_upper,  lower <= z <= upper;  ±kUnbounded for no bound.
+// minimize costᵀz  subject to  row_lower <= rows z <= row_upper,  lower <= z <= upper;  ±kUnbounded for no bound.
 struct LinearProgram {
   Vector cost;
   Matrix rows;

@@ -26,13 +26,13 @@ Overloaded(Cases...) -> Overloaded<Cases...>;
 constexpr Index kFewColumns = 8;
 
 // The size of all that runs slower than factor `k`, and of all that runs faster.
-struct Neighbours {
+struct Neighbors {
   Index slower = 1;
   Index faster = 1;
 };
 
-Neighbours NeighboursOf(const KroneckerSum& sum, std::size_t k) {
-  Neighbours of;
+Neighbors NeighborsOf(const KroneckerSum& sum, std::size_t k) {
+  Neighbors of;
   for (std::size_t i = 0; i < sum.factors.size(); ++i) {
     if (i < k) of.slower *= sum.factors[i].rows();
     if (i > k) of.faster *= sum.factors[i].rows();
@@ -46,7 +46,7 @@ void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, do
   std::fill(left, left + size, 0.0);
   for (std::size_t k = 0; k < sum.factors.size(); ++k) {
     const SparseMatrix& factor = sum.factors[k];
-    const Neighbours of = NeighboursOf(sum, k);
+    const Neighbors of = NeighborsOf(sum, k);
     if (of.faster == 1 && of.slower > kFewColumns) {  // columns of a matrix
       if (const auto diagonals = Diagonals::Of(factor)) {
         diagonals->AddProduct(Eigen::Map<const Matrix>(right, factor.cols(), of.slower),
@@ -123,7 +123,7 @@ SparseMatrix KroneckerSum::Assemble() const {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < factors.size(); ++k) {
     const SparseMatrix& factor = factors[k];
-    const Neighbours of = NeighboursOf(*this, k);
+    const Neighbors of = NeighborsOf(*this, k);
     for (Index slow = 0; slow < of.slower; ++slow) {
       for (Index j = 0; j < factor.outerSize(); ++j) {
         for (SparseMatrix::InnerIterator entry(factor, j); entry; ++entry) {

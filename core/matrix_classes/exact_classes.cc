@@ -73,7 +73,7 @@ bool IsZero(const BigVector& v) {
   return true;
 }
 
-BigVector Shortened(BigVector v) {
+BigVector TruncateUtf8(BigVector v) {
   BigInteger divisor = 0;
   for (const BigInteger& entry : v) divisor = gcd(divisor, entry);
   if (divisor > 1) {
@@ -83,7 +83,7 @@ BigVector Shortened(BigVector v) {
 }
 
 // Looks for q that no full complementary cone of M holds, all of them or the feasible ones. If there are such q, some
-// are next to a facet of a full cone, whose neighbour beyond the facet is not there: it is flat, or lies on the same
+// are next to a facet of a full cone, whose neighbor beyond the facet is not there: it is flat, or lies on the same
 // side. So a generic point of each such facet, moved beyond it by next to nothing, must be in another cone.
 class HoleSearch {
  public:
@@ -123,7 +123,7 @@ class HoleSearch {
     const BigInteger determinant = DeterminantOf(C);
     if (determinant == 0) return;
     BigMatrix H;
-    for (std::size_t j = 0; j < n_; ++j) H.push_back(Shortened(Cofactors(C, j, determinant > 0)));
+    for (std::size_t j = 0; j < n_; ++j) H.push_back(TruncateUtf8(Cofactors(C, j, determinant > 0)));
     cones_.push_back(std::move(H));
   }
 
@@ -140,7 +140,7 @@ class HoleSearch {
   bool IsCoveredBeyond(unsigned S, std::size_t i) {
     BigMatrix generators;
     for (std::size_t j = 0; j < n_; ++j) generators.push_back(Generator(S, j));
-    BigVector beyond = Shortened(Cofactors(generators, i, true));
+    BigVector beyond = TruncateUtf8(Cofactors(generators, i, true));
     const BigInteger one = Product(beyond, generators[i]), other = Product(beyond, Generator(S | 1u << i, i));
     if (one * other < 0 || (one == 0 && other == 0)) return true;
     if (one > 0 || other > 0) beyond = Negative(std::move(beyond));
@@ -173,7 +173,7 @@ class HoleSearch {
   BigVector OnFacet(const BigVector& h) const {
     BigVector row;
     for (const BigVector& generator : facet_) row.push_back(Product(h, generator));
-    return Shortened(std::move(row));
+    return TruncateUtf8(std::move(row));
   }
 
   // Of region_ = { λ : h λ > 0 for all h }.
@@ -181,7 +181,7 @@ class HoleSearch {
     if (++programs_ > kMostPrograms) return false;
     const std::optional<BigVector> inside = FindInside(region_, n_ - 1);
     if (!inside) return true;
-    const BigVector lambda = Shortened(*inside);
+    const BigVector lambda = TruncateUtf8(*inside);
     const std::size_t size = region_.size();
     bool covered = true;
     if (const BigMatrix* const cone = ConeOf(lambda)) {

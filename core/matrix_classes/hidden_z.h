@@ -15,7 +15,7 @@ namespace dlcs {
 // X = I serves Z-matrices of any size. For n <= 6 the search looks at all 2ⁿ choices of r_j = 0 or s_j = 0
 // and is complete but for matrices on the boundary of the class: core/matrix_classes/hidden_z_choices.h. For n <=
 // 20, where this is too much, X is sought column by column, each a linear program, for some (r, s): (e, 0),
-// (0, e) (X = M⁻¹ where that is a Z-matrix), columns that maximise x_jj + y_jj with the best (r, s) for
+// (0, e) (X = M⁻¹ where that is a Z-matrix), columns that maximize x_jj + y_jj with the best (r, s) for
 // these, and 20 pairs drawn with a fixed seed. Off-diagonal signs are asked for with a margin beyond all
 // rounding, but for rows of M that are zero.
 //

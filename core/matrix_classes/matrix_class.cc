@@ -66,8 +66,8 @@ const char* SelectionName(Selection selection) {
       return "the least element in the order of pos X";
     case Selection::kLeastNorm:
       return "the solution of least norm";
-    case Selection::kMinimiser:
-      return "the minimiser of |C y - b|";
+    case Selection::kMinimizer:
+      return "the minimizer of |C y - b|";
     case Selection::kSparsest:
       return "the solution with the fewest positive components";
     case Selection::kAny:
@@ -88,8 +88,8 @@ absl::Status Refuse(const char* rule, const char* needs, const Fact& fact) {
                                                  fact.no() ? "" : "whether it is one is not known: ", fact.why));
 }
 
-// Least norm and minimiser: the solution set is convex, or all its pieces are looked at.
-absl::StatusOr<Selection> SelectMinimiser(Selection selection, const char* rule, const MatrixClass& matrix_class) {
+// Least norm and minimizer: the solution set is convex, or all its pieces are looked at.
+absl::StatusOr<Selection> SelectMinimizer(Selection selection, const char* rule, const MatrixClass& matrix_class) {
   if (matrix_class.p.yes()) return Selection::kUnique;
   if (matrix_class.positive_semidefinite.yes() || matrix_class.size <= kMaxSolutionEnumeration) return selection;
   return absl::InvalidArgumentError(
@@ -118,9 +118,9 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
     case SolutionRule::kLeastNorm:
       // With a zero row the two part in coupled steps: see core/lcp/dense/coupled_selection.h.
       if (z && !p && !matrix_class.zero_row) return Selection::kLeastElement;
-      return SelectMinimiser(Selection::kLeastNorm, "least-norm", matrix_class);
-    case SolutionRule::kMinimiser:
-      return SelectMinimiser(Selection::kMinimiser, "minimiser", matrix_class);
+      return SelectMinimizer(Selection::kLeastNorm, "least-norm", matrix_class);
+    case SolutionRule::kMinimizer:
+      return SelectMinimizer(Selection::kMinimizer, "minimizer", matrix_class);
     case SolutionRule::kSparsest:
       if (p) return Selection::kUnique;
       if (z) return Selection::kLeastElement;  // positive in no more components than any other solution
@@ -129,7 +129,7 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
                                                      kMaxSolutionEnumeration, ", but n = ", matrix_class.size));
   }
   return absl::InvalidArgumentError(
-      "rule: not one of auto, unique, least-element, hidden-least-element, least-norm, minimiser, sparsest");
+      "rule: not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest");
 }
 
 }  // namespace dlcs

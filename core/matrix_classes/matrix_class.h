@@ -47,7 +47,7 @@ enum class Selection {
   kLeastElement,        // M is a Z-matrix
   kHiddenLeastElement,  // M is a hidden Z-matrix
   kLeastNorm,           // M is positive semidefinite, or small
-  kMinimiser,           // the same
+  kMinimizer,           // the same
   kSparsest,            // M is small
   kAny,                 // none of these: any solution; only coupled steps make sense
 };
@@ -60,12 +60,12 @@ struct SolutionChoice {
       : selection(selected), selector(by), X(matrix_class.hidden_z.witness.X) {}
 
   Selection selection;
-  std::optional<Selector> selector = std::nullopt;  // for kMinimiser
+  std::optional<Selector> selector = std::nullopt;  // for kMinimizer
   Matrix X = {};                                    // for kHiddenLeastElement: M X = Y, (4.10) of [Chen & Xiang]
 };
 
 // Whether y is a Lipschitz function of q for every M that admits the selection: kUnique, kLeastElement and
-// kHiddenLeastElement. The least norm is not ([Chen & Xiang], Remark 2.1), nor is any other minimiser.
+// kHiddenLeastElement. The least norm is not ([Chen & Xiang], Remark 2.1), nor is any other minimizer.
 bool IsAlwaysLipschitz(Selection selection);
 
 // Up to this size all 2ⁿ choices of active constraints are looked at where no class of M helps.

@@ -15,7 +15,7 @@ constexpr Index kMaxSize = 12;
 
 double LargestProduct(const Matrix& M, const Vector& z) { return z.cwiseProduct(M * z).maxCoeff(); }
 
-// The step d, |d_i| <= `radius`, that minimises max_i of z_i (Mz)_i to first order, with z + d on the face
+// The step d, |d_i| <= `radius`, that minimizes max_i of z_i (Mz)_i to first order, with z + d on the face
 // z_k = 1 of the unit cube.
 Vector LinearStep(const Matrix& M, const Vector& z, Index k, double radius) {
   const Index n = M.rows();

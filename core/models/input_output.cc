@@ -102,7 +102,7 @@ absl::StatusOr<Problem> MakeInputOutputProblem(const InputOutputModel& model) {
   problem.x0 = model.demand;
   problem.horizon = model.horizon;
   problem.rule = SolutionRule::kLeastElement;
-  if (absl::Status status = CheckSound(problem, Options{}); !status.ok()) return status;
+  if (absl::Status status = CheckValid(problem, Options{}); !status.ok()) return status;
   return problem;
 }
 

@@ -23,7 +23,7 @@ struct SignoriniModel {
   std::string psi_middle = "sin(4*pi*t)", psi_sides = "sin(2*pi*t)";
 };
 
-// The system (4.5), (4.6), appendix A: centred differences at the Q² inner points of the grid, Q = cells - 1,
+// The system (4.5), (4.6), appendix A: centered differences at the Q² inner points of the grid, Q = cells - 1,
 // the ghost points eliminated. x_{qQ + p} = V((p+1)Δx, (q+1)Δx), y = V(0, ·) - ψ, and with D = tridiag(1, -2,
 // 1)
 //     A = c/Δx² (I⊗D + D⊗I),   B = c/Δx² (I⊗e_1),   f = B ψ,

@@ -18,9 +18,9 @@ absl::StatusOr<std::vector<Formula>> Compile(const std::vector<std::string>& tex
   std::vector<Formula> formulas;
   for (const std::string& text : texts) {
     LookForStop();
-    auto analysed = AnalyseFormula(text, variables, 0, axis.horizon);
-    if (!analysed.ok()) return analysed.status();
-    formulas.emplace_back(*std::move(analysed), axis);
+    auto analyzed = AnalyzeFormula(text, variables, 0, axis.horizon);
+    if (!analyzed.ok()) return analyzed.status();
+    formulas.emplace_back(*std::move(analyzed), axis);
   }
   return formulas;
 }
@@ -28,17 +28,17 @@ absl::StatusOr<std::vector<Formula>> Compile(const std::vector<std::string>& tex
 // The derivative of `value`, a function of `variable`, which is left as it was.
 template <typename Value>
 double Difference(Value value, double& variable) {
-  const double centre = variable;
-  const double step = std::cbrt(std::numeric_limits<double>::epsilon()) * std::max(1.0, std::abs(centre));
-  const double right = centre + step, left = centre - step;  // what is stored is what is divided by
+  const double center = variable;
+  const double step = std::cbrt(std::numeric_limits<double>::epsilon()) * std::max(1.0, std::abs(center));
+  const double right = center + step, left = center - step;  // what is stored is what is divided by
   variable = right;
   const double above = value();
   variable = left;
   const double below = value();
-  variable = centre;
+  variable = center;
   if (std::isfinite(above) && std::isfinite(below)) return (above - below) / (right - left);
   const double here = value();
-  return std::isfinite(above) ? (above - here) / (right - centre) : (here - below) / (centre - left);
+  return std::isfinite(above) ? (above - here) / (right - center) : (here - below) / (center - left);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ struct JosephyNewton::Point {
   double merit;
 };
 
-bool JosephyNewton::Linearise(const ComplementarityFunction& function, const Vector& y) {
+bool JosephyNewton::Linearize(const ComplementarityFunction& function, const Vector& y) {
   solver_.reset();
   jacobian_ = function.jacobian(y);
   if (!jacobian_.allFinite()) return false;
@@ -57,14 +57,14 @@ bool JosephyNewton::Linearise(const ComplementarityFunction& function, const Vec
   return true;
 }
 
-LcpVerdict JosephyNewton::SolveLinearised(const Point& point, Vector& y) {
+LcpStatus JosephyNewton::SolveLinearized(const Point& point, Vector& y) {
   const Vector q = point.value - jacobian_ * point.y;
   const Vector size = point.value.cwiseAbs() + jacobian_.cwiseAbs() * point.y.cwiseAbs();
   Basis basis(point.y.size());
   for (Index i = 0; i < point.y.size(); ++i) basis[i] = point.y[i] > 0;
   y.resize(point.y.size());
-  LcpVerdict verdict = solver_->Solve(q, kTight * size, basis, y);
-  if (verdict == LcpVerdict::kSolved || selection_ != Selection::kUnique) return verdict;
+  LcpStatus verdict = solver_->Solve(q, kTight * size, basis, y);
+  if (verdict == LcpStatus::kSolved || selection_ != Selection::kUnique) return verdict;
   // The Jacobian here need not be a P-matrix because one elsewhere was.
   solver_ = MakeLcpSolver(jacobian_, Selection::kAny);
   return solver_->Solve(q, kTight * size, basis, y);
@@ -78,7 +78,7 @@ bool JosephyNewton::SmallResidual(const Point& point, double tolerance) const {
 
 bool JosephyNewton::LevenbergMarquardt(const ComplementarityFunction& function, Point& point) const {
   const Vector phi = FischerBurmeister(point.y, point.value);
-  Matrix slope = jacobian_;  // an element of the generalised Jacobian of Φ
+  Matrix slope = jacobian_;  // an element of the generalized Jacobian of Φ
   for (Index i = 0; i < phi.size(); ++i) {
     const double a = point.y[i], b = point.value[i], r = std::hypot(a, b);
     slope.row(i) *= r > 0 ? 1 - b / r : 1 - std::sqrt(0.5);
@@ -111,14 +111,14 @@ ComplementarityResult JosephyNewton::Solve(const ComplementarityFunction& functi
   };
   if (!point.finite()) return finish(Verdict::kNonFinite, "the function is not finite");
   bool fresh = !solver_;
-  if (fresh && !Linearise(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
-  LcpVerdict lcp = LcpVerdict::kSolved;
+  if (fresh && !Linearize(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
+  LcpStatus lcp = LcpStatus::kSolved;
   for (; result.lcps < kMaxSteps;) {
     Vector target;
-    lcp = SolveLinearised(point, target);
+    lcp = SolveLinearized(point, target);
     ++result.lcps;
     bool moved = false;
-    if (lcp == LcpVerdict::kSolved) {
+    if (lcp == LcpStatus::kSolved) {
       double length = 1;
       for (int halving = 0; !moved && halving <= (fresh ? kHalvings : 0); ++halving, length /= 2) {
         Point trial(function, point.y + length * (target - point.y));
@@ -135,19 +135,19 @@ ComplementarityResult JosephyNewton::Solve(const ComplementarityFunction& functi
       continue;
     }
     if (!fresh) {  // the kept Jacobian no longer serves
-      if (!Linearise(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
+      if (!Linearize(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
       fresh = true;
       continue;
     }
-    if (lcp == LcpVerdict::kSolved && SmallResidual(point, kLoose)) return finish(Verdict::kSolved, {});
+    if (lcp == LcpStatus::kSolved && SmallResidual(point, kLoose)) return finish(Verdict::kSolved, {});
     if (!LevenbergMarquardt(function, point)) break;
-    if (!Linearise(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
+    if (!Linearize(function, point.y)) return finish(Verdict::kNonFinite, "the Jacobian is not finite");
   }
-  if (lcp == LcpVerdict::kInfeasible) {
-    return finish(Verdict::kInfeasible, "the LCP of the linearised g has no solution");
+  if (lcp == LcpStatus::kInfeasible) {
+    return finish(Verdict::kInfeasible, "the LCP of the linearized g has no solution");
   }
   return finish(Verdict::kStalled, "Newton's method makes no progress after " + std::to_string(result.lcps) +
-                                       " LCPs (the last ended as " + LcpVerdictName(lcp) + ")");
+                                       " LCPs (the last ended as " + LcpStatusName(lcp) + ")");
 }
 
 }  // namespace dlcs

@@ -23,7 +23,7 @@ struct ComplementarityFunction {
 struct ComplementarityResult {
   enum class Verdict {
     kSolved,
-    kInfeasible,  // the LCP of the linearised G where the method stopped has no solution
+    kInfeasible,  // the LCP of the linearized G where the method stopped has no solution
     kStalled,     // no further progress, or steps ran out
     kNonFinite,   // G or its Jacobian has no value at the start
   };
@@ -33,10 +33,10 @@ struct ComplementarityResult {
   std::string why;      // where the verdict is not kSolved
 };
 
-// Solves for one G after the other, neighbours in time: the Jacobian and the LCP solver of the last one are kept as
+// Solves for one G after the other, neighbors in time: the Jacobian and the LCP solver of the last one are kept as
 // long as they serve.
 //
-// A step goes to the solution of the LCP of the linearised G (the one that `selection` means: the least element of a
+// A step goes to the solution of the LCP of the linearized G (the one that `selection` means: the least element of a
 // Z-matrix) with a step length that lowers ½‖Φ‖², Φ the Fischer-Burmeister function; where the LCP has no
 // solution, or leads nowhere, a Levenberg-Marquardt step on Φ is taken instead. For G affine it is the one LCP. At
 // least one LCP is solved, so a guess that is some solution, but not the one that is meant, does not stay.
@@ -56,8 +56,8 @@ class JosephyNewton {
 
  private:
   struct Point;
-  bool Linearise(const ComplementarityFunction& function, const Vector& y);
-  LcpVerdict SolveLinearised(const Point& point, Vector& y);
+  bool Linearize(const ComplementarityFunction& function, const Vector& y);
+  LcpStatus SolveLinearized(const Point& point, Vector& y);
   bool SmallResidual(const Point& point, double tolerance) const;
   bool LevenbergMarquardt(const ComplementarityFunction& function, Point& point) const;
 

@@ -157,7 +157,7 @@ Solution Refused(const NonlinearProblem& problem, const AnalysisReport& report, 
 absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, const Options& asked, Observer& observer,
                                             std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = CheckSound(problem, asked); !status.ok()) return status;
+  if (absl::Status status = CheckValid(problem, asked); !status.ok()) return status;
   Options options = asked;
   const bool error_by_default = FillInDefaultError(options);
   const bool tries_steps = options.error_tolerance > 0;

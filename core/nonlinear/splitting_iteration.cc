@@ -32,7 +32,7 @@ class Iteration {
     for (size_t r = 0; r < context_.grid.runs.size(); ++r) {
       const Run& run = context_.grid.runs[r];
       end_is_break_ = r + 1 < context_.grid.runs.size() && context_.grid.runs[r + 1].starts_at_break;
-      if (run.starts_at_break && !StartStretch(run)) return false;
+      if (run.starts_at_break && !StartInterval(run)) return false;
       for (Index done = 0; done < run.steps;) {
         const Index taken = Advance(run, done);
         if (taken == 0) return false;
@@ -70,15 +70,15 @@ class Iteration {
     return times;
   }
 
-  // y at the start of a stretch, where g may have jumped.
-  bool StartStretch(const Run& run) {
+  // y at the start of a smooth interval, where g may have jumped.
+  bool StartInterval(const Run& run) {
     const double t = Times(run, 0, 1).front();
     JosephyNewton newton(context_.selection);
     const ComplementarityResult solved = SolveForY(context_.functions, newton, t, x_, y_);
     context_.solution.cost.lcps += solved.lcps;
     if (solved.verdict == Verdict::kSolved) return true;
     const SplittingOutcome failed = FailureOf(context_, solved, run.begin, x_, y_);
-    return context_.Fail(failed.termination, run.begin, "No y at the start of a stretch: " + failed.why + ".");
+    return context_.Fail(failed.termination, run.begin, "No y at the start of a smooth interval: " + failed.why + ".");
   }
 
   // W and the scheme for steps from (t, x_, y_) on. A W that is right to a tenth is kept with its matrix functions.

@@ -15,7 +15,7 @@
 
 namespace dlcs {
 
-void KeepFreedMemory() {
+void RetainFreedMemory() {
 #ifdef __GLIBC__
   constexpr int kMegabyte = 1 << 20;
   mallopt(M_MMAP_THRESHOLD, 32 * kMegabyte);
@@ -23,7 +23,7 @@ void KeepFreedMemory() {
 #endif
 }
 
-void TakeLargePages([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) {
+void AdviseHugePages([[maybe_unused]] void* data, [[maybe_unused]] std::size_t bytes) {
 #ifdef __linux__
   const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
   const auto address = reinterpret_cast<std::uintptr_t>(data);

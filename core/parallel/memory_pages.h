@@ -13,12 +13,12 @@ namespace dlcs {
 // of a march of n = 255 and J = 400. malloc_trim(0) gives memory back nevertheless.
 //
 // For main(), before there are threads: a library leaves the heap to its program. Does nothing with other C libraries.
-void KeepFreedMemory();
+void RetainFreedMemory();
 
 // Asks the system for large pages below an array that is not written yet. Half a gigabyte is then taken with some
 // hundred faults instead of a hundred thousand, and given back in a millisecond instead of twenty, which nothing could
 // interrupt. A hint: does nothing on systems that have no such pages or keep them for others.
-void TakeLargePages(void* data, std::size_t bytes);
+void AdviseHugePages(void* data, std::size_t bytes);
 
 }  // namespace dlcs
 

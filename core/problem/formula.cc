@@ -11,14 +11,14 @@ namespace dlcs {
 absl::StatusOr<Formula> Formula::Parse(const std::string& text, const FormulaVariables& variables) {
   absl::StatusOr<FormulaTree> tree = ReadFormula(text, variables);
   if (!tree.ok()) return tree.status();
-  auto analysed = std::make_shared<AnalysedFormula>();
-  analysed->tree = *std::move(tree);
-  return Formula(std::move(analysed), {});
+  auto analyzed = std::make_shared<AnalyzedFormula>();
+  analyzed->tree = *std::move(tree);
+  return Formula(std::move(analyzed), {});
 }
 
-Formula::Formula(std::shared_ptr<const AnalysedFormula> analysed, const TimeAxis& axis)
-    : analysed_(std::move(analysed)), values_(analysed_->tree.steps.size()) {
-  const std::vector<FormulaStep>& steps = analysed_->tree.steps;
+Formula::Formula(std::shared_ptr<const AnalyzedFormula> analyzed, const TimeAxis& axis)
+    : analyzed_(std::move(analyzed)), values_(analyzed_->tree.steps.size()) {
+  const std::vector<FormulaStep>& steps = analyzed_->tree.steps;
   states_.resize(states().size());
   constraints_.resize(constraints().size());
   const auto place = [](const std::vector<Index>& indices, Index i) {
@@ -43,11 +43,11 @@ Formula::Formula(std::shared_ptr<const AnalysedFormula> analysed, const TimeAxis
         computed_.push_back(index);
     }
   }
-  for (const double time : analysed_->switching.times) switching_times_.push_back(axis.Nearest(time));
-  has_stretches_ = !analysed_->switching.inside.empty() &&
+  for (const double time : analyzed_->switching.times) switching_times_.push_back(axis.Nearest(time));
+  has_intervals_ = !analyzed_->switching.inside.empty() &&
                    std::any_of(steps.begin(), steps.end(),
                                [](const auto& step) { return step.of_time_alone && IsSwitch(step.operation); });
-  if (has_stretches_) decisions_.resize(steps.size());
+  if (has_intervals_) decisions_.resize(steps.size());
 }
 
 double Formula::Evaluate(double t, Side side) {
@@ -56,21 +56,21 @@ double Formula::Evaluate(double t, Side side) {
 
 double Formula::Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, Side side) {
   for (std::size_t k = 0; k < states_.size(); ++k) {
-    values_[static_cast<std::size_t>(states_[k])] = x[analysed_->tree.states[k]];
+    values_[static_cast<std::size_t>(states_[k])] = x[analyzed_->tree.states[k]];
   }
   for (std::size_t k = 0; k < constraints_.size(); ++k) {
-    values_[static_cast<std::size_t>(constraints_[k])] = y[analysed_->tree.constraints[k]];
+    values_[static_cast<std::size_t>(constraints_[k])] = y[analyzed_->tree.constraints[k]];
   }
   return EvaluateAt(t, side);
 }
 
 double Formula::EvaluateAt(double t, Side side) {
-  const auto& [tree, switching] = *analysed_;
-  if (has_stretches_) {
+  const auto& [tree, switching] = *analyzed_;
+  if (has_intervals_) {
     const auto behind = side == Side::kRight ? std::upper_bound(switching_times_.begin(), switching_times_.end(), t)
                                              : std::lower_bound(switching_times_.begin(), switching_times_.end(), t);
-    const auto stretch = static_cast<std::size_t>(behind - switching_times_.begin());
-    if (!has_entered_ || stretch != stretch_) EnterStretch(stretch);
+    const auto interval = static_cast<std::size_t>(behind - switching_times_.begin());
+    if (!has_entered_ || interval != interval_) EnterInterval(interval);
     if (!is_decided_ && std::binary_search(switching_times_.begin(), switching_times_.end(), t)) {
       t = std::nextafter(t, side == Side::kRight ? HUGE_VAL : -HUGE_VAL);
     }
@@ -95,12 +95,12 @@ double Formula::EvaluateAt(double t, Side side) {
   return value;
 }
 
-// Takes the decisions of the switches in `stretch`.
-void Formula::EnterStretch(std::size_t stretch) {
-  const auto& [tree, switching] = *analysed_;
-  stretch_ = stretch;
+// Takes the decisions of the switches in `smooth interval`.
+void Formula::EnterInterval(std::size_t interval) {
+  const auto& [tree, switching] = *analyzed_;
+  interval_ = interval;
   has_entered_ = true;
-  const double inside = switching.inside[stretch];
+  const double inside = switching.inside[interval];
   is_decided_ = !std::isnan(inside);
   if (!is_decided_) return;
   values_[static_cast<std::size_t>(time_)] = inside;

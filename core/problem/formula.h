@@ -12,7 +12,7 @@
 // through min and max.
 //
 // Where its switching times are known (core/problem/formula_switching.h), comparisons, sign, floor and ceil are
-// decided once for the stretch between two of them. So a formula has both its limits at a switching time, and keeps
+// decided once for the smooth interval between two of them. So a formula has both its limits at a switching time, and keeps
 // them where that time is rounded.
 
 #ifndef DLCS_CORE_PROBLEM_FORMULA_H_
@@ -37,13 +37,13 @@ class Formula {
   static absl::StatusOr<Formula> Parse(const std::string& text, const FormulaVariables& variables = {});
 
   // One whose switching times are known; `axis` says which break points of the problem they are.
-  Formula(std::shared_ptr<const AnalysedFormula> analysed, const TimeAxis& axis);
+  Formula(std::shared_ptr<const AnalyzedFormula> analyzed, const TimeAxis& axis);
 
   // Whether `t` occurs in it. A formula without any variable costs nothing to evaluate.
-  bool DependsOnTime() const { return analysed_->tree.depends_on_t; }
+  bool DependsOnTime() const { return analyzed_->tree.depends_on_t; }
   // Which x and y occur in it, as indices from 0.
-  const std::vector<Index>& states() const { return analysed_->tree.states; }
-  const std::vector<Index>& constraints() const { return analysed_->tree.constraints; }
+  const std::vector<Index>& states() const { return analyzed_->tree.states; }
+  const std::vector<Index>& constraints() const { return analyzed_->tree.constraints; }
 
   // The value at `t`, at a switching time the limit from `side`; not finite where the formula has none (division by
   // zero, log of a negative number). Not safe to call from several threads at once. Cost: about 3 ns an operation, and
@@ -55,17 +55,17 @@ class Formula {
 
  private:
   double EvaluateAt(double t, Side side);
-  void EnterStretch(std::size_t stretch);
+  void EnterInterval(std::size_t interval);
 
-  std::shared_ptr<const AnalysedFormula> analysed_;
+  std::shared_ptr<const AnalyzedFormula> analyzed_;
   std::vector<double> switching_times_;    // as the axis has them
   std::vector<int> computed_;              // the steps that are neither numbers nor variables
   std::vector<int> states_, constraints_;  // the steps of variables
   int time_ = -1;
   std::vector<double> values_;
-  std::vector<double> decisions_;  // in the stretch that was entered last
-  bool has_stretches_ = false;     // switches, and known times of them
-  std::size_t stretch_ = 0;        // the one that was entered last
+  std::vector<double> decisions_;  // in the smooth interval that was entered last
+  bool has_intervals_ = false;     // switches, and known times of them
+  std::size_t interval_ = 0;        // the one that was entered last
   bool has_entered_ = false;
   bool is_decided_ = false;
 };

@@ -202,7 +202,7 @@ FormulaToken ReadNumber(std::string_view text, std::size_t begin) {
   return token;
 }
 
-// Letters to replace, insert, remove, or exchange with their neighbour; small and capital ones are the same.
+// Letters to replace, insert, remove, or exchange with their neighbor; small and capital ones are the same.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   const auto same = [&](std::size_t i, std::size_t j) { return Lower(a[i - 1]) == Lower(b[j - 1]); };
   std::vector<std::vector<std::size_t>> distance(a.size() + 1, std::vector<std::size_t>(b.size() + 1));

@@ -57,9 +57,9 @@ double Shortest(double lo, double hi) {
   return (lo + hi) / 2;
 }
 
-double CentreOf(Range range) {
-  const double centre = range.lo + (range.hi - range.lo) / 2;
-  return range.hi - range.lo <= 64 * kEps * std::abs(centre) ? Shortest(range.lo, range.hi) : centre;
+double CenterOf(Range range) {
+  const double center = range.lo + (range.hi - range.lo) / 2;
+  return range.hi - range.lo <= 64 * kEps * std::abs(center) ? Shortest(range.lo, range.hi) : center;
 }
 
 // The limit of values[k] at distance 0 from the distances[k], which fall, by polynomials through some of them.
@@ -283,7 +283,7 @@ class Search {
     gap.jumps = std::abs(gap.left - gap.right) > 1e-6 * std::max(left.largest, right.largest);
     result_.gaps.push_back(gap);
     const bool is_inside = range.lo > begin_ && range.hi < end_;
-    if (is_inside) crossings_.push_back(CentreOf(range));  // where its slope may jump, as that of sqrt(1 - cos(t)) does
+    if (is_inside) crossings_.push_back(CenterOf(range));  // where its slope may jump, as that of sqrt(1 - cos(t)) does
   }
 
   // No finite value at `without`, nor on the way there from some time behind `from`.
@@ -397,7 +397,7 @@ class Search {
       if (!may_jump && (range.lo <= begin_ || range.hi >= end_)) {
         narrow_.push_back(range);
       } else if (is_narrow) {
-        times.push_back(CentreOf(range));
+        times.push_back(CenterOf(range));
         narrow_.push_back(range);
       } else {
         times.push_back(range.lo);
@@ -406,7 +406,7 @@ class Search {
       }
       if (may_jump && range.hi - range.lo > kPointlike * (end_ - begin_)) {
         const std::string where =
-            is_narrow ? "within " + FormatNumber((range.hi - range.lo) / 2) + " of t = " + FormatNumber(CentreOf(range))
+            is_narrow ? "within " + FormatNumber((range.hi - range.lo) / 2) + " of t = " + FormatNumber(CenterOf(range))
                       : "between t = " + FormatNumber(range.lo) + " and " + FormatNumber(range.hi);
         result_.warnings.push_back("switching times " + where +
                                    " could not be told apart; declare them as break points "
@@ -492,42 +492,42 @@ FormulaSwitching FindSwitchingTimes(const FormulaTree& tree, double begin, doubl
   return Search(tree, begin, end).Run();
 }
 
-absl::StatusOr<std::shared_ptr<const AnalysedFormula>> AnalyseFormula(const std::string& text,
+absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeFormula(const std::string& text,
                                                                       const FormulaVariables& variables, double begin,
                                                                       double end) {
   constexpr double kCacheBytes = 64e6;
   static SetupCache& cache = *new SetupCache(kCacheBytes);
   absl::Status status;
-  const auto analyse = [&]() -> std::shared_ptr<const AnalysedFormula> {
+  const auto analyze = [&]() -> std::shared_ptr<const AnalyzedFormula> {
     absl::StatusOr<FormulaTree> tree = ReadFormula(text, variables);
     if (!tree.ok()) {
       status = tree.status();
       return nullptr;
     }
-    auto made = std::make_shared<AnalysedFormula>();
+    auto made = std::make_shared<AnalyzedFormula>();
     made->tree = *std::move(tree);
     made->switching = FindSwitchingTimes(made->tree, begin, end);
     return made;
   };
-  std::shared_ptr<const AnalysedFormula> analysed;
+  std::shared_ptr<const AnalyzedFormula> analyzed;
   if (text.find('t') != std::string::npos) {
     std::string names = "formula " + text;
     for (const auto& [name, value] : variables.parameters) names += "\n" + name;
     SetupKey key(names);
     key.Add(begin).Add(end).Add(variables.states).Add(variables.constraints);
     for (const auto& [name, value] : variables.parameters) key.Add(value);
-    analysed = cache.Get<AnalysedFormula>(key, [&]() -> SetupCache::Made<AnalysedFormula> {
-      auto made = analyse();
+    analyzed = cache.Get<AnalyzedFormula>(key, [&]() -> SetupCache::Made<AnalyzedFormula> {
+      auto made = analyze();
       if (!made) return {};
       const double bytes = 16.0 * static_cast<double>(made->switching.times.size()) +
                            static_cast<double>(sizeof(FormulaStep) * made->tree.steps.size()) + 500;
       return {std::move(made), bytes};
     });
   } else {
-    analysed = analyse();  // a number: not worth keeping
+    analyzed = analyze();  // a number: not worth keeping
   }
   if (!status.ok()) return status;
-  return analysed;
+  return analyzed;
 }
 
 }  // namespace dlcs

@@ -27,7 +27,7 @@ struct FormulaSwitching {
   // Inside (begin, end) of the search, increasing. Between two of them every switch that depends on t alone is decided,
   // but at isolated times where its operand touches zero.
   std::vector<double> times = {};
-  // One more: a time of each stretch at which its switches are decided; NaN where they could not be told apart, and the
+  // One more: a time of each smooth interval at which its switches are decided; NaN where they could not be told apart, and the
   // formula is evaluated as it stands.
   std::vector<double> inside = {};
   std::vector<FormulaGap> gaps = {};
@@ -46,14 +46,14 @@ struct FormulaSwitching {
 // most.
 FormulaSwitching FindSwitchingTimes(const FormulaTree& tree, double begin, double end);
 
-struct AnalysedFormula {
+struct AnalyzedFormula {
   FormulaTree tree;
   FormulaSwitching switching;
 };
 
 // The tree and the switching times of `text`, made once for all who ask for the same: problems have a formula in many
 // components, and are asked for their break points many times. Errors: as ReadFormula(). Safe from any thread.
-absl::StatusOr<std::shared_ptr<const AnalysedFormula>> AnalyseFormula(const std::string& text,
+absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeFormula(const std::string& text,
                                                                       const FormulaVariables& variables, double begin,
                                                                       double end);
 

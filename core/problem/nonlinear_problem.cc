@@ -35,8 +35,8 @@ void ForEachFormula(const NonlinearProblem& problem, Look look) {
   const FormulaVariables variables = VariablesOf(problem);
   for (const auto& [field, formulas] : {std::pair{"f", &problem.f}, {"g", &problem.g}}) {
     for (std::size_t i = 0; i < formulas->size(); ++i) {
-      const auto analysed = AnalyseFormula((*formulas)[i], variables, 0, problem.horizon);
-      if (analysed.ok()) look(field + std::string("[") + std::to_string(i) + "]", (*analysed)->switching);
+      const auto analyzed = AnalyzeFormula((*formulas)[i], variables, 0, problem.horizon);
+      if (analyzed.ok()) look(field + std::string("[") + std::to_string(i) + "]", (*analyzed)->switching);
     }
   }
 }
@@ -93,7 +93,7 @@ std::vector<Violation> Validate(const NonlinearProblem& problem) {
   return std::move(list).Take();
 }
 
-absl::Status CheckSound(const NonlinearProblem& problem, const Options& options) {
+absl::Status CheckValid(const NonlinearProblem& problem, const Options& options) {
   std::vector<Violation> violations = Validate(problem);
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
   if (options.method != Method::kAuto && options.method != Method::kLaplaceIteration) {

@@ -46,7 +46,7 @@ std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);
 
 // OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of
 // the methods only kAuto and kLaplaceIteration solve nonlinear problems.
-absl::Status CheckSound(const NonlinearProblem& problem, const Options& options);
+absl::Status CheckValid(const NonlinearProblem& problem, const Options& options);
 
 }  // namespace dlcs
 

@@ -38,10 +38,10 @@ struct WindowReport {
 struct IterateReport {
   Index window = 0;
   Index iteration = 0;       // from 1 within the window
-  double change = 0;         // max-norm over the window of the change of N x + g (paper_iteration: of x)
+  double change = 0;         // max-norm over the window of the change of N x + g (wu_chen_iteration: of x)
   double lcp_residual = 0;   // max over time points of ‖min(y, w)‖_∞
   // log10 of the a-priori bound of `change`. Absent where no Lipschitz constant of the LCP is known; from
-  // laplace_iteration for windows over several lengths of steps; from paper_iteration for cubic splines and
+  // laplace_iteration for windows over several lengths of steps; from wu_chen_iteration for cubic splines and
   // where eigenvalues are split off; and where the bound is not finite.
   std::optional<double> log10_bound;
   double seconds = 0;        // since the solve began
@@ -49,7 +49,7 @@ struct IterateReport {
 
 // The function y of an iterate, on loan: the memory is the method's, and goes on to the next iterate when the call returns.
 struct IterateValues {
-  std::span<const double> times;  // increasing; twice where y has two limits (paper_iteration, where runs of the grid meet)
+  std::span<const double> times;  // increasing; twice where y has two limits (wu_chen_iteration, where runs of the grid meet)
   Eigen::Ref<const Matrix> y;     // n × times.size()
 };
 

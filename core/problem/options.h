@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-enum class Method { kAuto, kLaplaceIteration, kPaperIteration, kExponentialMarch, kTimeStepping, kEventLocated };
+enum class Method { kAuto, kLaplaceIteration, kWuChenIteration, kExponentialIntegrator, kTimeStepping, kEventDriven };
 
 // How time_stepping solves a step: one LCP(q, M^h) with x⁺ substituted, or the generalized Newton method (3.3) of
 // Chen & Xiang with one LCP(N u + g, M) an iteration.
@@ -21,20 +21,20 @@ enum class StepSolver { kSubstitution, kNewton };
 // function N (zI - A)⁻¹ B inverted on contours. Left to itself it takes the cheaper.
 enum class KernelSource { kAuto, kPhiFunctions, kContour };
 
-// How x0, f and y are carried to N x (core/README.md, "Realisations"). Left to itself the engine chooses by the structure and
+// How x0, f and y are carried to N x (core/README.md, "Propagators"). Left to itself the engine chooses by the structure and
 // the size of A; one that the problem does not admit is refused.
-enum class Realisation {
+enum class PropagatorKind {
   kAuto,
   kDense,           // the matrix functions of A written down: any A of moderate size
-  kKroneckerSum,    // A diagonalised factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
+  kKroneckerSum,    // A diagonalized factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
   kContour,         // N (zI - A)⁻¹ B inverted on contours, one sparse factorization a node: large sparse A, few constraints
   kSparseStepping,  // one sparse factorization of I - h(1-θ)A a length of step; time_stepping only
 };
 
-// What paper_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
+// What wu_chen_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
 enum class Interpolation { kLinear, kCubicSpline };
 
-// Whose parameters the contour (2.2) has that paper_iteration integrates over: those of Theorem 2.2, or those that Remark 2.4
+// Whose parameters the contour (2.2) has that wu_chen_iteration integrates over: those of Theorem 2.2, or those that Remark 2.4
 // leaves to be chosen for the sector of the spectrum. Left to itself it takes Theorem 2.2's where the sector allows.
 enum class ContourChoice { kAuto, kTheorem22, kRemark24 };
 
@@ -49,12 +49,12 @@ struct Options {
   double step = 0;
   // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length: a grid that is fine where the
   // solution needs it. 0, T, break points and output times are added. Steps of equal length that follow one
-  // another are recognised: one matrix function serves all steps of a length, so a grid of J different lengths
+  // another are recognized: one matrix function serves all steps of a length, so a grid of J different lengths
   // costs J of them.
   std::vector<double> grid_times;
 
   // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T], and
-  // of B y where y is a Lipschitz function of x. event_located controls its steps by it; for other methods the step comes
+  // of B y where y is a Lipschitz function of x. event_driven controls its steps by it; for other methods the step comes
   // from trial solves (core/driver/step_control.h), and the solution holds the error that was estimated, or says that it
   // was not reached. A grid beside it says only where output is wanted. 0: with a grid its steps are taken; without one
   // the error is kDefaultErrorTolerance, for at most the work of kMostDefaultSteps steps, and missing it is no failure.
@@ -71,7 +71,7 @@ struct Options {
   std::vector<double> output_times;
   bool output_times_only = false;
 
-  // event_located: keep the polynomials of its steps (Solution::pieces), 13 (m + n) numbers each, for dense output
+  // event_driven: keep the polynomials of its steps (Solution::pieces), 13 (m + n) numbers each, for dense output
   // (core/event_driven/interpolant.h). Other methods need no more for it than their nodes.
   bool keep_pieces = false;
 
@@ -102,27 +102,27 @@ struct Options {
   // laplace_iteration: depth of Anderson acceleration, at most 20; 0 iterates as [Wu & Chen] do.
   int acceleration = 0;
 
-  Realisation realisation = Realisation::kAuto;
+  PropagatorKind propagator = PropagatorKind::kAuto;
   // What a solve may allocate, in bytes: beyond it the problem is refused before anything is allocated. The trajectory asked
   // for counts.
   double max_memory = 8e9;
 
-  // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (paper_iteration)
+  // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (wu_chen_iteration)
   // relative to its own size.
   double iteration_tolerance = 1e-12;
   // Iterations allowed per window. 0 takes 300 for windows that can shrink and 1000 for those that cannot.
   Index max_iterations = 0;
 
-  // paper_iteration: the contour (2.2). num_contour_nodes is P >= 1 (2P + 1 nodes, P + 1 resolvents).
+  // wu_chen_iteration: the contour (2.2). num_contour_nodes is P >= 1 (2P + 1 nodes, P + 1 resolvents).
   // Values of 0 take the parameters of `contour`; Theorem 2.2 has γ = 0.794, μ = √P/4, Δv = 2.06/√P.
   Index num_contour_nodes = 25;
   ContourChoice contour = ContourChoice::kAuto;
   double contour_gamma = 0;
   double contour_mu = 0;
   double contour_step = 0;
-  // paper_iteration: e^{At} x0 by the hyperbola of Remark 2.3 instead of a matrix exponential.
+  // wu_chen_iteration: e^{At} x0 by the hyperbola of Remark 2.3 instead of a matrix exponential.
   bool contour_for_initial_state = false;
-  // paper_iteration: cubic splines through the nodes between two break points are of fourth order where y and f are smooth,
+  // wu_chen_iteration: cubic splines through the nodes between two break points are of fourth order where y and f are smooth,
   // and no better than straight lines across a kink of y.
   Interpolation interpolation = Interpolation::kLinear;
 

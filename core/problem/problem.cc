@@ -45,7 +45,7 @@ std::string NameOf(const TimeFunction& function, const std::string& field, std::
          "]";
 }
 
-const std::string& FormulaOf(const TimeFunction& function, const AnalysedComponent& component) {
+const std::string& FormulaOf(const TimeFunction& function, const AnalyzedComponent& component) {
   const TimePiece& piece = function.pieces[component.piece].function;
   return std::get<FormulaFunction>(piece).formulas[static_cast<std::size_t>(component.component)];
 }
@@ -69,7 +69,7 @@ Violation NonFiniteValue(const TimeFunction& function, const std::string& field,
 // Formulas that can not be taken on [0, horizon].
 void CheckFormulas(const TimeFunction& function, double horizon, const std::string& field, ViolationList& list) {
   if (function.is_lifted()) return CheckFormulas(function.Inner(), horizon, field + ".of", list);
-  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+  for (const AnalyzedComponent& component : AnalyzeFormulas(function, horizon)) {
     const std::string& refusal = component.formula->switching.refusal;
     if (refusal.empty()) continue;
     list.Add(NameOf(function, field, component.piece, component.component),
@@ -82,7 +82,7 @@ void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
   std::vector<double> found;
   std::string field = "f";
   for (const auto& [name, function] : {std::pair{"f", &problem.f}, {"g", &problem.g}}) {
-    for (const AnalysedComponent& component : AnalyseFormulas(*function, problem.horizon)) {
+    for (const AnalyzedComponent& component : AnalyzeFormulas(*function, problem.horizon)) {
       const std::vector<double>& times = component.formula->switching.times;
       found.insert(found.end(), times.begin(), times.end());
       field = times.empty() ? field : name;
@@ -98,7 +98,7 @@ void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
 void AddWarnings(const TimeFunction& function, double horizon, const std::string& field,
                  std::vector<std::string>& warnings) {
   if (function.is_lifted()) return AddWarnings(function.Inner(), horizon, field + ".of", warnings);
-  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+  for (const AnalyzedComponent& component : AnalyzeFormulas(function, horizon)) {
     for (const std::string& warning : component.formula->switching.warnings) {
       warnings.push_back("Of " + NameOf(function, field, component.piece, component.component) + ", " +
                          Quoted(FormulaOf(function, component)) + ", " + warning + ".");

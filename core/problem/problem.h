@@ -23,11 +23,11 @@ enum class SolutionRule {
   kLeastElement,        // M must be a Z-matrix
   kHiddenLeastElement,  // least in the order of pos X, (4.11) of [Chen & Xiang]; M must be a hidden Z-matrix
   kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
-  kMinimiser,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
+  kMinimizer,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
   kSparsest,            // fewest y_i > 0, of several the least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
 };
 
-// What kMinimiser minimises over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where
+// What kMinimizer minimizes over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where
 // several solutions attain the minimum, the one of least norm is taken.
 struct Selector {
   Matrix C;  // k × n, k >= 1, of any rank
@@ -45,7 +45,7 @@ struct Problem {
   double horizon = 0;                // T > 0
   std::vector<double> break_points;  // further times in (0, T) where f or g jumps or has a kink
   SolutionRule rule = SolutionRule::kAuto;
-  std::optional<Selector> selector;  // with kMinimiser, and only then
+  std::optional<Selector> selector;  // with kMinimizer, and only then
 
   Index num_states() const { return A.rows(); }
   Index num_constraints() const { return M.rows(); }
@@ -59,7 +59,7 @@ struct Problem {
 //
 // Fields are named A B N M f g x0 T break_points selector.C selector.b, with [row][column] or [component],
 // those inside f and g as core/problem/time_function.h says. At most 200 are listed; one more entry counts the rest.
-// Cost: that of AnalyseFormulas(), and 257 values of every component.
+// Cost: that of AnalyzeFormulas(), and 257 values of every component.
 std::vector<Violation> Validate(const Problem& problem);
 
 // All break points of f, g, their formulas and the (sound) problem itself, as MergeBreakPoints() makes them of those that

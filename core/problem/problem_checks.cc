@@ -74,9 +74,9 @@ void CheckInitialState(const Vector& x0, Index m, ViolationList& list) {
 }
 
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list) {
-  const bool needed = rule == SolutionRule::kMinimiser;
-  if (needed && !selector) list.Add("selector", "missing; the rule minimiser needs C and b");
-  if (!needed && selector) list.Add("selector", "given; only the rule minimiser takes one");
+  const bool needed = rule == SolutionRule::kMinimizer;
+  if (needed && !selector) list.Add("selector", "missing; the rule minimizer needs C and b");
+  if (!needed && selector) list.Add("selector", "given; only the rule minimizer takes one");
   if (!selector) return;
   const auto& [C, b] = *selector;
   if (C.rows() == 0 || C.cols() != n) {

@@ -41,12 +41,12 @@ const char* MethodName(Method method) {
       return "auto";
     case Method::kLaplaceIteration:
       return "laplace-iteration";
-    case Method::kPaperIteration:
-      return "paper-iteration";
-    case Method::kExponentialMarch:
-      return "exponential-march";
-    case Method::kEventLocated:
-      return "event-located";
+    case Method::kWuChenIteration:
+      return "wu-chen-iteration";
+    case Method::kExponentialIntegrator:
+      return "exponential-integrator";
+    case Method::kEventDriven:
+      return "event-driven";
     case Method::kTimeStepping:
       return "time-stepping";
   }

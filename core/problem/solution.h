@@ -107,7 +107,7 @@ struct SwitchingTime {
   std::string kind;             // "start", "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
 };
 
-// x, y and w of event_located on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in
+// x, y and w of event_driven on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in
 // s = 2 (t - begin)/length - 1, which runs from -1 to at most 1. y or w below zero, by rounding, means zero.
 struct TrajectoryPiece {
   double begin = 0;
@@ -119,8 +119,8 @@ struct TrajectoryPiece {
 };
 
 // How x0, f and y were carried to N x.
-struct RealisationRecord {
-  Realisation used = Realisation::kDense;
+struct PropagatorRecord {
+  PropagatorKind used = PropagatorKind::kDense;
   std::string reason;
   Index terms = 0;           // exponentials for each slow mode, or nodes of all contours; 0 for dense matrices
   Index factorizations = 0;  // sparse ones
@@ -165,7 +165,7 @@ struct KernelRecord {
   std::string fallback;           // why contours were given up; empty where they were not
 };
 
-// How paper_iteration integrated.
+// How wu_chen_iteration integrated.
 struct ContourRecord {
   Index nodes = 0;  // P; 0 where no eigenvalue was left to a contour
   double gamma = 0;
@@ -190,7 +190,7 @@ struct Solution {
 
   // Trajectory up to T, or up to the failure: column k is at times[k]. y and w at time 0 and at break points are the
   // right limits, at T the left ones; x at a jump is the state after it. w = N x + g + M y (nonlinear: g(t, x, y)) of
-  // this x and y; of event_located what its step has, with w_i = 0 for the active i and y_i = 0 for the others, bit for
+  // this x and y; of event_driven what its step has, with w_i = 0 for the active i and y_i = 0 for the others, bit for
   // bit.
   std::vector<double> times;
   Matrix x;  // m × times
@@ -198,8 +198,8 @@ struct Solution {
   Matrix w;  // n × times
   std::vector<StateJump> jumps;
   std::vector<LeftLimit> left_limits;  // in the order of time; none at 0
-  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or paper_iteration with splines; and
-  // of event_located, whose polynomials between the nodes are in `pieces`.
+  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or wu_chen_iteration with splines; and
+  // of event_driven, whose polynomials between the nodes are in `pieces`.
   std::optional<DenseOutput> dense_output;
   std::vector<TrajectoryPiece> pieces;  // one after the other from 0 on; with Options::keep_pieces
 
@@ -208,10 +208,10 @@ struct Solution {
   Certificate certificate;
   Cost cost;
   std::optional<NewtonRecord> newton;  // with StepSolver::kNewton
-  std::vector<SwitchingTime> switching_times;  // of event_located, in order
-  RealisationRecord realisation;
+  std::vector<SwitchingTime> switching_times;  // of event_driven, in order
+  PropagatorRecord propagator;
   std::optional<KernelRecord> kernel;    // of laplace_iteration
-  std::optional<ContourRecord> contour;  // of paper_iteration
+  std::optional<ContourRecord> contour;  // of wu_chen_iteration
 };
 
 // "REACHED_END", "INFEASIBLE", ...

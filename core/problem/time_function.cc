@@ -17,18 +17,18 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A stretch of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
-struct Stretch {
+// A smooth interval of time on which the function is smooth (or sampled): one piece, or one polynomial of it.
+struct SmoothInterval {
   double start = 0, end = 0;
   std::size_t piece = 0;
   const TimePiece* function = nullptr;
   std::size_t polynomial = 0;
 };
 
-// The stretches of a sound function in order; the first one starts at -∞. A polynomial that its piece does
+// The smooth intervals of a sound function in order; the first one starts at -∞. A polynomial that its piece does
 // not live to see has none.
-std::vector<Stretch> Stretches(const TimeFunction& function) {
-  std::vector<Stretch> stretches;
+std::vector<SmoothInterval> SmoothIntervals(const TimeFunction& function) {
+  std::vector<SmoothInterval> stretches;
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {
     const TimePiece& piece = function.pieces[k].function;
     const double begin = k == 0 ? -kInfinity : function.pieces[k].start;
@@ -78,11 +78,11 @@ class Finder {
   std::size_t last_ = 0;
 };
 
-// A formula on the part of `stretch` in [0, horizon]; without a horizon nothing is asked of it but its values.
-absl::StatusOr<std::shared_ptr<const AnalysedFormula>> AnalyseOn(const std::string& text,
+// A formula on the part of `smooth interval` in [0, horizon]; without a horizon nothing is asked of it but its values.
+absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::string& text,
                                                                  const FormulaParameters& parameters,
-                                                                 const Stretch& stretch, double horizon) {
-  return AnalyseFormula(text, {.parameters = parameters}, std::max(0.0, stretch.start), std::min(horizon, stretch.end));
+                                                                 const SmoothInterval& interval, double horizon) {
+  return AnalyzeFormula(text, {.parameters = parameters}, std::max(0.0, interval.start), std::min(horizon, interval.end));
 }
 
 // The compiled forms of the four kinds of pieces; each writes its value at t to `out`.
@@ -98,7 +98,7 @@ class CompiledConstant {
 
 class CompiledFormulas {
  public:
-  static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function, const Stretch& stretch,
+  static absl::StatusOr<CompiledFormulas> Create(const FormulaFunction& function, const SmoothInterval& interval,
                                                  const TimeAxis& axis) {
     CompiledFormulas compiled;
     compiled.constants_ = Vector::Zero(static_cast<Index>(function.formulas.size()));
@@ -109,9 +109,9 @@ class CompiledFormulas {
         compiled.varying_[found->second].components.push_back(i);
         continue;
       }
-      auto analysed = AnalyseOn(text, function.parameters, stretch, axis.horizon);
-      if (!analysed.ok()) return analysed.status();
-      Formula formula(*std::move(analysed), axis);
+      auto analyzed = AnalyzeOn(text, function.parameters, interval, axis.horizon);
+      if (!analyzed.ok()) return analyzed.status();
+      Formula formula(*std::move(analyzed), axis);
       if (formula.DependsOnTime()) {
         known.emplace(text, compiled.varying_.size());
         compiled.varying_.push_back({std::move(formula), {i}});
@@ -181,14 +181,14 @@ class CompiledPolynomial {
 
 using CompiledPiece = std::variant<CompiledConstant, CompiledFormulas, CompiledSamples, CompiledPolynomial>;
 
-absl::StatusOr<CompiledPiece> Compile(const Stretch& stretch, const TimeAxis& axis) {
-  if (const auto* constant = std::get_if<ConstantFunction>(stretch.function)) return CompiledConstant(*constant);
-  if (const auto* samples = std::get_if<SampledFunction>(stretch.function)) return CompiledSamples(*samples);
-  if (const auto* polynomials = std::get_if<PiecewisePolynomial>(stretch.function)) {
-    const std::size_t p = stretch.polynomial;
+absl::StatusOr<CompiledPiece> Compile(const SmoothInterval& interval, const TimeAxis& axis) {
+  if (const auto* constant = std::get_if<ConstantFunction>(interval.function)) return CompiledConstant(*constant);
+  if (const auto* samples = std::get_if<SampledFunction>(interval.function)) return CompiledSamples(*samples);
+  if (const auto* polynomials = std::get_if<PiecewisePolynomial>(interval.function)) {
+    const std::size_t p = interval.polynomial;
     return CompiledPolynomial(polynomials->breaks[p], polynomials->coefficients[p]);
   }
-  return CompiledFormulas::Create(std::get<FormulaFunction>(*stretch.function), stretch, axis);
+  return CompiledFormulas::Create(std::get<FormulaFunction>(*interval.function), interval, axis);
 }
 
 TimeFunction OnePiece(TimePiece piece) {
@@ -232,10 +232,10 @@ absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFu
   }
   std::vector<double> starts;
   std::vector<CompiledPiece> pieces;
-  for (const Stretch& stretch : Stretches(function)) {
-    absl::StatusOr<CompiledPiece> piece = Compile(stretch, axis);
+  for (const SmoothInterval& interval : SmoothIntervals(function)) {
+    absl::StatusOr<CompiledPiece> piece = Compile(interval, axis);
     if (!piece.ok()) return piece.status();
-    starts.push_back(axis.Nearest(stretch.start));
+    starts.push_back(axis.Nearest(interval.start));
     pieces.push_back(std::move(*piece));
   }
   return TimeFunctionEvaluator(std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces),
@@ -255,32 +255,32 @@ void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out
   impl_->lift.Multiply(impl_->inner, out);
 }
 
-std::vector<AnalysedComponent> AnalyseFormulas(const TimeFunction& function, double horizon) {
+std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon) {
   constexpr int kMostRefused = 8;  // each of them may have taken a second
   int refused = 0;
-  std::vector<AnalysedComponent> analysed;
-  for (const Stretch& stretch : Stretches(function)) {
-    const auto* formulas = std::get_if<FormulaFunction>(stretch.function);
+  std::vector<AnalyzedComponent> analyzed;
+  for (const SmoothInterval& interval : SmoothIntervals(function)) {
+    const auto* formulas = std::get_if<FormulaFunction>(interval.function);
     if (!formulas) continue;
     std::set<std::string_view> known;
     for (std::size_t i = 0; i < formulas->formulas.size(); ++i) {
       if (!known.insert(formulas->formulas[i]).second) continue;
-      auto formula = AnalyseOn(formulas->formulas[i], formulas->parameters, stretch, horizon);
+      auto formula = AnalyzeOn(formulas->formulas[i], formulas->parameters, interval, horizon);
       if (!formula.ok()) continue;
-      analysed.push_back({stretch.piece, static_cast<Index>(i), *std::move(formula)});
-      refused += !analysed.back().formula->switching.refusal.empty();
-      if (refused == kMostRefused) return analysed;
+      analyzed.push_back({interval.piece, static_cast<Index>(i), *std::move(formula)});
+      refused += !analyzed.back().formula->switching.refusal.empty();
+      if (refused == kMostRefused) return analyzed;
     }
   }
-  return analysed;
+  return analyzed;
 }
 
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon) {
   std::vector<double> points;
-  for (const Stretch& stretch : Stretches(function)) {
-    if (stretch.start > 0 && stretch.start < horizon) points.push_back(stretch.start);
+  for (const SmoothInterval& interval : SmoothIntervals(function)) {
+    if (interval.start > 0 && interval.start < horizon) points.push_back(interval.start);
   }
-  for (const AnalysedComponent& component : AnalyseFormulas(function, horizon)) {
+  for (const AnalyzedComponent& component : AnalyzeFormulas(function, horizon)) {
     const std::vector<double>& times = component.formula->switching.times;
     points.insert(points.end(), times.begin(), times.end());
   }

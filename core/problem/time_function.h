@@ -23,7 +23,7 @@
 namespace dlcs {
 
 class ViolationList;
-struct AnalysedFormula;
+struct AnalyzedFormula;
 
 struct ConstantFunction {
   Vector value;
@@ -108,13 +108,13 @@ std::vector<Violation> Validate(const TimeFunction& function, Index size, const 
 void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list);
 
 // A formula of a time function, and what is known about it on [0, horizon] where its piece holds.
-struct AnalysedComponent {
+struct AnalyzedComponent {
   std::size_t piece;
   Index component;  // the first one with this text
-  std::shared_ptr<const AnalysedFormula> formula;
+  std::shared_ptr<const AnalyzedFormula> formula;
 };
 // Each formula of each piece of the sound `function` once; no more behind the eighth that is refused. Cost: core/problem/formula_switching.h the first time.
-std::vector<AnalysedComponent> AnalyseFormulas(const TimeFunction& function, double horizon);
+std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon);
 
 // The times strictly inside (0, horizon) where a piece or a polynomial of the sound `function` starts or a formula
 // switches, increasing and distinct.

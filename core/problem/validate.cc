@@ -17,7 +17,7 @@ absl::Status StatusOf(const std::vector<Violation>& violations) {
   return absl::InvalidArgumentError(text);
 }
 
-absl::Status CheckSound(const Problem& problem, const Options& options) {
+absl::Status CheckValid(const Problem& problem, const Options& options) {
   std::vector<Violation> violations = Validate(problem);
   for (Violation& violation : Validate(options, problem.horizon)) violations.push_back(std::move(violation));
   return StatusOf(violations);

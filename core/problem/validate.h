@@ -14,7 +14,7 @@ namespace dlcs {
 
 // OK, or InvalidArgument with every violation of problem and options in the message ("field: description", one per
 // line; Validate() gives them singly).
-absl::Status CheckSound(const Problem& problem, const Options& options);
+absl::Status CheckValid(const Problem& problem, const Options& options);
 
 // OK where there are no `violations`; otherwise InvalidArgument with all of them.
 absl::Status StatusOf(const std::vector<Violation>& violations);

@@ -90,7 +90,7 @@ struct Butterfly<5> {
 // y[q + s(radix k + r)] = e^{-2πikr/n} (the transform of x[q + s(k + j n/radix)], j < radix)_r for q < s. The inner
 // loop has to be free of loops, so those over j and r are written as packs.
 template <int radix, int... j, int... r>
-void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLanes::Parts from, FourierLanes::Parts to,
+void RunPass(Index n, Index s, const double* w_re, const double* w_im, BatchedFft::Parts from, BatchedFft::Parts to,
              std::integer_sequence<int, j...> /*all*/, std::integer_sequence<int, r...> /*all but the last*/) {
   RunWide([=]() DLCS_WIDE {
     const Index m = n / radix;
@@ -117,22 +117,22 @@ void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLa
 }
 
 template <int radix>
-void RunPass(Index n, Index s, const double* w_re, const double* w_im, FourierLanes::Parts from,
-             FourierLanes::Parts to) {
+void RunPass(Index n, Index s, const double* w_re, const double* w_im, BatchedFft::Parts from,
+             BatchedFft::Parts to) {
   RunPass<radix>(n, s, w_re, w_im, from, to, std::make_integer_sequence<int, radix>(),
                  std::make_integer_sequence<int, radix - 1>());
 }
 
 }  // namespace
 
-bool FourierLanes::IsFastLength(Index length) {
+bool BatchedFft::IsFastLength(Index length) {
   for (const Index prime : {2, 3, 5}) {
     while (length % prime == 0) length /= prime;
   }
   return length == 1;
 }
 
-FourierLanes::FourierLanes(Index length) : length_(length) {
+BatchedFft::BatchedFft(Index length) : length_(length) {
   Index stride = 1;
   for (Index n = length; n > 1;) {
     const Index radix = n % 4 == 0 ? 4 : n % 2 == 0 ? 2 : n % 3 == 0 ? 3 : 5;
@@ -150,7 +150,7 @@ FourierLanes::FourierLanes(Index length) : length_(length) {
   }
 }
 
-FourierLanes::Parts FourierLanes::Forward(Index lanes, Parts x, Parts work) const {
+BatchedFft::Parts BatchedFft::Forward(Index lanes, Parts x, Parts work) const {
   for (const Pass& pass : passes_) {
     const Index s = pass.stride * lanes;
     const double *re = pass.re.data(), *im = pass.im.data();

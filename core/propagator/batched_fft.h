@@ -14,14 +14,14 @@ namespace dlcs {
 // [j · lanes + l]: the inner loops of every pass run over the lanes, so that sixteen transforms take little longer than
 // one. No plan is measured, and the bits of a lane depend on nothing but its own sequence.
 // Source: [Van Loan 1992] C. Van Loan. Computational frameworks for the fast Fourier transform. SIAM. Section 1.7.
-class FourierLanes {
+class BatchedFft {
  public:
   // 2^a 3^b 5^c.
   static bool IsFastLength(Index length);
 
-  FourierLanes() = default;
+  BatchedFft() = default;
   // `length` must be fast.
-  explicit FourierLanes(Index length);
+  explicit BatchedFft(Index length);
 
   Index length() const { return length_; }
 

@@ -14,9 +14,9 @@ namespace {
 constexpr Index kMaxDoubles = Index{1} << 24;  // 128 MB of blocks, and up to four times that of their transforms
 constexpr Index kBoundedAtFirst = 64;
 
-class ContourMemory final : public Memory {
+class ContourHistory final : public ConvolutionHistory {
  public:
-  ContourMemory(const ContourResponse& response, PulseTrain train) : response_(response), train_(std::move(train)) {}
+  ContourHistory(const ContourResponse& response, PulseTrain train) : response_(response), train_(std::move(train)) {}
 
   void Next(Eigen::Ref<Vector> q) override { response_.Next(train_, q); }
 
@@ -42,8 +42,8 @@ class ContourMemory final : public Memory {
 ContourKernel::ContourKernel(double step, Index longest, ContourResponse response)
     : step_(step), longest_(longest), response_(std::move(response)) {}
 
-std::unique_ptr<Memory> ContourKernel::Start(const Eigen::Ref<const Vector>& y0) const {
-  return std::make_unique<ContourMemory>(response_, response_.Start(y0));
+std::unique_ptr<ConvolutionHistory> ContourKernel::Start(const Eigen::Ref<const Vector>& y0) const {
+  return std::make_unique<ContourHistory>(response_, response_.Start(y0));
 }
 
 bool ContourKernel::ReserveBlocks(Index window, Workers& workers) const {

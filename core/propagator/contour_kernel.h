@@ -24,7 +24,7 @@ class ContourKernel final : public ReducedKernel {
 
   double step() const override { return step_; }
   const Matrix& K0() const override { return response_.now(); }
-  std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const override;
+  std::unique_ptr<ConvolutionHistory> Start(const Eigen::Ref<const Vector>& y0) const override;
   Matrix Respond(const Matrix& y, Workers& workers) const override;
   Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const override;
   double Bound(Index window) const override;

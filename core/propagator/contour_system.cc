@@ -304,9 +304,9 @@ Matrix ContourSystem::States(const Vector& x, const RunSources& sources, const M
   return std::move(sums[0]);
 }
 
-RealisationRecord ContourSystem::record() const {
-  RealisationRecord record;
-  record.used = Realisation::kContour;
+PropagatorRecord ContourSystem::record() const {
+  PropagatorRecord record;
+  record.used = PropagatorKind::kContour;
   record.reason = "A is sparse, m = " + std::to_string(x0_.size()) + ", with " + std::to_string(N_.rows()) +
                   " constraints; its field of values lies in a sector of angle " + FormatNumber(sector_.angle) +
                   " from " + FormatNumber(sector_.shift);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A large sparse system with few constraints, realised on contours.
+// A large sparse system with few constraints, propagated on contours.
 
 #ifndef DLCS_CORE_PROPAGATOR_CONTOUR_SYSTEM_H_
 #define DLCS_CORE_PROPAGATOR_CONTOUR_SYSTEM_H_
@@ -26,7 +26,7 @@ namespace dlcs {
 // the start: solves of the same matrices share them, and with another start visit the nodes for one column.
 //
 // The contours enclose a sector that is proved to hold the field of values (core/propagator/sector.h).
-class ContourSystem final : public RealisedSystem {
+class ContourSystem final : public Propagator {
  public:
   // Null, and `why_not` for people, where the spectrum has no contour over [0, T], or the factors do not fit the
   // memory. `setups` may be null; otherwise it must outlive the system.
@@ -42,7 +42,7 @@ class ContourSystem final : public RealisedSystem {
                 Workers& workers, const std::stop_token& stop) override;
   // Factors and values at the nodes of the contours for all lengths of steps, to a factor of two.
   double PredictBytes(const Grid& grid) const override;
-  RealisationRecord record() const override;
+  PropagatorRecord record() const override;
 
  private:
   // What is kept for a length of step.

@@ -67,7 +67,7 @@ void Fold(const SineTables& tables, const double* x, double* re_out, double* im_
 
 // The sine transform from the half-length transform of the folded sequence, even and odd elements taken apart first.
 template <Index lanes>
-void Unfold(const SineTables& tables, FourierLanes::Parts z, double* x_out) {
+void Unfold(const SineTables& tables, BatchedFft::Parts z, double* x_out) {
   const Index half = tables.half;
   const double scale = std::sqrt(1.0 / static_cast<double>(half));  // √(2/N)
   RunWide([=]() DLCS_WIDE {
@@ -109,11 +109,11 @@ std::optional<FactorTransform> FactorTransform::Create(const SparseMatrix& facto
   const Index size = factor.rows();
   FactorTransform transform;
   const auto difference = AsSecondDifference(factor);
-  if (difference && size % 2 == 1 && FourierLanes::IsFastLength(size + 1)) {
+  if (difference && size % 2 == 1 && BatchedFft::IsFastLength(size + 1)) {
     const Index half = (size + 1) / 2;
     transform.is_fast_ = true;
     transform.eigenvalues_.resize(size);
-    transform.fourier_ = FourierLanes(half);
+    transform.fourier_ = BatchedFft(half);
     transform.sines_ = Vector::Zero(size + 1);
     transform.turn_re_.resize(half);
     transform.turn_im_.resize(half);
@@ -209,7 +209,7 @@ void FactorTransform::BackwardColumns(Eigen::Ref<Matrix> X) const {
   X = (Q_ * X).eval();
 }
 
-// Neighbouring rows lie side by side as lanes do.
+// Neighboring rows lie side by side as lanes do.
 void FactorTransform::ForwardRows(Eigen::Ref<Matrix> X) const {
   if (!is_fast_) {
     X = (X * Q_).eval();

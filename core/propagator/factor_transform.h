@@ -61,7 +61,7 @@ class FactorTransform {
   Vector eigenvalues_;
   bool is_fast_ = false;
   // Of the sine transform, N = q + 1: the FFT of length N/2, sin(πj/N) for j < N, and e^{-2πik/N} for k < N/2.
-  FourierLanes fourier_;
+  BatchedFft fourier_;
   Vector sines_, turn_re_, turn_im_;
   Matrix Q_;  // of all others
 };

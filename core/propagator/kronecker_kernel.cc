@@ -39,9 +39,9 @@ ModeRecursion MakeTerms(const KroneckerModes& modes, double h, Hold hold) {
   return made;
 }
 
-class KroneckerMemory final : public Memory {
+class KroneckerHistory final : public ConvolutionHistory {
  public:
-  KroneckerMemory(const KroneckerKernel& kernel, const Eigen::Ref<const Vector>& y0)
+  KroneckerHistory(const KroneckerKernel& kernel, const Eigen::Ref<const Vector>& y0)
       // A constant piece takes nothing from y_0; the half hat of a linear one is in `start`.
       : modes_(kernel.modes()), past_(kernel.terms(), ModesOf(y0), kernel.terms().start.isZero(0)) {}
 
@@ -52,7 +52,7 @@ class KroneckerMemory final : public Memory {
   }
 
   Matrix History(Index steps) override {
-    ModePast future = past_;
+    ModeHistory future = past_;
     Matrix history(modes_.num_modes(), steps);
     for (Index j = 0; j < steps; ++j) {
       history.col(j) = future.sum();
@@ -74,7 +74,7 @@ class KroneckerMemory final : public Memory {
   const KroneckerModes& modes_;
   FactorTransform::Workspace workspace_;
   Vector input_, output_;
-  ModePast past_;
+  ModeHistory past_;
 };
 
 }  // namespace
@@ -98,8 +98,8 @@ KroneckerKernel::KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, do
   K0_ = modes_->Couple(terms_.now);
 }
 
-std::unique_ptr<Memory> KroneckerKernel::Start(const Eigen::Ref<const Vector>& y0) const {
-  return std::make_unique<KroneckerMemory>(*this, y0);
+std::unique_ptr<ConvolutionHistory> KroneckerKernel::Start(const Eigen::Ref<const Vector>& y0) const {
+  return std::make_unique<KroneckerHistory>(*this, y0);
 }
 
 void KroneckerKernel::RespondInModes(const Eigen::Ref<const Matrix>& inputs, Result result, Eigen::Ref<Matrix> nodes,

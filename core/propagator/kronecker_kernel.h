@@ -33,7 +33,7 @@ class KroneckerKernel final : public ReducedKernel {
 
   double step() const override { return step_; }
   const Matrix& K0() const override { return K0_; }
-  std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const override;
+  std::unique_ptr<ConvolutionHistory> Start(const Eigen::Ref<const Vector>& y0) const override;
   Matrix Respond(const Matrix& y, Workers& workers) const override;
   void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
                    Eigen::Ref<Matrix> q) const override;

@@ -109,7 +109,7 @@ bool IsMetzler(const SparseMatrix& factor) {
 
 }  // namespace
 
-void KroneckerModes::Drive(const WallMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs,
+void KroneckerModes::Drive(const SeparableMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs,
                            Workers& workers) const {
   workers.ForBlocks(u.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {
     auto block = inputs.middleCols(begin, end - begin);
@@ -214,8 +214,8 @@ std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem,
   modes->lambda = SumsOfEigenvalues(modes->across);
   modes->b = along->Forward(walls->B.along);
   modes->n = along->Forward(walls->N.along);
-  modes->C = WallMatrix(walls->B.across);
-  modes->D = WallMatrix(walls->N.across.transpose());
+  modes->C = SeparableMatrix(walls->B.across);
+  modes->D = SeparableMatrix(walls->N.across.transpose());
   modes->basis = ChooseBasis(modes->mu);
   const std::vector<SparseMatrix>& factors = problem.A.kronecker_sum()->factors;
   modes->keeps_sign = HasOneSign(problem.B.Sparse()) && HasOneSign(problem.N.Sparse()) &&

@@ -32,8 +32,8 @@ struct KroneckerModes {
   Vector mu;                            // q
   Vector lambda;                        // p
   Vector b, n;                          // b̂, n̂: q
-  WallMatrix C;                         // p × n
-  WallMatrix D;                         // n × p
+  SeparableMatrix C;                         // p × n
+  SeparableMatrix D;                         // n × p
   SumOfExponentials response;           // the short sum
   ExponentialBasis basis;               // of e^{μ_a t}
   // A has no negative entry beside its diagonal, B none of another sign than the rest, and N neither: then no block of the kernel
@@ -48,7 +48,7 @@ struct KroneckerModes {
   Matrix ToModes(Matrix u) const;
   Matrix FromModes(Matrix z) const;
   // Q_Rᵀ E u, such as û = Q_Rᵀ C y, and N x = D Q_R ẑ, for columns side by side, in parallel.
-  void Drive(const WallMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs, Workers& workers) const;
+  void Drive(const SeparableMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs, Workers& workers) const;
   Matrix Observe(Matrix z, Workers& workers) const;
   void AddObserved(Eigen::Ref<Matrix> z, Eigen::Ref<Matrix> N_x, Workers& workers) const;  // uses up `z`
   // One column of ToModes() and FromModes(), fast and without allocation where R has one factor.

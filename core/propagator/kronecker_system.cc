@@ -175,7 +175,7 @@ KroneckerSystem::KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, Se
   if (!problem.f.is_lifted()) return;
   if (auto across = AlongTheSameWall(*modes_, lift_)) {
     form_ = SourceForm::kAlongWall;
-    C_psi_ = WallMatrix(*std::move(across));
+    C_psi_ = SeparableMatrix(*std::move(across));
   }
 }
 
@@ -326,8 +326,8 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
   return states;
 }
 
-RealisationRecord KroneckerSystem::record() const {
-  return {.used = Realisation::kKroneckerSum,
+PropagatorRecord KroneckerSystem::record() const {
+  return {.used = PropagatorKind::kKroneckerSum,
           .reason = "A is a symmetric Kronecker sum, B and N act along one axis of its grid",
           .terms = modes_->response.rates.size(),
           .factorizations = 0,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Kronecker sum as a realised system.
+// A Kronecker sum as a propagator.
 
 #ifndef DLCS_CORE_PROPAGATOR_KRONECKER_SYSTEM_H_
 #define DLCS_CORE_PROPAGATOR_KRONECKER_SYSTEM_H_
@@ -17,7 +17,7 @@ namespace dlcs {
 
 // core/propagator/kronecker_modes.h. Sources that act as y does, f = b ⊗ C' ψ, cost a kernel's response; others are carried in all
 // m modes.
-class KroneckerSystem final : public RealisedSystem {
+class KroneckerSystem final : public Propagator {
  public:
   // Null, and `why_not` for people, where A is no symmetric Kronecker sum or B and N do not act through one vector along one
   // axis. `setups`, which must outlive it, lends and keeps modes and kernels for other solves of the same A, B and N; null: the
@@ -33,7 +33,7 @@ class KroneckerSystem final : public RealisedSystem {
   // Cost: p r J multiplications, and for each output p r q and the transforms of a state; 3 m J where the sources are general.
   Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold, const std::vector<Index>& nodes,
                 Workers& workers, const std::stop_token& stop) override;
-  RealisationRecord record() const override;
+  PropagatorRecord record() const override;
 
  private:
   // How f enters.
@@ -52,7 +52,7 @@ class KroneckerSystem final : public RealisedSystem {
 
   std::shared_ptr<const KroneckerModes> modes_;
   SourceForm form_ = SourceForm::kNone;
-  WallMatrix C_psi_;       // with kAlongWall
+  SeparableMatrix C_psi_;       // with kAlongWall
   StructuredMatrix lift_;  // with kGeneral; empty: the identity
   SetupKey matrices_;
   SharedSetups setups_;

@@ -8,7 +8,7 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kNodes = ModePast::kNodes, kModes = ModePast::kModes;
+constexpr Index kNodes = ModeHistory::kNodes, kModes = ModeHistory::kModes;
 
 struct Tiles {
   Index tiles, terms;
@@ -58,7 +58,7 @@ DLCS_TARGET("avx512f") void PassAvx512(const Tiles& all, bool takes_inputs) { Pa
 
 }  // namespace
 
-ModePast::ModePast(const ModeRecursion& recursion, const Vector& first, bool forgets_first)
+ModeHistory::ModeHistory(const ModeRecursion& recursion, const Vector& first, bool forgets_first)
     : terms_(recursion.decay.cols()),
       num_modes_(recursion.decay.rows()),
       decay_(TilesOf(recursion.decay)),
@@ -76,7 +76,7 @@ ModePast::ModePast(const ModeRecursion& recursion, const Vector& first, bool for
   Push(forgets_first ? Vector(Vector::Zero(first.size())) : first);
 }
 
-void ModePast::Push(const Eigen::Ref<const Vector>& input) {
+void ModeHistory::Push(const Eigen::Ref<const Vector>& input) {
   inputs_.col(num_inputs_++).head(num_modes_) = input;
   if (num_inputs_ == kNodes) Pass(true);
   sum_ = ahead_.col(num_inputs_).head(num_modes_);
@@ -85,7 +85,7 @@ void ModePast::Push(const Eigen::Ref<const Vector>& input) {
   }
 }
 
-void ModePast::Pass(bool takes_inputs) {
+void ModeHistory::Pass(bool takes_inputs) {
   static const auto pass = ChooseVersion(PassBaseline, PassAvx2, PassAvx512);
   pass({ahead_.rows() / kModes, terms_, decay_.data()->mode, weight_.data()->mode, past_.data()->mode, inputs_.data(),
         ahead_.data(), ahead_.rows()},
@@ -93,7 +93,7 @@ void ModePast::Pass(bool takes_inputs) {
   num_inputs_ = 0;
 }
 
-std::vector<ModePast::Row> ModePast::TilesOf(const Matrix& terms) const {
+std::vector<ModeHistory::Row> ModeHistory::TilesOf(const Matrix& terms) const {
   std::vector<Row> rows(static_cast<std::size_t>((num_modes_ + kModes - 1) / kModes * terms_));
   for (Index k = 0; k < terms_; ++k) {
     for (Index r = 0; r < num_modes_; ++r) {

@@ -17,13 +17,13 @@ namespace dlcs {
 //     sum_{j+m} = Σ_k past_k e_k^m P_{j,k} + Σ_{l=1..m} effect_{m-l} û_{j+l-1},   effect_i = Σ_k past_k e_k^i.
 //
 // Copies go their own way. Cost of a node: 5 operations and one number of traffic for each mode and term.
-class ModePast {
+class ModeHistory {
  public:
   static constexpr Index kNodes = 4;
   static constexpr Index kModes = 8;  // of a tile
 
   // At P_0 = start û_0. Where û_0 counts for nothing afterwards (`start` is zero then), `forgets_first`.
-  ModePast(const ModeRecursion& recursion, const Vector& first, bool forgets_first);
+  ModeHistory(const ModeRecursion& recursion, const Vector& first, bool forgets_first);
 
   // sum_j, at first for j = 1.
   const Vector& sum() const { return sum_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recognises matrices that act along one axis of a grid through a single vector.
+// Recognizes matrices that act along one axis of a grid through a single vector.
 
 #ifndef DLCS_CORE_PROPAGATOR_OUTER_PRODUCT_H_
 #define DLCS_CORE_PROPAGATOR_OUTER_PRODUCT_H_

@@ -19,9 +19,9 @@ namespace dlcs {
 enum class Hold { kLinear, kConstant };
 
 // What the y of the nodes so far does to N x at later nodes. One for each solve.
-class Memory {
+class ConvolutionHistory {
  public:
-  virtual ~Memory() = default;
+  virtual ~ConvolutionHistory() = default;
 
   // q = the response at the next node to all y pushed so far, without that of the next y itself (that is K_0 y).
   virtual void Next(Eigen::Ref<Vector> q) = 0;
@@ -62,7 +62,7 @@ class ReducedKernel {
   // n × n: what y_j does to N x_j.
   virtual const Matrix& K0() const = 0;
   // A memory that holds y_0, the value at the start (of no account with Hold::kConstant).
-  virtual std::unique_ptr<Memory> Start(const Eigen::Ref<const Vector>& y0) const = 0;
+  virtual std::unique_ptr<ConvolutionHistory> Start(const Eigen::Ref<const Vector>& y0) const = 0;
   // r_j = Σ_{l=1..j} K_{j-l} y_l for j = 1..W, from y_1 ... y_W (n × W); same bits for any number of threads.
   virtual Matrix Respond(const Matrix& y, Workers& workers) const = 0;
   // Adds it to `q`. `scratch` saves memory from call to call.
@@ -83,9 +83,9 @@ struct RunSources {
 };
 
 // A system in a form whose cost grows slower than m².
-class RealisedSystem {
+class Propagator {
  public:
-  virtual ~RealisedSystem() = default;
+  virtual ~Propagator() = default;
 
   // The kernel for steps of this length, kept for the next call. Blocks for windows up to `longest_window` where it is made of
   // blocks. Null where `stop` was requested.
@@ -101,7 +101,7 @@ class RealisedSystem {
   // What it will keep for a solve on `grid`, in bytes, where that is worth a word.
   virtual double PredictBytes(const Grid&) const { return 0; }
   // What was done so far.
-  virtual RealisationRecord record() const = 0;
+  virtual PropagatorRecord record() const = 0;
 };
 
 }  // namespace dlcs

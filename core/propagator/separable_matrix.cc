@@ -21,9 +21,9 @@ Vector DiagonalOf(const SparseMatrix& matrix) {
 
 }  // namespace
 
-WallMatrix::WallMatrix(SparseMatrix matrix) : matrix_(std::move(matrix)), diagonal_(DiagonalOf(matrix_)) {}
+SeparableMatrix::SeparableMatrix(SparseMatrix matrix) : matrix_(std::move(matrix)), diagonal_(DiagonalOf(matrix_)) {}
 
-void WallMatrix::Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const {
+void SeparableMatrix::Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const {
   if (is_diagonal()) {
     product.array() = values.array().colwise() * diagonal_.array();
   } else {
@@ -31,7 +31,7 @@ void WallMatrix::Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Mat
   }
 }
 
-void WallMatrix::AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const {
+void SeparableMatrix::AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const {
   if (is_diagonal()) {
     sum.array() += values.array().colwise() * diagonal_.array();
   } else {

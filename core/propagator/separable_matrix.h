@@ -10,10 +10,10 @@
 namespace dlcs {
 
 // A sparse matrix, quick where it is diagonal: with one constraint at each point of a wall, in their order.
-class WallMatrix {
+class SeparableMatrix {
  public:
-  WallMatrix() = default;
-  explicit WallMatrix(SparseMatrix matrix);
+  SeparableMatrix() = default;
+  explicit SeparableMatrix(SparseMatrix matrix);
 
   const SparseMatrix& sparse() const { return matrix_; }
   bool is_diagonal() const { return diagonal_.size() > 0; }

@@ -7,8 +7,8 @@
 
 namespace dlcs {
 
-bool ExponentialMarch(SolveContext& context) {
-  if (context.realised) return ReducedMarch(context);
+bool ExponentialIntegrator(SolveContext& context) {
+  if (context.propagator) return ReducedMarch(context);
   const bool linear = context.y_is_lipschitz();
   return MarchGrid(context, linear ? "exp-PL" : "exp-PC", [&](double step) {
     return linear ? ExponentialPiecewiseLinear(context.problem, step)

@@ -11,7 +11,7 @@ namespace dlcs {
 // Marches one LCP(·, M + K_0) a step with exact exponentials of A: exp-PL where y is Lipschitz (second order, the same
 // answer as LaplaceIteration() to rounding), exp-PC elsewhere (first order). See core/discretization/scheme.h.
 // Returns whether the end was reached. One thread.
-bool ExponentialMarch(SolveContext& context);
+bool ExponentialIntegrator(SolveContext& context);
 
 }  // namespace dlcs
 

@@ -88,7 +88,7 @@ class Impacts {
     return solved == steps;
   }
 
-  // Contacts at the start of a stretch, where f, g and g' may jump.
+  // Contacts at the start of a smooth interval, where f, g and g' may jump.
   bool Start(double time, const Vector& f, const Vector& g, const Vector& g_slope) {
     const Vector gap = problem_.N * x_ + g;
     const Vector tolerance = kZero * SizeOfSums(problem_.N, x_, g) + allowed_gap_;
@@ -116,8 +116,8 @@ class Impacts {
     Vector y = Vector::Zero(problem_.num_constraints());
     const Vector without_y = Velocity(x, segment.f.col(j), g_slope);
     if (!contacts_.empty()) {
-      const LcpVerdict verdict = SolveOn(contacts_, tools.force_response, without_y, y);
-      if (verdict != LcpVerdict::kSolved) return FailLcp(context_, verdict, time, "The LCP of the contact forces");
+      const LcpStatus verdict = SolveOn(contacts_, tools.force_response, without_y, y);
+      if (verdict != LcpStatus::kSolved) return FailLcp(context_, verdict, time, "The LCP of the contact forces");
       x += tools.scheme.y_after * y;
     }
     Vector gap = problem_.N * x + segment.g.col(j);
@@ -127,7 +127,7 @@ class Impacts {
     // At rest the velocity is what rounding leaves of its two parts, without y and by y.
     const Vector size = velocity.cwiseAbs().cwiseMax(without_y.cwiseAbs());
     if (!Collide(time, closed, velocity, size, x)) return false;
-    if (!x.allFinite()) return FailLcp(context_, LcpVerdict::kNonFinite, time, "");
+    if (!x.allFinite()) return FailLcp(context_, LcpStatus::kNonFinite, time, "");
     // What a gap has overshot at its impact and could not be pushed out by stays with it while it is in contact.
     allowed_gap_ = allowed_gap_.cwiseMax((-gap).cwiseMax(0));
     segment.x.col(j) = x_ = x;
@@ -147,7 +147,7 @@ class Impacts {
     }
     if (!any) return;
     Vector p = Vector::Zero(gap.size());
-    if (SolveOn(overshot, impulse_response_, gap, p) != LcpVerdict::kSolved) return;
+    if (SolveOn(overshot, impulse_response_, gap, p) != LcpStatus::kSolved) return;
     x += problem_.A * Vector(problem_.B * p);
     gap += impulse_response_ * p;
   }
@@ -167,8 +167,8 @@ class Impacts {
     std::sort(candidates.begin(), candidates.end());
     if (impact) {
       Vector p = Vector::Zero(velocity.size());
-      const LcpVerdict verdict = SolveOn(candidates, impulse_response_, velocity, p);
-      if (verdict != LcpVerdict::kSolved) return FailLcp(context_, verdict, time, "The LCP of the impulses");
+      const LcpStatus verdict = SolveOn(candidates, impulse_response_, velocity, p);
+      if (verdict != LcpStatus::kSolved) return FailLcp(context_, verdict, time, "The LCP of the impulses");
       const Vector dx = problem_.B * p;
       x += dx;
       velocity += impulse_response_ * p;
@@ -182,15 +182,15 @@ class Impacts {
   }
 
   // 0 <= y_S ⟂ (q + response y)_S >= 0, the other y_i stay.
-  LcpVerdict SolveOn(const std::vector<Index>& indices, const Matrix& response, const Vector& q, Vector& y) {
+  LcpStatus SolveOn(const std::vector<Index>& indices, const Matrix& response, const Vector& q, Vector& y) {
     const Matrix matrix = response(indices, indices);
     const Vector rhs = q(indices);
     const Vector tolerance = Vector::Constant(rhs.size(), kLcpTolerance * MaxAbs(rhs));
     Basis basis(indices.size(), 0);
     Vector solution(rhs.size());
-    const LcpVerdict verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerance, basis, solution);
+    const LcpStatus verdict = MakeLcpSolver(matrix, Selection::kAny)->Solve(rhs, tolerance, basis, solution);
     ++context_.solution.cost.lcps;
-    if (verdict == LcpVerdict::kSolved) y(indices) = solution;
+    if (verdict == LcpStatus::kSolved) y(indices) = solution;
     return verdict;
   }
 

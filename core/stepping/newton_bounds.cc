@@ -41,7 +41,7 @@ class SpeedAtStart {
     const Vector g_now = g(time, side);
     const Vector tolerance = kLcpTolerance * SizeOfSums(problem_.N, problem_.x0, g_now);
     Vector y(problem_.num_constraints());
-    if (solver_->Solve(problem_.N * problem_.x0 + g_now, tolerance, basis_, y) != LcpVerdict::kSolved) {
+    if (solver_->Solve(problem_.N * problem_.x0 + g_now, tolerance, basis_, y) != LcpStatus::kSolved) {
       return std::nullopt;
     }
     Vector f_now(problem_.num_states());

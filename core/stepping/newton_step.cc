@@ -73,7 +73,7 @@ NewtonVerdict NewtonStep::Solve(const Eigen::Ref<const Vector>& p, const Eigen::
     tolerance_ = size_of_g;
     tolerance_.noalias() += abs_N_ * u.cwiseAbs();
     tolerance_ *= kLcpTolerance;
-    if (solver_->Solve(q_, tolerance_, basis_, y) != LcpVerdict::kSolved) return NewtonVerdict::kNoSolution;
+    if (solver_->Solve(q_, tolerance_, basis_, y) != LcpStatus::kSolved) return NewtonVerdict::kNoSolution;
 
     residual_ = u - p;
     residual_.noalias() -= y_after_ * y;

@@ -23,9 +23,9 @@ void Extrapolate(Matrix& y, Index j) {
   }
 }
 
-class ReducedMarcher {
+class ReducedStepper {
  public:
-  ReducedMarcher(SolveContext& context, Hold hold, Progress& progress)
+  ReducedStepper(SolveContext& context, Hold hold, Progress& progress)
       : context_(context), hold_(hold), progress_(progress), steps_([this](double) { return MakeStep(); }) {}
 
   // Marches `run`; returns the number of steps done.
@@ -56,8 +56,8 @@ class ReducedMarcher {
         memory->Next(past);
         q = run.free.nodes.col(j) + run.g.col(j) + past;
         Extrapolate(run.y, j);
-        const LcpVerdict verdict = step.Solve(q, size + past.cwiseAbs(), departures_, run.y.col(j));
-        if (verdict != LcpVerdict::kSolved) {
+        const LcpStatus verdict = step.Solve(q, size + past.cwiseAbs(), departures_, run.y.col(j));
+        if (verdict != LcpStatus::kSolved) {
           Fail(verdict, time);
           break;
         }
@@ -72,10 +72,10 @@ class ReducedMarcher {
     return done;
   }
 
-  const Departures& departures() const { return departures_; }
+  const SelectionStats& departures() const { return departures_; }
   // What runs leave to the next ones, for checkpoints.
-  friend void CarryFields(StateArchive& state, ReducedMarcher& marcher) {
-    state(marcher.departures_.steps_off_selection, marcher.departures_.steps_with_ties);
+  friend void CarryFields(StateArchive& state, ReducedStepper& stepper) {
+    state(stepper.departures_.steps_off_selection, stepper.departures_.steps_with_ties);
   }
 
  private:
@@ -92,7 +92,7 @@ class ReducedMarcher {
     });
   }
 
-  void Fail(LcpVerdict verdict, double time) {
+  void Fail(LcpStatus verdict, double time) {
     if (departures_.steps_off_selection > 0 && hold_ == Hold::kLinear) {
       context_.FailLostLeastElement(time);
     } else {
@@ -105,7 +105,7 @@ class ReducedMarcher {
   Progress& progress_;
   std::shared_ptr<const ReducedKernel> kernel_;  // of the run
   StepCache<SplitStep> steps_;
-  Departures departures_;
+  SelectionStats departures_;
 };
 
 }  // namespace
@@ -113,11 +113,11 @@ class ReducedMarcher {
 bool ReducedMarch(SolveContext& context) {
   const Hold hold = context.y_is_lipschitz() ? Hold::kLinear : Hold::kConstant;
   Progress progress(context);
-  ReducedMarcher marcher(context, hold, progress);
-  const auto carry = [&](StateArchive& state) { state(marcher); };
-  if (!SolveRunByRun(context, hold, carry, [&](ReducedRun& run) { return marcher.March(run); })) return false;
+  ReducedStepper stepper(context, hold, progress);
+  const auto carry = [&](StateArchive& state) { state(stepper); };
+  if (!SolveRunByRun(context, hold, carry, [&](ReducedRun& run) { return stepper.March(run); })) return false;
   progress.Finish(context.problem.horizon);
-  WarnOf(marcher.departures(), context);
+  WarnOf(stepper.departures(), context);
   return true;
 }
 

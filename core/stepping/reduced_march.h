@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exponential march without states.
+// The exponential integrator without states.
 
 #ifndef DLCS_CORE_STEPPING_REDUCED_MARCH_H_
 #define DLCS_CORE_STEPPING_REDUCED_MARCH_H_
@@ -8,7 +8,7 @@
 
 namespace dlcs {
 
-// ExponentialMarch() of a system that context.realised carries: one LCP(·, M + K_0) a step, in which the past of y comes from the
+// ExponentialIntegrator() with context.propagator: one LCP(·, M + K_0) a step, in which the past of y comes from the
 // memory of the kernel. The same answer as with dense matrices, to rounding.
 bool ReducedMarch(SolveContext& context);
 

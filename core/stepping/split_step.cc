@@ -19,10 +19,10 @@ void SplitStep::StartFrom(const Eigen::Ref<const Vector>& y) {
   if (step_) step_->StartFrom(start_);
 }
 
-LcpVerdict SplitStep::Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y) {
+LcpStatus SplitStep::Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y) {
   if (splitting_ && patience_ > 0) {
     tolerance_ = kLcpTolerance * size;
-    if (splitting_->Solve(q, tolerance_, y) == SplittingVerdict::kSolved) return LcpVerdict::kSolved;
+    if (splitting_->Solve(q, tolerance_, y) == SplittingVerdict::kSolved) return LcpStatus::kSolved;
     --patience_;
   }
   if (!step_) {

@@ -27,7 +27,7 @@ class SplitStep {
   void StartFrom(const Eigen::Ref<const Vector>& y);
 
   // As CoupledStep::Solve(). `y` is a guess in, of any sign.
-  LcpVerdict Solve(const Vector& q, const Vector& size, Departures& departures, Eigen::Ref<Vector> y);
+  LcpStatus Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y);
 
  private:
   std::optional<SplittingLcpSolver> splitting_;

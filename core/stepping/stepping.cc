@@ -25,7 +25,7 @@ Index Chunk(const Problem& problem) {
 
 }  // namespace
 
-void WarnOf(const Departures& departures, SolveContext& context) {
+void WarnOf(const SelectionStats& departures, SolveContext& context) {
   std::vector<std::string>& warnings = context.solution.warnings;
   const std::string rule = SelectionName(context.selection);
   const std::string steps = " of " + std::to_string(context.solution.cost.steps) + " steps ";
@@ -40,10 +40,10 @@ void WarnOf(const Departures& departures, SolveContext& context) {
   }
 }
 
-Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
-    : Marcher(problem, scheme, choice, MakeCoupledLcpSolver(problem.M, problem.N * scheme.y_after, choice)) {}
+Stepper::Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice)
+    : Stepper(problem, scheme, choice, MakeCoupledLcpSolver(problem.M, problem.N * scheme.y_after, choice)) {}
 
-Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver)
+Stepper::Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver)
     : problem_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
       scheme_(std::move(scheme)),
@@ -52,7 +52,7 @@ Marcher::Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& ch
       q_(problem.num_constraints()),
       size_(problem.num_constraints()) {}
 
-Marcher::Marcher(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
+Stepper::Stepper(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
                  std::unique_ptr<LcpSolver> solver)
     : problem_(problem),
       sparse_(std::move(sparse)),
@@ -62,7 +62,7 @@ Marcher::Marcher(const Problem& problem, std::unique_ptr<const SparseStep> spars
       q_(problem.num_constraints()),
       size_(problem.num_constraints()) {}
 
-void Marcher::StartWithSources(Segment& segment) const {
+void Stepper::StartWithSources(Segment& segment) const {
   if (sparse_) return sparse_->StartWithSources(segment);
   const Index steps = segment.steps;
   auto x = segment.x.rightCols(steps);
@@ -70,19 +70,19 @@ void Marcher::StartWithSources(Segment& segment) const {
   if (scheme_.f_before.size() > 0) x.noalias() += scheme_.f_before * segment.f.leftCols(steps);
 }
 
-void Marcher::AddBefore(Segment& segment, Index j) const {
+void Stepper::AddBefore(Segment& segment, Index j) const {
   if (sparse_) return sparse_->AddBefore(segment, j, stage_);
   auto x = segment.x.col(j);
   x.noalias() += scheme_.state * segment.x.col(j - 1);
   if (scheme_.y_before.size() > 0) x.noalias() += scheme_.y_before * segment.y.col(j - 1);
 }
 
-void Marcher::AddAfter(Segment& segment, Index j) const {
+void Stepper::AddAfter(Segment& segment, Index j) const {
   if (sparse_) return sparse_->AddAfter(segment, j);
   segment.x.col(j).noalias() += scheme_.y_after * segment.y.col(j);
 }
 
-LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved) {
+LcpStatus Stepper::March(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved) {
   const Index steps = segment.steps;
   StartWithSources(segment);
   const Vector size_of_g = RowMaxAbs(segment.g);
@@ -93,27 +93,27 @@ LcpVerdict Marcher::March(Segment& segment, const std::stop_token& stop, Departu
   try {
     for (; solved < steps && !stop.stop_requested(); ++solved) {
       const Index j = solved + 1;
-      if (const LcpVerdict verdict = TakeStage(segment, size_of_g, j, departures); verdict != LcpVerdict::kSolved) {
+      if (const LcpStatus verdict = TakeStage(segment, size_of_g, j, departures); verdict != LcpStatus::kSolved) {
         return verdict;
       }
       AddBefore(segment, j);
       if (newton_ && SolveByNewton(segment, size_of_g, j)) continue;
-      const LcpVerdict verdict = Substitute(segment, size_of_g, j, departures);
-      if (verdict != LcpVerdict::kSolved) return verdict;
+      const LcpStatus verdict = Substitute(segment, size_of_g, j, departures);
+      if (verdict != LcpStatus::kSolved) return verdict;
     }
   } catch (const Stopped&) {
     // In the middle of a step: those before it are kept.
   }
-  return LcpVerdict::kSolved;
+  return LcpStatus::kSolved;
 }
 
-LcpVerdict Marcher::TakeStage(const Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
-  if (!sparse_ || !sparse_->has_stage()) return LcpVerdict::kSolved;
+LcpStatus Stepper::TakeStage(const Segment& segment, const Vector& size_of_g, Index j, SelectionStats& departures) {
+  if (!sparse_ || !sparse_->has_stage()) return LcpStatus::kSolved;
   sparse_->StartStage(segment, j, stage_);
   return Substitute(stage_, size_of_g, 1, departures);
 }
 
-LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures) {
+LcpStatus Stepper::Substitute(Segment& segment, const Vector& size_of_g, Index j, SelectionStats& departures) {
   auto x = segment.x.col(j);
   auto y = segment.y.col(j);
   size_ = size_of_g;
@@ -125,18 +125,18 @@ LcpVerdict Marcher::Substitute(Segment& segment, const Vector& size_of_g, Index 
     size_.noalias() += abs_N_ * x.cwiseAbs();
   }
   q_ += segment.g.col(j);
-  const LcpVerdict verdict = coupled_.Solve(q_, size_, departures, y);
-  if (verdict != LcpVerdict::kSolved) return verdict;
+  const LcpStatus verdict = coupled_.Solve(q_, size_, departures, y);
+  if (verdict != LcpStatus::kSolved) return verdict;
   AddAfter(segment, j);
-  return LcpVerdict::kSolved;
+  return LcpStatus::kSolved;
 }
 
-void Marcher::UseNewton(NewtonAccount& account) {
+void Stepper::UseNewton(NewtonAccount& account) {
   newton_.emplace(problem_, scheme_, choice_);
   account_ = &account;
 }
 
-bool Marcher::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) {
+bool Stepper::SolveByNewton(Segment& segment, const Vector& size_of_g, Index j) {
   u_ = segment.x.col(j - 1);
   const NewtonVerdict verdict = newton_->Solve(segment.x.col(j), segment.g.col(j), size_of_g, u_, segment.y.col(j));
   const Index iterations = newton_->iterations();
@@ -160,10 +160,10 @@ void CarryFields(StateArchive& state, NewtonAccount& account) {
   state(account.iterations, account.lcps, account.substituted_steps, account.hardest_node, account.residuals);
 }
 
-bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount* newton) {
+bool MarchGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonAccount* newton) {
   const Problem& problem = context.problem;
   const std::vector<Run>& runs = context.grid.runs;
-  Departures departures;
+  SelectionStats departures;
   Progress progress(context);
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
@@ -171,7 +171,7 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
   std::size_t at = 0;  // the run, and the steps done of it
   Index done = 0;
   const auto carry = [&](StateArchive& state) {
-    state(marchers, at, done, x, y, y_is_solution, departures.steps_off_selection, departures.steps_with_ties);
+    state(steppers, at, done, x, y, y_is_solution, departures.steps_off_selection, departures.steps_with_ties);
     if (newton) CarryFields(state, *newton);
   };
   if (!context.checkpointing.Resume(context, carry)) return false;
@@ -179,7 +179,7 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
   for (; at < runs.size(); ++at, done = 0) {
     const Run& run = runs[at];
     const double setup_begin = context.Seconds();
-    Marcher& marcher = marchers.At(run.step);
+    Stepper& stepper = steppers.At(run.step);
     context.solution.cost.seconds_setup += context.Seconds() - setup_begin;
     while (done < run.steps) {
       Segment segment;
@@ -190,8 +190,8 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
       const double begin = context.grid.times[segment.first_node];
       if (context.stop.stop_requested()) return context.FailCancelled(begin);
       progress.At(begin);
-      const bool starts_stretch = done == 0 && run.starts_at_break;
-      if (starts_stretch && !StartStretch(context, begin, segment.g.col(0), x, y, y_is_solution)) return false;
+      const bool starts_interval = done == 0 && run.starts_at_break;
+      if (starts_interval && !StartInterval(context, begin, segment.g.col(0), x, y, y_is_solution)) return false;
 
       segment.x.resize(problem.num_states(), steps + 1);
       segment.y.resize(problem.num_constraints(), steps + 1);
@@ -199,28 +199,28 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
       segment.y.col(0) = y;
       Index solved = 0;
       const double march_begin = context.Seconds();
-      const LcpVerdict verdict = marcher.March(segment, context.stop, departures, solved);
+      const LcpStatus verdict = stepper.March(segment, context.stop, departures, solved);
       context.solution.cost.seconds_lcp += context.Seconds() - march_begin;
-      if (!newton) context.solution.cost.lcps += solved * marcher.lcps_of_a_step();
+      if (!newton) context.solution.cost.lcps += solved * stepper.lcps_of_a_step();
       context.solution.cost.steps += solved;
 
-      if (starts_stretch && !y_is_solution) {
+      if (starts_interval && !y_is_solution) {
         segment.first_y_is_solution = false;
         if (solved > 0) segment.y.col(0) = segment.y.col(1);
       }
       const double next_time = context.grid.times[segment.first_node + std::min(solved + 1, steps)];
       if (solved < steps) segment.Truncate(solved);
-      context.Add(segment, marcher.scheme());
-      if (verdict == LcpVerdict::kSolved && solved < steps) return context.FailCancelled(next_time);
-      if (departures.steps_off_selection > 0 && marcher.scheme().y_is_linear) {
+      context.Add(segment, stepper.scheme());
+      if (verdict == LcpStatus::kSolved && solved < steps) return context.FailCancelled(next_time);
+      if (departures.steps_off_selection > 0 && stepper.scheme().y_is_linear) {
         return context.FailLostLeastElement(next_time);
       }
-      if (verdict != LcpVerdict::kSolved) {
+      if (verdict != LcpStatus::kSolved) {
         return FailLcp(context, verdict, next_time, "The coupled step LCP(q, M + K_0)");
       }
       x = segment.x.col(steps);
       y = segment.y.col(steps);
-      if (!x.allFinite()) return FailLcp(context, LcpVerdict::kNonFinite, next_time, "");
+      if (!x.allFinite()) return FailLcp(context, LcpStatus::kNonFinite, next_time, "");
       done += steps;
       context.checkpointing.Offer(context, next_time, carry);
     }
@@ -232,30 +232,30 @@ bool MarchGrid(SolveContext& context, StepCache<Marcher> marchers, NewtonAccount
 
 }  // namespace
 
-Marcher MakeMarcher(const SolveContext& context, const std::string& kind, double step,
+Stepper MakeStepper(const SolveContext& context, const std::string& kind, double step,
                     const SchemeFactory& make_scheme) {
   Scheme scheme = SharedScheme(context, kind, step, make_scheme);
   auto solver = SharedCoupledSolver(context, context.problem.N * scheme.y_after);
-  return Marcher(context.problem, std::move(scheme), context.choice(), std::move(solver));
+  return Stepper(context.problem, std::move(scheme), context.choice(), std::move(solver));
 }
 
 bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton) {
-  const auto make_marcher = [&](double step) {
-    std::unique_ptr<Marcher> marcher(new Marcher(MakeMarcher(context, kind, step, make_scheme)));
-    if (newton) marcher->UseNewton(*newton);
-    return marcher;
+  const auto make_stepper = [&](double step) {
+    std::unique_ptr<Stepper> stepper(new Stepper(MakeStepper(context, kind, step, make_scheme)));
+    if (newton) stepper->UseNewton(*newton);
+    return stepper;
   };
-  return MarchGrid(context, StepCache<Marcher>(make_marcher), newton);
+  return MarchGrid(context, StepCache<Stepper>(make_stepper), newton);
 }
 
 bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step) {
-  const auto make_marcher = [&](double step) {
+  const auto make_stepper = [&](double step) {
     auto sparse = make_step(step);
     auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
-    return std::make_unique<Marcher>(context.problem, std::move(sparse), context.choice(), std::move(solver));
+    return std::make_unique<Stepper>(context.problem, std::move(sparse), context.choice(), std::move(solver));
   };
-  return MarchGrid(context, StepCache<Marcher>(make_marcher), nullptr);
+  return MarchGrid(context, StepCache<Stepper>(make_stepper), nullptr);
 }
 
 }  // namespace dlcs

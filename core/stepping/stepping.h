@@ -33,18 +33,18 @@ struct NewtonAccount {
 };
 
 // What there is to say about them after a march.
-void WarnOf(const Departures& departures, SolveContext& context);
+void WarnOf(const SelectionStats& departures, SolveContext& context);
 
 // A scheme with the solver of its coupled step LCP(q, M + K_0), K_0 = N y_after.
-class Marcher {
+class Stepper {
  public:
   // Solver and scheme keep references to `problem`.
-  Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice);
+  Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice);
   // The same with the `solver` of its coupled step made already.
-  Marcher(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver);
+  Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver);
 
   // For a large sparse A: `sparse` takes the place of the matrices of a scheme.
-  Marcher(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
+  Stepper(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
           std::unique_ptr<LcpSolver> solver);
 
   // Solves the steps by Newton's method from now on, and by the coupled LCP only where that fails. Keeps a reference
@@ -60,11 +60,11 @@ class Marcher {
   // a scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
   // Its bits depend on the segment alone, not on what was marched before: the first LCP starts from the basis of y in column 0.
   // Cost: 2m² + 3mn and one warm LCP a step.
-  LcpVerdict March(Segment& segment, const std::stop_token& stop, Departures& departures, Index& solved);
+  LcpStatus March(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved);
 
  private:
   // The first stage of step j, where a step has one.
-  LcpVerdict TakeStage(const Segment& segment, const Vector& size_of_g, Index j, Departures& departures);
+  LcpStatus TakeStage(const Segment& segment, const Vector& size_of_g, Index j, SelectionStats& departures);
   // A step in three parts: the columns 1.. of x get what f says of them; x_j gets all the rest but for y_j; and that.
   void StartWithSources(Segment& segment) const;
   void AddBefore(Segment& segment, Index j) const;
@@ -72,7 +72,7 @@ class Marcher {
 
   // Both complete step j of `segment`, whose x.col(j) holds the explicit part of the scheme; SolveByNewton() leaves
   // it as it is where it returns false.
-  LcpVerdict Substitute(Segment& segment, const Vector& size_of_g, Index j, Departures& departures);
+  LcpStatus Substitute(Segment& segment, const Vector& size_of_g, Index j, SelectionStats& departures);
   bool SolveByNewton(Segment& segment, const Vector& size_of_g, Index j);
 
   const Problem& problem_;
@@ -89,8 +89,8 @@ class Marcher {
   Vector u_;
 };
 
-// The marcher of the scheme `kind` for `step`, with scheme and solver shared (core/context/shared_setup.h).
-Marcher MakeMarcher(const SolveContext& context, const std::string& kind, double step,
+// The stepper of the scheme `kind` for `step`, with scheme and solver shared (core/context/shared_setup.h).
+Stepper MakeStepper(const SolveContext& context, const std::string& kind, double step,
                     const SchemeFactory& make_scheme);
 
 // Marches the whole grid with the schemes of `make_scheme`, shared under the name `kind`, by Newton's method where `newton`, its account, is

@@ -57,7 +57,7 @@ bool StepsSparsely(const Problem& problem, const Options& options) {
   // Below, products with dense matrices of size m are as fast as solves with sparse factors.
   constexpr Index kSmall = 200;
   if (options.step_solver == StepSolver::kNewton || options.inelastic_impact) return false;
-  if (options.realisation != Realisation::kAuto) return options.realisation == Realisation::kSparseStepping;
+  if (options.propagator != PropagatorKind::kAuto) return options.propagator == PropagatorKind::kSparseStepping;
   return !problem.A.is_dense() && problem.num_states() > kSmall;
 }
 
@@ -84,7 +84,7 @@ Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool tw
 bool TimeStepping(SolveContext& context) {
   if (StepsSparsely(context.problem, context.options)) {
     return MarchGrid(context, [&](double step) {
-      ++context.solution.realisation.factorizations;
+      ++context.solution.propagator.factorizations;
       return TimeSteppingStep(context.problem, context.options, context.two_stages, step);
     });
   }

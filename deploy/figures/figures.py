@@ -114,7 +114,7 @@ def tell(*claims, remark=""):
 
 
 def figure_4_1():
-    histories = {power: iterate(f"4.1-h{power}", EASY, "paper-iteration", 2**power, 22)[1] for power in (5, 7)}
+    histories = {power: iterate(f"4.1-h{power}", EASY, "wu-chen-iteration", 2**power, 22)[1] for power in (5, 7)}
     draw("4.1", 900, 400)
     counts = {power: first_below(history, 1e-12) for power, history in histories.items()}
     ratios = [b[1] / a[1] for a, b in zip(histories[7], histories[7][1:]) if b[1] > 1e-12]
@@ -132,7 +132,7 @@ def figure_4_1():
 
 
 def figure_4_2():
-    iterate("4.2", EASY, "paper-iteration", 128, 4, 1, 2, 4)
+    iterate("4.2", EASY, "wu-chen-iteration", 128, 4, 1, 2, 4)
     draw("4.2", 1000, 560)
     final = read("4.2-converged.csv")
     size = max(abs(row[i]) for row in final for i in range(1, 4))
@@ -154,7 +154,7 @@ def accuracy(coarse, fine, keep):
 
 def figure_4_3():
     def paper(steps, nodes):
-        return solve(EASY, "--method", "paper-iteration", "--contour-nodes", nodes, "--steps", steps, "--iteration-tolerance", "1e-9")
+        return solve(EASY, "--method", "wu-chen-iteration", "--contour-nodes", nodes, "--steps", steps, "--iteration-tolerance", "1e-9")
 
     solutions = [paper(2**power, 64) for power in range(3, 10)]
     rows = [[2.0**-power, *accuracy(solutions[i], solutions[i + 1], 2)] for i, power in enumerate(range(3, 9))]
@@ -190,11 +190,11 @@ def figure_4_4():
     reference = results["iteration", 8]
     spread = max(abs(p - q) for a, b in zip(results["iteration", 6]["y"], reference["y"][::4]) for p, q in zip(a, b))
     ends = {power: results["euler", power] for power in (8, 7, 6)}
-    reached = {power: end["termination"] == "REACHED_END" for power, end in ends.items()}
+    reached = {power: end["termination"] == "TERMINATION_REACHED_END" for power, end in ends.items()}
     stop = ends[6]["failure_time"]
     peaks = [max(row[i] for row in reference["y"]) for i in (1, 3)]
     return tell(
-        (spread < 0.05 and all(results["iteration", power]["termination"] == "REACHED_END" for power in (8, 7, 6)),
+        (spread < 0.05 and all(results["iteration", power]["termination"] == "TERMINATION_REACHED_END" for power in (8, 7, 6)),
          f"the iteration serves all three steps, y differs by {spread:.1g} between h = 2⁻⁶ and 2⁻⁸"),
         (reached[8] and reached[7] and not reached[6],
          "implicit Euler with the least element breaks down for h = 2⁻⁶ alone, where M^h is no Z-matrix any more" +

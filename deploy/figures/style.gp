@@ -12,5 +12,5 @@ set grid back linecolor rgb "#dddddd" linetype 1 linewidth 0.7
 set key inside vertical Left reverse samplen 2.5 spacing 1.1
 set bmargin 4
 unset mxtics; unset mytics
-# The palette of Okabe and Ito, told apart with any colour vision.
+# The palette of Okabe and Ito, told apart with any color vision.
 blue = "#0072b2"; orange = "#d55e00"; green = "#009e73"; purple = "#cc79a7"; sky = "#56b4e9"; black = "#222222"

@@ -24,7 +24,7 @@ int ReplaceCost(char a, char b) {
 
 int InsertCost(char c) { return IsSeparator(c) ? kHalfEdit : kEdit; }
 
-// Edit distance with exchanged neighbours, row by row over the letters of `a`.
+// Edit distance with exchanged neighbors, row by row over the letters of `a`.
 int Distance(const std::string& a, const std::string& b) {
   std::vector<int> row(b.size() + 1, 0);
   for (std::size_t j = 0; j < b.size(); ++j) row[j + 1] = row[j] + InsertCost(b[j]);

@@ -11,7 +11,7 @@
 namespace dlcs {
 
 // The entry of `known` with the fewest edits from `name` (insert, delete, replace; half an edit each: a change
-// of case or of a separator, two neighbours exchanged, and an abbreviation of the whole or of one
+// of case or of a separator, two neighbors exchanged, and an abbreviation of the whole or of one
 // of its words to three letters or more), or nothing
 // when even that one differs in more than half of its letters. Of equals the first wins. Cost: the lengths'
 // product per entry.

@@ -5,7 +5,7 @@
 
 namespace dlcs {
 
-std::string Shortened(std::string text, std::size_t max_bytes) {
+std::string TruncateUtf8(std::string text, std::size_t max_bytes) {
   if (text.size() <= max_bytes) return text;
   constexpr char kEllipsis[] = "...";
   std::size_t end = max_bytes - std::min(max_bytes, sizeof(kEllipsis) - 1);

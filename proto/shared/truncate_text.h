@@ -10,7 +10,7 @@
 namespace dlcs {
 
 // At most `max_bytes` of `text`, cut between characters (UTF-8) and then ended with "...".
-std::string Shortened(std::string text, std::size_t max_bytes);
+std::string TruncateUtf8(std::string text, std::size_t max_bytes);
 
 }  // namespace dlcs
 

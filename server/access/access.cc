@@ -49,7 +49,7 @@ absl::Status Access::Check(const AccessSettings& settings) {
 absl::StatusOr<std::unique_ptr<Access>> Access::Open(const AccessSettings& settings) {
   std::unique_ptr<Access> access(new Access);
   if (!settings.tokens.empty()) {
-    auto users = Reloaded<Users>::Open({settings.tokens}, [file = settings.tokens] { return ReadUsers(file); });
+    auto users = WatchedFile<Users>::Open({settings.tokens}, [file = settings.tokens] { return ReadUsers(file); });
     if (!users.ok()) return users.status();
     access->users_ = *std::move(users);
   }
@@ -57,7 +57,7 @@ absl::StatusOr<std::unique_ptr<Access>> Access::Open(const AccessSettings& setti
     const TlsPaths paths{settings.tls_cert, settings.tls_key, settings.tls_client_ca};
     std::vector<std::string> files = {paths.certificate, paths.key};
     if (!paths.client_ca.empty()) files.push_back(paths.client_ca);
-    auto tls = Reloaded<TlsFiles>::Open(std::move(files), [paths] { return ReadTls(paths); });
+    auto tls = WatchedFile<TlsFiles>::Open(std::move(files), [paths] { return ReadTls(paths); });
     if (!tls.ok()) return tls.status();
     access->tls_ = *std::move(tls);
   }

@@ -64,8 +64,8 @@ class Access {
  private:
   Access() = default;
 
-  std::unique_ptr<Reloaded<Users>> users_;   // null: everybody may do everything
-  std::unique_ptr<Reloaded<TlsFiles>> tls_;  // null: no encryption
+  std::unique_ptr<WatchedFile<Users>> users_;   // null: everybody may do everything
+  std::unique_ptr<WatchedFile<TlsFiles>> tls_;  // null: no encryption
   std::mutex refreshing_;
   std::jthread refresher_;  // last: it uses the others
 };

@@ -31,7 +31,7 @@ absl::Status Save(const std::string& token, const std::string& file) {
 
 }  // namespace
 
-absl::Status MakeToken(const NewToken& wanted) {
+absl::Status MakeToken(const TokenRequest& wanted) {
   if (!IsUserName(wanted.user)) {
     return absl::InvalidArgumentError(
         fmt::format("NAME \"{}\": must be 1 to 128 letters, digits or . _ @ : / + -", wanted.user));

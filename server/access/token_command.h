@@ -10,7 +10,7 @@
 
 namespace dlcs {
 
-struct NewToken {
+struct TokenRequest {
   std::string user;
   std::string right = "submitter";
   std::string save;  // a file for the token, which must not be there yet; empty: standard error
@@ -18,7 +18,7 @@ struct NewToken {
 
 // Prints the line for the file of --tokens on standard output. The token itself goes where `wanted` says and is kept
 // nowhere else. Errors: InvalidArgument for what could not stand in that line, or a file that cannot be made.
-absl::Status MakeToken(const NewToken& wanted);
+absl::Status MakeToken(const TokenRequest& wanted);
 
 }  // namespace dlcs
 

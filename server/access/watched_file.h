@@ -22,13 +22,13 @@ std::string FileStamps(const std::vector<std::string>& files);
 
 // The last `Value` that was good. Safe from any thread.
 template <typename Value>
-class Reloaded {
+class WatchedFile {
  public:
   using Load = std::function<absl::StatusOr<Value>()>;
 
   // Errors: those of `load`.
-  static absl::StatusOr<std::unique_ptr<Reloaded>> Open(std::vector<std::string> files, Load load) {
-    std::unique_ptr<Reloaded> result(new Reloaded(std::move(files), std::move(load)));
+  static absl::StatusOr<std::unique_ptr<WatchedFile>> Open(std::vector<std::string> files, Load load) {
+    std::unique_ptr<WatchedFile> result(new WatchedFile(std::move(files), std::move(load)));
     result->stamps_ = FileStamps(result->files_);
     absl::StatusOr<Value> value = result->load_();
     if (!value.ok()) return value.status();
@@ -58,7 +58,7 @@ class Reloaded {
   }
 
  private:
-  Reloaded(std::vector<std::string> files, Load load) : files_(std::move(files)), load_(std::move(load)) {}
+  WatchedFile(std::vector<std::string> files, Load load) : files_(std::move(files)), load_(std::move(load)) {}
 
   const std::vector<std::string> files_;
   const Load load_;

@@ -132,7 +132,7 @@ ServerConfig Resolved(ServerConfig config) {
   return config;
 }
 
-SessionLimits LimitsOf(const ServerConfig& config) {
+SessionLimits ToSessionLimits(const ServerConfig& config) {
   SessionLimits limits;
   limits.max_states = config.max_states;
   limits.max_dense_states = config.max_dense_states;

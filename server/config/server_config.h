@@ -90,7 +90,7 @@ ServerConfig Resolved(ServerConfig config);
 inline constexpr std::int64_t kMaxAnswerBytes = 3'000'000;
 
 // The part that one session is told. `config` is resolved.
-SessionLimits LimitsOf(const ServerConfig& config);
+SessionLimits ToSessionLimits(const ServerConfig& config);
 
 }  // namespace dlcs
 

@@ -16,7 +16,7 @@ namespace dlcs {
 // own) goes to the log under `id`; the caller of the service learns only that, since the details are not
 // theirs to know.
 template <typename Work>
-auto Guarded(const std::string& id, Work&& work) -> decltype(work()) {
+auto CatchExceptions(const std::string& id, Work&& work) -> decltype(work()) {
   try {
     return work();
   } catch (const std::exception& error) {

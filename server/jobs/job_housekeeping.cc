@@ -31,7 +31,7 @@ class Every {
 
 }  // namespace
 
-void JobManager::KeepHouse() {
+void JobManager::RunMaintenance() {
   const Duration begin = clock_.Elapsed();
   Every poll(options_.poll, begin);
   Every renew(options_.lease / 4, begin);
@@ -56,12 +56,12 @@ void JobManager::KeepHouse() {
       heard_of_work_ = heard_something_ = false;
     }
     lock.unlock();
-    StopWhatIsLate();
-    for (const JobId& id : heard_of) LookAt(id);
+    EnforceDeadlines();
+    for (const JobId& id : heard_of) Refresh(id);
     if (renew.Due(now)) RenewLeases();
     if (poll.Due(now) || look) {
-      GiveUpHopeless();
-      TakeUpJobs();
+      FailUnmeetable();
+      ReclaimJobs();
       FollowOthers();
     }
     if (ask.Due(now) || asks) AskOthers();
@@ -72,7 +72,7 @@ void JobManager::KeepHouse() {
   }
 }
 
-void JobManager::TakeUpJobs() {
+void JobManager::ReclaimJobs() {
   std::set<JobId> gone;  // unless the store says otherwise: claimed or cancelled elsewhere
   {
     const std::lock_guard lock(mutex_);
@@ -144,7 +144,7 @@ void JobManager::AskOthers() {
   for (const JobChange& question : questions) store_.Tell(question);
 }
 
-void JobManager::Hear(const JobChange& change) {
+void JobManager::OnStoreChange(const JobChange& change) {
   {
     const std::lock_guard lock(mutex_);
     const auto active = active_.find(change.job);
@@ -185,7 +185,7 @@ bool JobManager::WantsLook() const {
   return heard_something_ || (heard_of_work_ && scheduler_.has_free_cores());
 }
 
-void JobManager::LookAt(const JobId& id) {
+void JobManager::Refresh(const JobId& id) {
   std::shared_ptr<JobRun> run;
   {
     const std::lock_guard lock(mutex_);
@@ -232,7 +232,7 @@ std::optional<Time> JobManager::NextDeadline() const {
   return next;
 }
 
-void JobManager::StopWhatIsLate() {
+void JobManager::EnforceDeadlines() {
   const Time now = clock_.Now();
   for (const std::shared_ptr<JobRun>& run : Runs()) {
     const std::optional<Time>& deadline = run->job().deadline;
@@ -240,7 +240,7 @@ void JobManager::StopWhatIsLate() {
   }
 }
 
-void JobManager::GiveUpHopeless() {
+void JobManager::FailUnmeetable() {
   std::vector<JobId> hopeless;
   {
     const std::lock_guard lock(mutex_);
@@ -249,7 +249,7 @@ void JobManager::GiveUpHopeless() {
   for (const JobId& id : hopeless) {
     const JobId candidates[] = {id};
     auto claimed = store_.Claim(options_.worker, options_.lease, candidates);
-    if (!claimed.ok() || !claimed->has_value()) continue;  // found again by TakeUpJobs(), if it is still there
+    if (!claimed.ok() || !claimed->has_value()) continue;  // found again by ReclaimJobs(), if it is still there
     const Job job = (*claimed)->job;
     const std::shared_ptr<EventLog> log = LogOf(job);
     log->AdvanceArchive(job.last_event, false);

@@ -35,13 +35,13 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
       writer_(store),
       relay_(store, clock),
       scheduler_(options_.limits, clock) {
-  TakeUpJobs();
-  threads_.emplace_back([this] { KeepHouse(); });
+  ReclaimJobs();
+  threads_.emplace_back([this] { RunMaintenance(); });
   // While a job waits for the store at its end, its cores work for the next.
   const SchedulerLimits& limits = options_.limits;
-  const int threads = options_.runs_jobs ? 2 * limits.cores + limits.cores_lent_to_small : 0;
+  const int threads = options_.runs_jobs ? 2 * limits.cores + limits.burst_cores : 0;
   for (int k = 0; k < threads; ++k) threads_.emplace_back([this] { Work(); });
-  store_.Listen([this](const JobChange& change) { Hear(change); });
+  store_.Listen([this](const JobChange& change) { OnStoreChange(change); });
 }
 
 JobManager::~JobManager() {
@@ -280,8 +280,8 @@ JobEnd JobManager::Solve(JobRun& run) {
   }
   for (milliseconds pause = kFirstPause; !run.stop().stop_requested(); WaitForStore(pause)) {
     JobEnd end;
-    // Guarded() logs what is thrown and gives the status for it.
-    end.status = Guarded(run.id(), [&]() -> absl::Status {
+    // CatchExceptions() logs what is thrown and gives the status for it.
+    end.status = CatchExceptions(run.id(), [&]() -> absl::Status {
       end = solve_(run);
       return end.status;
     });

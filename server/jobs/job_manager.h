@@ -144,8 +144,8 @@ class JobManager {
   // Before it is asked again; the next pause is longer. Ends at once where it is not waited for any more.
   void WaitForStore(std::chrono::milliseconds& pause);
 
-  void KeepHouse();
-  void TakeUpJobs();
+  void RunMaintenance();
+  void ReclaimJobs();
   void FollowOthers();
   void FollowOther(const JobId& id);
   // Asks who runs the jobs that are watched here to tell what is not in the store.
@@ -153,12 +153,12 @@ class JobManager {
   void RenewLeases();
   void RenewLease(JobRun& run);
   // From the store's thread: makes the housekeeper look now at what it would look at later.
-  void Hear(const JobChange& change);
-  void LookAt(const JobId& id);
+  void OnStoreChange(const JobChange& change);
+  void Refresh(const JobId& id);
   // With mutex_ held: whether to look at once at what the store has.
   bool WantsLook() const;
-  void StopWhatIsLate();
-  void GiveUpHopeless();
+  void EnforceDeadlines();
+  void FailUnmeetable();
   std::vector<std::shared_ptr<JobRun>> Runs() const;
   std::optional<Time> NextDeadline() const;
 

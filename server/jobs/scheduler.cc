@@ -166,7 +166,7 @@ double Scheduler::Savings(const Owner& owner) const {
 
 bool Scheduler::MayBorrow(const Demand& demand, const Owner& owner, double savings) const {
   return demand.core_seconds <= std::min(limits_.small_core_seconds, savings) && owner.running == 0 &&
-         lent_cores_ + demand.threads <= limits_.cores_lent_to_small && FitsMemory(demand);
+         lent_cores_ + demand.threads <= limits_.burst_cores && FitsMemory(demand);
 }
 
 std::optional<Scheduler::Choice> Scheduler::ChooseSmall() {
@@ -212,7 +212,7 @@ std::optional<Scheduler::Start> Scheduler::StartNext() {
     const Duration now = clock_.Elapsed();
     std::optional<Duration>& since = turn->job->second.passed_over_since;
     if (!since.has_value()) since = now;
-    const bool is_patient = now - *since <= limits_.patience;
+    const bool is_patient = now - *since <= limits_.max_skip_time;
     if (const std::optional<Choice> other = is_patient ? Choose(true) : std::nullopt) return Begin(*other);
     // Cores that are lent keep nobody from those there are; memory would.
     if (!is_patient && !FitsMemory(demand)) return std::nullopt;

@@ -38,10 +38,10 @@ struct SchedulerLimits {
   // so many threads of such jobs run beside full cores, where their user has saved what they cost and has nothing else
   // running. The machine then shares its time between them and the others.
   double small_core_seconds = 1;
-  int cores_lent_to_small = 0;
+  int burst_cores = 0;
   // A job whose turn it is but that needs more memory or cores than are free is passed over for so long; then nothing
   // else starts until it fits.
-  Duration patience = std::chrono::seconds(30);
+  Duration max_skip_time = std::chrono::seconds(30);
 };
 
 // A pure data structure: it starts nothing, and its owner guards it with a mutex. Costs: O(users + jobs passed over)

@@ -29,7 +29,7 @@ std::string NewSolveId() {
 
 }  // namespace
 
-FindProblem ProblemsOf(const CallEnvironment& environment, const grpc::CallbackServerContext& call) {
+ProblemResolver ProblemsOf(const CallEnvironment& environment, const grpc::CallbackServerContext& call) {
   if (environment.problems == nullptr) return {};
   // Who calls is looked up for requests that name a problem, not for all.
   return [&environment, &call](const std::string& name) -> absl::StatusOr<v1::ProblemBody> {

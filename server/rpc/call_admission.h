@@ -38,7 +38,7 @@ struct CallEnvironment {
 
 // The uploaded problems of who makes `call`, which must still be there when one is looked for. An empty function on a
 // server without a store.
-FindProblem ProblemsOf(const CallEnvironment& environment, const grpc::CallbackServerContext& call);
+ProblemResolver ProblemsOf(const CallEnvironment& environment, const grpc::CallbackServerContext& call);
 
 class CallLifetime {
  public:

@@ -24,7 +24,7 @@ namespace dlcs {
 // fill
 //   their share of the queue, the oldest iterate is dropped for each new one. When windows alone fill it (a
 //   reader that stopped while thousands of windows went by), the oldest window event is dropped too. What was
-//   dropped is replaced, where it stood, by one gap for each run of neighbours. An event takes about 0.3 KB
+//   dropped is replaced, where it stood, by one gap for each run of neighbors. An event takes about 0.3 KB
 //   here, so the default is 3 MB at most.
 // - The trajectory is not queued. The mailbox keeps the finished solve and makes one chunk when the reader
 //   asks for it.
@@ -78,7 +78,7 @@ class EventMailbox {
   const Limits limits_;
   mutable std::mutex mutex_;
   Queue queue_;
-  // Only ever moves towards the end, so that finding the next one costs O(1) on average. end() when there is
+  // Only ever moves toward the end, so that finding the next one costs O(1) on average. end() when there is
   // none.
   Queue::iterator oldest_iterate_ = queue_.end();
   std::size_t iterates_ = 0;  // queued

@@ -32,7 +32,7 @@ grpc::ServerUnaryReactor* JobCall::Start(const JobCallEnvironment& environment, 
     call->Finish(ToGrpc(ShuttingDown()));
   } else {
     environment.workers.Run([call] {
-      const absl::Status done = Guarded(call->name_, call->work_);
+      const absl::Status done = CatchExceptions(call->name_, call->work_);
       call->Finish(ToGrpc(done));
     });
   }
@@ -76,7 +76,7 @@ void JobStream<Message>::OnSendInitialMetadataDone(bool ok) {
 template <typename Message>
 void JobStream<Message>::PrepareOnWorker() {
   environment_.workers.Run([self = this->shared_from_this()] {
-    const absl::Status prepared = Guarded("job stream", [&] { return self->Prepare(); });
+    const absl::Status prepared = CatchExceptions("job stream", [&] { return self->Prepare(); });
     {
       const std::lock_guard lock(self->mutex_);
       self->busy_ = false;

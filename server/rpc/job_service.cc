@@ -54,7 +54,7 @@ std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v
   v1::SolveJob about;
   about.set_title(create.title());
   if (uploaded) {
-    if (about.title().empty()) about.set_title(Shortened(uploaded->title(), kMaxTitleBytes));
+    if (about.title().empty()) about.set_title(TruncateUtf8(uploaded->title(), kMaxTitleBytes));
     about.set_states(uploaded->states());
     about.set_constraints(uploaded->constraints());
     about.set_horizon(uploaded->horizon());
@@ -107,11 +107,11 @@ JobService::JobService(const ServerConfig& config, const Access& access, Metrics
     : watches_("max_watches_per_user", config.access.max_watches_per_user),
       setups_(static_cast<double>(config.setup_cache_bytes)),
       store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
-      library_(*store_, UploadLimitsOf(config), LimitsOf(config)),
-      solver_(LimitsOf(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
+      library_(*store_, ToUploadLimits(config), ToSessionLimits(config)),
+      solver_(ToSessionLimits(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
               std::chrono::milliseconds(config.checkpoint_ms)),
       manager_(
-          ManagerOptionsOf(config), *store_,
+          ToJobManagerOptions(config), *store_,
           [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
           WithTelemetry(metrics, [this](jobs::JobRun& run) { return solver_.Solve(run); }), jobs::SystemClock()),
       workers_(kWorkers),

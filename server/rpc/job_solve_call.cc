@@ -14,12 +14,12 @@ namespace {
 absl::StatusOr<v1::Summary> SummaryWithoutSolve(const jobs::Job& job) {
   v1::Summary summary;
   if (job.state == jobs::JobState::kCancelled) {
-    summary.set_termination(v1::CANCELLED);
+    summary.set_termination(v1::TERMINATION_CANCELLED);
     summary.set_message("The job was cancelled before it began.");
     return summary;
   }
   if (!absl::IsDeadlineExceeded(job.error)) return job.error;
-  summary.set_termination(v1::DEADLINE);
+  summary.set_termination(v1::TERMINATION_DEADLINE);
   summary.set_message(std::string(job.error.message()));
   return summary;
 }

@@ -55,7 +55,7 @@ void TrimAfter(std::int64_t result_bytes) {
 }  // namespace
 
 void SolveCall::Run() {
-  absl::StatusOr<FinishedSolve> finished = Guarded(lifetime_.id(), [this] { return Solve(); });
+  absl::StatusOr<FinishedSolve> finished = CatchExceptions(lifetime_.id(), [this] { return Solve(); });
   if (!finished.ok()) Tell("solve refused or failed", FactsOf(finished.status()));
   mailbox_.Close(std::move(finished));
 }
@@ -81,7 +81,7 @@ void SolveCall::Accept(v1::SolveEvent event) {
 }
 
 void EnsembleCall::Run() {
-  absl::StatusOr<v1::EnsembleSummary> summary = Guarded(lifetime_.id(), [this] { return Solve(); });
+  absl::StatusOr<v1::EnsembleSummary> summary = CatchExceptions(lifetime_.id(), [this] { return Solve(); });
   if (!summary.ok()) Tell("solve refused or failed", FactsOf(summary.status()));
   mailbox_.Close(std::move(summary));
 }

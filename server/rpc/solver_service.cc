@@ -23,7 +23,7 @@ SolverService::SolverService(const ServerConfig& config, const Access& access, M
       jobs_(jobs),
       admission_(config.max_concurrent_solves, config.max_held_result_bytes),
       setups_(static_cast<double>(config.setup_cache_bytes)),
-      environment_{LimitsOf(config),
+      environment_{ToSessionLimits(config),
                    admission_,
                    workers_,
                    calls_,
@@ -104,7 +104,7 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_max_concurrent_solves(config_.max_concurrent_solves);
   response->set_threads(config_.threads);
   if (jobs_ != nullptr) {
-    *response->mutable_jobs() = ToldJobLimits(jobs_->options());
+    *response->mutable_jobs() = JobLimitsToProto(jobs_->options());
     *response->mutable_uploads() = ToldUploadLimits(config_);
   }
   const SetupCache::Statistics setups = setups_.statistics();

@@ -81,7 +81,7 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
   virtual void Run() = 0;
 
   // The caller's uploaded problems.
-  FindProblem Problems() const { return ProblemsOf(environment_, context_); }
+  ProblemResolver Problems() const { return ProblemsOf(environment_, context_); }
 
   // A line of the log about this call: what all have, and `facts`.
   void Tell(const std::string& message, LogFields facts) const {

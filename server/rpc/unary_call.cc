@@ -27,7 +27,7 @@ void UnaryCall::Begin() {
 }
 
 void UnaryCall::DoWork() {
-  const absl::Status done = Guarded(name_, [this] { return work_(control_->token()); });
+  const absl::Status done = CatchExceptions(name_, [this] { return work_(control_->token()); });
   solver_.reset();
   Finish(ToGrpc(control_->cause() == StopCause::kShutdown ? ShuttingDown() : done));
 }

@@ -14,7 +14,7 @@ class Refusal final : public grpc::ServerGenericBidiReactor {
 
 }  // namespace
 
-grpc::ServerGenericBidiReactor* WorkerRefusal::CreateReactor(grpc::GenericCallbackServerContext*) {
+grpc::ServerGenericBidiReactor* UnimplementedService::CreateReactor(grpc::GenericCallbackServerContext*) {
   return new Refusal;
 }
 

@@ -9,7 +9,7 @@
 namespace dlcs {
 
 // Answers every call that no other service answers with UNIMPLEMENTED, and where to go instead.
-class WorkerRefusal final : public grpc::CallbackGenericService {
+class UnimplementedService final : public grpc::CallbackGenericService {
  public:
   grpc::ServerGenericBidiReactor* CreateReactor(grpc::GenericCallbackServerContext* context) override;
 };

@@ -63,7 +63,7 @@ void UploadCall::OnReadDone(bool ok) {
 
 void UploadCall::BeginOnWorker() {
   environment_.workers.Run([self = shared_from_this()] {
-    const auto there = Guarded("upload", [&] { return self->upload_.Begin(self->part_); });
+    const auto there = CatchExceptions("upload", [&] { return self->upload_.Begin(self->part_); });
     if (!there.ok()) return self->End(there.status());
     if (!there->has_value()) return self->ReadNext();
     self->End(**there);
@@ -72,7 +72,7 @@ void UploadCall::BeginOnWorker() {
 
 void UploadCall::StoreOnWorker() {
   environment_.workers.Run([self = shared_from_this()] {
-    self->End(Guarded("upload", [&] { return self->upload_.Store(); }));
+    self->End(CatchExceptions("upload", [&] { return self->upload_.Store(); }));
   });
 }
 

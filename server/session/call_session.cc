@@ -104,15 +104,15 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
 
 absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
                                                        const SessionLimits& limits, std::stop_token stop,
-                                                       const FindProblem& find) {
+                                                       const ProblemResolver& find) {
   if (NamesProblem(request)) {
-    const absl::StatusOr<v1::AnalyzeProblemRequest> whole = WithProblem(request, find);
+    const absl::StatusOr<v1::AnalyzeProblemRequest> whole = ResolveProblem(request, find);
     return whole.ok() ? RunAnalysis(*whole, limits, std::move(stop)) : whole.status();
   }
   if (!request.has_problem()) {
     return InvalidRequest({{"problem", "is not set; one of problem and problem_name must be"}});
   }
-  const absl::StatusOr<SoundSystem> read = ReadSound(request.problem(), request.options(), limits);
+  const absl::StatusOr<SoundSystem> read = ParseAndValidate(request.problem(), request.options(), limits);
   if (!read.ok()) return read.status();
   absl::StatusOr<Analysis> analysis = Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
   if (!analysis.ok()) return FromEngine(analysis.status(), "problem");

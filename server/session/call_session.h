@@ -26,10 +26,10 @@ absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, 
 
 // What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then
 // holds the sections that were finished, and a warning. `find` finds a problem that is named. Errors: as
-// ReadSound() and `find`.
+// ParseAndValidate() and `find`.
 absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
                                                        const SessionLimits& limits, std::stop_token stop,
-                                                       const FindProblem& find = {});
+                                                       const ProblemResolver& find = {});
 
 }  // namespace dlcs
 

@@ -36,12 +36,12 @@ std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& li
 void Count(const FinishedSolve& solve, v1::EnsembleSummary& summary) {
   const Verdict verdict = JudgeSolution(solve.solution());
   switch (solve.termination()) {
-    case v1::REACHED_END:
+    case v1::TERMINATION_REACHED_END:
       if (verdict.kind == VerdictKind::kSolved) return summary.set_solved(summary.solved() + 1);
       if (verdict.success) return summary.set_reached(summary.reached() + 1);
       return summary.set_failed(summary.failed() + 1);
-    case v1::CANCELLED:
-    case v1::DEADLINE:
+    case v1::TERMINATION_CANCELLED:
+    case v1::TERMINATION_DEADLINE:
       return summary.set_stopped(summary.stopped() + 1);
     default:
       return summary.set_failed(summary.failed() + 1);
@@ -51,12 +51,12 @@ void Count(const FinishedSolve& solve, v1::EnsembleSummary& summary) {
 }  // namespace
 
 absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
-                                                 const FindProblem& find) {
+                                                 const ProblemResolver& find) {
   if (NamesProblem(request)) {
-    const absl::StatusOr<v1::SolveEnsembleRequest> whole = WithProblem(request, find);
+    const absl::StatusOr<v1::SolveEnsembleRequest> whole = ResolveProblem(request, find);
     return whole.ok() ? PrepareEnsemble(*whole, limits) : whole.status();
   }
-  absl::StatusOr<SoundEnsemble> sound = ReadSound(request, limits);
+  absl::StatusOr<SoundEnsemble> sound = ParseAndValidate(request, limits);
   if (!sound.ok()) return sound.status();
   PreparedEnsemble prepared;
   prepared.ensemble = *std::move(sound);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kField = "problem_name";
 
-absl::StatusOr<v1::ProblemBody> Find(const std::string& name, const FindProblem& find) {
+absl::StatusOr<v1::ProblemBody> Find(const std::string& name, const ProblemResolver& find) {
   if (find) return find(name);
   return InvalidRequest(
       {{kField, fmt::format("\"{}\": nothing can be uploaded here; send the problem itself, or ask a server that takes "
@@ -39,7 +39,7 @@ absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
 
 // Where the request has a field for a linear problem and one for a name.
 template <typename Request>
-absl::StatusOr<Request> WithLinearProblem(const Request& request, const FindProblem& find) {
+absl::StatusOr<Request> WithLinearProblem(const Request& request, const ProblemResolver& find) {
   if (request.has_problem()) return InvalidRequest({{kField, "the request holds a problem as well; say one of the two"}});
   absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
   if (!body.ok()) return body.status();
@@ -59,7 +59,7 @@ bool NamesProblem(const v1::SolveRequest& request) { return request.has_problem_
 bool NamesProblem(const v1::SolveEnsembleRequest& request) { return !request.problem_name().empty(); }
 bool NamesProblem(const v1::AnalyzeProblemRequest& request) { return !request.problem_name().empty(); }
 
-absl::StatusOr<v1::SolveRequest> WithProblem(const v1::SolveRequest& request, const FindProblem& find) {
+absl::StatusOr<v1::SolveRequest> ResolveProblem(const v1::SolveRequest& request, const ProblemResolver& find) {
   absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
   if (!body.ok()) return body.status();
   if (request.has_changes() && !body->has_problem()) {
@@ -77,12 +77,12 @@ absl::StatusOr<v1::SolveRequest> WithProblem(const v1::SolveRequest& request, co
   return whole;
 }
 
-absl::StatusOr<v1::SolveEnsembleRequest> WithProblem(const v1::SolveEnsembleRequest& request, const FindProblem& find) {
+absl::StatusOr<v1::SolveEnsembleRequest> ResolveProblem(const v1::SolveEnsembleRequest& request, const ProblemResolver& find) {
   return WithLinearProblem(request, find);
 }
 
-absl::StatusOr<v1::AnalyzeProblemRequest> WithProblem(const v1::AnalyzeProblemRequest& request,
-                                                      const FindProblem& find) {
+absl::StatusOr<v1::AnalyzeProblemRequest> ResolveProblem(const v1::AnalyzeProblemRequest& request,
+                                                      const ProblemResolver& find) {
   return WithLinearProblem(request, find);
 }
 

@@ -157,7 +157,7 @@ absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {
   return LimitExceeded(name, limit, static_cast<std::int64_t>(std::min(asked, 9e18)));
 }
 
-absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
+absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits) {
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
@@ -165,7 +165,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::Solv
   return Checked(std::move(read), kLinear, options, std::move(violations), limits, NamesOf(problem));
 }
 
-absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
+absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits) {
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
@@ -173,7 +173,7 @@ absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const
   return Checked(std::move(read), kNonlinear, options, std::move(violations), limits, NamesOf(problem));
 }
 
-absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
+absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits) {
   absl::Status limit = CheckLimit("max_members", request.members_size(), limits.max_members);
   limit.Update(CheckShapes(request.problem(), limits));
   for (const v1::EnsembleMember& member : request.members()) limit.Update(CheckShapes(member, limits));

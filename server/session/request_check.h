@@ -52,9 +52,9 @@ struct SoundSystem {
 // anything is made of them, then the conversion, then the rules. Errors: ResourceExhausted naming the limit;
 // InvalidArgument with every violation found (those of the conversion first and alone, since the other checks
 // presuppose shapes).
-absl::StatusOr<SoundSystem> ReadSound(const v1::Problem& problem, const v1::SolveOptions& options,
+absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits);
-absl::StatusOr<SoundSystem> ReadSound(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
+absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
                                       const SessionLimits& limits);
 
 struct SoundEnsemble {
@@ -65,7 +65,7 @@ struct SoundEnsemble {
 };
 
 // The same for an ensemble; what is a member's own is named members[3].x0[1].
-absl::StatusOr<SoundEnsemble> ReadSound(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
+absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
 
 // The threads of a solve whose options ask for `asked`; 0 takes all.
 int AllowedThreads(int asked, const SessionLimits& limits);

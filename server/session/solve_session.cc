@@ -17,13 +17,13 @@
 namespace dlcs {
 namespace {
 
-// A chunk of 1/4 MB stays in the second cache while it is made, serialised and sent, and the reader unpacks it while the next is
+// A chunk of 1/4 MB stays in the second cache while it is made, serialized and sent, and the reader unpacks it while the next is
 // made. The contract says below 1 MB.
 constexpr Index kMaxChunkDoubles = (Index{1} << 18) / sizeof(double);
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* setups) {
-  return SolveSound(problem, options, observer, std::move(stop), setups);
+  return SolveValidated(problem, options, observer, std::move(stop), setups);
 }
 absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* /*setups*/) {
@@ -31,8 +31,8 @@ absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Opti
 }
 
 absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {
-  if (request.has_nonlinear()) return ReadSound(request.nonlinear(), request.options(), limits);
-  return ReadSound(request.problem(), request.options(), limits);
+  if (request.has_nonlinear()) return ParseAndValidate(request.nonlinear(), request.options(), limits);
+  return ParseAndValidate(request.problem(), request.options(), limits);
 }
 
 // Numbers the events of one solve and turns what the engine reports into them.
@@ -112,9 +112,9 @@ Index PreparedSolve::num_constraints() const {
 }
 
 absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
-                                           const FindProblem& find) {
+                                           const ProblemResolver& find) {
   if (NamesProblem(request)) {
-    const absl::StatusOr<v1::SolveRequest> whole = WithProblem(request, find);
+    const absl::StatusOr<v1::SolveRequest> whole = ResolveProblem(request, find);
     return whole.ok() ? PrepareSolve(*whole, limits) : whole.status();
   }
   if (request.has_changes()) return InvalidRequest({{"changes", "go with problem_name only"}});
@@ -135,7 +135,7 @@ FinishedSolve::FinishedSolve(Solution solution, StopCause cause, std::int64_t ne
     : solution_(std::move(solution)), cause_(cause), next_sequence_(next_sequence) {}
 
 v1::Termination FinishedSolve::termination() const {
-  if (solution_.termination == Termination::kCancelled && cause_ == StopCause::kDeadline) return v1::DEADLINE;
+  if (solution_.termination == Termination::kCancelled && cause_ == StopCause::kDeadline) return v1::TERMINATION_DEADLINE;
   return ToProto(solution_.termination);
 }
 

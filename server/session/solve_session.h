@@ -68,7 +68,7 @@ struct PreparedSolve {
 // Errors: InvalidArgument with every violation found (those of the conversion first and alone, since the
 // other checks presuppose shapes); ResourceExhausted naming the limit; those of `find`.
 absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
-                                           const FindProblem& find = {});
+                                           const ProblemResolver& find = {});
 
 // The end of a solve: its trajectory chunks (each below 1 MB) and the summary, made one at a time when they
 // are asked for, so that a slow reader costs the memory of the solution and not a second copy

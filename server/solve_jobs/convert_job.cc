@@ -30,11 +30,11 @@ v1::JobState StateNamed(std::string_view name) {
 v1::JobGap::Reason ToProto(jobs::EventGap::Why why) {
   switch (why) {
     case jobs::EventGap::Why::kInterval:
-      return v1::JobGap::INTERVAL;
+      return v1::JobGap::REASON_INTERVAL;
     case jobs::EventGap::Why::kSlow:
-      return v1::JobGap::SLOW;
+      return v1::JobGap::REASON_SLOW;
     case jobs::EventGap::Why::kNotRetained:
-      return v1::JobGap::NOT_RETAINED;
+      return v1::JobGap::REASON_NOT_RETAINED;
   }
   return v1::JobGap::REASON_UNSPECIFIED;
 }

@@ -37,7 +37,7 @@ std::string WorkerName(const ServerConfig& config) {
 
 }  // namespace
 
-jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config) {
+jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config) {
   jobs::JobManagerOptions options;
   options.runs_jobs = config.role != "front";
   if (jobs::IsShared(config.store)) options.worker = WorkerName(config);
@@ -52,7 +52,7 @@ jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config) {
   limits.max_queued_jobs_per_user = config.max_queued_jobs_per_user;
   limits.max_queued_core_seconds = config.max_queued_core_seconds;
   limits.cores_kept_for_small = std::min(1, config.threads - 1);
-  limits.cores_lent_to_small = std::max(1, config.threads / 4);
+  limits.burst_cores = std::max(1, config.threads / 4);
   options.max_attempts = config.max_job_attempts;
   options.expiry.max_age = FromSeconds(config.keep_finished_s);
   options.expiry.max_finished_bytes = config.keep_finished_bytes;
@@ -64,14 +64,14 @@ jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config) {
   return options;
 }
 
-UploadLimits UploadLimitsOf(const ServerConfig& config) {
+UploadLimits ToUploadLimits(const ServerConfig& config) {
   return {.max_upload_bytes = config.max_upload_bytes,
           .quota = {.max_bytes = config.max_uploaded_bytes_per_user,
                     .max_problems = config.max_uploaded_problems_per_user},
           .keep_unused = FromSeconds(config.keep_problems_s)};
 }
 
-v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options) {
+v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options) {
   v1::JobLimits told;
   told.set_max_job_memory_bytes(options.limits.max_job_memory_bytes);
   told.set_max_job_core_seconds(options.limits.max_job_core_seconds);
@@ -89,7 +89,7 @@ v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options) {
 }
 
 v1::UploadLimits ToldUploadLimits(const ServerConfig& config) {
-  const UploadLimits limits = UploadLimitsOf(config);
+  const UploadLimits limits = ToUploadLimits(config);
   v1::UploadLimits told;
   told.set_max_upload_bytes(limits.max_upload_bytes);
   told.set_max_uploaded_bytes_per_user(limits.quota.max_bytes);

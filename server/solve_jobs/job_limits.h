@@ -16,11 +16,11 @@ inline constexpr int kMaxPriority = 100;
 inline constexpr std::chrono::seconds kMaxWatchInterval{3600};
 
 // `config` is resolved.
-jobs::JobManagerOptions ManagerOptionsOf(const ServerConfig& config);
-UploadLimits UploadLimitsOf(const ServerConfig& config);
+jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config);
+UploadLimits ToUploadLimits(const ServerConfig& config);
 
 // What GetCapabilities tells of both.
-v1::JobLimits ToldJobLimits(const jobs::JobManagerOptions& options);
+v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options);
 v1::UploadLimits ToldUploadLimits(const ServerConfig& config);
 
 }  // namespace dlcs

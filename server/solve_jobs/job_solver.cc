@@ -156,7 +156,7 @@ v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
   summary.mutable_cost()->set_process_peak_bytes(PeakResidentBytes());
   if (solution.termination != Termination::kCancelled) return summary;
   const bool late = cause == jobs::StopCause::kDeadline;
-  if (late) summary.set_termination(v1::DEADLINE);
+  if (late) summary.set_termination(v1::TERMINATION_DEADLINE);
   summary.set_message(solution.message + (late ? " The deadline of the job passed." : " The job was cancelled."));
   return summary;
 }
@@ -164,7 +164,7 @@ v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
 // Solves of twice and four times the step follow for the error estimate.
 bool WillCompare(const Options& options) {
   return options.has_grid() && options.error_tolerance == 0 && options.estimate_error &&
-         options.method != Method::kEventLocated;
+         options.method != Method::kEventDriven;
 }
 constexpr double kShareOfComparedSolve = 1 / 1.75;
 
@@ -179,7 +179,7 @@ double CountSteps(const PreparedSolve& prepared) {
   return std::max<double>(Options::kMostDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
 }
 
-absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits, const FindProblem& find) {
+absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits, const ProblemResolver& find) {
   v1::SolveRequest request;
   if (!request.ParseFromString(body)) return absl::DataLossError("The stored request cannot be read.");
   return PrepareSolve(request, limits, find);

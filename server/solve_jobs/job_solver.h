@@ -18,8 +18,8 @@ namespace dlcs {
 
 class SetupCache;
 
-// The body of a job is a serialised v1::SolveRequest; a part of its trajectory is a serialised v1::TrajectoryChunk
-// whose indices count the whole trajectory, below 1 MB; the summary is a serialised v1::Summary.
+// The body of a job is a serialized v1::SolveRequest; a part of its trajectory is a serialized v1::TrajectoryChunk
+// whose indices count the whole trajectory, below 1 MB; the summary is a serialized v1::Summary.
 class JobSolver {
  public:
   // A checkpoint is made when one is offered and `checkpoint_every` has passed since the last. `setups` may be null;

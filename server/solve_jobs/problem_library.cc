@@ -38,9 +38,9 @@ absl::StatusOr<SoundSystem> ReadBody(const v1::ProblemBody& body, const SessionL
   }
   switch (body.system_case()) {
     case v1::ProblemBody::kProblem:
-      return ReadSound(body.problem(), v1::SolveOptions(), limits);
+      return ParseAndValidate(body.problem(), v1::SolveOptions(), limits);
     case v1::ProblemBody::kNonlinear:
-      return ReadSound(body.nonlinear(), v1::SolveOptions(), limits);
+      return ParseAndValidate(body.nonlinear(), v1::SolveOptions(), limits);
     case v1::ProblemBody::SYSTEM_NOT_SET:
       break;
   }
@@ -56,7 +56,7 @@ absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char*
   return InvalidRequest({{field, fmt::format("{}; must be problems/ and 64 characters of 0-9a-f", Quoted(name))}});
 }
 
-FindProblem ProblemLibrary::Of(std::string owner) const {
+ProblemResolver ProblemLibrary::Of(std::string owner) const {
   return [this, owner = std::move(owner)](const std::string& name) -> absl::StatusOr<v1::ProblemBody> {
     const absl::StatusOr<jobs::ProblemId> id = ProblemIdOf(name, "problem_name");
     if (!id.ok()) return id.status();

@@ -33,7 +33,7 @@ class ProblemLibrary {
       : store_(store), limits_(limits), session_(session) {}
 
   // Those of `owner`. Must not outlive this object.
-  FindProblem Of(std::string owner) const;
+  ProblemResolver Of(std::string owner) const;
 
   // What is known of a problem that is there, after what would forbid to upload one of `bytes` was ruled out: for who is about
   // to. NotFound says go ahead. Errors: ResourceExhausted naming the limit.

@@ -18,7 +18,7 @@ namespace dlcs::jobs {
 // Of a `Database` that has Options, Connection, Write(), Read() and healthy() as SqliteDatabase does, with a `Table`
 // over its connections.
 template <typename Database, typename Table>
-class RuledStore : public Store {
+class SqlStore : public Store {
  public:
   absl::StatusOr<Created> Create(const NewJob& job) final {
     return Write([&](Table& table) { return CreateJob(table, job); });
@@ -59,7 +59,7 @@ class RuledStore : public Store {
  protected:
   using Connection = typename Database::Connection;
 
-  explicit RuledStore(typename Database::Options options) : database_(std::move(options)) {}
+  explicit SqlStore(typename Database::Options options) : database_(std::move(options)) {}
 
   // The rows of jobs in the transaction that `connection` is in.
   virtual Table TableIn(Connection& connection) const = 0;

@@ -8,7 +8,7 @@
 
 namespace dlcs {
 
-// A stored request, the serialised message, followed by one more field of it that only this file knows: whoever parses
+// A stored request, the serialized message, followed by one more field of it that only this file knows: whoever parses
 // the request passes over it, as over fields of later versions. `trace_id` as TraceIdOf() gives it; an empty one
 // changes nothing.
 std::string WithTraceId(std::string request, const std::string& trace_id);

@@ -48,11 +48,11 @@ std::chrono::nanoseconds SinceEpoch(const google::protobuf::Timestamp& time) {
 
 const char* ReasonOf(v1::JobGap::Reason reason) {
   switch (reason) {
-    case v1::JobGap::INTERVAL:
+    case v1::JobGap::REASON_INTERVAL:
       return "interval";
-    case v1::JobGap::SLOW:
+    case v1::JobGap::REASON_SLOW:
       return "slow";
-    case v1::JobGap::NOT_RETAINED:
+    case v1::JobGap::REASON_NOT_RETAINED:
       return "not_retained";
     default:
       return "unspecified";

@@ -80,8 +80,8 @@ v1::SolutionRule ToProto(SolutionRule rule) {
       return v1::SOLUTION_RULE_HIDDEN_LEAST_ELEMENT;
     case SolutionRule::kLeastNorm:
       return v1::SOLUTION_RULE_LEAST_NORM;
-    case SolutionRule::kMinimiser:
-      return v1::SOLUTION_RULE_MINIMISER;
+    case SolutionRule::kMinimizer:
+      return v1::SOLUTION_RULE_MINIMIZER;
     case SolutionRule::kSparsest:
       return v1::SOLUTION_RULE_SPARSEST;
   }
@@ -145,15 +145,15 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
       return SolutionRule::kHiddenLeastElement;
     case v1::SOLUTION_RULE_LEAST_NORM:
       return SolutionRule::kLeastNorm;
-    case v1::SOLUTION_RULE_MINIMISER:
-      return SolutionRule::kMinimiser;
+    case v1::SOLUTION_RULE_MINIMIZER:
+      return SolutionRule::kMinimizer;
     case v1::SOLUTION_RULE_SPARSEST:
       return SolutionRule::kSparsest;
     default:
       break;
   }
   violations.push_back({"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
-                                            "2 least element, 3 hidden least element, 4 least norm, 5 minimiser, 6 sparsest)",
+                                            "2 least element, 3 hidden least element, 4 least norm, 5 minimizer, 6 sparsest)",
                                             static_cast<int>(rule))});
   return SolutionRule::kAuto;
 }

@@ -59,7 +59,7 @@ v1::TimeFunction ToProto(const TimeFunction& function);
 v1::Problem ToProto(const Problem& problem);
 v1::SolveOptions ToProto(const Options& options);
 v1::Method ToProto(Method method);
-v1::Realisation ToProto(Realisation realisation);
+v1::PropagatorKind ToProto(PropagatorKind propagator);
 v1::Termination ToProto(Termination termination);
 v1::Analysis ToProto(const AnalysisReport& report, const ComponentNames& names = {});
 v1::WindowStarted ToProto(const WindowReport& report);

@@ -5,22 +5,22 @@
 namespace dlcs {
 namespace {
 
-v1::LcpVerdict ToProto(LcpVerdict verdict) {
+v1::LcpStatus ToProto(LcpStatus verdict) {
   switch (verdict) {
-    case LcpVerdict::kSolved:
-      return v1::LCP_SOLVED;
-    case LcpVerdict::kInfeasible:
-      return v1::LCP_INFEASIBLE;
-    case LcpVerdict::kRay:
-      return v1::LCP_RAY;
-    case LcpVerdict::kPivotLimit:
-      return v1::LCP_PIVOT_LIMIT;
-    case LcpVerdict::kSingular:
-      return v1::LCP_SINGULAR;
-    case LcpVerdict::kNonFinite:
-      return v1::LCP_NON_FINITE;
+    case LcpStatus::kSolved:
+      return v1::LCP_STATUS_SOLVED;
+    case LcpStatus::kInfeasible:
+      return v1::LCP_STATUS_INFEASIBLE;
+    case LcpStatus::kRay:
+      return v1::LCP_STATUS_RAY;
+    case LcpStatus::kPivotLimit:
+      return v1::LCP_STATUS_PIVOT_LIMIT;
+    case LcpStatus::kSingular:
+      return v1::LCP_STATUS_SINGULAR;
+    case LcpStatus::kNonFinite:
+      return v1::LCP_STATUS_NON_FINITE;
   }
-  return v1::LCP_VERDICT_UNSPECIFIED;
+  return v1::LCP_STATUS_UNSPECIFIED;
 }
 
 using Indices = google::protobuf::RepeatedField<google::protobuf::int32>;
@@ -67,7 +67,7 @@ v1::SolveLcpResponse ToProto(const LcpResult& lcp) {
   result.set_message(lcp.message);
   result.set_matrix_class(lcp.matrix_class);
   result.set_rule(SelectionName(lcp.selection));
-  if (lcp.verdict == LcpVerdict::kSolved) {
+  if (lcp.verdict == LcpStatus::kSolved) {
     Append(lcp.y, *result.mutable_y());
     Append(lcp.w, *result.mutable_w());
     result.set_residual(lcp.residual);

@@ -15,14 +15,14 @@ Method MethodFromProto(v1::Method method, std::vector<Violation>& violations) {
       return Method::kAuto;
     case v1::METHOD_LAPLACE_ITERATION:
       return Method::kLaplaceIteration;
-    case v1::METHOD_PAPER_ITERATION:
-      return Method::kPaperIteration;
-    case v1::METHOD_EXPONENTIAL_MARCH:
-      return Method::kExponentialMarch;
+    case v1::METHOD_WU_CHEN_ITERATION:
+      return Method::kWuChenIteration;
+    case v1::METHOD_EXPONENTIAL_INTEGRATOR:
+      return Method::kExponentialIntegrator;
     case v1::METHOD_TIME_STEPPING:
       return Method::kTimeStepping;
-    case v1::METHOD_EVENT_LOCATED:
-      return Method::kEventLocated;
+    case v1::METHOD_EVENT_DRIVEN:
+      return Method::kEventDriven;
     default:
       break;
   }
@@ -139,42 +139,42 @@ v1::ContourChoice ToProto(ContourChoice choice) {
   return v1::CONTOUR_CHOICE_UNSPECIFIED;
 }
 
-Realisation RealisationFromProto(v1::Realisation realisation, std::vector<Violation>& violations) {
-  switch (realisation) {
-    case v1::REALISATION_UNSPECIFIED:
-      return Realisation::kAuto;
-    case v1::REALISATION_DENSE:
-      return Realisation::kDense;
-    case v1::REALISATION_KRONECKER_SUM:
-      return Realisation::kKroneckerSum;
-    case v1::REALISATION_CONTOUR:
-      return Realisation::kContour;
-    case v1::REALISATION_SPARSE_STEPPING:
-      return Realisation::kSparseStepping;
+PropagatorKind PropagatorFromProto(v1::PropagatorKind propagator, std::vector<Violation>& violations) {
+  switch (propagator) {
+    case v1::PROPAGATOR_KIND_UNSPECIFIED:
+      return PropagatorKind::kAuto;
+    case v1::PROPAGATOR_KIND_DENSE:
+      return PropagatorKind::kDense;
+    case v1::PROPAGATOR_KIND_KRONECKER_SUM:
+      return PropagatorKind::kKroneckerSum;
+    case v1::PROPAGATOR_KIND_CONTOUR:
+      return PropagatorKind::kContour;
+    case v1::PROPAGATOR_KIND_SPARSE_STEPPING:
+      return PropagatorKind::kSparseStepping;
     default:
       break;
   }
-  violations.push_back(Unknown("realisation", realisation,
+  violations.push_back(Unknown("propagator", propagator,
                                "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping"));
-  return Realisation::kAuto;
+  return PropagatorKind::kAuto;
 }
 
 }  // namespace
 
-v1::Realisation ToProto(Realisation realisation) {
-  switch (realisation) {
-    case Realisation::kAuto:
-      return v1::REALISATION_UNSPECIFIED;
-    case Realisation::kDense:
-      return v1::REALISATION_DENSE;
-    case Realisation::kKroneckerSum:
-      return v1::REALISATION_KRONECKER_SUM;
-    case Realisation::kContour:
-      return v1::REALISATION_CONTOUR;
-    case Realisation::kSparseStepping:
-      return v1::REALISATION_SPARSE_STEPPING;
+v1::PropagatorKind ToProto(PropagatorKind propagator) {
+  switch (propagator) {
+    case PropagatorKind::kAuto:
+      return v1::PROPAGATOR_KIND_UNSPECIFIED;
+    case PropagatorKind::kDense:
+      return v1::PROPAGATOR_KIND_DENSE;
+    case PropagatorKind::kKroneckerSum:
+      return v1::PROPAGATOR_KIND_KRONECKER_SUM;
+    case PropagatorKind::kContour:
+      return v1::PROPAGATOR_KIND_CONTOUR;
+    case PropagatorKind::kSparseStepping:
+      return v1::PROPAGATOR_KIND_SPARSE_STEPPING;
   }
-  return v1::REALISATION_UNSPECIFIED;
+  return v1::PROPAGATOR_KIND_UNSPECIFIED;
 }
 
 Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>& violations) {
@@ -204,7 +204,7 @@ Options OptionsFromProto(const v1::SolveOptions& options, std::vector<Violation>
   result.kernel = KernelFromProto(options.kernel(), violations);
   result.acceleration = options.acceleration();
   if (options.windows_in_flight() != 0) result.windows_in_flight = options.windows_in_flight();
-  result.realisation = RealisationFromProto(options.realisation(), violations);
+  result.propagator = PropagatorFromProto(options.propagator(), violations);
   if (options.max_memory_bytes() != 0) result.max_memory = options.max_memory_bytes();
   if (options.iteration_tolerance() != 0) result.iteration_tolerance = options.iteration_tolerance();
   result.max_iterations = options.max_iterations();
@@ -241,7 +241,7 @@ v1::SolveOptions ToProto(const Options& options) {
   result.set_kernel(ToProto(options.kernel));
   result.set_acceleration(options.acceleration);
   if (options.windows_in_flight != defaults.windows_in_flight) result.set_windows_in_flight(options.windows_in_flight);
-  result.set_realisation(ToProto(options.realisation));
+  result.set_propagator(ToProto(options.propagator));
   if (options.max_memory != defaults.max_memory) result.set_max_memory_bytes(options.max_memory);
   if (options.iteration_tolerance != defaults.iteration_tolerance) {
     result.set_iteration_tolerance(options.iteration_tolerance);
@@ -271,14 +271,14 @@ v1::Method ToProto(Method method) {
       return v1::METHOD_UNSPECIFIED;
     case Method::kLaplaceIteration:
       return v1::METHOD_LAPLACE_ITERATION;
-    case Method::kPaperIteration:
-      return v1::METHOD_PAPER_ITERATION;
-    case Method::kExponentialMarch:
-      return v1::METHOD_EXPONENTIAL_MARCH;
+    case Method::kWuChenIteration:
+      return v1::METHOD_WU_CHEN_ITERATION;
+    case Method::kExponentialIntegrator:
+      return v1::METHOD_EXPONENTIAL_INTEGRATOR;
     case Method::kTimeStepping:
       return v1::METHOD_TIME_STEPPING;
-    case Method::kEventLocated:
-      return v1::METHOD_EVENT_LOCATED;
+    case Method::kEventDriven:
+      return v1::METHOD_EVENT_DRIVEN;
   }
   return v1::METHOD_UNSPECIFIED;
 }

@@ -99,8 +99,8 @@ v1::Cost ToProto(const Cost& cost) {
   return result;
 }
 
-v1::RealisationRecord ToProto(const RealisationRecord& record) {
-  v1::RealisationRecord result;
+v1::PropagatorRecord ToProto(const PropagatorRecord& record) {
+  v1::PropagatorRecord result;
   result.set_used(ToProto(record.used));
   result.set_reason(record.reason);
   result.set_terms(record.terms);
@@ -165,21 +165,21 @@ v1::Termination ToProto(Termination termination) {
     case Termination::kNotSolved:
       return v1::TERMINATION_UNSPECIFIED;
     case Termination::kReachedEnd:
-      return v1::REACHED_END;
+      return v1::TERMINATION_REACHED_END;
     case Termination::kInfeasible:
-      return v1::INFEASIBLE;
+      return v1::TERMINATION_INFEASIBLE;
     case Termination::kDiverged:
-      return v1::DIVERGED;
+      return v1::TERMINATION_DIVERGED;
     case Termination::kIterationLimit:
-      return v1::ITERATION_LIMIT;
+      return v1::TERMINATION_ITERATION_LIMIT;
     case Termination::kInconsistentState:
-      return v1::INCONSISTENT_STATE;
+      return v1::TERMINATION_INCONSISTENT_STATE;
     case Termination::kUnsupported:
-      return v1::UNSUPPORTED;
+      return v1::TERMINATION_UNSUPPORTED;
     case Termination::kNonFinite:
-      return v1::NON_FINITE;
+      return v1::TERMINATION_NON_FINITE;
     case Termination::kCancelled:
-      return v1::CANCELLED;
+      return v1::TERMINATION_CANCELLED;
   }
   return v1::TERMINATION_UNSPECIFIED;
 }
@@ -271,7 +271,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
     if (result.switching_times_size() == kMostListedSwitchings) break;
     *result.add_switching_times() = ToProto(switching);
   }
-  *result.mutable_realisation() = ToProto(solution.realisation);
+  *result.mutable_propagator() = ToProto(solution.propagator);
   return result;
 }
 

@@ -68,7 +68,7 @@ const char* ReasonOf(absl::StatusCode code) {
 
 std::string Quoted(std::string_view text) {
   constexpr std::size_t kMaxBytes = 96;
-  const std::string shortened = Shortened(std::string(text.substr(0, kMaxBytes + 4)), kMaxBytes);
+  const std::string shortened = TruncateUtf8(std::string(text.substr(0, kMaxBytes + 4)), kMaxBytes);
   return fmt::format("\"{}\"", std::string(absl::Utf8SafeCHexEscape(shortened)));
 }
 
@@ -78,8 +78,8 @@ absl::Status InvalidRequest(const std::vector<Violation>& violations) {
   google::rpc::BadRequest bad_request;
   std::size_t bytes = 0;
   for (const Violation& violation : violations) {
-    const std::string field = Shortened(violation.field, kMaxFieldBytes);
-    const std::string description = Shortened(violation.description, kMaxDescriptionBytes);
+    const std::string field = TruncateUtf8(violation.field, kMaxFieldBytes);
+    const std::string description = TruncateUtf8(violation.description, kMaxDescriptionBytes);
     bytes += field.size() + description.size() + 8;  // 8: tags and lengths
     if (bad_request.field_violations_size() == kMaxReportedViolations || bytes > kMaxViolationBytes) break;
     auto& reported = *bad_request.add_field_violations();
@@ -89,7 +89,7 @@ absl::Status InvalidRequest(const std::vector<Violation>& violations) {
 
   std::string message;
   if (!violations.empty()) {
-    message = Shortened(violations[0].field + ": " + violations[0].description, kMaxMessageBytes - 64);
+    message = TruncateUtf8(violations[0].field + ": " + violations[0].description, kMaxMessageBytes - 64);
   }
   if (violations.size() > 1) {
     message += fmt::format(" (the first of {} violations)", violations.size());

@@ -61,7 +61,7 @@ grpc::Status ToGrpc(const absl::Status& plain) {
   const absl::Status status = ForCallers(plain);
   google::rpc::Status rich;
   rich.set_code(status.raw_code());
-  rich.set_message(Shortened(std::string(status.message()), kMaxMessageBytes));
+  rich.set_message(TruncateUtf8(std::string(status.message()), kMaxMessageBytes));
   status.ForEachPayload([&rich](absl::string_view type_url, const absl::Cord& payload) {
     auto& detail = *rich.add_details();
     detail.set_type_url(std::string(type_url));

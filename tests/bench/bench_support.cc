@@ -71,7 +71,7 @@ bool TakeFlag(int& argc, char** argv, const std::string& flag) {
 }
 
 int RunAll(int argc, char** argv, Order order) {
-  KeepFreedMemory();  // as dlcsd does
+  RetainFreedMemory();  // as dlcsd does
   std::vector<char*> words(argv, argv + argc);
   std::string shuffle = "--benchmark_enable_random_interleaving=true";
   if (order == Order::kShuffled) words.insert(words.begin() + 1, shuffle.data());

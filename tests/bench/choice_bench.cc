@@ -29,13 +29,13 @@ struct Choice {
 
 std::vector<Choice> ChoicesFor(const KnownSystem& system) {
   std::vector<Choice> choices = {{"auto", Method::kAuto},
-                                 {"exponential-march", Method::kExponentialMarch},
+                                 {"exponential-integrator", Method::kExponentialIntegrator},
                                  {"time-stepping", Method::kTimeStepping}};
   if (system.y_is_lipschitz) {
     choices.push_back({"trapezoidal", Method::kTimeStepping, true});
     choices.push_back({"laplace-iteration", Method::kLaplaceIteration});
   }
-  if (system.has_few_states) choices.push_back({"event-located", Method::kEventLocated});
+  if (system.has_few_states) choices.push_back({"event-driven", Method::kEventDriven});
   return choices;
 }
 
@@ -49,7 +49,7 @@ struct Last {
 // knows.
 double Predicted(const KnownSystem& system, const Choice& choice, const Last& last, int digits) {
   const bool is_second = system.y_is_lipschitz && (choice.averaged || choice.method != Method::kTimeStepping);
-  const double order = choice.method == Method::kEventLocated || choice.method == Method::kAuto ? 8 : is_second ? 2 : 1;
+  const double order = choice.method == Method::kEventDriven || choice.method == Method::kAuto ? 8 : is_second ? 2 : 1;
   return last.seconds * std::pow(10, (digits - last.digits) / order);
 }
 

@@ -20,7 +20,7 @@ constexpr double kTightest = 1e-12;
 
 Solution SolveAt(const Problem& problem, double tolerance) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = tolerance;
   options.output_times = {0, problem.horizon};
   options.output_times_only = true;

@@ -72,9 +72,9 @@ Problem Signorini(Index cells) {
   return MakeSignoriniProblem(model).value();
 }
 
-Options AtTheEnd(const Problem& problem, Method method, Realisation realisation, Index steps) {
+Options AtTheEnd(const Problem& problem, Method method, PropagatorKind propagator, Index steps) {
   Options options = MakeOptions(method, steps);
-  options.realisation = realisation;
+  options.propagator = propagator;
   options.output_times = {problem.horizon};
   options.output_times_only = true;
   return options;
@@ -86,29 +86,29 @@ std::vector<Family> StructuredFamilies(const std::function<std::vector<Index>(st
     const auto side = static_cast<Index>(std::lround(std::sqrt(static_cast<double>(states))));
     return testing::AdvectedGrid({.side = side, .constraints = constraints, .speed = 0.3});
   };
-  const auto options = [](Method method, Realisation realisation, Index steps) {
-    return [=](const Problem& problem, Index) { return AtTheEnd(problem, method, realisation, steps); };
+  const auto options = [](Method method, PropagatorKind propagator, Index steps) {
+    return [=](const Problem& problem, Index) { return AtTheEnd(problem, method, propagator, steps); };
   };
   constexpr Index kSteps = 100;
   const std::vector<Index> cells = sizes({16, 32, 64, 128, 256, 512});
   const std::vector<Index> states = sizes({100, 400, 1'600, 6'400, 25'600, 102'400});
-  const auto kronecker = Realisation::kKroneckerSum;
+  const auto kronecker = PropagatorKind::kKroneckerSum;
   return {
       // Q slow modes, each a short sum of exponentials; Q² log Q for the state at the end.
-      {"m, Kronecker (size: 1 by Δx)/exponential-march", cells, 2, 2, Signorini,
-       options(Method::kExponentialMarch, kronecker, kSteps)},
+      {"m, Kronecker (size: 1 by Δx)/exponential-integrator", cells, 2, 2, Signorini,
+       options(Method::kExponentialIntegrator, kronecker, kSteps)},
       // ... and more iterations for finer meshes.
       {"m, Kronecker (size: 1 by Δx)/laplace-iteration", cells, 2, 2, Signorini,
        options(Method::kLaplaceIteration, kronecker, kSteps)},
       // Nested dissection of a plane: m^{3/2} to factor, m log m a solve and in memory.
       {"m, sparse/time-stepping", states, 1.5, 1, [=](Index size) { return grid(size, 10); },
-       options(Method::kTimeStepping, Realisation::kSparseStepping, kSteps)},
+       options(Method::kTimeStepping, PropagatorKind::kSparseStepping, kSteps)},
       // The same for each of some two hundred nodes.
-      {"m, sparse/contour, exponential-march", sizes({400, 900, 1'600, 3'600, 6'400, 10'000}), 1.5, 1,
-       [=](Index size) { return grid(size, 10); }, options(Method::kExponentialMarch, Realisation::kContour, kSteps)},
+      {"m, sparse/contour, exponential-integrator", sizes({400, 900, 1'600, 3'600, 6'400, 10'000}), 1.5, 1,
+       [=](Index size) { return grid(size, 10); }, options(Method::kExponentialIntegrator, PropagatorKind::kContour, kSteps)},
       // A solve for each column of M^h, an n by n matrix.
       {"n, sparse/time-stepping", sizes({30, 60, 125, 250, 500, 1'000}), 1, 2,
-       [=](Index size) { return grid(2'025, size); }, options(Method::kTimeStepping, Realisation::kSparseStepping, 20)},
+       [=](Index size) { return grid(2'025, size); }, options(Method::kTimeStepping, PropagatorKind::kSparseStepping, 20)},
   };
 }
 
@@ -122,7 +122,7 @@ std::vector<Family> Families(bool quick) {
   constexpr Index kFewSteps = 32;
 
   std::vector<Family> families;
-  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch, Method::kTimeStepping}) {
+  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialIntegrator, Method::kTimeStepping}) {
     const std::string name = MethodName(method);
     // Windows of bounded length: the convolutions cost O(J log W).
     families.push_back({"J/" + name, steps, 1, 1, [](Index) { return testing::FourVariableEasy(); },

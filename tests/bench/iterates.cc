@@ -4,11 +4,11 @@
 //     iterates SYSTEM METHOD STEPS COUNT PREFIX [K...]
 //
 // SYSTEM is a problem file, or signorini:CELLS:COEFFICIENT. The whole horizon is one window; laplace-iteration
-// starts from the equation solved with y frozen at its first value, paper-iteration from the constant x0.
+// starts from the equation solved with y frozen at its first value, wu-chen-iteration from the constant x0.
 // Prints the number of iterations to convergence, and writes
 //
 // - PREFIX-history.csv: k, error, change, log10_bound for k = 1 ... COUNT, the largest distance of x^k to the
-//   converged solution, of N x^k (paper-iteration: x^k) to the iterate before, and the a-priori bound of the
+//   converged solution, of N x^k (wu-chen-iteration: x^k) to the iterate before, and the a-priori bound of the
 //   error by Theorem 2.2, empty where there is none;
 // - PREFIX-K.csv: t, y1, y2, ... of iterate K, with x1, x2, ... before them where there are at most 10 states;
 // - PREFIX-converged.csv: the same of the converged solution.
@@ -60,7 +60,7 @@ Solution SolveFor(const Problem& problem, Method method, Index steps, Index iter
   options.max_iterations = iterations;
   options.num_threads = 1;
   options.iteration_tolerance = 1e-14;
-  if (problem.A.kronecker_sum() != nullptr) options.realisation = Realisation::kKroneckerSum;
+  if (problem.A.kronecker_sum() != nullptr) options.propagator = PropagatorKind::kKroneckerSum;
   return Solve(problem, options, observer, {}).value();
 }
 
@@ -93,7 +93,7 @@ int Main(int argc, char** argv) {
   if (argc < 6) throw std::invalid_argument("usage: iterates SYSTEM METHOD STEPS COUNT PREFIX [K...]");
   const Problem problem = ReadSystem(argv[1]);
   const Method method =
-      std::string(argv[2]) == MethodName(Method::kPaperIteration) ? Method::kPaperIteration : Method::kLaplaceIteration;
+      std::string(argv[2]) == MethodName(Method::kWuChenIteration) ? Method::kWuChenIteration : Method::kLaplaceIteration;
   const Index steps = std::stol(argv[3]), count = std::stol(argv[4]);
   const std::string prefix = argv[5];
   std::set<Index> kept;

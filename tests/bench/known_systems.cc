@@ -25,9 +25,9 @@ std::vector<double> EvenTimes(double horizon, Index count) {
   return times;
 }
 
-Matrix SolveByMarching(const KnownSystem& system, Index steps) {
+Matrix SolveByStepping(const KnownSystem& system, Index steps) {
   Observer silent;
-  return Solve(system.problem, OptionsFor(system, Method::kExponentialMarch, false, steps), silent, {}).value().x;
+  return Solve(system.problem, OptionsFor(system, Method::kExponentialIntegrator, false, steps), silent, {}).value().x;
 }
 
 KnownSystem ExampleFourOne() {
@@ -41,7 +41,7 @@ KnownSystem ExampleFourOne() {
 KnownSystem FourVariables(const std::string& name, Problem problem, bool quick) {
   KnownSystem system{name, std::move(problem), EvenTimes(1, 16), {}, 0, Index{1} << 20};
   system.x = SolveByEvents(system, kTightest).value().x;
-  system.uncertainty = RelativeError(SolveByMarching(system, Index{1} << (quick ? 17 : 21)), system.x);
+  system.uncertainty = RelativeError(SolveByStepping(system, Index{1} << (quick ? 17 : 21)), system.x);
   return system;
 }
 
@@ -64,8 +64,8 @@ KnownSystem Signorini(bool quick) {
   KnownSystem system{"Signorini 1/40",      *MakeSignoriniProblem(model), EvenTimes(model.horizon, 16), {}, 0,
                      1 << (quick ? 10 : 13)};
   system.has_few_states = false;
-  system.x = SolveByMarching(system, 16 * system.most_steps);
-  system.uncertainty = RelativeError(SolveByMarching(system, 8 * system.most_steps), system.x);
+  system.x = SolveByStepping(system, 16 * system.most_steps);
+  system.uncertainty = RelativeError(SolveByStepping(system, 8 * system.most_steps), system.x);
   return system;
 }
 
@@ -105,7 +105,7 @@ Options OptionsFor(const KnownSystem& system, Method method, bool averaged, Inde
 
 absl::StatusOr<Solution> SolveByEvents(const KnownSystem& system, double tolerance) {
   Options options = OptionsFor(system);
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = tolerance;
   Observer silent;
   return Solve(system.problem, options, silent, {});

@@ -35,7 +35,7 @@ void Solve(benchmark::State& state, const Problem& problem, const Options& optio
     }
     state.counters["m"] = static_cast<double>(problem.num_states());
     state.counters["n"] = static_cast<double>(problem.num_constraints());
-    state.counters["factorizations"] = static_cast<double>(solution->realisation.factorizations);
+    state.counters["factorizations"] = static_cast<double>(solution->propagator.factorizations);
     state.counters["setup_s"] = solution->cost.seconds_setup;
     state.counters["lcp_s"] = solution->cost.seconds_lcp;
     state.counters["residual"] = solution->certificate.node_residual / solution->certificate.lcp_scale;
@@ -44,10 +44,10 @@ void Solve(benchmark::State& state, const Problem& problem, const Options& optio
   state.counters["peak_MB"] = PeakMegabytes();
 }
 
-Options AtTheEnd(Method method, Realisation realisation) {
+Options AtTheEnd(Method method, PropagatorKind propagator) {
   Options options;
   options.method = method;
-  options.realisation = realisation;
+  options.propagator = propagator;
   options.num_steps = 400;
   options.estimate_error = false;
   options.output_times = {0.5, 1};
@@ -61,7 +61,7 @@ Problem Plane(const benchmark::State& state, Index constraints) {
 
 // 447² = 199,809 states, 50 constraints.
 void BM_Stepping(benchmark::State& state) {
-  Options options = AtTheEnd(Method::kTimeStepping, Realisation::kSparseStepping);
+  Options options = AtTheEnd(Method::kTimeStepping, PropagatorKind::kSparseStepping);
   options.average_y = true;
   Solve(state, Plane(state, 50), options);
 }
@@ -69,13 +69,13 @@ BENCHMARK(BM_Stepping)->Arg(100)->Arg(200)->Arg(447)->Iterations(1)->Unit(benchm
 
 // Some 200 sparse factorizations with 50 solves each: it pays where their kernel serves many solves.
 void BM_Contour(benchmark::State& state) {
-  Solve(state, Plane(state, 50), AtTheEnd(Method::kExponentialMarch, Realisation::kContour));
+  Solve(state, Plane(state, 50), AtTheEnd(Method::kExponentialIntegrator, PropagatorKind::kContour));
 }
 BENCHMARK(BM_Contour)->Arg(50)->Arg(100)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
 
 // As many constraints as every one of 45² = 2,025 states could have, with sparse M.
 void BM_ManyConstraints(benchmark::State& state) {
-  Options options = AtTheEnd(Method::kTimeStepping, Realisation::kSparseStepping);
+  Options options = AtTheEnd(Method::kTimeStepping, PropagatorKind::kSparseStepping);
   options.average_y = true;
   options.num_steps = 100;
   options.estimate_error = false;

@@ -76,7 +76,7 @@ void Report(benchmark::State& state, LcpSolver& solver, const M& matrix, const M
   Vector y(n);
   const auto solve = [&](Index j) {
     if (!warm) std::fill(basis.begin(), basis.end(), std::uint8_t{0});
-    return solver.Solve(sequence.col(j), tolerance, basis, y) == LcpVerdict::kSolved;
+    return solver.Solve(sequence.col(j), tolerance, basis, y) == LcpStatus::kSolved;
   };
   Index j = 0;
   for (auto _ : state) {
@@ -167,7 +167,7 @@ void BM_TridiagonalBatch(benchmark::State& state) {
   guess.rightCols(q.cols() - 1) = y.leftCols(q.cols() - 1);
   for (auto _ : state) {
     y = guess;
-    if (batch.Solve(q, tolerance, workers, {}, y).verdict != LcpVerdict::kSolved) state.SkipWithError("not solved");
+    if (batch.Solve(q, tolerance, workers, {}, y).verdict != LcpStatus::kSolved) state.SkipWithError("not solved");
   }
   state.counters["per_lcp"] = benchmark::Counter(
       static_cast<double>(q.cols()), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
@@ -263,7 +263,7 @@ BENCHMARK(BM_Sparse)->Arg(45)->Arg(141)->Unit(benchmark::kMillisecond);
 void BM_ClassifySparse(benchmark::State& state) {
   const SparseMatrix M = Laplacian(state.range(0));
   for (auto _ : state) {
-    if (!ClassifySparse(M).p.yes()) state.SkipWithError("not recognised");
+    if (!ClassifySparse(M).p.yes()) state.SkipWithError("not recognized");
   }
 }
 BENCHMARK(BM_ClassifySparse)->Arg(45)->Arg(141)->Unit(benchmark::kMillisecond);

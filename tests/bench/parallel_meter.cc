@@ -25,8 +25,8 @@ double ThreadSeconds() {
 
 void Count(double seconds, Index blocks) {
   meter.share.inside_s += seconds;
-  for (std::size_t k = 0; k < kModelledProcessors.size(); ++k) {
-    const Index processors = kModelledProcessors[k], rounds = (blocks + processors - 1) / processors;
+  for (std::size_t k = 0; k < kModeledProcessors.size(); ++k) {
+    const Index processors = kModeledProcessors[k], rounds = (blocks + processors - 1) / processors;
     meter.share.on_processors_s[k] += seconds * static_cast<double>(rounds) / static_cast<double>(blocks);
   }
 }

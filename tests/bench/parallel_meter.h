@@ -8,7 +8,7 @@
 
 namespace dlcs::bench {
 
-inline constexpr std::array<int, 5> kModelledProcessors = {2, 16, 32, 64, 128};
+inline constexpr std::array<int, 5> kModeledProcessors = {2, 16, 32, 64, 128};
 
 // Of one thread, in processor time: what other programs do does not count.
 struct ParallelShare {
@@ -16,7 +16,7 @@ struct ParallelShare {
   double inside_s = 0;  // inside Workers::ForBlocks(), loops of one block left out
   // The whole on so many processors, if the blocks of a loop took equally long and nothing else were in their way:
   // a loop of b blocks takes ⌈b/p⌉/b of its time on p.
-  std::array<double, kModelledProcessors.size()> on_processors_s{};
+  std::array<double, kModeledProcessors.size()> on_processors_s{};
 };
 
 // Everything that happens on this thread from the first call to the second; all loops must run on it alone. The linker

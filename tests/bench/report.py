@@ -22,7 +22,7 @@ GOAL_STREAM = 0.80
 GOAL_RATIOS = {4: 10, 6: 100, 9: 10_000}  # of implicit Euler's time, by digits
 GOAL_CHOICE = 1.5  # times the best explicit choice
 SMALL = 6  # states
-MODELLED = (2, 16, 32, 64, 128)  # processors, of threads_bench
+MODELED = (2, 16, 32, 64, 128)  # processors, of threads_bench
 NOT_NEEDED = "not needed"  # the run would have told nothing new
 
 
@@ -165,10 +165,10 @@ def report_threads(runs):
         rows.append([work, time_text(one), *(f"{quickest[part] / one:.0%}" for part in ("seconds_lcp", "seconds_linear", "seconds_setup")),
                      *(f"{one / best(times[p]):.2f}" for p in sorted(times) if p > 1), f"{busy / seconds(quickest, 'cpu_time') - 1:+.0%}",
                      f"{max(0, 1 - busy / (most * seconds(parallel))):.0%}", f"{quickest['serial_fraction']:.1%}",
-                     *(f"{quickest[f'model_{p}']:.1f}" for p in MODELLED)])
+                     *(f"{quickest[f'model_{p}']:.1f}" for p in MODELED)])
     threads = sorted({int(run["threads"]) for run in runs} - {1})
     print(table(["solve", "one thread", "LCPs", "convolutions and states", "kernel", *(f"speed-up, {p} threads" for p in threads), "more work",
-                 "waiting", "serial fraction", *(f"model, {p}" for p in MODELLED)], rows))
+                 "waiting", "serial fraction", *(f"model, {p}" for p in MODELED)], rows))
 
 
 STANDARD = {"name", "family_index", "per_family_instance_index", "run_name", "run_type", "repetitions", "repetition_index", "threads",

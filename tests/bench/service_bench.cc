@@ -65,16 +65,16 @@ Case MakeCase(const std::string& name, Method method, Index steps, Index output_
 
 // Solves of some 10 and 100 ms: with their whole trajectory, 64 bytes a step, and with 100 times of it.
 std::vector<Case> OverheadCases() {
-  return {MakeCase("march 10 ms, 100 times", Method::kExponentialMarch, 24'000, 100),
-          MakeCase("march 10 ms, all times", Method::kExponentialMarch, 24'000, 0),
-          MakeCase("march 100 ms, all times", Method::kExponentialMarch, 240'000, 0),
+  return {MakeCase("march 10 ms, 100 times", Method::kExponentialIntegrator, 24'000, 100),
+          MakeCase("march 10 ms, all times", Method::kExponentialIntegrator, 24'000, 0),
+          MakeCase("march 100 ms, all times", Method::kExponentialIntegrator, 240'000, 0),
           MakeCase("iteration 10 ms, all times", Method::kLaplaceIteration, 6'000, 0),
           MakeCase("iteration 100 ms, all times", Method::kLaplaceIteration, 60'000, 0)};
 }
 
 std::string WhatIsWrong(const absl::StatusOr<SolveResult>& result, std::size_t times) {
   if (!result.ok()) return std::string(result.status().message());
-  if (result->summary.termination() != v1::REACHED_END) return result->summary.message();
+  if (result->summary.termination() != v1::TERMINATION_REACHED_END) return result->summary.message();
   if (result->times.size() != times) return "times are missing";
   return "";
 }
@@ -133,7 +133,7 @@ std::vector<Stream> Streams() {
   Case chatty = MakeCase("", Method::kLaplaceIteration, 4'000, 1);
   chatty.options.window_steps = 1;
   return {
-      {"trajectory", MakeCase("", Method::kExponentialMarch, 1'000'000, 0), &v1::SolveEvent::has_trajectory},
+      {"trajectory", MakeCase("", Method::kExponentialIntegrator, 1'000'000, 0), &v1::SolveEvent::has_trajectory},
       {"iterates", std::move(chatty), &v1::SolveEvent::has_iterate}};
 }
 

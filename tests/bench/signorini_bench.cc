@@ -86,7 +86,7 @@ const Reference& ReferenceOf(const Setting& setting) {
   if (reference.y_end.size() > 0) return reference;
   const Problem problem = ProblemOf(setting);
   Observer silent;
-  const auto march = Solve(problem, OptionsFor(setting, problem, Method::kExponentialMarch), silent, {});
+  const auto march = Solve(problem, OptionsFor(setting, problem, Method::kExponentialIntegrator), silent, {});
   if (!march.ok() || !WhatIsWrong(*march).empty()) throw std::runtime_error("the march does not serve as a reference");
   SineEuler euler(problem, setting.steps);
   euler.Run();
@@ -138,7 +138,7 @@ double RunEngine(benchmark::State& state, const Problem& problem, const Options&
 
 double RunMarch(benchmark::State& state, const Setting& setting) {
   const Problem problem = ProblemOf(setting);
-  return RunEngine(state, problem, OptionsFor(setting, problem, Method::kExponentialMarch),
+  return RunEngine(state, problem, OptionsFor(setting, problem, Method::kExponentialIntegrator),
                    [&](const Solution& solution) {
                      ExpectAtMost(state, MaxAbs(solution.y.rightCols(1) - ReferenceOf(setting).y_end), 1e-9,
                                   "differs from the march");
@@ -161,7 +161,7 @@ double RunIteration(benchmark::State& state, const Setting& setting, Index windo
 double RunTimeStepping(benchmark::State& state, const Setting& setting) {
   const Problem problem = ProblemOf(setting);
   Options options = OptionsFor(setting, problem, Method::kTimeStepping);
-  options.realisation = Realisation::kSparseStepping;
+  options.propagator = PropagatorKind::kSparseStepping;
   return RunEngine(state, problem, options, [&](const Solution& solution) {
     ExpectAtMost(state, MaxAbs(solution.y.rightCols(1) - ReferenceOf(setting).euler_y.rightCols(1)), 1e-9,
                  "differs from implicit Euler by sine transforms");
@@ -171,7 +171,7 @@ double RunTimeStepping(benchmark::State& state, const Setting& setting) {
 
 double RunEvents(benchmark::State& state, const Setting& setting) {
   const Problem problem = ProblemOf(setting);
-  Options options = OptionsFor(setting, problem, Method::kEventLocated);
+  Options options = OptionsFor(setting, problem, Method::kEventDriven);
   options.error_tolerance = 1e-4;
   return RunEngine(state, problem, options, [&](const Solution& solution) {
     constexpr double kErrorOfMarch = 5e-3;

@@ -9,7 +9,7 @@
 namespace dlcs::bench {
 namespace {
 
-Vector Neighbours(const Vector& v) {
+Vector Neighbors(const Vector& v) {
   Vector sum = Vector::Zero(v.size());
   sum.head(v.size() - 1) += v.tail(v.size() - 1);
   sum.tail(v.size() - 1) += v.head(v.size() - 1);
@@ -51,7 +51,7 @@ SignoriniEuler::SignoriniEuler(const Problem& problem, Index steps)
 }
 
 void SignoriniEuler::SolveLcp(const Vector& N_x, Index j) {
-  const Vector q = N_x + M_.diagonal().cwiseProduct(psi_.col(j)) - Neighbours(psi_.col(j));
+  const Vector q = N_x + M_.diagonal().cwiseProduct(psi_.col(j)) - Neighbors(psi_.col(j));
   Vector y = j < 4 ? Vector(y_.col(j - 1)) : Vector(3 * (y_.col(j - 1) - y_.col(j - 2)) + y_.col(j - 3));
   if (solver_->Solve(q, tolerance_, y) != SplittingVerdict::kSolved) throw std::runtime_error("an LCP is not solved");
   y_.col(j) = y;

@@ -61,7 +61,7 @@ Work Ensemble(const std::string& name, Problem problem, Index steps, Index count
         problem.x0 * (1 - 0.1 * static_cast<double>(k) / static_cast<double>(count));
   }
   Options options;
-  options.method = Method::kExponentialMarch;
+  options.method = Method::kExponentialIntegrator;
   options.num_steps = steps;
   options.estimate_error = false;
   return {
@@ -153,8 +153,8 @@ std::optional<Serial> SolveSerially(benchmark::State& state, const Work& work) {
 
 void Tell(benchmark::State& state, const ParallelShare& share) {
   state.counters["serial_fraction"] = 1 - share.inside_s / share.total_s;
-  for (std::size_t k = 0; k < kModelledProcessors.size(); ++k) {
-    state.counters["model_" + std::to_string(kModelledProcessors[k])] = share.total_s / share.on_processors_s[k];
+  for (std::size_t k = 0; k < kModeledProcessors.size(); ++k) {
+    state.counters["model_" + std::to_string(kModeledProcessors[k])] = share.total_s / share.on_processors_s[k];
   }
 }
 

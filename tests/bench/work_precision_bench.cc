@@ -46,10 +46,10 @@ Way StepwiseWay(const std::string& name, Method method, bool averaged, const Kno
 // diverge, the way does not serve.
 constexpr Index kFewStates = 6;
 Way PaperWay() {
-  return {"paper-iteration",
+  return {"wu-chen-iteration",
           {16, 32, 64, 128, 256, 512, 1024},
           [](const KnownSystem& of, Index steps) {
-            Options options = OptionsFor(of, Method::kPaperIteration, false, steps);
+            Options options = OptionsFor(of, Method::kWuChenIteration, false, steps);
             options.num_contour_nodes = 100;
             options.iteration_tolerance = 1e-10;
             Observer silent;
@@ -61,7 +61,7 @@ Way PaperWay() {
 
 std::vector<Way> Ways(const KnownSystem& system) {
   std::vector<Way> ways = {StepwiseWay("implicit Euler", Method::kTimeStepping, false, system),
-                           StepwiseWay("exponential-march", Method::kExponentialMarch, false, system)};
+                           StepwiseWay("exponential-integrator", Method::kExponentialIntegrator, false, system)};
   ways.front().may_break_down = system.breaks_down;
   if (system.y_is_lipschitz) {
     if (system.has_few_states) ways.push_back(StepwiseWay("trapezoidal", Method::kTimeStepping, true, system));
@@ -69,7 +69,7 @@ std::vector<Way> Ways(const KnownSystem& system) {
     if (system.problem.num_states() <= kFewStates) ways.push_back(PaperWay());
   }
   if (system.has_few_states) {
-    ways.push_back({"event-located", {2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, [](const KnownSystem& of, Index digits) {
+    ways.push_back({"event-driven", {2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, [](const KnownSystem& of, Index digits) {
                       return SolveByEvents(of, std::pow(10.0, -static_cast<double>(digits)));
                     }});
   }

@@ -118,7 +118,7 @@ class ProblemSchemaTest(unittest.TestCase):
                        {"breaks": [0, 1], "coefficients": [[[1], [2]]]}):
             with self.subTest(source=source):
                 self.assertTrue(passes({**EXAMPLE, "f": source}))
-                self.assertTrue(passes({**EXAMPLE, "rule": "minimiser", "selector": {"C": [[1]], "b": [0]}}))
+                self.assertTrue(passes({**EXAMPLE, "rule": "minimizer", "selector": {"C": [[1]], "b": [0]}}))
                 self.assertTrue(passes({**EXAMPLE, "pieces": [{"t0": 0, "g": source}]}))
                 for key in ("f", "g"):
                     self.assertFalse(passes({**EXAMPLE, "pieces": [{"t0": 0, "g": source}], key: source}))
@@ -150,7 +150,7 @@ class ProblemSchemaTest(unittest.TestCase):
         for matrix in ([["-1/R"]], {"rows": 1, "columns": 1, "entries": [[0, 0, "R"]]}):
             with self.subTest(matrix=matrix):
                 self.assertTrue(passes({**EXAMPLE, **names, "A": matrix}))
-                self.assertFalse(passes({**EXAMPLE, "rule": "minimiser", "selector": {"C": matrix, "b": [0]}}))
+                self.assertFalse(passes({**EXAMPLE, "rule": "minimizer", "selector": {"C": matrix, "b": [0]}}))
                 self.assertFalse(passes({"M": matrix, "q": [1]}, LCP))
         self.assertTrue(passes({**nonlinear, **names}, NONLINEAR))
         self.assertTrue(passes([{"parameters": {"R": 1}}], MEMBERS))

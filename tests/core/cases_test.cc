@@ -58,9 +58,9 @@ TEST_P(CasesTest, TimeSteppingConvergesWithOrderOne) {
   }
 }
 
-TEST_P(CasesTest, ExponentialMarchAgrees) {
+TEST_P(CasesTest, ExponentialIntegratorAgrees) {
   const Case the_case = LoadCase(GetParam().name);
-  const CaseError error = Error(the_case, Method::kExponentialMarch, GetParam().steps);
+  const CaseError error = Error(the_case, Method::kExponentialIntegrator, GetParam().steps);
   EXPECT_LT(error.x, 1e-3);
   EXPECT_LT(error.By, 1e-3);
 }
@@ -85,7 +85,7 @@ TEST_P(CasesTest, LaplaceIterationReachesOneInAMillion) {
     EXPECT_LT(error.y, 1e-6);
   }
   // The march solves the same discrete equations: it agrees to rounding, amplified by the conditioning of the flow.
-  const Solution marched = SolveCase(the_case, Method::kExponentialMarch, steps);
+  const Solution marched = SolveCase(the_case, Method::kExponentialIntegrator, steps);
   EXPECT_LT(MaxAbs(iterated.x - marched.x), 1e-9 * MaxAbs(marched.x));
 }
 
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(All, CasesTest,
 
 TEST(CasesOutsideTest, TripleIntegratorIsRefusedForItsRelativeDegree) {
   const Case the_case = LoadCase("outside_triple_integrator");
-  for (const Method method : {Method::kAuto, Method::kTimeStepping, Method::kExponentialMarch}) {
+  for (const Method method : {Method::kAuto, Method::kTimeStepping, Method::kExponentialIntegrator}) {
     Options options;
     options.method = method;
     Observer silent;

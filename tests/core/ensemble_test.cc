@@ -42,7 +42,7 @@ std::vector<EnsembleMember> Variations(const Problem& base) {
 
 // Whatever is shared, each member has the bits of its own solve, on any number of threads.
 TEST(EnsembleTest, MembersHaveTheBitsOfTheirOwnSolves) {
-  for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration, Method::kTimeStepping}) {
+  for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration, Method::kTimeStepping}) {
     for (const Problem& base : {testing::FourVariableEasy(), *MakeSignoriniProblem({.cells = 12, .coefficient = 2e-3})}) {
       const std::vector<EnsembleMember> members = Variations(base);
       Options options;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole solves of sparse systems: realised on contours, stepped, and refused where they fit nowhere.
+// Whole solves of sparse systems: propagated on contours, stepped, and refused where they fit nowhere.
 
 #include <gtest/gtest.h>
 
@@ -20,23 +20,23 @@ using testing::SolveToEnd;
 using testing::SolveWith;
 using testing::WithDenseMatrices;
 
-Options With(Method method, Realisation realisation) {
+Options With(Method method, PropagatorKind propagator) {
   Options options;
   options.method = method;
-  options.realisation = realisation;
+  options.propagator = propagator;
   options.num_steps = 50;
   return options;
 }
 
 TEST(LargeSparseTest, MarchesAndIteratesOnContoursAsWithDenseMatrices) {
   const Problem problem = AdvectedGrid({.side = 9, .constraints = 4, .speed = 0.4});
-  const Solution dense = SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialMarch, Realisation::kDense));
+  const Solution dense = SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialIntegrator, PropagatorKind::kDense));
   ASSERT_GT(MaxAbs(dense.y), 0.1);
-  for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration}) {
-    const Solution solution = SolveToEnd(problem, With(method, Realisation::kContour));
-    EXPECT_EQ(solution.realisation.used, Realisation::kContour);
-    EXPECT_GT(solution.realisation.terms, 0);
-    EXPECT_GT(solution.realisation.factorizations, 0);
+  for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration}) {
+    const Solution solution = SolveToEnd(problem, With(method, PropagatorKind::kContour));
+    EXPECT_EQ(solution.propagator.used, PropagatorKind::kContour);
+    EXPECT_GT(solution.propagator.terms, 0);
+    EXPECT_GT(solution.propagator.factorizations, 0);
     EXPECT_LE(MaxAbs(solution.x - dense.x), 1e-11 * MaxAbs(dense.x)) << MethodName(method);
     EXPECT_LE(MaxAbs(solution.y - dense.y), 1e-11 * MaxAbs(dense.y)) << MethodName(method);
     EXPECT_LE(solution.certificate.node_residual, 1e-11 * solution.certificate.lcp_scale);
@@ -48,9 +48,9 @@ TEST(LargeSparseTest, MarchesAndIteratesOnContoursAsWithDenseMatrices) {
 TEST(LargeSparseTest, GoesOnFromRunToRun) {
   Problem problem = AdvectedGrid({.side = 8, .constraints = 3});
   problem.break_points = {0.3, 0.55};
-  Options options = With(Method::kExponentialMarch, Realisation::kContour);
+  Options options = With(Method::kExponentialIntegrator, PropagatorKind::kContour);
   const Solution contours = SolveToEnd(problem, options);
-  options.realisation = Realisation::kDense;
+  options.propagator = PropagatorKind::kDense;
   const Solution dense = SolveToEnd(WithDenseMatrices(problem), options);
   EXPECT_LE(MaxAbs(contours.x - dense.x), 1e-11 * MaxAbs(dense.x));
 }
@@ -68,7 +68,7 @@ TEST(LargeSparseTest, StepsWhereContoursWouldTakeMinutes) {
     options.output_times = {problem.horizon};
     options.output_times_only = true;
     const Solution solution = SolveToEnd(problem, options);
-    EXPECT_EQ(solution.realisation.used, Realisation::kSparseStepping) << solution.reason;
+    EXPECT_EQ(solution.propagator.used, PropagatorKind::kSparseStepping) << solution.reason;
     EXPECT_LE(solution.certificate.node_residual, 1e-11 * solution.certificate.lcp_scale);
     return Vector(solution.x.col(0));
   };
@@ -90,12 +90,12 @@ TEST(LargeSparseTest, StepsSparselyWhereDenseMatricesAreMostlyZero) {
   Options options;
   options.num_steps = 20;
   const Solution dense = SolveToEnd(problem, options);
-  EXPECT_EQ(dense.realisation.used, Realisation::kSparseStepping) << dense.reason;
+  EXPECT_EQ(dense.propagator.used, PropagatorKind::kSparseStepping) << dense.reason;
   ASSERT_GT(MaxAbs(dense.y), 0.1);
   for (StructuredMatrix* matrix : {&problem.A, &problem.B, &problem.N, &problem.M}) *matrix = matrix->Sparse();
   EXPECT_EQ(dense.x, SolveToEnd(problem, options).x);
   problem.A = Matrix(problem.A.Dense() + Matrix::Ones(kSize, kSize));
-  EXPECT_EQ(SolveToEnd(problem, options).realisation.used, Realisation::kDense);
+  EXPECT_EQ(SolveToEnd(problem, options).propagator.used, PropagatorKind::kDense);
 }
 
 // The one LCP that no step of the iteration solves is that of the start: here N x0 + g = -1 and M = -1, and from the
@@ -107,18 +107,18 @@ TEST(LargeSparseTest, IterationOnContoursChecksTheStart) {
   problem.M = StructuredMatrix(M);
   problem.g = TimeFunction::Formulas({"1 - 3*(t < 0.001)"});
   problem.rule = SolutionRule::kLeastNorm;
-  const Solution solution = SolveWith(problem, With(Method::kLaplaceIteration, Realisation::kContour));
+  const Solution solution = SolveWith(problem, With(Method::kLaplaceIteration, PropagatorKind::kContour));
   EXPECT_EQ(solution.termination, Termination::kInfeasible) << solution.message;
   EXPECT_EQ(solution.failure_time, 0);
   EXPECT_EQ(solution.x.cols(), 0);
 }
 
 TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
-  Options newton = With(Method::kTimeStepping, Realisation::kAuto);
+  Options newton = With(Method::kTimeStepping, PropagatorKind::kAuto);
   newton.step_solver = StepSolver::kNewton;
   for (const Options& options :
-       {With(Method::kPaperIteration, Realisation::kAuto), With(Method::kEventLocated, Realisation::kAuto),
-        With(Method::kExponentialMarch, Realisation::kDense), With(Method::kTimeStepping, Realisation::kDense),
+       {With(Method::kWuChenIteration, PropagatorKind::kAuto), With(Method::kEventDriven, PropagatorKind::kAuto),
+        With(Method::kExponentialIntegrator, PropagatorKind::kDense), With(Method::kTimeStepping, PropagatorKind::kDense),
         newton}) {
     const Solution solution = SolveWith(TooLarge(), options);
     EXPECT_EQ(solution.termination, Termination::kUnsupported) << MethodName(options.method);
@@ -127,7 +127,7 @@ TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
 }
 
 TEST(LargeSparseTest, RefusesWhatDoesNotFitTheMemoryAndSaysHowMuchItNeeds) {
-  Options options = With(Method::kTimeStepping, Realisation::kSparseStepping);
+  Options options = With(Method::kTimeStepping, PropagatorKind::kSparseStepping);
   options.max_memory = 50e6;  // the trajectory at 51 nodes alone takes 37 MB
   const Solution solution = SolveWith(TooLarge(), options);
   EXPECT_EQ(solution.termination, Termination::kUnsupported);
@@ -139,21 +139,21 @@ TEST(LargeSparseTest, RefusesWhatDoesNotFitTheMemoryAndSaysHowMuchItNeeds) {
 // Most of what a contour takes are its factors, kept for the states: judged by one of them, and by how many were made.
 TEST(LargeSparseTest, PredictsTheMemoryOfContours) {
   const Problem problem = AdvectedGrid({.side = 40, .constraints = 3, .speed = 0.4});
-  Options options = With(Method::kExponentialMarch, Realisation::kContour);
+  Options options = With(Method::kExponentialIntegrator, PropagatorKind::kContour);
   options.num_threads = 1;
   options.output_times = {problem.horizon};
   options.output_times_only = true;
   const Solution solution = SolveToEnd(problem, options);
   const SparseMatrix A = problem.A.Sparse();
   const SparseFactor<std::complex<double>> factor(A, SparseOrder(A), {1, 5}, 1);
-  const double kept = factor.bytes() * static_cast<double>(solution.realisation.factorizations);
-  EXPECT_EQ(solution.realisation.factorizations, solution.realisation.terms);
+  const double kept = factor.bytes() * static_cast<double>(solution.propagator.factorizations);
+  EXPECT_EQ(solution.propagator.factorizations, solution.propagator.terms);
   EXPECT_GT(solution.cost.predicted_bytes, kept / 2);
   EXPECT_LT(solution.cost.predicted_bytes, 2 * kept);
 
   options.max_memory = kept / 4;  // fewer are kept then, and made again
   const Solution tight = SolveToEnd(problem, options);
-  EXPECT_GT(tight.realisation.factorizations, tight.realisation.terms);
+  EXPECT_GT(tight.propagator.factorizations, tight.propagator.terms);
   EXPECT_LE(tight.cost.predicted_bytes, options.max_memory);
   EXPECT_EQ(tight.x, solution.x);
 }

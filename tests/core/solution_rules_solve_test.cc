@@ -100,7 +100,7 @@ TEST(SolutionRulesInSolvesTest, LeastNormTimeSteppingSharesTheCurrent) {
 
 // Remark 3.1: the least norm is Lipschitz along this solution, and both iterations find it to second order.
 TEST(SolutionRulesInSolvesTest, IterationsServeTheLeastNormWhereItDoesNotJump) {
-  for (const Method method : {Method::kLaplaceIteration, Method::kPaperIteration}) {
+  for (const Method method : {Method::kLaplaceIteration, Method::kWuChenIteration}) {
     const Solution solution = SolveWith(TwinDiodes(), method, 64);
     ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_LE(ErrorOf(solution, TwinDiodesAt), 1e-4);
@@ -173,14 +173,14 @@ Problem Example21(SolutionRule rule) {
   problem.x0 = Vector{{0.0}};
   problem.horizon = 1;
   problem.rule = rule;
-  if (rule == SolutionRule::kMinimiser) problem.selector = Selector{Matrix{{0, 0}, {0, 1}}, Vector::Zero(2)};
+  if (rule == SolutionRule::kMinimizer) problem.selector = Selector{Matrix{{0, 0}, {0, 1}}, Vector::Zero(2)};
   return problem;
 }
 
-TEST(SolutionRulesInSolvesTest, EveryMethodServesTheMinimiserOfExample21) {
+TEST(SolutionRulesInSolvesTest, EveryMethodServesTheMinimizerOfExample21) {
   const auto exact = [](double t) { return Vector{{1 - std::exp(-t)}}; };
-  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch, Method::kTimeStepping}) {
-    const Solution solution = SolveWith(Example21(SolutionRule::kMinimiser), method, 200);
+  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialIntegrator, Method::kTimeStepping}) {
+    const Solution solution = SolveWith(Example21(SolutionRule::kMinimizer), method, 200);
     ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_THAT(solution.warnings, IsEmpty());
     EXPECT_LE(ErrorOf(solution, exact), method == Method::kLaplaceIteration ? 1e-5 : 5e-3);
@@ -221,8 +221,8 @@ TEST(SolutionRulesInSolvesTest, EveryMethodServesTheLeastElementOfAHiddenZMatrix
   const bool first = apart.minCoeff() >= 0;
   ASSERT_TRUE(first || apart.maxCoeff() <= 0);
   const auto exact = [&](double t) { return Vector{{first ? (1 - std::exp(-2 * t)) / 2 : 2 - 2 * std::exp(-t)}}; };
-  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kPaperIteration,
-                              Method::kExponentialMarch, Method::kTimeStepping}) {
+  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kWuChenIteration,
+                              Method::kExponentialIntegrator, Method::kTimeStepping}) {
     const Solution solution = SolveWith(HiddenZProblem(), method, 100);
     ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     EXPECT_THAT(solution.warnings, IsEmpty());
@@ -233,9 +233,9 @@ TEST(SolutionRulesInSolvesTest, EveryMethodServesTheLeastElementOfAHiddenZMatrix
   }
 }
 
-// Theorem 3.2 beyond P- and Z-matrices: nondegenerate M with a minimiser, hidden Z, the least norm of a singular M_JJ.
+// Theorem 3.2 beyond P- and Z-matrices: nondegenerate M with a minimizer, hidden Z, the least norm of a singular M_JJ.
 TEST(SolutionRulesInSolvesTest, NewtonAndSubstitutionAgree) {
-  for (const Problem& problem : {Example21(SolutionRule::kMinimiser), HiddenZProblem(), TwinDiodes()}) {
+  for (const Problem& problem : {Example21(SolutionRule::kMinimizer), HiddenZProblem(), TwinDiodes()}) {
     Options options;
     options.method = Method::kTimeStepping;
     options.num_steps = 50;
@@ -269,7 +269,7 @@ TEST(SolutionRulesInSolvesTest, NewtonLeavesJumpsToSubstitutionAndRefusesUnknown
   EXPECT_NEAR(newton->x(0, 100), 0, 1e-12);
   EXPECT_NEAR(newton->y(0, 100), 0.5, 1e-12);
   Problem degenerate = TwinDiodes();
-  degenerate.rule = SolutionRule::kMinimiser;
+  degenerate.rule = SolutionRule::kMinimizer;
   degenerate.selector = Selector{Matrix{{1, 0}}, Vector::Zero(1)};
   const auto refused = Solve(degenerate, options, silent, {});
   EXPECT_EQ(refused->termination, Termination::kUnsupported);

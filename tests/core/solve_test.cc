@@ -71,7 +71,7 @@ TEST(SolveTest, EstimatesTheErrorOfSteps) {
 
 TEST(SolveTest, MidpointsShowWhatACoarseGridHides) {
   Options options;
-  options.method = Method::kExponentialMarch;
+  options.method = Method::kExponentialIntegrator;
   options.num_steps = 10;
   Observer silent;
   const auto solution = Solve(testing::ExampleFourOne(), options, silent, {});
@@ -86,7 +86,7 @@ TEST(SolveTest, JumpsAtABreakPointWhenTheSourceDoes) {
   problem.M(0, 0) = 0;
   problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
   problem.g.pieces = {{0, ConstantFunction{Vector::Constant(1, 2)}}, {1, ConstantFunction{Vector::Constant(1, -0.5)}}};
-  for (const Method method : {Method::kExponentialMarch, Method::kTimeStepping}) {
+  for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
     Options options;
     options.method = method;
     options.num_steps = 100;
@@ -114,7 +114,7 @@ TEST(SolveTest, TakesPiecewiseSourcesFromTheRightSide) {
   // x' = f, f = 1 then -2 from t = 0.35 on: exact, since the break is a node.
   Problem problem = testing::Scalar(0, 10, 0, 1);
   problem.f.pieces = {{0, ConstantFunction{Vector::Constant(1, 1)}}, {0.35, ConstantFunction{Vector::Constant(1, -2)}}};
-  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch, Method::kTimeStepping}) {
+  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialIntegrator, Method::kTimeStepping}) {
     Options options;
     options.method = method;
     options.num_steps = 7;
@@ -144,13 +144,13 @@ Problem SingularZ(double start) {
 TEST(SolveTest, GoesOnByCoupledStepsWhereTheLeastElementEnds) {
   Options options;
   options.num_steps = 1000;
-  for (const Method method : {Method::kAuto, Method::kExponentialMarch}) {
+  for (const Method method : {Method::kAuto, Method::kExponentialIntegrator}) {
     options.method = method;
     Observer silent;
     const auto solution = Solve(SingularZ(1), options, silent, {});
     ASSERT_TRUE(solution.ok());
     ASSERT_EQ(solution->termination, Termination::kReachedEnd) << solution->message;
-    EXPECT_EQ(solution->method, Method::kExponentialMarch);
+    EXPECT_EQ(solution->method, Method::kExponentialIntegrator);
     EXPECT_FALSE(solution->warnings.empty());
     // x = 2 e^{-t} - 1 until it reaches 0, then x = 0 and y = 1: no ringing of y between 0 and 2.
     for (size_t k = 0; k < solution->times.size(); ++k) {
@@ -177,7 +177,7 @@ TEST(SolveTest, JumpsFromAStateWithoutALeastElement) {
 TEST(SolveTest, EndsWhereTheLeastElementDoesWhenThatIsAskedFor) {
   Problem problem = SingularZ(1);
   problem.rule = SolutionRule::kLeastElement;
-  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialMarch}) {
+  for (const Method method : {Method::kLaplaceIteration, Method::kExponentialIntegrator}) {
     Options options;
     options.method = method;
     Observer silent;
@@ -202,7 +202,7 @@ TEST(SolveTest, ReturnsJustTheOutputTimes) {
 TEST(SolveTest, EveryMethodStopsAtOnceWhenAsked) {
   std::stop_source source;
   source.request_stop();
-  for (const Method method : {Method::kLaplaceIteration, Method::kPaperIteration, Method::kExponentialMarch,
+  for (const Method method : {Method::kLaplaceIteration, Method::kWuChenIteration, Method::kExponentialIntegrator,
                               Method::kTimeStepping}) {
     Options options;
     options.method = method;

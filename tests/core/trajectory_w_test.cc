@@ -69,21 +69,21 @@ TEST(TrajectoryWTest, IsThatOfXAndYForEveryMethod) {
   averaged.average_y = true;
   newton.step_solver = StepSolver::kNewton;
   for (const Options& options :
-       {By(Method::kTimeStepping, 64), averaged, newton, By(Method::kExponentialMarch, 64),
-        By(Method::kLaplaceIteration, 64), By(Method::kPaperIteration, 64)}) {
+       {By(Method::kTimeStepping, 64), averaged, newton, By(Method::kExponentialIntegrator, 64),
+        By(Method::kLaplaceIteration, 64), By(Method::kWuChenIteration, 64)}) {
     ExpectOwnW(ExampleFourOne(), SolveToEnd(ExampleFourOne(), options), 1e-14);
     const Solution jumps = SolveToEnd(WithABreak(), options);
     ExpectOwnW(WithABreak(), jumps, 1e-14);
     ASSERT_EQ(jumps.left_limits.size(), 1u) << MethodName(options.method);
     EXPECT_EQ(jumps.times[static_cast<std::size_t>(jumps.left_limits[0].column)], kBreak);
   }
-  ExpectOwnW(WithABreak(), SolveToEnd(WithABreak(), By(Method::kEventLocated, 64)), 1e-8);
+  ExpectOwnW(WithABreak(), SolveToEnd(WithABreak(), By(Method::kEventDriven, 64)), 1e-8);
 }
 
 TEST(TrajectoryWTest, JumpsWithGWhereYDoesNot) {
   Problem problem = testing::Scalar(0, 0, 0, 1);
   problem.g.pieces = {{0, ConstantFunction{Vector::Constant(1, 2)}}, {0.5, ConstantFunction{Vector::Constant(1, 5)}}};
-  for (const Method method : {Method::kTimeStepping, Method::kExponentialMarch, Method::kEventLocated}) {
+  for (const Method method : {Method::kTimeStepping, Method::kExponentialIntegrator, Method::kEventDriven}) {
     const Solution solution = SolveToEnd(problem, By(method, 8));
     ASSERT_EQ(solution.left_limits.size(), 1u) << MethodName(method);
     EXPECT_EQ(solution.left_limits[0].y[0], 0);
@@ -95,7 +95,7 @@ TEST(TrajectoryWTest, JumpsWithGWhereYDoesNot) {
 TEST(TrajectoryWTest, IsComplementaryBitForBitWhereEventsAreLocated) {
   Index active = 0, inactive = 0;
   for (const Problem& problem : {testing::FourVariableEasy(), testing::FourVariableHard(), ExampleFourOne()}) {
-    const Solution solution = SolveToEnd(problem, By(Method::kEventLocated, 1000));
+    const Solution solution = SolveToEnd(problem, By(Method::kEventDriven, 1000));
     for (Index k = 0; k < solution.w.cols(); ++k) {
       for (Index i = 0; i < solution.w.rows(); ++i) {
         const double y = solution.y(i, k), w = solution.w(i, k);
@@ -114,14 +114,14 @@ TEST(TrajectoryWTest, IsComplementaryBitForBitWhereEventsAreLocated) {
 TEST(TrajectoryWTest, IsThereAtOutputTimesOfStatesThatAreNotKept) {
   const auto problem = MakeSignoriniProblem({.cells = 9, .horizon = 0.5});
   ASSERT_TRUE(problem.ok()) << problem.status();
-  for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration}) {
+  for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration}) {
     Options options = By(method, 40);
-    options.realisation = Realisation::kKroneckerSum;
+    options.propagator = PropagatorKind::kKroneckerSum;
     options.output_times = {0, 0.125, 0.5};
     options.output_times_only = true;
     const Solution solution = SolveToEnd(*problem, options);
     ASSERT_EQ(solution.times, options.output_times);
-    EXPECT_EQ(solution.realisation.used, Realisation::kKroneckerSum);
+    EXPECT_EQ(solution.propagator.used, PropagatorKind::kKroneckerSum);
     ExpectOwnW(*problem, solution, 1e-13);
     EXPECT_GT(MaxAbs(solution.w), 0);
   }
@@ -148,7 +148,7 @@ TEST(TrajectoryWTest, IsGOfANonlinearProblem) {
 
 TEST(TrajectoryWTest, OfTheInterpolantIsThatOfItsXAndY) {
   const Problem problem = WithABreak();
-  for (const Method method : {Method::kTimeStepping, Method::kExponentialMarch, Method::kEventLocated}) {
+  for (const Method method : {Method::kTimeStepping, Method::kExponentialIntegrator, Method::kEventDriven}) {
     Options options = By(method, 64);
     options.keep_pieces = true;
     const Solution solution = SolveToEnd(problem, options);

@@ -141,7 +141,7 @@ TEST(WeakSolutionTest, AgreesWithAnotherSchemeInTheLimit) {
   const Problem problem = ThreeContacts();
   double last_x = 0, last_y = 0;
   for (const Index steps : {300, 1200, 4800}) {
-    const Solution euler = March(problem, steps), exact = March(problem, steps, Method::kExponentialMarch);
+    const Solution euler = March(problem, steps), exact = March(problem, steps, Method::kExponentialIntegrator);
     auto a = Interpolant::Create(problem, euler), b = Interpolant::Create(problem, exact);
     ASSERT_TRUE(a.ok() && b.ok());
     const double difference_x = MaxAbs(euler.x - exact.x);

@@ -92,7 +92,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual(sequences, sorted(set(sequences)))
 
         summary = events[-1].summary
-        self.assertEqual(summary.termination, pb.REACHED_END)
+        self.assertEqual(summary.termination, pb.TERMINATION_REACHED_END)
         self.assertEqual(summary.method, pb.METHOD_LAPLACE_ITERATION)
         self.assertLess(summary.certificate.node_residual, 1e-11)
         times, states, multipliers, slacks = [], [], [], []
@@ -115,7 +115,7 @@ class ForeignClientTest(unittest.TestCase):
             self.assertAlmostEqual(y * w, 0, delta=1e-11)
 
     def test_located_events_are_complementary_bit_for_bit(self):
-        options = pb.SolveOptions(error_tolerance=1e-8, method=pb.METHOD_EVENT_LOCATED)
+        options = pb.SolveOptions(error_tolerance=1e-8, method=pb.METHOD_EVENT_DRIVEN)
         events = list(self.stub.Solve(pb.SolveRequest(problem=example_four_one(), options=options), timeout=60))
         chunks = [event.trajectory for event in events if event.WhichOneof("kind") == "trajectory"]
         pairs = [pair for chunk in chunks for pair in zip(chunk.y, chunk.w)]
@@ -178,7 +178,7 @@ class ForeignClientTest(unittest.TestCase):
             answers = list(ask(iter([b"\x22" + bytes([len(service)]) + service]), timeout=60))
             self.assertIn(file, answers[0])
 
-    def test_analyses_example_four_one(self):
+    def test_analyzes_example_four_one(self):
         response = self.stub.AnalyzeProblem(pb.AnalyzeProblemRequest(problem=example_four_one()), timeout=60)
         self.assertEqual((response.states, response.constraints), (2, 4))
         self.assertIn("Z-matrix", response.matrix_class)
@@ -191,12 +191,12 @@ class ForeignClientTest(unittest.TestCase):
     def test_solves_one_lcp(self):
         # 0 <= y ⟂ (-1, 2) + [2 1; 1 2] y >= 0: y = (1/2, 0).
         response = self.stub.SolveLcp(pb.SolveLcpRequest(m=dense([[2, 1], [1, 2]]), q=[-1, 2]), timeout=60)
-        self.assertEqual(response.verdict, pb.LCP_SOLVED)
+        self.assertEqual(response.verdict, pb.LCP_STATUS_SOLVED)
         self.assertEqual(list(response.y), [0.5, 0])
 
     def test_lists_all_solutions_of_an_lcp(self):
         # y_1 + y_2 = 1, y >= 0: two basic solutions and what lies between them.
-        request = pb.SolveLcpRequest(m=dense([[1, 1], [1, 1]]), q=[-1, -1], rule=pb.SOLUTION_RULE_MINIMISER,
+        request = pb.SolveLcpRequest(m=dense([[1, 1], [1, 1]]), q=[-1, -1], rule=pb.SOLUTION_RULE_MINIMIZER,
                                      selector=pb.Selector(c=dense([[1, 0]]), b=[0.25]), all_basic_solutions=True)
         response = self.stub.SolveLcp(request, timeout=60)
         self.assertAlmostEqual(response.y[0], 0.25, delta=1e-12)
@@ -241,7 +241,7 @@ class ForeignClientTest(unittest.TestCase):
         kinds = [event.WhichOneof("kind") for event in events]
         self.assertEqual(kinds[-1], "summary")
         self.assertIn("iterate", kinds)
-        self.assertEqual(events[-1].summary.termination, pb.REACHED_END)
+        self.assertEqual(events[-1].summary.termination, pb.TERMINATION_REACHED_END)
         chunk = events[kinds.index("trajectory")].trajectory
         self.assertEqual(list(chunk.times), [0.5, 2])
         self.assertAlmostEqual(chunk.x[0], 2 * math.exp(-0.5), delta=1e-6)

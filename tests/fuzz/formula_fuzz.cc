@@ -43,13 +43,13 @@ void Try(const std::string& input) {
     }
   }
   constexpr double kEnd = 2;
-  const auto analysed = AnalyseFormula(input.substr(2), {.states = m, .constraints = n}, 0, kEnd);
-  Require(analysed.ok(), "what is read is analysed");
-  const auto& [times, inside, gaps, refusal, warnings] = (*analysed)->switching;
+  const auto analyzed = AnalyzeFormula(input.substr(2), {.states = m, .constraints = n}, 0, kEnd);
+  Require(analyzed.ok(), "what is read is analyzed");
+  const auto& [times, inside, gaps, refusal, warnings] = (*analyzed)->switching;
   Require(std::is_sorted(times.begin(), times.end()) && (times.empty() || (times.front() > 0 && times.back() < kEnd)),
           "switching times are inside");
-  Require(!refusal.empty() || inside.empty() || inside.size() == times.size() + 1, "every stretch has a time inside");
-  Formula decided(*analysed, {kEnd, times});
+  Require(!refusal.empty() || inside.empty() || inside.size() == times.size() + 1, "every smooth interval has a time inside");
+  Formula decided(*analyzed, {kEnd, times});
   for (const double t : {0.0, 0.7, times.empty() ? kEnd : times.front()}) decided.Evaluate(t, x, y, Side::kLeft);
 
   const double again = formula->Evaluate(0.25, x, y);

@@ -19,7 +19,7 @@ void Try(const std::string& input) {
     (void)RunLcp(request, TinyLimits(), {});
   }
   if (const auto dcp = client::ParseDcp(input, "input"); dcp.ok()) (void)RunDcp(*dcp, TinyLimits(), {});
-  // Analysed as it is made: only with few sectors is it cheap.
+  // Analyzed as it is made: only with few sectors is it cheap.
   if (input.size() > 1000) return;
   if (const auto model = client::ModelInputOutput(input, "input"); model.ok()) {
     Require(client::ParseProblem(model->file.dump(), "made").ok(), "a model is a problem file");

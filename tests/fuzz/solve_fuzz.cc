@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests of a few states and steps, solved: by every method, LCPs and DCPs, analysed, in ensembles.
+// Requests of a few states and steps, solved: by every method, LCPs and DCPs, analyzed, in ensembles.
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -51,7 +51,7 @@ class CheckingSink final : public SolveSink {
     if (event.has_trajectory()) {
       finite_ = finite_ && AllFinite(event.trajectory().x()) && AllFinite(event.trajectory().y());
     }
-    if (event.has_summary()) Require(finite_ || event.summary().termination() != v1::REACHED_END, "no silent NaN");
+    if (event.has_summary()) Require(finite_ || event.summary().termination() != v1::TERMINATION_REACHED_END, "no silent NaN");
     ended_ = event.has_summary();
   }
   bool ended() const { return ended_; }
@@ -73,7 +73,7 @@ void TrySolve(const v1::SolveRequest& request) {
 void TryLcp(const v1::SolveLcpRequest& request) {
   Deadline deadline;
   const auto response = RunLcp(request, TinyLimits(), deadline.control.token());
-  if (!response.ok() || response->verdict() != v1::LCP_SOLVED) return;
+  if (!response.ok() || response->verdict() != v1::LCP_STATUS_SOLVED) return;
   Require(AllFinite(response->y()) && AllFinite(response->w()), "no silent NaN");
 }
 

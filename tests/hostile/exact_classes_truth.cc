@@ -18,7 +18,7 @@ std::int64_t Product(const Row& a, const Row& b) {
   return sum;
 }
 
-Row Shortened(Row v) {
+Row TruncateUtf8(Row v) {
   std::int64_t divisor = 0;
   for (std::int64_t entry : v) {
     entry = std::abs(entry);
@@ -50,7 +50,7 @@ Row Normal(const Rows& rows, std::size_t dimension) {
     }
     normal[k] = (k % 2 == 0 ? 1 : -1) * static_cast<std::int64_t>(ExactDeterminant(rows, all, columns));
   }
-  return Shortened(normal);
+  return TruncateUtf8(normal);
 }
 
 template <typename Visit>

@@ -96,7 +96,7 @@ double BalancedNorm(const DenseMatrix& matrix) {
 
 }  // namespace
 
-RegimeSystem::RegimeSystem(const System& system, const Stretch& stretch)
+RegimeSystem::RegimeSystem(const System& system, const SmoothInterval& interval)
     : num_states(system.num_states()), num_pairs(system.num_pairs()) {
   const int sources = static_cast<int>(system.functions.size());
   size = num_states + sources;
@@ -104,14 +104,14 @@ RegimeSystem::RegimeSystem(const System& system, const Stretch& stretch)
   A = DenseMatrix(num_states, size);
   for (int i = 0; i < num_states; ++i) {
     for (int j = 0; j < num_states; ++j) A(i, j) = system.A(i, j);
-    for (int j = 0; j < sources; ++j) A(i, num_states + j) = stretch.F(i, j);
+    for (int j = 0; j < sources; ++j) A(i, num_states + j) = interval.F(i, j);
   }
   B = FromEigen(system.B);
   M = FromEigen(system.M);
   N = DenseMatrix(num_pairs, size);
   for (int i = 0; i < num_pairs; ++i) {
     for (int j = 0; j < num_states; ++j) N(i, j) = system.N(i, j);
-    for (int j = 0; j < sources; ++j) N(i, num_states + j) = stretch.G(i, j);
+    for (int j = 0; j < sources; ++j) N(i, num_states + j) = interval.G(i, j);
   }
 
   std::vector<double> rows(num_pairs, 1), columns(num_pairs, 1);

@@ -17,7 +17,7 @@ namespace dlcs::hostile {
 // The system on stretches of one regime, z = (x; s):  x' = A z + B y,  s' = W s,  w = N z + M y. Pairs are scaled by
 // powers of two, rows and columns of M each on their own, which changes no x.
 struct RegimeSystem {
-  RegimeSystem(const System& system, const Stretch& stretch);
+  RegimeSystem(const System& system, const SmoothInterval& interval);
 
   int num_states = 0, num_pairs = 0, size = 0;
   DenseMatrix A;                  // m × size

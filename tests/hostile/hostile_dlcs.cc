@@ -24,8 +24,8 @@ namespace dlcs::hostile {
 namespace {
 
 constexpr double kSlow = 5;  // seconds
-constexpr std::array kMethods = {Method::kEventLocated, Method::kExponentialMarch, Method::kLaplaceIteration,
-                                 Method::kPaperIteration, Method::kTimeStepping};
+constexpr std::array kMethods = {Method::kEventDriven, Method::kExponentialIntegrator, Method::kLaplaceIteration,
+                                 Method::kWuChenIteration, Method::kTimeStepping};
 
 struct Arguments {
   uint64_t begin = 0, end = 100;
@@ -107,7 +107,7 @@ std::string Text(const Asked& asked) {
 }
 
 struct Tally {
-  std::map<Judgement, int> judgements;
+  std::map<Judgment, int> judgments;
   std::vector<uint64_t> wrong, refused, slow;
   int ill_conditioned_wrong = 0;
   int refused_at_end = 0;
@@ -116,7 +116,7 @@ struct Tally {
 
 void Print(uint64_t seed, const System& system, const Asked& asked, const Trial& trial) {
   std::printf("%llu %s %s: error %.1e of %s", static_cast<unsigned long long>(seed), Text(asked).c_str(),
-              Name(trial.judgement), trial.error.value_or(NAN), trial.component.c_str());
+              Name(trial.judgment), trial.error.value_or(NAN), trial.component.c_str());
   if (trial.figure) std::printf(", figure %.1e", *trial.figure);
   if (trial.condition) std::printf(", condition %.1e", *trial.condition);
   std::printf(", %.2f s | m = %d, n = %d, %s | %.300s\n", trial.seconds, system.num_states(), system.num_pairs(),
@@ -132,9 +132,9 @@ void PrintSeeds(const char* what, std::vector<uint64_t> seeds) {
 
 void PrintTally(const Asked& asked, Tally& tally) {
   std::printf("%-8s", Text(asked).c_str());
-  for (const Judgement judgement : {Judgement::kRight, Judgement::kWrong, Judgement::kRefusedWithNeed,
-                                    Judgement::kRefused, Judgement::kNotJudged}) {
-    std::printf("  %s %d", Name(judgement), tally.judgements[judgement]);
+  for (const Judgment judgment : {Judgment::kRight, Judgment::kWrong, Judgment::kRefusedWithNeed,
+                                    Judgment::kRefused, Judgment::kNotJudged}) {
+    std::printf("  %s %d", Name(judgment), tally.judgments[judgment]);
   }
   std::printf("  slow %zu\n", tally.slow.size());
   PrintSeeds("wrong", tally.wrong);
@@ -174,19 +174,19 @@ int Main(int count, char** texts) {
       asked.method = arguments.method;
       const Trial trial = Try(system, reference, asked, arguments.seconds);
       Tally& tally = tallies[k];
-      ++tally.judgements[trial.judgement];
-      if (trial.judgement == Judgement::kWrong) {
+      ++tally.judgments[trial.judgment];
+      if (trial.judgment == Judgment::kWrong) {
         tally.wrong.push_back(seed);
         if (trial.condition.value_or(0) > asked.error()) ++tally.ill_conditioned_wrong;
       }
-      if (trial.judgement == Judgement::kRefused) {
+      if (trial.judgment == Judgment::kRefused) {
         tally.refused.push_back(seed);
         if (trial.reached_end) ++tally.refused_at_end;
       }
       if (trial.seconds > kSlow) tally.slow.push_back(seed);
       if (trial.figure && trial.error) tally.quotients.push_back(*trial.figure / *trial.error);
       const bool failed =
-          trial.judgement == Judgement::kWrong || trial.judgement == Judgement::kRefused || trial.seconds > kSlow;
+          trial.judgment == Judgment::kWrong || trial.judgment == Judgment::kRefused || trial.seconds > kSlow;
       if (failed || arguments.verbose) Print(seed, system, asked, trial);
       if (failed && !arguments.failures.empty()) {
         std::ofstream(arguments.failures + "/" + std::to_string(seed) + ".json") << ToJson(system);

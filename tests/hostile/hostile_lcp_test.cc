@@ -100,14 +100,14 @@ struct Tally {
 
 // What the engine says of a problem, whatever the solver: never wrong, and the one solution where there is one, to
 // `accuracy` in each component.
-void Expect(const Posed& posed, LcpVerdict verdict, const Vector& solution, const std::string& solver, Tally& tally,
+void Expect(const Posed& posed, LcpStatus verdict, const Vector& solution, const std::string& solver, Tally& tally,
             long double accuracy = kRounding) {
   SCOPED_TRACE(solver + "\n" + AsFile(posed.doubles));
   ++tally.tried;
-  if (verdict == LcpVerdict::kInfeasible) {
+  if (verdict == LcpStatus::kInfeasible) {
     ++tally.infeasible;
     EXPECT_FALSE(posed.exact.solvable()) << "it has a solution";
-  } else if (verdict == LcpVerdict::kSolved) {
+  } else if (verdict == LcpStatus::kSolved) {
     ++tally.solved;
     const Reals y = posed.InIntegerUnits(solution);
     EXPECT_TRUE(posed.exact.solvable()) << "it has none; y = " << solution.transpose();
@@ -121,7 +121,7 @@ void Expect(const Posed& posed, LcpVerdict verdict, const Vector& solution, cons
   } else {
     ++tally.without_answer;
     if (::testing::Test::HasFailure() || std::getenv("DLCS_HOSTILE_SHOW") != nullptr)
-      std::printf("without an answer: %s %s %s\n", solver.c_str(), LcpVerdictName(verdict),
+      std::printf("without an answer: %s %s %s\n", solver.c_str(), LcpStatusName(verdict),
                   AsFile(posed.doubles).c_str());
   }
 }
@@ -164,7 +164,7 @@ TEST(HostileLcpTest, IsRightInAnyUnits) {
     const auto result = SolveLcp(posed.doubles.M, posed.doubles.q, LcpRequest{});
     ASSERT_TRUE(result.ok()) << result.status();
     Expect(posed, result->verdict, result->y, result->method, tally);
-    if (result->verdict == LcpVerdict::kSolved && result->selection == Selection::kLeastElement) {
+    if (result->verdict == LcpStatus::kSolved && result->selection == Selection::kLeastElement) {
       EXPECT_TRUE(IsClose(posed.InIntegerUnits(result->y), LeastComponents(posed.exact))) << AsFile(posed.doubles);
     }
   });
@@ -210,14 +210,14 @@ TEST(HostileLcpTest, FollowsTheRuleInAnyUnits) {
       if (!result.ok()) continue;
       Expect(posed, result->verdict, result->y, SelectionName(result->selection) + std::string(" by ") + result->method,
              tally);
-      if (result->verdict == LcpVerdict::kSolved && rule == SolutionRule::kSparsest) {
+      if (result->verdict == LcpStatus::kSolved && rule == SolutionRule::kSparsest) {
         for (const testing::Fractions& vertex : posed.exact.vertices) {
           const auto count =
               std::count_if(vertex.numerator.begin(), vertex.numerator.end(), [](auto y) { return y > 0; });
           EXPECT_LE((result->y.array() > 0).count(), count) << AsFile(posed.doubles);
         }
       }
-      if (result->verdict != LcpVerdict::kSolved || result->selection != Selection::kLeastNorm) continue;
+      if (result->verdict != LcpStatus::kSolved || result->selection != Selection::kLeastNorm) continue;
       for (const testing::Fractions& vertex : posed.exact.vertices) {
         long double norm = 0;
         for (Index j = 0; j < result->y.size(); ++j)
@@ -243,7 +243,7 @@ TEST(HostileLcpTest, EverySolverJudgesTheSameWay) {
       if (solver == nullptr) return;
       Basis basis(static_cast<std::size_t>(n), 0);
       Vector y = Vector::Zero(n);
-      const LcpVerdict verdict = solver->Solve(q, Vector::Zero(n), basis, y);
+      const LcpStatus verdict = solver->Solve(q, Vector::Zero(n), basis, y);
       Expect(posed, verdict, y, name, tally, kUnpolished);
     };
     run(MakeLcpSolver(M, Selection::kAny).get(), "no class known");
@@ -268,13 +268,13 @@ TEST(HostileLcpTest, JudgesAProblemByItsOwnNumbers) {
   for (const double q : {-1e-14, -1e-16, -1e-300}) {
     const auto result = SolveLcp(Matrix{{0}}, Vector{{q}}, SolutionRule::kAuto);
     ASSERT_TRUE(result.ok());
-    EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << q;
+    EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << q;
     const auto beside = SolveLcp(Matrix{{0, 0}, {0, 1}}, Vector{{q, 1.0}}, SolutionRule::kAuto);
     ASSERT_TRUE(beside.ok());
-    EXPECT_EQ(beside->verdict, LcpVerdict::kInfeasible) << q;
+    EXPECT_EQ(beside->verdict, LcpStatus::kInfeasible) << q;
     const auto solvable = SolveLcp(Matrix{{1}}, Vector{{q}}, SolutionRule::kAuto);
     ASSERT_TRUE(solvable.ok());
-    EXPECT_EQ(solvable->verdict, LcpVerdict::kSolved) << q;
+    EXPECT_EQ(solvable->verdict, LcpStatus::kSolved) << q;
     EXPECT_EQ(solvable->y[0], -q);
   }
 }
@@ -285,7 +285,7 @@ TEST(HostileLcpTest, FindsTheFewestComponentsForMatricesOfAnySize) {
     for (const double of_q : {0x1p-40, 1.0, 0x1p40}) {
       const auto result = SolveLcp(size * Matrix{{1, -1}, {1, 0}}, of_q * Vector{{2, -3}}, SolutionRule::kSparsest);
       ASSERT_TRUE(result.ok());
-      ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << size << ", " << of_q << ": " << result->message;
+      ASSERT_EQ(result->verdict, LcpStatus::kSolved) << size << ", " << of_q << ": " << result->message;
       EXPECT_LE(MaxAbs(result->y * (size / of_q) - Vector{{3, 5}}), 1e-12);
     }
   }

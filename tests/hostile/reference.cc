@@ -130,8 +130,8 @@ class Walk {
     result_.size_w = Eigen::VectorXd::Zero(system_.num_pairs());
     z_.assign(m + system_.functions.size(), 0);
     for (int i = 0; i < m; ++i) z_[i] = system_.x0(i);
-    for (const Stretch& stretch : Stretches(system_)) {
-      if (!Cross(stretch)) return result_;
+    for (const SmoothInterval& interval : SmoothIntervals(system_)) {
+      if (!Cross(interval)) return result_;
     }
     result_.status = Reference::Status::kReached;
     result_.end = system_.horizon;
@@ -350,21 +350,21 @@ class Walk {
     for (Index i = 0; i < result_.size_w.size(); ++i) raise(result_.size_w(i), Real(s.unit_of_w[i]) * (Nz[i] + My[i]));
   }
 
-  // The whole of `stretch`, from its begin; false where the walk ends.
-  bool Cross(const Stretch& stretch) {
-    auto found = regimes_.find(stretch.regime);
+  // The whole of `interval`, from its begin; false where the walk ends.
+  bool Cross(const SmoothInterval& interval) {
+    auto found = regimes_.find(interval.regime);
     if (found == regimes_.end())
-      found = regimes_.emplace(stretch.regime, Regime{RegimeSystem(system_, stretch), {}}).first;
+      found = regimes_.emplace(interval.regime, Regime{RegimeSystem(system_, interval), {}}).first;
     regime_ = &found->second;
-    time_ = stretch.begin;
+    time_ = interval.begin;
     const Column sources = SourceValues(system_, time_);
     std::copy(sources.begin(), sources.end(), z_.begin() + system_.num_states());
     std::shared_ptr<Mode> mode = Next(active_);
-    if (!mode) return Stop(Reference::Status::kNoMode, "no mode at the start of a stretch");
+    if (!mode) return Stop(Reference::Status::kNoMode, "no mode at the start of a interval");
     active_ = mode->active();
     while (true) {
       const Real begin = time_;
-      Real end = stretch.end;
+      Real end = interval.end;
       bool decides = false;
       if (replay_) {
         for (const double decision : replay_->decisions) {

@@ -133,7 +133,7 @@ int ConstantFunctionOf(const System& system) {
 
 }  // namespace
 
-std::vector<Stretch> Stretches(const System& system) {
+std::vector<SmoothInterval> SmoothIntervals(const System& system) {
   std::vector<Real> times = {0};
   for (size_t p = 1; p < system.starts.size(); ++p) times.push_back(system.starts[p]);
   for (const KinkedTerm& kink : system.kinks) AddKinkTimes(system, kink, times);
@@ -143,25 +143,25 @@ std::vector<Stretch> Stretches(const System& system) {
 
   const int one = ConstantFunctionOf(system);
   std::map<std::vector<int>, int> regimes;
-  std::vector<Stretch> result;
+  std::vector<SmoothInterval> result;
   for (size_t k = 0; k + 1 < times.size(); ++k) {
-    Stretch stretch{times[k], times[k + 1], 0, {}, {}};
+    SmoothInterval interval{times[k], times[k + 1], 0, {}, {}};
     const Real middle = (times[k] + times[k + 1]) * Real(0.5);
     int piece = 0;
     while (piece + 1 < static_cast<int>(system.starts.size()) && Real(system.starts[piece + 1]) <= middle) ++piece;
-    stretch.F = system.F[piece];
-    stretch.G = system.G[piece];
+    interval.F = system.F[piece];
+    interval.G = system.G[piece];
     std::vector<int> pattern = {piece};
     for (const KinkedTerm& kink : system.kinks) {
       const auto [of_wave, of_one] = KinkFactors(system, kink, middle);
       const int m = system.num_states();
-      auto row = kink.row < m ? stretch.F.row(kink.row) : stretch.G.row(kink.row - m);
+      auto row = kink.row < m ? interval.F.row(kink.row) : interval.G.row(kink.row - m);
       row(kink.function) += of_wave * kink.factor;
       row(one) += of_one * kink.factor;
       pattern.push_back(static_cast<int>(of_wave * 4 + of_one));
     }
-    stretch.regime = regimes.emplace(pattern, static_cast<int>(regimes.size())).first->second;
-    result.push_back(std::move(stretch));
+    interval.regime = regimes.emplace(pattern, static_cast<int>(regimes.size())).first->second;
+    result.push_back(std::move(interval));
   }
   return result;
 }

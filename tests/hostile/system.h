@@ -77,13 +77,13 @@ struct System {
   int num_pairs() const { return static_cast<int>(M.rows()); }
 };
 
-// A stretch of time on which f = F s, g = G s, kinks included.
-struct Stretch {
+// A interval of time on which f = F s, g = G s, kinks included.
+struct SmoothInterval {
   Real begin, end;
   int regime = 0;  // stretches of one regime have the same F and G
   Eigen::MatrixXd F, G;
 };
-std::vector<Stretch> Stretches(const System& system);
+std::vector<SmoothInterval> SmoothIntervals(const System& system);
 
 // The values s(t).
 Column SourceValues(const System& system, Real t);

@@ -27,11 +27,11 @@ TEST_P(HostileSystems, AreNeverWrongWithAGoodVerdict) {
     Reference reference;
     if (!system.several_solutions) reference = Refer(system, ComparisonTimes(system));
     const Trial trial = Try(system, reference, {.tolerance = tolerance}, 5);
-    EXPECT_NE(trial.judgement, Judgement::kWrong)
+    EXPECT_NE(trial.judgment, Judgment::kWrong)
         << "seed " << seed << ", " << system.traits << ": error " << trial.error.value_or(-1) << " of "
         << trial.component << ", " << trial.verdict;
-    right += trial.judgement == Judgement::kRight;
-    refused += trial.judgement == Judgement::kRefused;
+    right += trial.judgment == Judgment::kRight;
+    refused += trial.judgment == Judgment::kRefused;
   }
   // Of 140 others, 2 were.
   EXPECT_LE(refused, 4) << right << " right, " << refused << " refused";
@@ -54,8 +54,8 @@ TEST_P(HostileSeeds, AreSolvedWithinTheErrorAskedFor) {
   ASSERT_EQ(reference.status, Reference::Status::kReached) << reference.reason;
   for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
     const Trial trial = Try(system, reference, {.tolerance = tolerance}, 10);
-    EXPECT_EQ(trial.judgement, Judgement::kRight)
-        << Name(trial.judgement) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
+    EXPECT_EQ(trial.judgment, Judgment::kRight)
+        << Name(trial.judgment) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
         << trial.component << ", figure " << trial.figure.value_or(-1) << ", " << trial.verdict;
     EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "at tolerance " << tolerance;
   }
@@ -78,7 +78,7 @@ TEST(HostileFigures, OfFixedStepsAreNotBelowAThird) {
     const System system = MakeSystem(seed);
     const Reference reference = Refer(system, ComparisonTimes(system));
     ASSERT_EQ(reference.status, Reference::Status::kReached) << reference.reason;
-    const Trial trial = Try(system, reference, {.steps = 1000, .method = Method::kExponentialMarch}, 10);
+    const Trial trial = Try(system, reference, {.steps = 1000, .method = Method::kExponentialIntegrator}, 10);
     ASSERT_TRUE(trial.reached_end) << seed;
     EXPECT_GE(trial.figure.value_or(0), trial.error.value_or(INFINITY) / 3) << "seed " << seed << ", " << system.traits;
   }

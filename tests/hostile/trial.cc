@@ -107,7 +107,7 @@ Reference ReplayOf(const System& system, const Solution& solution, const std::ve
       replay.decisions.push_back(event.time);
   }
   std::vector<double> ends = replay.decisions;
-  for (const Stretch& stretch : Stretches(system)) ends.push_back(ToDouble(stretch.end));
+  for (const SmoothInterval& interval : SmoothIntervals(system)) ends.push_back(ToDouble(interval.end));
   std::sort(ends.begin(), ends.end());
   replay.probe_time = [&solution, &system, ends](double time) {
     auto end = std::upper_bound(ends.begin(), ends.end(), time + 1e-13 * system.horizon);
@@ -141,17 +141,17 @@ Reference ReplayOf(const System& system, const Solution& solution, const std::ve
 
 }  // namespace
 
-const char* Name(Judgement judgement) {
-  switch (judgement) {
-    case Judgement::kRight:
+const char* Name(Judgment judgment) {
+  switch (judgment) {
+    case Judgment::kRight:
       return "right";
-    case Judgement::kWrong:
+    case Judgment::kWrong:
       return "WRONG";
-    case Judgement::kRefusedWithNeed:
+    case Judgment::kRefusedWithNeed:
       return "refused with need";
-    case Judgement::kRefused:
+    case Judgment::kRefused:
       return "REFUSED";
-    case Judgement::kNotJudged:
+    case Judgment::kNotJudged:
       return "not judged";
   }
   return "";
@@ -187,7 +187,7 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!solved.ok()) {
     trial.verdict = std::string(solved.status().message());
-    trial.judgement = Judgement::kRefused;
+    trial.judgment = Judgment::kRefused;
     return trial;
   }
   const Solution& solution = *solved;
@@ -204,9 +204,9 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
     if (replayed.status == Reference::Status::kGivenUp) return trial;
     CompareAll(system, solution, times, replayed, trial);
     if (*trial.error <= asked.error() && replayed.status == Reference::Status::kReached) {
-      trial.judgement = Judgement::kRight;
-    } else if (trial.is_good_verdict && solution.method == Method::kEventLocated) {
-      trial.judgement = Judgement::kWrong;
+      trial.judgment = Judgment::kRight;
+    } else if (trial.is_good_verdict && solution.method == Method::kEventDriven) {
+      trial.judgment = Judgment::kWrong;
       trial.verdict += " [replayed to " + std::to_string(replayed.end) + " " + replayed.reason + "]";
     }
     return trial;
@@ -216,22 +216,22 @@ Trial Try(const System& system, const Reference& reference, const Asked& asked, 
   CompareAll(system, solution, times, reference, trial);
   if (reference.status == Reference::Status::kNoMode) {
     const bool ends_there = !reached && std::abs(solution.failure_time - reference.end) <= 1e-3 * system.horizon;
-    trial.judgement = ends_there ? Judgement::kRight : Judgement::kNotJudged;
+    trial.judgment = ends_there ? Judgment::kRight : Judgment::kNotJudged;
     return trial;
   }
   if (asked.steps > 0 && reached) {
-    trial.judgement = trial.figure && *trial.figure < *trial.error / 10 ? Judgement::kWrong : Judgement::kRight;
+    trial.judgment = trial.figure && *trial.figure < *trial.error / 10 ? Judgment::kWrong : Judgment::kRight;
   } else if (trial.is_good_verdict) {
-    trial.judgement = *trial.error <= asked.error() ? Judgement::kRight : Judgement::kWrong;
+    trial.judgment = *trial.error <= asked.error() ? Judgment::kRight : Judgment::kWrong;
   } else {
-    trial.judgement = Judgement::kRefused;
+    trial.judgment = Judgment::kRefused;
   }
-  if (trial.judgement != Judgement::kRight) {
+  if (trial.judgment != Judgment::kRight) {
     ReferenceLimits limits;
     limits.seconds = 5;
     trial.condition = Condition(system, times, reference, kConditionTrials, limits);
-    if (trial.judgement == Judgement::kRefused && *trial.condition > asked.error())
-      trial.judgement = Judgement::kRefusedWithNeed;
+    if (trial.judgment == Judgment::kRefused && *trial.condition > asked.error())
+      trial.judgment = Judgment::kRefusedWithNeed;
   }
   return trial;
 }

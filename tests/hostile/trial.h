@@ -16,17 +16,17 @@
 
 namespace dlcs::hostile {
 
-enum class Judgement {
+enum class Judgment {
   kRight,            // a good verdict and no further from the reference than asked; or rightly no solution
   kWrong,            // a good verdict and further from the reference than asked
   kRefusedWithNeed,  // no good verdict, and one ulp of the data moves the answer by more than asked
   kRefused,          // no good verdict, although there is an answer
   kNotJudged,        // the reference makes no claim, or stops where the engine goes on
 };
-const char* Name(Judgement judgement);
+const char* Name(Judgment judgment);
 
 struct Trial {
-  Judgement judgement = Judgement::kNotJudged;
+  Judgment judgment = Judgment::kNotJudged;
   bool is_good_verdict = false;  // solved within the error that was asked for
   bool reached_end = false;
   // The largest over times and components, relative to the size of each; of B y and w where y is a Lipschitz function

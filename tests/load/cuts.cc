@@ -78,7 +78,7 @@ class Watcher {
         *create.mutable_solve() = testing::SwitchingRequest((10'000 + variety) / testing::kSlowness);
         break;
       default:
-        *create.mutable_solve() = testing::MarchingRequest((200'000 + variety) / testing::kSlowness);
+        *create.mutable_solve() = testing::SteppingRequest((200'000 + variety) / testing::kSlowness);
     }
     return create;
   }

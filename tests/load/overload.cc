@@ -42,7 +42,7 @@ constexpr int kSubmitters = 8;
 // Some 50 ms of work. What refusals cost is the server's too: the smaller the jobs, the more of it they take.
 v1::CreateSolveJobRequest SmallJob() {
   v1::CreateSolveJobRequest request;
-  *request.mutable_solve() = testing::MarchingRequest(40'000 / testing::kSlowness);
+  *request.mutable_solve() = testing::SteppingRequest(40'000 / testing::kSlowness);
   return request;
 }
 

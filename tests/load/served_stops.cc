@@ -163,7 +163,7 @@ std::optional<ServedStop> Cancel(client::JobClient& client, const v1::CreateSolv
   stop.until_over = 1e3 * std::max(0.0, job.stored() - job.cancelling());
   stop.until_told = 1e3 * (job.told() - sent);
   stop.is_sound = cancelled && job.state() == v1::JOB_STATE_CANCELLED && job.cancelling() > 0 && job.stored() > 0 &&
-                  job.termination() == v1::CANCELLED;
+                  job.termination() == v1::TERMINATION_CANCELLED;
   return stop;
 }
 
@@ -181,7 +181,7 @@ std::optional<ServedStop> Overrun(client::JobClient& client, v1::CreateSolveJobR
   ServedStop stop;
   stop.until_over = 1e3 * (job.stored() - deadline);
   stop.until_told = 1e3 * (job.told() - deadline);
-  stop.is_sound = job.state() == v1::JOB_STATE_FAILED && job.stored() >= deadline && job.termination() == v1::DEADLINE;
+  stop.is_sound = job.state() == v1::JOB_STATE_FAILED && job.stored() >= deadline && job.termination() == v1::TERMINATION_DEADLINE;
   return stop;
 }
 

@@ -68,7 +68,7 @@ class Users {
  private:
   v1::SolveRequest NextSolve(int kind) {
     const int variety = std::uniform_int_distribution<int>(0, 9)(random_);
-    if (kind == 1) return testing::MarchingRequest((300'000 + variety) / testing::kSlowness);
+    if (kind == 1) return testing::SteppingRequest((300'000 + variety) / testing::kSlowness);
     return variety % 2 == 0 ? testing::ChattyRequest((500 + variety) / testing::kSlowness)
                             : testing::SwitchingRequest((2000 + variety) / testing::kSlowness);
   }

@@ -99,9 +99,9 @@ std::vector<StopCase> StopCases(Index size) {
     if (options.output_times.empty() && options.output_times_only) options.output_times = {problem.horizon};
     cases.push_back({name, problem, std::move(options)});
   };
-  add("march, states", states, With(Method::kExponentialMarch, kSteps));
-  add("march, pairs", pairs, With(Method::kExponentialMarch, kSteps));
-  add("march, pairs by Lemke", System(Damped(few), Skew(size), kHorizon), With(Method::kExponentialMarch, kSteps));
+  add("march, states", states, With(Method::kExponentialIntegrator, kSteps));
+  add("march, pairs", pairs, With(Method::kExponentialIntegrator, kSteps));
+  add("march, pairs by Lemke", System(Damped(few), Skew(size), kHorizon), With(Method::kExponentialIntegrator, kSteps));
   add("iteration, states", states, With(Method::kLaplaceIteration, kSteps));
   add("iteration, pairs", pairs, With(Method::kLaplaceIteration, kSteps));
   Options by_contour = With(Method::kLaplaceIteration, kSteps);
@@ -109,14 +109,14 @@ std::vector<StopCase> StopCases(Index size) {
   add("iteration, kernel by contours", states, by_contour);
   Problem short_states = states;
   short_states.horizon = 1;
-  add("paper, states", short_states, With(Method::kPaperIteration, 2000));
+  add("paper, states", short_states, With(Method::kWuChenIteration, 2000));
   add("time stepping, states", states, With(Method::kTimeStepping, kSteps));
   add("time stepping, pairs", pairs, With(Method::kTimeStepping, kSteps));
   Options newton = With(Method::kTimeStepping, kSteps);
   newton.step_solver = StepSolver::kNewton;
   add("time stepping, Newton, states", states, newton);
   add("time stepping, Newton, pairs", pairs, newton);
-  Options located = With(Method::kEventLocated, 0);
+  Options located = With(Method::kEventDriven, 0);
   located.error_tolerance = 1e-6;
   add("events, states", states, located);
   add("events, pairs", pairs, located);
@@ -158,7 +158,7 @@ std::vector<StoppableWork> StoppableWorks(Index size) {
          }
          bool holds = true;
          const absl::Status status = SolveEnsemble(
-             base, members, With(Method::kExponentialMarch, 100'000),
+             base, members, With(Method::kExponentialIntegrator, 100'000),
              [&](Index, const Solution& solution) { holds = holds && IsStoppedOrDone(solution); }, stop);
          return status.ok() && holds;
        }});

@@ -67,13 +67,13 @@ TEST_F(DlcsServerTest, RefusesNewCallsWhileItDrains) {
 
 TEST_F(DlcsServerTest, StopLetsRunningSolvesTellTheirSummary) {
   Outcome outcome;
-  std::thread client([&] { outcome = testing::Solve(*stub_, testing::MarchingRequest(20'000'000)); });
+  std::thread client([&] { outcome = testing::Solve(*stub_, testing::SteppingRequest(20'000'000)); });
   ASSERT_TRUE(WaitForSolves(1));
   std::this_thread::sleep_for(milliseconds(100));
   server_->Stop(seconds(10));
   client.join();
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::CANCELLED);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_CANCELLED);
   EXPECT_THAT(outcome.events.back().summary().message(), HasSubstr("shutting down"));
 }
 
@@ -81,7 +81,7 @@ TEST_F(DlcsServerTest, StopDoesNotWaitForAClientThatDoesNotRead) {
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(100));
   // 12 MB of trajectory, far more than what gRPC holds in transit.
-  const auto reader = stub_->Solve(&context, testing::MarchingRequest(500'000));
+  const auto reader = stub_->Solve(&context, testing::SteppingRequest(500'000));
   v1::SolveEvent accepted;
   ASSERT_TRUE(reader->Read(&accepted));
   ASSERT_TRUE(WaitForSolves(0));

@@ -53,7 +53,7 @@ class RunningSolve {
  public:
   RunningSolve(v1::SolverService::Stub& stub, std::int64_t steps) {
     testing::SetDeadline(context_, seconds(100));
-    reader_ = stub.Solve(&context_, testing::MarchingRequest(steps));
+    reader_ = stub.Solve(&context_, testing::SteppingRequest(steps));
     while (reader_->Read(&event_) && !event_.has_analysis()) {
     }
   }
@@ -76,7 +76,7 @@ TEST(DlcsdTest, SolvesUnderWayEndWithinTheGracePeriod) {
   const auto stub = NewStub(dlcsd.ReadAddress());
   RunningSolve solve(*stub, 1'000'000);
   dlcsd.Signal(SIGTERM);
-  EXPECT_EQ(solve.ReadToEnd().termination(), v1::REACHED_END);
+  EXPECT_EQ(solve.ReadToEnd().termination(), v1::TERMINATION_REACHED_END);
   EXPECT_EQ(dlcsd.Wait(), 0);
 }
 
@@ -90,7 +90,7 @@ TEST(DlcsdTest, SolvesAreStoppedAfterTheGracePeriodAndTellTheirSummary) {
             grpc::StatusCode::UNAVAILABLE);
   // Stopped, not solved: the summary says so.
   const v1::Summary summary = solve.ReadToEnd();
-  EXPECT_EQ(summary.termination(), v1::CANCELLED);
+  EXPECT_EQ(summary.termination(), v1::TERMINATION_CANCELLED);
   EXPECT_THAT(summary.message(), HasSubstr("shutting down"));
   EXPECT_EQ(dlcsd.Wait(), 0);
 }
@@ -102,7 +102,7 @@ TEST(DlcsdTest, ASecondSignalSkipsTheGracePeriod) {
   dlcsd.Signal(SIGINT);
   std::this_thread::sleep_for(milliseconds(200));
   dlcsd.Signal(SIGINT);
-  EXPECT_EQ(solve.ReadToEnd().termination(), v1::CANCELLED);
+  EXPECT_EQ(solve.ReadToEnd().termination(), v1::TERMINATION_CANCELLED);
   EXPECT_EQ(dlcsd.Wait(), 0);
 }
 
@@ -130,7 +130,7 @@ TEST(DlcsdTest, AClientThatStopsReadingNeitherStallsTheEngineNorGrowsTheServer) 
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(testing::WhatIsWrongWithOrder(events), "");
   const v1::Summary& summary = events.back().summary();
-  EXPECT_EQ(summary.termination(), v1::REACHED_END);
+  EXPECT_EQ(summary.termination(), v1::TERMINATION_REACHED_END);
   EXPECT_EQ(summary.times(), kSteps + 1);
   if (testing::kSlowness > 1) return;  // too few events to fill anything, and sanitizers keep freed memory
   EXPECT_GT(summary.conflated_iterates(), 0);

@@ -37,7 +37,7 @@ v1::SolveRequest ChattyRequest(std::int64_t steps) {
   return request;
 }
 
-v1::SolveRequest MarchingRequest(std::int64_t steps) {
+v1::SolveRequest SteppingRequest(std::int64_t steps) {
   v1::SolveRequest request = SwitchingRequest(steps);
   request.mutable_options()->set_method(v1::METHOD_TIME_STEPPING);
   return request;

@@ -31,7 +31,7 @@ inline constexpr std::int64_t kSlowness = 20;
 #endif
 
 // The same marched, for long: `steps` of a few hundred thousand take about a second.
-v1::SolveRequest MarchingRequest(std::int64_t steps);
+v1::SolveRequest SteppingRequest(std::int64_t steps);
 
 // Checks that the numbers of `events` are 1, 2, 3, ..., each either an event's own or inside a gap, that
 // `accepted` comes first and the summary last and only there. Returns what is wrong, or an empty text.

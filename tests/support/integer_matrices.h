@@ -51,7 +51,7 @@ IntegerMatrix DoubledSymmetricPart(const IntegerMatrix& a);
 // 2^exponent a.
 Matrix AsDoubles(const IntegerMatrix& a, int exponent);
 
-// Draws members of all the classes, and neighbours of them.
+// Draws members of all the classes, and neighbors of them.
 class IntegerMatrixGenerator {
  public:
   explicit IntegerMatrixGenerator(unsigned seed) : generator_(seed) {}

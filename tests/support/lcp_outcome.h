@@ -12,7 +12,7 @@
 namespace dlcs::testing {
 
 struct LcpOutcome {
-  LcpVerdict verdict;
+  LcpStatus verdict;
   Vector y;
   std::string method;
 };
@@ -21,7 +21,7 @@ struct LcpOutcome {
 inline LcpOutcome SolveCold(LcpSolver& solver, const Vector& q) {
   Basis basis(q.size(), 0);
   Vector y = Vector::Zero(q.size());
-  const LcpVerdict verdict = solver.Solve(q, Vector::Zero(q.size()), basis, y);
+  const LcpStatus verdict = solver.Solve(q, Vector::Zero(q.size()), basis, y);
   return {verdict, y, solver.Account().method};
 }
 

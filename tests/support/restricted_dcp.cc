@@ -82,10 +82,10 @@ absl::StatusOr<RestrictedDcpSolution> SolveRestrictedDcp(const IndexOneSystem& s
     for (Index l = 1; l < j; ++l) path.col(j).noalias() += memory.F[j - l] * increments.col(l);
     const Vector q = path.col(j) + memory.CB * v.col(j - 1);
     const double sizes = MaxAbs(path.col(j)) + InfinityNorm(memory.CB) * MaxAbs(v.col(j - 1));
-    const LcpVerdict verdict = solver->Solve(q, Vector::Constant(n, 1e-15 * sizes), basis, z);
-    if (verdict != LcpVerdict::kSolved) {
+    const LcpStatus verdict = solver->Solve(q, Vector::Constant(n, 1e-15 * sizes), basis, z);
+    if (verdict != LcpStatus::kSolved) {
       solution.message = absl::StrCat("The LCP of the increment to t = ", h * static_cast<double>(j), " is ",
-                                      LcpVerdictName(verdict),
+                                      LcpStatusName(verdict),
                                       "; CB must be strictly semicopositive and the step short (Theorem 7).");
       v.conservativeResize(n, j);
       return solution;

@@ -41,9 +41,9 @@ Problem AdvectedGrid(const GridShape& shape) {
   Triplets B, N, M;
   constexpr Index kPatch = 2;
   for (Index i = 0; i < n; ++i) {
-    const Index centre = (2 * i + 1) * m / (2 * n);
-    B.emplace_back(centre, i, 4.0);
-    for (Index k = 0; k < kPatch; ++k) N.emplace_back(i, (centre + k) % m, 1.0 / kPatch);
+    const Index center = (2 * i + 1) * m / (2 * n);
+    B.emplace_back(center, i, 4.0);
+    for (Index k = 0; k < kPatch; ++k) N.emplace_back(i, (center + k) % m, 1.0 / kPatch);
     M.emplace_back(i, i, 4.0);
     if (i > 0) M.emplace_back(i, i - 1, -1.0);
     if (i + 1 < n) M.emplace_back(i, i + 1, -1.0);

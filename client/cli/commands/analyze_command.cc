@@ -32,8 +32,8 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
   }
 }
 
-ExitCode ComplainAboutNonlinear(const ProblemInput& input) {
-  return Complain(absl::InvalidArgumentError(
+ExitCode PrintNonlinearError(const ProblemInput& input) {
+  return PrintError(absl::InvalidArgumentError(
                       fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
                                   "dlcs solve takes it and says what it finds about g",
                                   input.source())),
@@ -46,26 +46,26 @@ ExitCode Run(const AnalyzeCommand& command) {
   auto reading = command.problem_path != "-" ? std::make_unique<WaitView>("reads " + command.problem_path) : nullptr;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
-  if (!input.ok()) return Complain(input.status(), kBadInput);
-  if (input->is_nonlinear()) return ComplainAboutNonlinear(*input);
+  if (!input.ok()) return PrintError(input.status(), kBadInput);
+  if (input->is_nonlinear()) return PrintNonlinearError(*input);
   const auto output = OpenOutput(command.output, {command.problem_path});
-  if (!output.ok()) return Complain(output.status(), kBadInput);
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
   const Interrupt interrupt;
   const auto backend = MakeBackend(command.server);
-  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
   const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
   const absl::Status fetched = input->FetchUploaded(limits);
-  if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
-  if (input->is_nonlinear()) return ComplainAboutNonlinear(*input);
-  auto wait = std::make_unique<WaitView>("analyses " + input->title());
+  if (!fetched.ok()) return PrintError(fetched, ExitCodeOf(fetched));
+  if (input->is_nonlinear()) return PrintNonlinearError(*input);
+  auto wait = std::make_unique<WaitView>("analyzes " + input->title());
   const auto analysis = (*backend)->AnalyzeProblem(input->AnalyzeRequest(command.options), limits);
   wait.reset();
-  if (!analysis.ok()) return ComplainAboutCall(analysis.status(), input->source());
+  if (!analysis.ok()) return PrintCallError(analysis.status(), input->source());
 
   Print(command, input->title(), *analysis, *output ? (*output)->stream() : stdout);
   const absl::Status printed = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
-  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  if (!printed.ok()) return PrintError(printed, kServiceFailed);
   return analysis->recommendation().refusal().empty() ? kSolved : kNoAnswer;
 }
 

@@ -78,14 +78,14 @@ void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& 
 
 ExitCode Run(const CapabilitiesCommand& command) {
   const auto backend = MakeBackend(command.server);
-  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
   const auto response = (*backend)->GetCapabilities(
       {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
-  if (!response.ok()) return Complain(response.status(), kServiceFailed);
+  if (!response.ok()) return PrintError(response.status(), kServiceFailed);
   command.format == OutputFormat::kJson ? fmt::print("{}\n", JsonLine(*response))
                                         : PrintTable(*response, command.server.address, stdout);
   const absl::Status printed = FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }
 
 }  // namespace dlcs::client

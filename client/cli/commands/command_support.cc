@@ -68,17 +68,17 @@ std::string WithPlace(const std::string& of_request, const std::string& source) 
 
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet) {
   if (server.address.empty()) return std::make_unique<LocalBackend>();
-  if (!server.origin.empty() && !quiet) SayNotice(fmt::format("on {} ({})", server.address, server.origin));
+  if (!server.origin.empty() && !quiet) PrintNotice(fmt::format("on {} ({})", server.address, server.origin));
   const auto options = ConnectionTo(server);
   if (!options.ok()) return options.status();
-  auto client = Client::Connect(*options, SayNotice);
+  auto client = Client::Connect(*options, PrintNotice);
   if (!client.ok()) return InOptions(client.status(), server);
   return *std::move(client);
 }
 
-void SayNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); }
+void PrintNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", text); }
 
-ExitCode Complain(const absl::Status& status, ExitCode code) {
+ExitCode PrintError(const absl::Status& status, ExitCode code) {
   if (absl::IsCancelled(status) && Interrupt::Signal() != 0) {
     fmt::print(stderr, "dlcs: interrupted; what was sent to a server may have been done\n");
     return code;
@@ -88,8 +88,8 @@ ExitCode Complain(const absl::Status& status, ExitCode code) {
   return code;
 }
 
-ExitCode ComplainAboutCall(const absl::Status& status, const std::string& source) {
-  if (!absl::IsInvalidArgument(status)) return Complain(status, ExitCodeOf(status));
+ExitCode PrintCallError(const absl::Status& status, const std::string& source) {
+  if (!absl::IsInvalidArgument(status)) return PrintError(status, ExitCodeOf(status));
   std::istringstream lines{std::string(status.message())};
   for (std::string line; std::getline(lines, line);)
     fmt::print(stderr, "dlcs: {}\n", WithPlace(line, source));

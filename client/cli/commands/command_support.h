@@ -20,14 +20,14 @@ namespace dlcs::client {
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet = false);
 
 // Prints a notice on standard error: a cut that is gone on behind, a repetition.
-void SayNotice(const std::string& text);
+void PrintNotice(const std::string& text);
 
 // Prints each line of the message behind "dlcs: " on standard error. `code` is handed through.
-ExitCode Complain(const absl::Status& status, ExitCode code);
+ExitCode PrintError(const absl::Status& status, ExitCode code);
 
 // The same for an error of a call about `source`, the name of the input file: a line that names a field of
 // the file gets the file's name, one that names an option the option's ("steps" is --steps).
-ExitCode ComplainAboutCall(const absl::Status& status, const std::string& source);
+ExitCode PrintCallError(const absl::Status& status, const std::string& source);
 
 }  // namespace dlcs::client
 

@@ -22,7 +22,7 @@ void PrintRow(const std::string& name, const ServerTarget& target, bool current)
 ExitCode List(const Contexts& contexts) {
   for (const auto& [name, target] : contexts.targets) PrintRow(name, target, name == contexts.current);
   const absl::Status printed = FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }
 
 // So that the context means the same from every folder.
@@ -56,11 +56,11 @@ absl::Status Change(const ContextCommand& command, Contexts& contexts) {
 
 ExitCode Run(const ContextCommand& command) {
   absl::StatusOr<Contexts> contexts = ReadContexts();
-  if (!contexts.ok()) return Complain(contexts.status(), kBadInput);
+  if (!contexts.ok()) return PrintError(contexts.status(), kBadInput);
   if (command.action == ContextCommand::Action::kList) return List(*contexts);
   absl::Status changed = Change(command, *contexts);
   if (changed.ok()) changed = WriteContexts(*contexts);
-  return changed.ok() ? kSolved : Complain(changed, kBadInput);
+  return changed.ok() ? kSolved : PrintError(changed, kBadInput);
 }
 
 }  // namespace dlcs::client

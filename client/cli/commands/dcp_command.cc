@@ -17,29 +17,29 @@ namespace dlcs::client {
 
 ExitCode Run(const DcpCommand& command) {
   auto request = ReadDcpFile(command.path);
-  if (!request.ok()) return Complain(request.status(), kBadInput);
+  if (!request.ok()) return PrintError(request.status(), kBadInput);
   request->set_max_step(command.step);
   const bool measures = !command.check.empty();
   if (measures) {
     const auto path = ReadPathFile(command.check);
-    if (!path.ok()) return Complain(path.status(), kBadInput);
+    if (!path.ok()) return PrintError(path.status(), kBadInput);
     *request->mutable_check() = *path;
   }
   const auto backend = MakeBackend(command.server);
-  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
   auto wait = std::make_unique<WaitView>("solves the DCP");
   const auto response = (*backend)->SolveDcp(
       *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   wait.reset();
-  if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
+  if (!response.ok()) return PrintCallError(response.status(), SourceName(command.path));
   if (command.format == OutputFormat::kJson) {
     fmt::print("{}\n", JsonLine(*response));
   } else {
     PrintDcpTable(*response, measures, WidthOf(stdout), stdout);
   }
   const absl::Status printed = FlushStream(stdout, "standard output");
-  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  if (!printed.ok()) return PrintError(printed, kServiceFailed);
   return measures || response->solved() ? kSolved : kNoAnswer;
 }
 

@@ -78,9 +78,9 @@ ExitCode ExitCodeOf(const v1::EnsembleSummary& summary) {
 }
 
 // What is wrong names a member, or a field of the problem or of the options.
-ExitCode ComplainAboutEnsemble(const absl::Status& status, const std::string& problem, const std::string& members) {
+ExitCode PrintEnsembleError(const absl::Status& status, const std::string& problem, const std::string& members) {
   const bool of_member = status.message().rfind("members", 0) == 0;
-  return ComplainAboutCall(status, of_member ? members : problem);
+  return PrintCallError(status, of_member ? members : problem);
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ ExitCode ComplainAboutEnsemble(const absl::Status& status, const std::string& pr
 ExitCode Run(const EnsembleCommand& command) {
   const SolveCommand& solve = command.solve;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(solve.problem_path, solve.server, solve.rule);
-  if (!input.ok()) return Complain(input.status(), kBadInput);
+  if (!input.ok()) return PrintError(input.status(), kBadInput);
   std::optional<Interrupt> interrupt;
   const auto limits = [&] {
     return CallLimits{.deadline = std::chrono::duration<double>(solve.deadline_s), .stop = interrupt->token()};
@@ -97,28 +97,28 @@ ExitCode Run(const EnsembleCommand& command) {
     // Its shape is needed to read the members.
     interrupt.emplace();
     const absl::Status fetched = input->FetchUploaded(limits());
-    if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+    if (!fetched.ok()) return PrintError(fetched, ExitCodeOf(fetched));
   }
   if (input->is_nonlinear()) {
-    return Complain(
+    return PrintError(
         absl::InvalidArgumentError("an ensemble has a linear problem; solve nonlinear ones with dlcs solve"),
         kBadInput);
   }
   const auto states = static_cast<int>(input->states());
   const auto constraints = static_cast<int>(input->constraints());
   const auto members = ReadMembersFile(command.members_path, states, constraints);
-  if (!members.ok()) return Complain(members.status(), kBadInput);
+  if (!members.ok()) return PrintError(members.status(), kBadInput);
   const auto output = OpenOutput(solve.output, {solve.problem_path, command.members_path});
-  if (!output.ok()) return Complain(output.status(), kBadInput);
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
   std::FILE* out = *output ? (*output)->stream() : stdout;
   // After reading, which Ctrl-C ends as always.
   if (!interrupt) interrupt.emplace();
   const auto backend = MakeBackend(solve.server, solve.quiet);
-  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
   EnsembleTable table;
   bool has_header = solve.format != OutputFormat::kCsv;
-  const auto print_header = [&](const ComponentNames& names) {
+  const auto print_header = [&](const DisplayNames& names) {
     if (std::exchange(has_header, true)) return;
     PrintMemberCsvHeader(names, static_cast<std::size_t>(states), static_cast<std::size_t>(constraints), out);
   };
@@ -134,7 +134,7 @@ ExitCode Run(const EnsembleCommand& command) {
       },
       limits());
   count.reset();
-  if (!summary.ok()) return ComplainAboutEnsemble(summary.status(), input->source(), SourceName(command.members_path));
+  if (!summary.ok()) return PrintEnsembleError(summary.status(), input->source(), SourceName(command.members_path));
 
   print_header({});
   if (solve.format == OutputFormat::kTable) {
@@ -144,7 +144,7 @@ ExitCode Run(const EnsembleCommand& command) {
   const absl::Status delivered = !*output ? FlushStream(stdout, "standard output")
                                  : whole  ? (*output)->Commit()
                                           : (*output)->CommitPartial();
-  if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!solve.quiet && (solve.format != OutputFormat::kTable || *output)) {
     fmt::print(stderr, "dlcs: {}\n", CountText(*summary));
   }

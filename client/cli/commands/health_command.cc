@@ -35,13 +35,13 @@ std::string Explain(Health health, const HealthCommand& command) {
 
 ExitCode Run(const HealthCommand& command) {
   const auto options = ConnectionTo(command.server);
-  if (!options.ok()) return Complain(options.status(), kBadInput);
+  if (!options.ok()) return PrintError(options.status(), kBadInput);
   const auto health = CheckHealth(*options, command.service,
                                   {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
-  if (!health.ok()) return Complain(InOptions(health.status(), command.server), ExitCodeOf(health.status()));
+  if (!health.ok()) return PrintError(InOptions(health.status(), command.server), ExitCodeOf(health.status()));
   fmt::print("{}\n", HealthName(*health));
   const absl::Status printed = FlushStream(stdout, "standard output");
-  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  if (!printed.ok()) return PrintError(printed, kServiceFailed);
   if (*health == Health::kServing) return kSolved;
   fmt::print(stderr, "dlcs: {}\n", Explain(*health, command));
   return kNoAnswer;

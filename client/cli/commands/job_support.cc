@@ -31,7 +31,7 @@ absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target
   auto options = ConnectionTo(target.server);
   if (!options.ok()) return options.status();
   options->repeat = target.repeat;
-  auto client = JobClient::Connect(*options, SayNotice);
+  auto client = JobClient::Connect(*options, PrintNotice);
   if (!client.ok()) return InOptions(client.status(), target.server);
   return client;
 }
@@ -40,7 +40,7 @@ absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget
   auto options = ConnectionTo(target.server);
   if (!options.ok()) return options.status();
   options->repeat = target.repeat;
-  auto client = ProblemClient::Connect(*options, SayNotice);
+  auto client = ProblemClient::Connect(*options, PrintNotice);
   if (!client.ok()) return InOptions(client.status(), target.server);
   return client;
 }
@@ -136,7 +136,7 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   return TheOne(typed, "job", "list", found);
 }
 
-absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string& typed, const CallLimits& limits) {
+absl::StatusOr<std::string> ProblemResolver(ProblemClient& client, const std::string& typed, const CallLimits& limits) {
   if (IsProblemName(typed)) return typed;
   const auto problems = client.List(limits);
   if (!problems.ok()) return problems.status();

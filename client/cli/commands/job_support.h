@@ -42,7 +42,7 @@ std::string Harmless(std::string text);
 // them; those of List().
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits);
 // The same of an uploaded problem, "problems/41cb".
-absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string& typed, const CallLimits& limits);
+absl::StatusOr<std::string> ProblemResolver(ProblemClient& client, const std::string& typed, const CallLimits& limits);
 
 // Shows what happens until the job `command.name`, a whole name, has ended, and exits as solve would. A stop ends the watching and
 // not the job.

@@ -16,21 +16,21 @@ namespace dlcs::client {
 
 ExitCode Run(const LcpCommand& command) {
   auto request = ReadLcpFile(command.path);
-  if (!request.ok()) return Complain(request.status(), kBadInput);
+  if (!request.ok()) return PrintError(request.status(), kBadInput);
   if (command.rule) request->set_rule(*command.rule);
   request->set_all_basic_solutions(command.all);
   const auto backend = MakeBackend(command.server);
-  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
   auto wait = std::make_unique<WaitView>("solves the LCP");
   const auto response = (*backend)->SolveLcp(
       *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   wait.reset();
-  if (!response.ok()) return ComplainAboutCall(response.status(), SourceName(command.path));
+  if (!response.ok()) return PrintCallError(response.status(), SourceName(command.path));
   command.format == OutputFormat::kJson ? fmt::print("{}\n", JsonLine(*response)) : PrintLcpTable(*response, stdout);
   const absl::Status printed = FlushStream(stdout, "standard output");
-  if (!printed.ok()) return Complain(printed, kServiceFailed);
-  return response->verdict() == v1::LCP_SOLVED ? kSolved : kNoAnswer;
+  if (!printed.ok()) return PrintError(printed, kServiceFailed);
+  return response->verdict() == v1::LCP_STATUS_SOLVED ? kSolved : kNoAnswer;
 }
 
 }  // namespace dlcs::client

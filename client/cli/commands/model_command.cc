@@ -42,12 +42,12 @@ absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
 
 ExitCode Run(const ModelCommand& command) {
   const auto output = OpenOutput(command.output, {command.path});
-  if (!output.ok()) return Complain(output.status(), kBadInput);
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
   const auto file = MakeFile(command);
-  if (!file.ok()) return Complain(file.status(), kBadInput);
+  if (!file.ok()) return PrintError(file.status(), kBadInput);
   PrintFile(*file, *output ? (*output)->stream() : stdout);
   const absl::Status printed = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }
 
 }  // namespace dlcs::client

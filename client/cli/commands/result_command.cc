@@ -166,19 +166,19 @@ std::string TitleOf(const v1::SolveJob& job) { return job.title().empty() ? job.
 
 ExitCode Run(const ResultCommand& command) {
   const auto output = OpenOutput(command.output);
-  if (!output.ok()) return Complain(output.status(), kBadInput);
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
   std::FILE* const out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
 
   const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
-  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   const auto job = (*client)->Get(*name, limits);
-  if (!job.ok()) return Complain(job.status(), ExitCodeOf(job.status()));
+  if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
   if (!HasEnded(job->state())) {
-    return Complain(
+    return PrintError(
         absl::FailedPreconditionError(fmt::format("{} is {}, {:.0f} % done: dlcs watch {} waits for it", job->name(),
                                                   JobStateWord(job->state()), 100 * job->progress(), job->name())),
         kServiceFailed);
@@ -188,14 +188,14 @@ ExitCode Run(const ResultCommand& command) {
   absl::Status read = ReadAnalysis(**client, *name, limits, result.analysis);
   result.names = NamesIn(result.analysis);
   if (read.ok()) read = ReadPages(**client, *name, command, limits, out, result);
-  if (!read.ok()) return Complain(read, ExitCodeOf(read));
+  if (!read.ok()) return PrintError(read, ExitCodeOf(read));
   if (command.format == OutputFormat::kJson) PrintJson(TitleOf(*job), result, out);
   if (command.format == OutputFormat::kTable) {
     if (command.at.empty()) Thin(result);
     PrintPage(TitleOf(*job), result, out);
   }
   const absl::Status written = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
-  if (!written.ok()) return Complain(written, kServiceFailed);
+  if (!written.ok()) return PrintError(written, kServiceFailed);
   return ConcludeJob(*job);
 }
 

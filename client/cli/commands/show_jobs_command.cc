@@ -45,7 +45,7 @@ void PrintRows(const std::vector<std::vector<std::string>>& rows) {
     std::string line;
     for (std::size_t i = 0; i < columns; ++i) {
       const bool is_title = static_cast<std::ptrdiff_t>(i) == title;
-      const std::string cell = is_title && LetterCount(row[i]) > widths[i] ? Shortened(row[i], widths[i]) : row[i];
+      const std::string cell = is_title && LetterCount(row[i]) > widths[i] ? TruncateUtf8(row[i], widths[i]) : row[i];
       line += i + 1 < columns ? Padded(cell, widths[i] + 2) : cell;
     }
     fmt::print("{}\n", line);
@@ -128,31 +128,31 @@ void PrintWhole(const v1::StoredProblem& problem) {
 
 ExitCode Printed() {
   const absl::Status printed = FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }
 
 // One of them in full.
 template <typename Message>
 ExitCode PrintOne(const absl::StatusOr<Message>& message, OutputFormat format) {
-  if (!message.ok()) return Complain(message.status(), ExitCodeOf(message.status()));
+  if (!message.ok()) return PrintError(message.status(), ExitCodeOf(message.status()));
   format == OutputFormat::kTable ? PrintWhole(*message) : Print(std::vector{*message}, format);
   return Printed();
 }
 
 ExitCode ShowProblem(const ShowJobsCommand& command, const CallLimits& limits) {
   const auto client = ConnectToProblems(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
-  const auto name = FindProblem(**client, command.name, limits);
-  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
+  const auto name = ProblemResolver(**client, command.name, limits);
+  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   return PrintOne((*client)->Get(*name, limits), command.format);
 }
 
 ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
   const auto client = ConnectToProblems(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
-  const auto name = FindProblem(**client, command.name, limits);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
+  const auto name = ProblemResolver(**client, command.name, limits);
   const absl::Status deleted = name.ok() ? (*client)->Delete(*name, limits) : name.status();
-  return deleted.ok() ? kSolved : Complain(deleted, ExitCodeOf(deleted));
+  return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
 }
 
 // Every job that has ended and is in one of the states asked for.
@@ -161,16 +161,16 @@ ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallL
   std::vector<v1::JobState> states = command.states;
   std::erase_if(states, [](v1::JobState state) { return !HasEnded(state); });
   if (states.empty() && !command.states.empty()) {
-    return Complain(absl::InvalidArgumentError("--state: only jobs that have ended can be deleted: succeeded, failed, cancelled"),
+    return PrintError(absl::InvalidArgumentError("--state: only jobs that have ended can be deleted: succeeded, failed, cancelled"),
                     kBadInput);
   }
   if (states.empty()) states = {v1::JOB_STATE_SUCCEEDED, v1::JOB_STATE_FAILED, v1::JOB_STATE_CANCELLED};
   const auto jobs = client.List(states, kMost, limits);
-  if (!jobs.ok()) return Complain(jobs.status(), ExitCodeOf(jobs.status()));
+  if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   std::int64_t deleted = 0;
   for (const v1::SolveJob& job : *jobs) {
     const absl::Status status = client.Delete(job.name(), limits);
-    if (!status.ok() && !absl::IsNotFound(status)) return Complain(status, ExitCodeOf(status));
+    if (!status.ok() && !absl::IsNotFound(status)) return PrintError(status, ExitCodeOf(status));
     ++deleted;
   }
   fmt::print(stderr, "dlcs: deleted {}\n", Count(deleted, "job"));
@@ -182,9 +182,9 @@ ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallL
 ExitCode Run(const ListProblemsCommand& command) {
   const Interrupt interrupt;
   const auto client = ConnectToProblems(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   const auto problems = (*client)->List(LimitsFor(command.target, interrupt));
-  if (!problems.ok()) return Complain(problems.status(), ExitCodeOf(problems.status()));
+  if (!problems.ok()) return PrintError(problems.status(), ExitCodeOf(problems.status()));
   Print(*problems, command.format);
   return Printed();
 }
@@ -193,15 +193,15 @@ ExitCode Run(const ShowJobsCommand& command) {
   const Interrupt interrupt;
   if (command.name.starts_with("problems/")) return ShowProblem(command, LimitsFor(command.target, interrupt));
   const auto client = ConnectToJobs(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
   if (!command.name.empty()) {
     const auto name = FindJob(**client, command.name, limits);
-    if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+    if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
     return PrintOne((*client)->Get(*name, limits), command.format);
   }
   const auto jobs = (*client)->List(command.states, static_cast<std::size_t>(command.most), limits);
-  if (!jobs.ok()) return Complain(jobs.status(), ExitCodeOf(jobs.status()));
+  if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   Print(*jobs, command.format);
   return Printed();
 }
@@ -212,17 +212,17 @@ ExitCode Run(const EndJobCommand& command) {
     return ForgetProblem(command, LimitsFor(command.target, interrupt));
   }
   const auto client = ConnectToJobs(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
   if (command.all) return ForgetJobs(command, **client, limits);
   const auto name = FindJob(**client, command.name, limits);
-  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   if (command.forget) {
     const absl::Status deleted = (*client)->Delete(*name, limits);
-    return deleted.ok() ? kSolved : Complain(deleted, ExitCodeOf(deleted));
+    return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
   }
   const auto job = (*client)->Cancel(*name, limits);
-  if (!job.ok()) return Complain(job.status(), ExitCodeOf(job.status()));
+  if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
   const bool ended_before = job->state() == v1::JOB_STATE_SUCCEEDED || job->state() == v1::JOB_STATE_FAILED;
   fmt::print(stderr, "dlcs: {} {}\n", job->name(),
              ended_before ? fmt::format("has {} already: there is nothing to cancel", JobStateWord(job->state()))

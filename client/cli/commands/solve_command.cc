@@ -65,15 +65,15 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
 // What to try next, where an option may help; the engine's message, which knows no options, comes before.
 const char* Advice(const v1::Summary& summary) {
   const bool iterates =
-      summary.method() == v1::METHOD_LAPLACE_ITERATION || summary.method() == v1::METHOD_PAPER_ITERATION;
+      summary.method() == v1::METHOD_LAPLACE_ITERATION || summary.method() == v1::METHOD_WU_CHEN_ITERATION;
   switch (summary.termination()) {
-    case v1::INCONSISTENT_STATE:
+    case v1::TERMINATION_INCONSISTENT_STATE:
       return "--project-initial-state lets the state jump";
-    case v1::DIVERGED:
-    case v1::ITERATION_LIMIT:
+    case v1::TERMINATION_DIVERGED:
+    case v1::TERMINATION_ITERATION_LIMIT:
       if (!iterates) return nullptr;
-      return "--window auto shrinks windows until they converge, --method exponential-march does not iterate";
-    case v1::DEADLINE:
+      return "--window auto shrinks windows until they converge, --method exponential-integrator does not iterate";
+    case v1::TERMINATION_DEADLINE:
       return "--deadline allows more time, --steps fewer steps";
     default:
       return nullptr;
@@ -126,7 +126,7 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                          .default_error = !HasStep(command.options) && command.options.error_tolerance() == 0,
                          .estimates = !command.options.has_estimate_error() || command.options.estimate_error()});
   const bool as_it_comes = command.format == OutputFormat::kCsv;
-  ComponentNames names;
+  DisplayNames names;
   const EventCallback show = [&](const v1::SolveEvent& event) {
     if (!command.quiet) view.OnEvent(event);
     if (event.has_analysis()) names = NamesIn(event.analysis());
@@ -147,17 +147,17 @@ ExitCode Run(const SolveCommand& command) {
   auto reading = !command.quiet && command.problem_path != "-" ? std::make_unique<WaitView>("reads " + command.problem_path) : nullptr;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
-  if (!input.ok()) return Complain(input.status(), kBadInput);
+  if (!input.ok()) return PrintError(input.status(), kBadInput);
   const auto output = OpenOutput(command.output, {command.problem_path});
-  if (!output.ok()) return Complain(output.status(), kBadInput);
+  if (!output.ok()) return PrintError(output.status(), kBadInput);
   // After reading, which Ctrl-C ends as always.
   const Interrupt interrupt;
   const auto backend = MakeBackend(command.server, command.quiet);
-  if (!backend.ok()) return Complain(backend.status(), kBadInput);
+  if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
   const CallLimits limits{.deadline = std::chrono::duration<double>(command.deadline_s), .stop = interrupt.token()};
   const absl::Status fetched = input->FetchUploaded(limits);
-  if (!fetched.ok()) return Complain(fetched, ExitCodeOf(fetched));
+  if (!fetched.ok()) return PrintError(fetched, ExitCodeOf(fetched));
   v1::SolveRequest request = input->SolveRequest(command.options);
   if (!command.quiet && input->horizon() > 0 && command.options.step() > input->horizon()) {
     fmt::print(stderr, "dlcs: --step {} is longer than T = {} and shortens no step; give a shorter one\n",
@@ -167,17 +167,17 @@ ExitCode Run(const SolveCommand& command) {
   // So that a cut does not end it, where the server takes jobs.
   if (!command.server.address.empty()) {
     request.set_request_id(NewRequestId());
-    if (!input->is_uploaded()) request.set_title(Shortened(input->title(), kMaxTitleBytes));
+    if (!input->is_uploaded()) request.set_title(TruncateUtf8(input->title(), kMaxTitleBytes));
   }
 
   const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
-  if (!result.ok()) return ComplainAboutCall(result.status(), input->source());
+  if (!result.ok()) return PrintCallError(result.status(), input->source());
 
   const absl::Status delivered = Deliver(command, input->title(), *result, output->get());
-  if (!delivered.ok()) return Complain(delivered, kServiceFailed);
+  if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();
-    for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear())) SayNotice(line);
+    for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear())) PrintNotice(line);
   }
   PrintVerdict(command, result->summary);
   if (!result->job.empty()) {

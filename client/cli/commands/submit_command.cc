@@ -29,11 +29,11 @@ google::protobuf::Timestamp FromNow(double seconds) {
 
 ExitCode Run(const SubmitCommand& command) {
   const auto input = ProblemInput::Read(command.solve.problem_path, command.target.server, command.solve.rule);
-  if (!input.ok()) return Complain(input.status(), kBadInput);
+  if (!input.ok()) return PrintError(input.status(), kBadInput);
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = input->SolveRequest(command.solve.options);
   if (command.title.empty() && !input->is_uploaded()) {
-    request.set_title(Shortened(input->title(), kMaxTitleBytes));
+    request.set_title(TruncateUtf8(input->title(), kMaxTitleBytes));
   } else {
     request.set_title(command.title);
   }
@@ -44,10 +44,10 @@ ExitCode Run(const SubmitCommand& command) {
 
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   CallLimits limits = LimitsFor(command.target, interrupt);
   const auto job = (*client)->Submit(request, limits);
-  if (!job.ok()) return ComplainAboutCall(job.status(), input->source());
+  if (!job.ok()) return PrintCallError(job.status(), input->source());
   if (command.validate_only) {
     fmt::print(stderr, "dlcs: would be taken; predicted {:.3g} core-seconds and {:.3g} MB\n",
                job->predicted_core_seconds(), 1e-6 * static_cast<double>(job->predicted_memory_bytes()));
@@ -55,7 +55,7 @@ ExitCode Run(const SubmitCommand& command) {
   }
   fmt::print("{}\n", job->name());
   const absl::Status printed = FlushStream(stdout, "standard output");
-  if (!printed.ok()) return Complain(printed, kServiceFailed);
+  if (!printed.ok()) return PrintError(printed, kServiceFailed);
   if (!command.wait) return kSolved;
   WatchCommand watch;
   watch.name = job->name();

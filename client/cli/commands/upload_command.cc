@@ -15,20 +15,20 @@ namespace dlcs::client {
 
 ExitCode Run(const UploadCommand& command) {
   if (IsProblemName(command.problem_path)) {
-    return Complain(absl::InvalidArgumentError(command.problem_path + " is uploaded already; upload takes a file"),
+    return PrintError(absl::InvalidArgumentError(command.problem_path + " is uploaded already; upload takes a file"),
                     kBadInput);
   }
   const auto input = ProblemInput::Read(command.problem_path, {}, command.rule);
-  if (!input.ok()) return Complain(input.status(), kBadInput);
+  if (!input.ok()) return PrintError(input.status(), kBadInput);
   const Interrupt interrupt;
   const auto client = ConnectToProblems(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   const auto uploaded = (*client)->Upload(input->Body(), LimitsFor(command.target, interrupt));
-  if (!uploaded.ok()) return ComplainAboutCall(uploaded.status(), input->source());
+  if (!uploaded.ok()) return PrintCallError(uploaded.status(), input->source());
   if (uploaded->existed()) fmt::print(stderr, "dlcs: it was there already\n");
   fmt::print("{}\n", uploaded->problem().name());
   const absl::Status printed = FlushStream(stdout, "standard output");
-  return printed.ok() ? kSolved : Complain(printed, kServiceFailed);
+  return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);
 }
 
 }  // namespace dlcs::client

@@ -98,21 +98,21 @@ ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLim
     job = watched.ok() ? client.Get(command.name, limits) : absl::StatusOr<v1::SolveJob>(watched);
   }
   if (job.ok()) return ConcludeJob(*job);
-  if (!limits.stop.stop_requested()) return Complain(job.status(), ExitCodeOf(job.status()));
+  if (!limits.stop.stop_requested()) return PrintError(job.status(), ExitCodeOf(job.status()));
   fmt::print(stderr, "dlcs: {0} goes on; dlcs watch {0} follows it, dlcs cancel {0} stops it\n", command.name);
   return kServiceFailed;
 }
 
 ExitCode Run(const WatchCommand& command) {
   if (command.values && command.format != OutputFormat::kJson) {
-    return Complain(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"), kBadInput);
+    return PrintError(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"), kBadInput);
   }
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);
-  if (!client.ok()) return Complain(client.status(), kBadInput);
+  if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
   const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
-  if (!name.ok()) return Complain(name.status(), ExitCodeOf(name.status()));
+  if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   WatchCommand named = command;
   named.name = *name;
   return FollowJob(**client, named, limits);

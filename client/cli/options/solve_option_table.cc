@@ -22,13 +22,13 @@ using google::protobuf::Reflection;
 // What serves here as `method` does in other programs.
 std::optional<std::string> MethodMeantBy(const std::string& method) {
   static const std::map<std::string, std::vector<std::string>> kElsewhere = {
-      {"event-located",
+      {"event-driven",
        {"rk45", "rk23", "dop853", "dopri5", "radau", "bdf", "lsoda", "cvode", "ode45", "ode23", "ode15s", "rk4",
         "event"}},
       {"time-stepping",
        {"euler", "implicit-euler", "backward-euler", "theta", "trapezoidal", "crank-nicolson", "moreau",
         "moreau-jean"}},
-      {"exponential-march", {"expm", "etd", "etd2", "exponential-euler", "exponential-integrator"}}};
+      {"exponential-integrator", {"expm", "etd", "etd2", "exponential-euler", "exponential-integrator"}}};
   std::string lower = method;
   std::ranges::transform(lower, lower.begin(),
                          [](unsigned char c) { return c == '_' ? '-' : static_cast<char>(std::tolower(c)); });
@@ -43,7 +43,7 @@ constexpr double kMostInt32 = std::numeric_limits<std::int32_t>::max();
 
 using enum OptionKind;
 constexpr v1::Method kLaplace = v1::METHOD_LAPLACE_ITERATION;
-constexpr v1::Method kPaper = v1::METHOD_PAPER_ITERATION;
+constexpr v1::Method kPaper = v1::METHOD_WU_CHEN_ITERATION;
 constexpr v1::Method kStepping = v1::METHOD_TIME_STEPPING;
 
 constexpr SolveOption kTable[] = {
@@ -120,8 +120,8 @@ constexpr SolveOption kTable[] = {
      .value = "",
      .help = "Solve contact (relative degree two) as inelastic impact, a law of its own, instead of refusing it",
      .linear_only = true},
-    {.field = "realisation",
-     .flag = "--realisation",
+    {.field = "propagator",
+     .flag = "--propagator",
      .kind = kWord,
      .value = "",
      .help = "How the action of e^{tA} is computed; auto chooses by the structure and the size of A"},

@@ -8,7 +8,7 @@ namespace dlcs::client {
 namespace {
 
 // Chapter 3 of [Cottle, Pang, Stone 1992], The Linear Complementarity Problem; type I as in section 4 of
-// [Shen & Pang]. The steps between neighbours are enough where all of them are among the findings, but they
+// [Shen & Pang]. The steps between neighbors are enough where all of them are among the findings, but they
 // may not be: hence also what follows in two. There are no circles.
 constexpr ClassImplication kImplications[] = {
     {"m", "p"},

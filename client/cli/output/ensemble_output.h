@@ -34,7 +34,7 @@ class EnsembleTable {
     v1::Certificate certificate;
     std::vector<double> x;  // the first components
   };
-  ComponentNames names_;
+  DisplayNames names_;
   std::map<std::int64_t, Row> rows_;
 };
 
@@ -42,7 +42,7 @@ class EnsembleTable {
 std::string CountText(const v1::EnsembleSummary& summary);
 
 // A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.
-void PrintMemberCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, std::FILE* out);
+void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out);
 void PrintMemberCsvLines(const MemberResult& member, std::FILE* out);
 
 }  // namespace dlcs::client

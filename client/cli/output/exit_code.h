@@ -20,7 +20,7 @@ enum ExitCode : int {
 
 // Stopped before its end: what there is of the trajectory is a part of it.
 inline bool IsStopped(v1::Termination termination) {
-  return termination == v1::CANCELLED || termination == v1::DEADLINE;
+  return termination == v1::TERMINATION_CANCELLED || termination == v1::TERMINATION_DEADLINE;
 }
 
 inline ExitCode ExitCodeOf(const v1::Summary& summary) {

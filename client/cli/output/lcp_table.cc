@@ -54,13 +54,13 @@ void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
 void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
   Paragraphs paper(static_cast<int>(kWidth), out);
   // The message of a solution says no more than the verdict.
-  const std::string message = response.verdict() == v1::LCP_SOLVED ? "" : response.message();
+  const std::string message = response.verdict() == v1::LCP_STATUS_SOLVED ? "" : response.message();
   paper.Print("",
               fmt::format("{}{}{}", VerdictName(response.verdict()), message.empty() ? "" : ": ", message));
   paper.Print("M       ", response.matrix_class());
   if (!response.rule().empty()) paper.Print("Rule    ", response.rule());
   paper.Print("Method  ", fmt::format("{}, {}", response.method(), Count(response.pivots(), "pivot")));
-  if (response.verdict() == v1::LCP_SOLVED && !response.y().empty()) {
+  if (response.verdict() == v1::LCP_STATUS_SOLVED && !response.y().empty()) {
     const auto rows = static_cast<std::size_t>(response.y_size());
     std::vector<Column> columns;
     columns.push_back(MakeColumn("i", rows, [](std::size_t i) { return static_cast<double>(i); }));

@@ -100,7 +100,7 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   {
     const std::lock_guard lock(mutex_);
     analyzed_ = true;
-    tries_steps_ = analysis.steps() == 0 && analysis.method() != v1::METHOD_EVENT_LOCATED;
+    tries_steps_ = analysis.steps() == 0 && analysis.method() != v1::METHOD_EVENT_DRIVEN;
     queued_ = false;
   }
   std::string lipschitz;
@@ -201,7 +201,7 @@ std::string LiveView::Phase() const {
   if (tries_steps_ && reached_ > 0) return "tries shorter and shorter steps";
   if (reached_ >= settings_.horizon) return settings_.estimates ? "estimates the error" : "checks the result";
   if (reached_ > 0) return passes_ > 1 ? fmt::format("pass {}", passes_) : "";
-  return analyzed_ ? "sets up" : "analyses";
+  return analyzed_ ? "sets up" : "analyzes";
 }
 
 std::string LiveView::Bar() const {

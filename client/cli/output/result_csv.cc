@@ -42,7 +42,7 @@ std::string Quoted(const std::string& text) {
 
 }  // namespace
 
-void PrintCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, bool has_w,
+void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w,
                     std::FILE* out) {
   fmt::print(out, "t");
   for (std::size_t i = 0; i < states; ++i) fmt::print(out, ",{}", names.OfX(i));
@@ -65,7 +65,7 @@ void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out) {
   }
 }
 
-void PrintMemberCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
+void PrintMemberCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, std::FILE* out) {
   fmt::print(out, "member,label,");
   PrintCsvHeader(names, states, constraints, /*has_w=*/true, out);
 }

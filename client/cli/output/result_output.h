@@ -16,7 +16,7 @@ namespace dlcs::client {
 
 // A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
 // come.
-void PrintCsvHeader(const ComponentNames& names, std::size_t states, std::size_t constraints, bool has_w,
+void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w,
                     std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 

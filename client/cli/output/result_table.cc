@@ -44,7 +44,7 @@ void PrintJumps(const v1::Summary& summary, std::FILE* out) {
 }
 
 // "y2, y4", as the columns of the table are called.
-std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices, const ComponentNames& names) {
+std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices, const DisplayNames& names) {
   if (indices.empty()) return "-";
   std::vector<std::string> listed;
   for (const std::int32_t i : indices) listed.push_back(names.OfY(static_cast<std::size_t>(i)));
@@ -52,7 +52,7 @@ std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices
 }
 
 // Which y may be positive from when on.
-void PrintSwitchings(const v1::Summary& summary, const ComponentNames& names, std::FILE* out) {
+void PrintSwitchings(const v1::Summary& summary, const DisplayNames& names, std::FILE* out) {
   constexpr int kMostRows = 30;
   if (summary.switching_times().empty()) return;
   fmt::print(out, "\nSwitching times\n");
@@ -143,17 +143,17 @@ void PrintContours(const v1::Summary& summary, std::FILE* out) {
 }
 
 // What carried the state to the constraints, where it was not simply the matrices themselves.
-void PrintRealisation(const v1::Summary& summary, int width, std::FILE* out) {
-  const v1::RealisationRecord& realisation = summary.realisation();
-  if (realisation.used() == v1::REALISATION_UNSPECIFIED || realisation.used() == v1::REALISATION_DENSE)
+void PrintPropagator(const v1::Summary& summary, int width, std::FILE* out) {
+  const v1::PropagatorRecord& propagator = summary.propagator();
+  if (propagator.used() == v1::PROPAGATOR_KIND_UNSPECIFIED || propagator.used() == v1::PROPAGATOR_KIND_DENSE)
     return;
-  fmt::print(out, "\nRealisation\n");
-  std::string text = Word(realisation.used());
-  if (realisation.terms() > 0) text += ", " + Count(realisation.terms(), "term");
-  if (realisation.factorizations() > 0)
-    text += ", " + Count(realisation.factorizations(), "sparse factorization");
-  if (realisation.error() > 0) text += fmt::format(", error {:.1e}", realisation.error());
-  if (!realisation.reason().empty()) text += ": " + realisation.reason();
+  fmt::print(out, "\nPropagatorKind\n");
+  std::string text = Word(propagator.used());
+  if (propagator.terms() > 0) text += ", " + Count(propagator.terms(), "term");
+  if (propagator.factorizations() > 0)
+    text += ", " + Count(propagator.factorizations(), "sparse factorization");
+  if (propagator.error() > 0) text += fmt::format(", error {:.1e}", propagator.error());
+  if (!propagator.reason().empty()) text += ": " + propagator.reason();
   Paragraphs(width, out).Print("  ", text);
 }
 
@@ -193,7 +193,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   Paragraphs paper(width, out);
   if (!summary.message().empty()) paper.Print("", summary.message());
   // A refusal speaks for itself: no method was at work, and no step taken.
-  const bool refused = summary.termination() == v1::UNSUPPORTED && summary.cost().lcps() == 0;
+  const bool refused = summary.termination() == v1::TERMINATION_UNSUPPORTED && summary.cost().lcps() == 0;
   if (!refused)
     paper.Print("", fmt::format("Method {}{}{}", Word(summary.method()),
                                 summary.reason().empty() ? "" : ": ", summary.reason()));
@@ -210,7 +210,7 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   }
   PrintNewton(summary, out);
   PrintContours(summary, out);
-  PrintRealisation(summary, width, out);
+  PrintPropagator(summary, width, out);
   if (!refused) PrintCost(summary.cost(), width, out);
   PrintMemory(summary.cost(), out);
 }

@@ -3,19 +3,19 @@
 
 namespace dlcs {
 
-const char* LcpVerdictName(LcpVerdict verdict) {
+const char* LcpStatusName(LcpStatus verdict) {
   switch (verdict) {
-    case LcpVerdict::kSolved:
+    case LcpStatus::kSolved:
       return "SOLVED";
-    case LcpVerdict::kInfeasible:
+    case LcpStatus::kInfeasible:
       return "INFEASIBLE";
-    case LcpVerdict::kRay:
+    case LcpStatus::kRay:
       return "RAY";
-    case LcpVerdict::kPivotLimit:
+    case LcpStatus::kPivotLimit:
       return "PIVOT_LIMIT";
-    case LcpVerdict::kSingular:
+    case LcpStatus::kSingular:
       return "SINGULAR";
-    case LcpVerdict::kNonFinite:
+    case LcpStatus::kNonFinite:
       return "NON_FINITE";
   }
   return "UNKNOWN";

@@ -13,7 +13,7 @@
 
 namespace dlcs {
 
-enum class LcpVerdict {
+enum class LcpStatus {
   kSolved,
   kInfeasible,  // proven: no y >= 0 with q + M y >= 0, or no complementary basis solves it
   kRay,         // Lemke's method ended in a secondary ray and infeasibility is not proven
@@ -21,13 +21,13 @@ enum class LcpVerdict {
   kSingular,   // a basis that had to be factored is singular to working precision
   kNonFinite,  // q holds an infinity or NaN
 };
-const char* LcpVerdictName(LcpVerdict verdict);  // "SOLVED", "INFEASIBLE", ...
+const char* LcpStatusName(LcpStatus verdict);  // "SOLVED", "INFEASIBLE", ...
 
 // Which y_i are basic (may be positive): the warm start of a solve, and what it leaves behind.
 using Basis = std::vector<std::uint8_t>;
 
 // How a solve went, for statistics and messages.
-struct LcpAccount {
+struct LcpStats {
   Index pivots = 0;         // basic variables exchanged
   const char* method = "";  // the one that gave the verdict: "principal pivoting", ...
   std::string message;      // why, where the verdict is not kSolved
@@ -52,18 +52,18 @@ class LcpSolver {
   //              is unique or the least element.
   // `y`          out: >= 0 exactly, from a factorization of the basis: in a kSolved result w_i is off by at most
   //              10·tolerance_i + 1e-12·(|q_i| + Σ_j|M_ij| y_j). Zero where the verdict is another one.
-  virtual LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+  virtual LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                            Basis& basis, Eigen::Ref<Vector> y) = 0;
 
   // Whether the last solution is the one that the selection means. False only where a coupled solver found a
   // solution of LCP(q, M + K) that is not the selected one of LCP(q + K y, M), and none that is.
   virtual bool KeptSelection() const { return true; }
 
-  // Whether no other solution would have served the selection as well. False only for minimisers.
+  // Whether no other solution would have served the selection as well. False only for minimizers.
   virtual bool IsOnlyChoice() const { return true; }
 
   // How the last Solve() went. Allocates; not for the inner loop.
-  virtual LcpAccount Account() const = 0;
+  virtual LcpStats Account() const = 0;
 
   // A fresh solver for the same matrix, for another thread: its results do not depend on this one's past.
   virtual std::unique_ptr<LcpSolver> Clone() const = 0;

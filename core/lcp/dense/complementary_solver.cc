@@ -24,12 +24,12 @@ ComplementarySolver::ComplementarySolver(const Matrix& M, Known known)
       lcp_(M),
       point_(lcp_, known == Known::kMMatrix ? Elimination::kMMatrix : Elimination::kPivoting) {}
 
-LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                       Basis& basis, Eigen::Ref<Vector> y) {
   pivots_ = 0;
   message_.clear();
   method_ = "principal pivoting";
-  if (!lcp_.Load(q, tolerance)) return Fail(LcpVerdict::kNonFinite, "q has an entry that is not finite", y);
+  if (!lcp_.Load(q, tolerance)) return Fail(LcpStatus::kNonFinite, "q has an entry that is not finite", y);
   // Small problems of no class are left to Lemke's method, which is as fast there and finds more.
   const bool pivots = known_ != Known::kNothing || lcp_.size() > kMaxEnumerationSize;
   const int max_rounds = known_ != Known::kNothing ? 30 + 4 * static_cast<int>(lcp_.size()) : kAttempts;
@@ -37,12 +37,12 @@ LcpVerdict ComplementarySolver::Solve(const Eigen::Ref<const Vector>& q, const E
                              : point_.Compute(lcp_, basis) && point_.solved();
   if (solved) {
     point_.Write(lcp_, y);
-    return LcpVerdict::kSolved;
+    return LcpStatus::kSolved;
   }
   return SolveFromScratch(basis, y);
 }
 
-LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y) {
+LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y) {
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());
   LemkeEnd end = LemkeEnd::kRay;
@@ -53,10 +53,10 @@ LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector
     pivots_ += lemke_->pivots();
     if (end == LemkeEnd::kBasis && Polish(basis)) {
       point_.Write(lcp_, y);
-      return LcpVerdict::kSolved;
+      return LcpStatus::kSolved;
     }
     if (end == LemkeEnd::kRay && ProvesInfeasible(lcp_, lemke_->ray())) {
-      return Fail(LcpVerdict::kInfeasible,
+      return Fail(LcpStatus::kInfeasible,
                   "no y >= 0 has q + M y >= 0: some v >= 0 has Mᵀv <= 0 and qᵀv < 0 (found by Lemke's method)", y);
     }
     if (end == LemkeEnd::kPivotLimit) break;
@@ -67,9 +67,9 @@ LcpVerdict ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector
   }
   if (lcp_.size() <= kMaxEnumerationSize || end == LemkeEnd::kRay) return AfterRay(basis, y);
   if (end == LemkeEnd::kPivotLimit) {
-    return Fail(LcpVerdict::kPivotLimit, "Lemke's method did not end within its pivots", y);
+    return Fail(LcpStatus::kPivotLimit, "Lemke's method did not end within its pivots", y);
   }
-  return Fail(LcpVerdict::kSingular, "the basis found is singular to working precision", y);
+  return Fail(LcpStatus::kSingular, "the basis found is singular to working precision", y);
 }
 
 // The basis that Lemke's method ends with may be off by a few indices where y or w are nearly zero.
@@ -78,35 +78,35 @@ bool ComplementarySolver::Polish(Basis& basis) {
   return PivotPrincipally(lcp_, kRounds, exchange_, point_, basis, pivots_);
 }
 
-LcpVerdict ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
+LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
   if (lcp_.size() <= kMaxEnumerationSize) {
     method_ = "enumeration";
     BasisPoint point(lcp_, Elimination::kPivoting);
-    const LcpVerdict verdict = Enumerate(
+    const LcpStatus verdict = Enumerate(
         lcp_, [](const Basis&) { return true; }, point, basis, y);
-    if (verdict == LcpVerdict::kSolved) return verdict;
-    if (verdict == LcpVerdict::kInfeasible) return Fail(verdict, "no choice of active constraints solves it", y);
+    if (verdict == LcpStatus::kSolved) return verdict;
+    if (verdict == LcpStatus::kInfeasible) return Fail(verdict, "no choice of active constraints solves it", y);
     return Fail(verdict, "no solution found, but a nearly singular basis does not allow to exclude one", y);
   }
   const bool always_feasible = ImageIsPositive(lcp_.M(), Vector::Ones(lcp_.size()));
   if (!always_feasible && FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance).answer == Feasibility::kInfeasible) {
     method_ = "linear programming";
-    return Fail(LcpVerdict::kInfeasible, "no y >= 0 has q + M y >= 0", y);
+    return Fail(LcpStatus::kInfeasible, "no y >= 0 has q + M y >= 0", y);
   }
-  return Fail(LcpVerdict::kRay, "Lemke's method ended in a ray: no solution found, and not proven that there is none",
+  return Fail(LcpStatus::kRay, "Lemke's method ended in a ray: no solution found, and not proven that there is none",
               y);
 }
 
-LcpVerdict ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
+LcpStatus ComplementarySolver::SolvePreferring(const std::function<bool(const Basis&)>& preferred,
                                                 const Eigen::Ref<const Vector>& q,
                                                 const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                                 Eigen::Ref<Vector> y) {
   std::fill(basis.begin(), basis.end(), std::uint8_t{0});
-  const LcpVerdict verdict = Solve(q, tolerance, basis, y);
-  if (verdict != LcpVerdict::kSolved || preferred(basis) || lcp_.size() > kMaxEnumerationSize) return verdict;
+  const LcpStatus verdict = Solve(q, tolerance, basis, y);
+  if (verdict != LcpStatus::kSolved || preferred(basis) || lcp_.size() > kMaxEnumerationSize) return verdict;
   Basis better = basis;
   Vector better_y(y.size());
-  if (Enumerate(lcp_, preferred, point_, better, better_y) == LcpVerdict::kSolved && preferred(better)) {
+  if (Enumerate(lcp_, preferred, point_, better, better_y) == LcpStatus::kSolved && preferred(better)) {
     basis = better;
     y = better_y;
     method_ = "enumeration";
@@ -114,7 +114,7 @@ LcpVerdict ComplementarySolver::SolvePreferring(const std::function<bool(const B
   return verdict;
 }
 
-LcpVerdict ComplementarySolver::Fail(LcpVerdict verdict, const char* why, Eigen::Ref<Vector> y) {
+LcpStatus ComplementarySolver::Fail(LcpStatus verdict, const char* why, Eigen::Ref<Vector> y) {
   y.setZero();
   message_ = why;
   return verdict;

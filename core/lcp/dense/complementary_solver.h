@@ -29,24 +29,24 @@ class ComplementarySolver final : public LcpSolver {
 
   ComplementarySolver(const Matrix& M, Known known);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
 
   // As Solve(), but where several solutions can be found one with a basis that `preferred` accepts is taken:
   // the guess and Lemke's solution count only if accepted, then enumeration looks for one (n <= 12).
-  LcpVerdict SolvePreferring(const std::function<bool(const Basis&)>& preferred,
+  LcpStatus SolvePreferring(const std::function<bool(const Basis&)>& preferred,
                              const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                              Basis& basis, Eigen::Ref<Vector> y);
 
-  LcpAccount Account() const override { return {pivots_, method_, message_}; }
+  LcpStats Account() const override { return {pivots_, method_, message_}; }
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
-  LcpVerdict SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y);
+  LcpStatus SolveFromScratch(Basis& basis, Eigen::Ref<Vector> y);
   bool Accept(const Basis& basis, Eigen::Ref<Vector> y);
   bool Polish(Basis& basis);
-  LcpVerdict AfterRay(Basis& basis, Eigen::Ref<Vector> y);
-  LcpVerdict Fail(LcpVerdict verdict, const char* why, Eigen::Ref<Vector> y);
+  LcpStatus AfterRay(Basis& basis, Eigen::Ref<Vector> y);
+  LcpStatus Fail(LcpStatus verdict, const char* why, Eigen::Ref<Vector> y);
 
   Known known_;
   Exchange exchange_;

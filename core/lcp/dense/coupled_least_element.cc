@@ -20,7 +20,7 @@ CoupledLeastElementSolver::CoupledLeastElementSolver(const Matrix& M, const Matr
 CoupledLeastElementSolver::CoupledLeastElementSolver(const CoupledLeastElementSolver& other)
     : CoupledLeastElementSolver(other.M_, other.K_) {}
 
-LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
+LcpStatus CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
                                             const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                             Eigen::Ref<Vector> y) {
   kept_selection_ = true;
@@ -30,9 +30,9 @@ LcpVerdict CoupledLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
   if (!coupled_.Load(q, tolerance)) {
     account_.message = "q has an entry that is not finite";
     y.setZero();
-    return LcpVerdict::kNonFinite;
+    return LcpStatus::kNonFinite;
   }
-  if (TryBasis(basis, y) || Newton(q, tolerance, basis, y)) return LcpVerdict::kSolved;
+  if (TryBasis(basis, y) || Newton(q, tolerance, basis, y)) return LcpStatus::kSolved;
   return Fallback(q, tolerance, basis, y);
 }
 
@@ -57,7 +57,7 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q,
     shifted_q_ = q;
     shifted_q_.noalias() += K_ * newton_y_;
     next_ = basis;
-    if (least_.Solve(shifted_q_, tolerance, next_, newton_y_) != LcpVerdict::kSolved) return false;
+    if (least_.Solve(shifted_q_, tolerance, next_, newton_y_) != LcpStatus::kSolved) return false;
     account_.pivots += least_.Account().pivots;
     const bool repeats = next_ == basis;
     basis = next_;
@@ -67,25 +67,25 @@ bool CoupledLeastElementSolver::Newton(const Eigen::Ref<const Vector>& q,
   return false;
 }
 
-LcpVerdict CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q,
+LcpStatus CoupledLeastElementSolver::Fallback(const Eigen::Ref<const Vector>& q,
                                                const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                                Eigen::Ref<Vector> y) {
   if (coupled_least_ != nullptr) {
     std::fill(basis.begin(), basis.end(), std::uint8_t{0});
-    const LcpVerdict verdict = coupled_least_->Solve(q, tolerance, basis, y);
-    if (verdict == LcpVerdict::kInfeasible || (verdict == LcpVerdict::kSolved && IsLeast(basis))) {
+    const LcpStatus verdict = coupled_least_->Solve(q, tolerance, basis, y);
+    if (verdict == LcpStatus::kInfeasible || (verdict == LcpStatus::kSolved && IsLeast(basis))) {
       account_ = coupled_least_->Account();
       return verdict;
     }
   }
-  const LcpVerdict verdict = any_.SolvePreferring(
+  const LcpStatus verdict = any_.SolvePreferring(
       [this](const Basis& candidate) { return IsLeast(candidate); }, q, tolerance, basis, y);
   account_ = any_.Account();
-  kept_selection_ = verdict != LcpVerdict::kSolved || IsLeast(basis);
+  kept_selection_ = verdict != LcpStatus::kSolved || IsLeast(basis);
   return verdict;
 }
 
-LcpAccount CoupledLeastElementSolver::Account() const { return account_; }
+LcpStats CoupledLeastElementSolver::Account() const { return account_; }
 
 std::unique_ptr<LcpSolver> CoupledLeastElementSolver::Clone() const {
   return std::make_unique<CoupledLeastElementSolver>(*this);

@@ -29,10 +29,10 @@ class CoupledLeastElementSolver final : public LcpSolver {
   CoupledLeastElementSolver(const Matrix& M, const Matrix& K);
   CoupledLeastElementSolver(const CoupledLeastElementSolver& other);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
   bool KeptSelection() const override { return kept_selection_; }
-  LcpAccount Account() const override;
+  LcpStats Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
@@ -42,7 +42,7 @@ class CoupledLeastElementSolver final : public LcpSolver {
   bool TryBasis(const Basis& basis, Eigen::Ref<Vector> y);
   bool Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
               Eigen::Ref<Vector> y);
-  LcpVerdict Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+  LcpStatus Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                       Basis& basis, Eigen::Ref<Vector> y);
 
   Matrix M_;
@@ -56,7 +56,7 @@ class CoupledLeastElementSolver final : public LcpSolver {
   Vector shifted_q_;
   Vector newton_y_;
   Basis next_;
-  LcpAccount account_;
+  LcpStats account_;
   bool kept_selection_ = true;
 };
 

@@ -24,7 +24,7 @@ std::unique_ptr<LcpSolver> CoupledSelectionSolver::Clone() const {
   return std::make_unique<CoupledSelectionSolver>(M_, K_, selection_->Clone(), fallback_->Clone());
 }
 
-LcpVerdict CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q,
+LcpStatus CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q,
                                          const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                          Eigen::Ref<Vector> y) {
   kept_selection_ = true;
@@ -32,17 +32,17 @@ LcpVerdict CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q,
   if (!coupled_.Load(q, tolerance)) {
     account_.message = "q has an entry that is not finite";
     y.setZero();
-    return LcpVerdict::kNonFinite;
+    return LcpStatus::kNonFinite;
   }
   const Step step{q, tolerance};
   Vector solution = Vector::Zero(q.size());
   if (Newton(step, basis, solution) || Iterate(step, basis, solution)) {
     y = solution;
-    return LcpVerdict::kSolved;
+    return LcpStatus::kSolved;
   }
-  const LcpVerdict verdict = fallback_->Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = fallback_->Solve(q, tolerance, basis, y);
   account_ = fallback_->Account();
-  if (verdict != LcpVerdict::kSolved) return verdict;
+  if (verdict != LcpStatus::kSolved) return verdict;
   if (SelectNear(step, y, basis, solution) || SearchSolutions(step, basis, solution)) {
     y = solution;
   } else {
@@ -55,7 +55,7 @@ LcpVerdict CoupledSelectionSolver::Solve(const Eigen::Ref<const Vector>& q,
 bool CoupledSelectionSolver::SelectNear(const Step& step, const Vector& guess, Basis& basis, Vector& y) {
   constexpr double kRounding = 1e-14;
   Basis selected = basis;
-  if (selection_->Solve(step.q + K_ * guess, step.tolerance, selected, y) != LcpVerdict::kSolved) return false;
+  if (selection_->Solve(step.q + K_ * guess, step.tolerance, selected, y) != LcpStatus::kSolved) return false;
   account_.pivots += selection_->Account().pivots;
   basis = selected;
   const Vector change = (K_ * (y - guess)).cwiseAbs();

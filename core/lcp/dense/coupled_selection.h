@@ -31,11 +31,11 @@ class CoupledSelectionSolver final : public LcpSolver {
   CoupledSelectionSolver(const Matrix& M, const Matrix& K, std::unique_ptr<LcpSolver> selection,
                          std::unique_ptr<LcpSolver> fallback);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
   bool KeptSelection() const override { return kept_selection_; }
   bool IsOnlyChoice() const override { return !kept_selection_ || selection_->IsOnlyChoice(); }
-  LcpAccount Account() const override { return account_; }
+  LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
@@ -55,7 +55,7 @@ class CoupledSelectionSolver final : public LcpSolver {
   BasisPoint point_;
   std::unique_ptr<LcpSolver> selection_;  // of M
   std::unique_ptr<LcpSolver> fallback_;   // of M + K
-  LcpAccount account_;
+  LcpStats account_;
   bool kept_selection_ = true;
 };
 

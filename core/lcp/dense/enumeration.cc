@@ -65,7 +65,7 @@ std::vector<Index> IndicesOf(const Basis& basis) {
   return S;
 }
 
-LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
+LcpStatus Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
                      Basis& basis, Eigen::Ref<Vector> y) {
   const Index n = lcp.size();
   std::vector<unsigned> undecided;  // bases without a point, or with one that is not accurate
@@ -79,12 +79,12 @@ LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&
       found = true;
       basis = candidate;
       point.Write(lcp, y);
-      if (preferred(candidate)) return LcpVerdict::kSolved;
+      if (preferred(candidate)) return LcpStatus::kSolved;
     } else if (!point.solved() && point.IsDoubtful(lcp, candidate)) {
       doubtful.push_back(subset);
     }
   }
-  if (found) return LcpVerdict::kSolved;
+  if (found) return LcpStatus::kSolved;
   bool proven = true;
   const std::size_t num_singular = undecided.size();
   undecided.insert(undecided.end(), doubtful.begin(), doubtful.end());
@@ -98,11 +98,11 @@ LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&
     if (face.answer == Feasibility::kFeasible) {
       y.setZero();
       for (std::size_t p = 0; p < S.size(); ++p) y[S[p]] = lcp.Original(S[p], face.y[static_cast<Index>(p)]);
-      return LcpVerdict::kSolved;
+      return LcpStatus::kSolved;
     }
     proven = proven && face.answer == Feasibility::kInfeasible;
   }
-  return proven ? LcpVerdict::kInfeasible : LcpVerdict::kSingular;
+  return proven ? LcpStatus::kInfeasible : LcpStatus::kSingular;
 }
 
 }  // namespace dlcs

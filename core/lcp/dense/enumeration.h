@@ -36,7 +36,7 @@ FeasiblePoint SolveFaceExactly(const Matrix& M, const Vector& q, const std::vect
 //
 // kSolved: `basis` and `y` (caller's units) hold the solution. kInfeasible: there is none. kSingular: no
 // solution found, and a basis is too close to singular to exclude one. `point` is for kPivoting.
-LcpVerdict Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
+LcpStatus Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
                      Basis& basis, Eigen::Ref<Vector> y);
 
 }  // namespace dlcs

@@ -22,33 +22,33 @@ HiddenLeastElementSolver::HiddenLeastElementSolver(const Matrix& M, const Matrix
   program_.cost = cost_ / cost_.lpNorm<Eigen::Infinity>();
 }
 
-LcpVerdict HiddenLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus HiddenLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                            Basis& basis, Eigen::Ref<Vector> y) {
   account_ = {.pivots = 0, .method = "linear programming (least element of pos X)", .message = ""};
-  const auto fail = [&](LcpVerdict verdict, const char* why) {
+  const auto fail = [&](LcpStatus verdict, const char* why) {
     y.setZero();
     account_.message = why;
     return verdict;
   };
-  if (!lcp_.Load(q, tolerance)) return fail(LcpVerdict::kNonFinite, "q has an entry that is not finite");
-  if (TryBasis(basis, y)) return LcpVerdict::kSolved;
+  if (!lcp_.Load(q, tolerance)) return fail(LcpStatus::kNonFinite, "q has an entry that is not finite");
+  if (TryBasis(basis, y)) return LcpStatus::kSolved;
 
   const double size = std::max(lcp_.q.lpNorm<Eigen::Infinity>(), std::numeric_limits<double>::min());
   program_.row_lower = -(lcp_.q + lcp_.tolerance) / size;
   const LinearProgramSolution solution = SolveLinearProgram(program_);
   if (solution.verdict == LinearProgramVerdict::kInfeasible) {
-    return fail(LcpVerdict::kInfeasible, "no y >= 0 has q + M y >= 0 (found by linear programming)");
+    return fail(LcpStatus::kInfeasible, "no y >= 0 has q + M y >= 0 (found by linear programming)");
   }
   if (solution.verdict != LinearProgramVerdict::kOptimal) {
-    return fail(LcpVerdict::kPivotLimit, "the linear program of the least element was not solved");
+    return fail(LcpStatus::kPivotLimit, "the linear program of the least element was not solved");
   }
   constexpr double kPositive = 1e-8;  // above CLP's tolerance; smaller entries are found by pivoting
   const double positive = kPositive * std::max(1.0, solution.z.lpNorm<Eigen::Infinity>());
   for (Index i = 0; i < q.size(); ++i) basis[i] = solution.z[i] > positive;
   constexpr int kRounds = 5;
   PivotPrincipally(lcp_, kRounds, Exchange::kBlocksThenLeast, point_, basis, account_.pivots);
-  if (TryBasis(basis, y) || TryOtherBases(q, basis, y)) return LcpVerdict::kSolved;
-  return fail(LcpVerdict::kSingular,
+  if (TryBasis(basis, y) || TryOtherBases(q, basis, y)) return LcpStatus::kSolved;
+  return fail(LcpStatus::kSingular,
               "the basis of the least element in the order of pos X is singular, or not optimal, to working precision");
 }
 

@@ -32,9 +32,9 @@ class HiddenLeastElementSolver final : public LcpSolver {
  public:
   HiddenLeastElementSolver(const Matrix& M, const Matrix& X);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
-  LcpAccount Account() const override { return account_; }
+  LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<HiddenLeastElementSolver>(*this); }
 
  private:
@@ -47,7 +47,7 @@ class HiddenLeastElementSolver final : public LcpSolver {
   LinearProgram program_;
   ScaledLcp lcp_;
   BasisPoint point_;
-  LcpAccount account_;
+  LcpStats account_;
 };
 
 }  // namespace dlcs

@@ -18,15 +18,15 @@ LeastElementSolver::LeastElementSolver(const Matrix& M)
   added_.reserve(M.rows());
 }
 
-LcpVerdict LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
+LcpStatus LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
                                      const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                                      Eigen::Ref<Vector> y) {
   pivots_ = 0;
   refused_ = -1;
   y.setZero();
-  verdict_ = LcpVerdict::kNonFinite;
+  verdict_ = LcpStatus::kNonFinite;
   if (!lcp_.Load(q, tolerance)) return verdict_;
-  verdict_ = LcpVerdict::kSolved;
+  verdict_ = LcpStatus::kSolved;
   std::fill(excluded_.begin(), excluded_.end(), std::uint8_t{0});
   if (!point_.Compute(lcp_, basis) || !KeepProvenIndices(basis)) {
     std::fill(basis.begin(), basis.end(), std::uint8_t{0});
@@ -45,9 +45,9 @@ LcpVerdict LeastElementSolver::Solve(const Eigen::Ref<const Vector>& q,
     if (point_.Compute(lcp_, basis)) continue;
     const Refusal refusal = Examine(basis);
     if (refusal == Refusal::kWithinRounding && point_.Compute(lcp_, basis)) continue;
-    return verdict_ = refusal == Refusal::kInfeasible ? LcpVerdict::kInfeasible : LcpVerdict::kSingular;
+    return verdict_ = refusal == Refusal::kInfeasible ? LcpStatus::kInfeasible : LcpStatus::kSingular;
   }
-  if (!point_.solved()) return verdict_ = LcpVerdict::kSingular;
+  if (!point_.solved()) return verdict_ = LcpStatus::kSingular;
   point_.Write(lcp_, y);
   return verdict_;
 }
@@ -93,22 +93,22 @@ LeastElementSolver::Refusal LeastElementSolver::Examine(Basis& basis) {
   return Refusal::kWithinRounding;
 }
 
-LcpAccount LeastElementSolver::Account() const {
-  LcpAccount account{pivots_, "Chandrasekaran (least element)", ""};
+LcpStats LeastElementSolver::Account() const {
+  LcpStats account{pivots_, "Chandrasekaran (least element)", ""};
   switch (verdict_) {
-    case LcpVerdict::kInfeasible:
+    case LcpStatus::kInfeasible:
       account.message = absl::StrCat("no y >= 0 has q + M y >= 0: w[", refused_,
                                      "] is negative and cannot be raised (found by Chandrasekaran's method)");
       break;
-    case LcpVerdict::kSingular:
+    case LcpStatus::kSingular:
       account.message = "the basis of the least element is singular to working precision";
       break;
-    case LcpVerdict::kNonFinite:
+    case LcpStatus::kNonFinite:
       account.message = "q has an entry that is not finite";
       break;
-    case LcpVerdict::kSolved:
-    case LcpVerdict::kRay:
-    case LcpVerdict::kPivotLimit:
+    case LcpStatus::kSolved:
+    case LcpStatus::kRay:
+    case LcpStatus::kPivotLimit:
       break;
   }
   return account;

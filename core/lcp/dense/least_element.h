@@ -31,9 +31,9 @@ class LeastElementSolver final : public LcpSolver {
  public:
   explicit LeastElementSolver(const Matrix& M);  // a Z-matrix
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
-  LcpAccount Account() const override;
+  LcpStats Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
@@ -51,7 +51,7 @@ class LeastElementSolver final : public LcpSolver {
   Basis excluded_;  // w_r < 0 only within the rounding of a nearly singular basis
   Vector multiplier_;
   Index pivots_ = 0;
-  LcpVerdict verdict_ = LcpVerdict::kSolved;
+  LcpStatus verdict_ = LcpStatus::kSolved;
   Index refused_ = -1;  // the index that proves infeasibility
 };
 

@@ -50,16 +50,16 @@ LeastNormSolver::LeastNormSolver(const Matrix& M) : M_(M), any_(M, Known::kNothi
   }
 }
 
-LcpVerdict LeastNormSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus LeastNormSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                   Basis& basis, Eigen::Ref<Vector> y) {
-  const LcpVerdict verdict = any_.Solve(q, tolerance, basis, y);
+  const LcpStatus verdict = any_.Solve(q, tolerance, basis, y);
   account_ = any_.Account();
-  if (verdict != LcpVerdict::kSolved || IsPlainlyUnique(M_, q, y)) return verdict;
+  if (verdict != LcpStatus::kSolved || IsPlainlyUnique(M_, q, y)) return verdict;
 
   account_.method = "regularization (least norm)";
   const Vector any_solution = y;
   for (ComplementarySolver& solver : regularized_) {
-    if (solver.Solve(q, tolerance, basis, y) != LcpVerdict::kSolved) continue;
+    if (solver.Solve(q, tolerance, basis, y) != LcpStatus::kSolved) continue;
     account_.pivots += solver.Account().pivots;
     if (IsLimit(q, tolerance, IndicesOf(basis), y)) return verdict;
   }
@@ -70,7 +70,7 @@ LcpVerdict LeastNormSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen
   if (nearest.answer != Feasibility::kFeasible) {
     account_.message = "there are solutions, but rounding hides which of them is least in norm";
     y.setZero();
-    return LcpVerdict::kSingular;
+    return LcpStatus::kSingular;
   }
   y = nearest.v;
   for (Index i = 0; i < n; ++i) basis[i] = y[i] > 0;

@@ -34,9 +34,9 @@ class LeastNormSolver final : public LcpSolver {
  public:
   explicit LeastNormSolver(const Matrix& M);  // positive semidefinite
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
-  LcpAccount Account() const override { return account_; }
+  LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<LeastNormSolver>(*this); }
 
  private:
@@ -45,7 +45,7 @@ class LeastNormSolver final : public LcpSolver {
   Matrix M_;
   ComplementarySolver any_;                       // of M
   std::vector<ComplementarySolver> regularized_;  // of M + εI, ε falling
-  LcpAccount account_;
+  LcpStats account_;
 };
 
 // Whether the solution `y` of LCP(q, M), M positive semidefinite, is the only one because M_JJ is nonsingular and, where it

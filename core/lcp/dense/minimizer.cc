@@ -50,42 +50,42 @@ class Contest {
 
 }  // namespace
 
-MinimiserSolver::MinimiserSolver(const Matrix& M, const Selector& selector) : M_(M), selector_(selector) {
+MinimizerSolver::MinimizerSolver(const Matrix& M, const Selector& selector) : M_(M), selector_(selector) {
   if (TestPositiveSemidefinite(M).yes()) any_.emplace(M, ComplementarySolver::Known::kNothing);
 }
 
-LcpVerdict MinimiserSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus MinimizerSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                   Basis& basis, Eigen::Ref<Vector> y) {
   only_choice_ = true;
   Vector solution = Vector::Zero(q.size());
-  const LcpVerdict verdict =
-      any_ ? MinimiseConvex(q, tolerance, basis, solution) : MinimiseByEnumeration(q, tolerance, solution);
+  const LcpStatus verdict =
+      any_ ? MinimizeConvex(q, tolerance, basis, solution) : MinimizeByEnumeration(q, tolerance, solution);
   y = solution;
   for (Index i = 0; i < y.size(); ++i) basis[i] = y[i] > 0;
   return verdict;
 }
 
-LcpVerdict MinimiserSolver::MinimiseConvex(const Vector& q, const Vector& tolerance, Basis& basis, Vector& y) {
-  const LcpVerdict verdict = any_->Solve(q, tolerance, basis, y);
+LcpStatus MinimizerSolver::MinimizeConvex(const Vector& q, const Vector& tolerance, Basis& basis, Vector& y) {
+  const LcpStatus verdict = any_->Solve(q, tolerance, basis, y);
   account_ = any_->Account();
-  if (verdict != LcpVerdict::kSolved || IsPlainlyUnique(M_, q, y)) return verdict;
+  if (verdict != LcpStatus::kSolved || IsPlainlyUnique(M_, q, y)) return verdict;
   account_.method = "quadratic programming";
   const NearestPoint nearest = FindNearestPoint(ConvexSolutionSet(M_, q, y), selector_);
   if (nearest.answer != Feasibility::kFeasible) {
-    account_.message = "there are solutions, but rounding hides which of them is the minimiser";
+    account_.message = "there are solutions, but rounding hides which of them is the minimizer";
     y.setZero();
-    return LcpVerdict::kSingular;
+    return LcpStatus::kSingular;
   }
   only_choice_ = nearest.unique;
   y = nearest.v;
   return verdict;
 }
 
-LcpVerdict MinimiserSolver::MinimiseByEnumeration(const Vector& q, const Vector& tolerance, Vector& y) {
+LcpStatus MinimizerSolver::MinimizeByEnumeration(const Vector& q, const Vector& tolerance, Vector& y) {
   account_ = {.pivots = 0, .method = "enumeration", .message = ""};
   if (!q.allFinite()) {
     account_.message = "q has an entry that is not finite";
-    return LcpVerdict::kNonFinite;
+    return LcpStatus::kNonFinite;
   }
   const BasicSolutions all = AllBasicSolutions(M_, q, {}, tolerance);
   Contest contest(selector_);
@@ -101,11 +101,11 @@ LcpVerdict MinimiserSolver::MinimiseByEnumeration(const Vector& q, const Vector&
   if (contest.any() && all.complete) {
     only_choice_ = contest.unique();
     y = contest.y();
-    return LcpVerdict::kSolved;
+    return LcpStatus::kSolved;
   }
   account_.message = all.complete ? "no choice of active constraints solves it"
-                                  : "a nearly singular basis, or too many solutions, leave the minimiser open";
-  return all.complete ? LcpVerdict::kInfeasible : LcpVerdict::kSingular;
+                                  : "a nearly singular basis, or too many solutions, leave the minimizer open";
+  return all.complete ? LcpStatus::kInfeasible : LcpStatus::kSingular;
 }
 
 }  // namespace dlcs

@@ -53,12 +53,12 @@ bool Contains(const Polyhedron& polyhedron, const Vector& v) {
 }
 
 struct Minimum {
-  LcpVerdict verdict = LcpVerdict::kPivotLimit;
+  LcpStatus verdict = LcpStatus::kPivotLimit;
   Vector v;
 };
 
 // One quadratic program.
-Minimum Minimise(const Polyhedron& polyhedron, const Selector& selector) {
+Minimum Minimize(const Polyhedron& polyhedron, const Selector& selector) {
   const auto& [E, e, e_size, G, g, g_size] = polyhedron;
   const std::vector<Index> rows = IndependentRows(E);
   const Index n = selector.C.cols();
@@ -90,8 +90,8 @@ Minimum Minimise(const Polyhedron& polyhedron, const Selector& selector) {
     Basis basis(static_cast<std::size_t>(size), 0);
     minimum.verdict = solver.Solve(rhs, tolerance, basis, solution);
     minimum.v = solution.head(n);
-    if (minimum.verdict == LcpVerdict::kInfeasible) return minimum;
-    if (minimum.verdict == LcpVerdict::kSolved && Contains(polyhedron, minimum.v)) return minimum;
+    if (minimum.verdict == LcpStatus::kInfeasible) return minimum;
+    if (minimum.verdict == LcpStatus::kSolved && Contains(polyhedron, minimum.v)) return minimum;
   }
   return {};
 }
@@ -138,8 +138,8 @@ bool HasOtherPoint(const Polyhedron& polyhedron, const Vector& v) {
   const double largest = std::max(units.bound, 2 * v.cwiseProduct(inverse).lpNorm<Eigen::Infinity>());
   const double far = largest > 0 ? largest : 1;
   for (const double shift : {far, -far}) {
-    const Minimum other = Minimise(polyhedron, {direction.transpose(), Vector::Constant(1, direction.dot(v) + shift)});
-    if (other.verdict != LcpVerdict::kSolved) continue;
+    const Minimum other = Minimize(polyhedron, {direction.transpose(), Vector::Constant(1, direction.dot(v) + shift)});
+    if (other.verdict != LcpStatus::kSolved) continue;
     if ((other.v - v).cwiseProduct(inverse).lpNorm<Eigen::Infinity>() > 1e-8 * far) return true;
   }
   return false;
@@ -148,26 +148,26 @@ bool HasOtherPoint(const Polyhedron& polyhedron, const Vector& v) {
 NearestPoint FindNearestPoint(const Polyhedron& polyhedron, const Selector& selector) {
   const Index n = selector.C.cols();
   NearestPoint nearest;
-  const Minimum first = Minimise(polyhedron, selector);
-  if (first.verdict == LcpVerdict::kInfeasible) nearest.answer = Feasibility::kInfeasible;
-  if (first.verdict != LcpVerdict::kSolved) return nearest;
+  const Minimum first = Minimize(polyhedron, selector);
+  if (first.verdict == LcpStatus::kInfeasible) nearest.answer = Feasibility::kInfeasible;
+  if (first.verdict != LcpStatus::kSolved) return nearest;
   nearest.answer = Feasibility::kFeasible;
   nearest.v = first.v;
   nearest.distance = (selector.C * first.v - selector.b).norm();
 
-  // All minimisers have the same C v. Where that does not fix v: the least in norm among them.
-  Polyhedron minimisers = polyhedron;
+  // All minimizers have the same C v. Where that does not fix v: the least in norm among them.
+  Polyhedron minimizers = polyhedron;
   const Index rows = polyhedron.E.rows();
-  minimisers.E.conservativeResize(rows + selector.C.rows(), n);
-  minimisers.E.bottomRows(selector.C.rows()) = selector.C;
-  minimisers.e.conservativeResize(minimisers.E.rows());
-  minimisers.e.tail(selector.C.rows()) = selector.C * first.v;
-  minimisers.e_size.conservativeResize(minimisers.E.rows());
-  minimisers.e_size.tail(selector.C.rows()) = selector.C.cwiseAbs() * first.v;
-  if (static_cast<Index>(IndependentRows(minimisers.E).size()) == n) return nearest;
-  const Minimum least = Minimise(minimisers, {Matrix::Identity(n, n), Vector::Zero(n)});
-  if (least.verdict == LcpVerdict::kSolved) nearest.v = least.v;
-  nearest.unique = !HasOtherPoint(minimisers, nearest.v);
+  minimizers.E.conservativeResize(rows + selector.C.rows(), n);
+  minimizers.E.bottomRows(selector.C.rows()) = selector.C;
+  minimizers.e.conservativeResize(minimizers.E.rows());
+  minimizers.e.tail(selector.C.rows()) = selector.C * first.v;
+  minimizers.e_size.conservativeResize(minimizers.E.rows());
+  minimizers.e_size.tail(selector.C.rows()) = selector.C.cwiseAbs() * first.v;
+  if (static_cast<Index>(IndependentRows(minimizers.E).size()) == n) return nearest;
+  const Minimum least = Minimize(minimizers, {Matrix::Identity(n, n), Vector::Zero(n)});
+  if (least.verdict == LcpStatus::kSolved) nearest.v = least.v;
+  nearest.unique = !HasOtherPoint(minimizers, nearest.v);
   return nearest;
 }
 

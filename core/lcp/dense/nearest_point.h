@@ -23,7 +23,7 @@ struct Polyhedron {
 
 struct NearestPoint {
   Feasibility answer = Feasibility::kUnknown;  // is there a point at all; the rest only where there is
-  Vector v = {};                               // the minimiser; of several the one of least norm
+  Vector v = {};                               // the minimizer; of several the one of least norm
   double distance = 0;                         // ‖C v - b‖₂
   bool unique = true;                          // no other point of the polyhedron has C v the same
 };
@@ -38,7 +38,7 @@ Polyhedron SolutionFaceOf(const Matrix& M, const Vector& q, const std::vector<In
 // problem. Academic Press. Theorem 3.1.7.
 Polyhedron ConvexSolutionSet(const Matrix& M, const Vector& q, const Vector& solution);
 
-// Minimises ‖C v - b‖₂ over `polyhedron`. The conditions of optimality of this quadratic program are an LCP
+// Minimizes ‖C v - b‖₂ over `polyhedron`. The conditions of optimality of this quadratic program are an LCP
 // with a positive semidefinite matrix, which Lemke's method solves and the point of its basis certifies:
 //
 //     0 <= v ⟂ Cᵀ(C v - b) - Aᵀλ >= 0,     0 <= λ ⟂ A v - a >= 0,     A v >= a for E v >= e, -E v >= -e, G v

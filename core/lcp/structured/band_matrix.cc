@@ -38,7 +38,7 @@ std::vector<double> FindReflected(const Matrix& K, Index bandwidth) {
 
 // product_i = t_0 y_i + Σ_d t_d (y_{i-d} + y_{i+d}) for kVectors vectors of entries, which stay in registers.
 template <typename V, int kVectors>
-DLCS_INLINE void SumNeighbours(const double* t, Index bandwidth, const double* y, double* product) {
+DLCS_INLINE void SumNeighbors(const double* t, Index bandwidth, const double* y, double* product) {
   constexpr Index kWidth = sizeof(V) / sizeof(double);
   V sums[kVectors];
   for (int v = 0; v < kVectors; ++v) sums[v] = Load<V>(y + v * kWidth) * t[0];
@@ -51,27 +51,27 @@ DLCS_INLINE void SumNeighbours(const double* t, Index bandwidth, const double* y
 }
 
 template <typename V>
-DLCS_INLINE void SumAllNeighbours(const double* t, Index bandwidth, const double* y, Index n, double* product) {
+DLCS_INLINE void SumAllNeighbors(const double* t, Index bandwidth, const double* y, Index n, double* product) {
   constexpr int kVectors = 4;
   constexpr Index kWidth = sizeof(V) / sizeof(double);
   constexpr Index kAtOnce = kVectors * kWidth;
   Index i = 0;
-  for (; i + kAtOnce <= n; i += kAtOnce) SumNeighbours<V, kVectors>(t, bandwidth, y + i, product + i);
+  for (; i + kAtOnce <= n; i += kAtOnce) SumNeighbors<V, kVectors>(t, bandwidth, y + i, product + i);
   if (i < n && n >= kAtOnce) {  // some once more
     i = n;
-    SumNeighbours<V, kVectors>(t, bandwidth, y + n - kAtOnce, product + n - kAtOnce);
+    SumNeighbors<V, kVectors>(t, bandwidth, y + n - kAtOnce, product + n - kAtOnce);
   }
-  for (; i < n; ++i) SumNeighbours<double, 1>(t, bandwidth, y + i, product + i);
+  for (; i < n; ++i) SumNeighbors<double, 1>(t, bandwidth, y + i, product + i);
 }
 
 void SumBaseline(const double* t, Index bandwidth, const double* y, Index n, double* product) {
-  SumAllNeighbours<Double2>(t, bandwidth, y, n, product);
+  SumAllNeighbors<Double2>(t, bandwidth, y, n, product);
 }
 DLCS_TARGET("avx2") void SumAvx2(const double* t, Index bandwidth, const double* y, Index n, double* product) {
-  SumAllNeighbours<Double4>(t, bandwidth, y, n, product);
+  SumAllNeighbors<Double4>(t, bandwidth, y, n, product);
 }
 DLCS_TARGET("avx512f") void SumAvx512(const double* t, Index bandwidth, const double* y, Index n, double* product) {
-  SumAllNeighbours<Double8>(t, bandwidth, y, n, product);
+  SumAllNeighbors<Double8>(t, bandwidth, y, n, product);
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ DLCS_INLINE Truth<V> Judge(const Work<V, Basic>& work, Index i, Index k, const V
   return moves;
 }
 
-// Completes y from the last row up, sets to zero what is negative, and judges each row when its neighbours
+// Completes y from the last row up, sets to zero what is negative, and judges each row when its neighbors
 // are known.
 template <int parts, typename V, typename Basic, typename Tally>
 DLCS_INLINE void Substitute(const Work<V, Basic>& work, Tally* moved, Truth<V>* wrong) {

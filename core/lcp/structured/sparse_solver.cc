@@ -14,16 +14,16 @@ SparseLcpSolver::SparseLcpSolver(const SparseMatrix& M, Known known)
 SparseLcpSolver::SparseLcpSolver(SparseLcp lcp, Exchange exchange)
     : lcp_(std::move(lcp)), point_(lcp_.size()), exchange_(exchange), ordered_(lcp_.size()) {}
 
-LcpVerdict SparseLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus SparseLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                   Basis& basis, Eigen::Ref<Vector> y) {
-  // For an M-matrix, S may grow by a layer of neighbours a round: a thousand are a grid of that many points
+  // For an M-matrix, S may grow by a layer of neighbors a round: a thousand are a grid of that many points
   // across.
   constexpr int kMaxRounds = 1000;
   account_ = {0, "principal pivoting (sparse)", ""};
   y.setZero();
   if (!lcp_.Load(q, tolerance)) {
     account_.message = "q has an entry that is not finite";
-    return LcpVerdict::kNonFinite;
+    return LcpStatus::kNonFinite;
   }
   const std::vector<Index>& original = lcp_.matrix->original;
   for (std::size_t i = 0; i < ordered_.size(); ++i) ordered_[i] = basis[original[i]];
@@ -31,11 +31,11 @@ LcpVerdict SparseLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen
   for (std::size_t i = 0; i < ordered_.size(); ++i) basis[original[i]] = ordered_[i];
   if (solved) {
     point_.Write(lcp_, y);
-    return LcpVerdict::kSolved;
+    return LcpStatus::kSolved;
   }
   const bool singular = point_.violations().empty();
   account_.message = singular ? "a basis is singular to working precision" : "principal pivoting did not end";
-  return singular ? LcpVerdict::kSingular : LcpVerdict::kPivotLimit;
+  return singular ? LcpStatus::kSingular : LcpStatus::kPivotLimit;
 }
 
 bool SparseLcpSolver::Pivot(int max_rounds) {

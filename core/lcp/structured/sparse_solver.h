@@ -26,9 +26,9 @@ class SparseLcpSolver final : public LcpSolver {
 
   SparseLcpSolver(const SparseMatrix& M, Known known);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
-  LcpAccount Account() const override { return account_; }
+  LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
@@ -42,7 +42,7 @@ class SparseLcpSolver final : public LcpSolver {
   SparsePoint point_;
   Exchange exchange_;
   Basis ordered_;  // the basis in the order of lcp_
-  LcpAccount account_;
+  LcpStats account_;
 };
 
 // The solver of LCP(q, M) for a sparse M: TridiagonalSolver or SparseLcpSolver. `choice` is taken on trust,

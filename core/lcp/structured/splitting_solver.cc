@@ -33,7 +33,7 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
   for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
     product_(y_, w_);
     w_ += q;
-    const Judgement seen = Judge(q, tolerance);
+    const Judgment seen = Judge(q, tolerance);
     if (seen.solved) {
       y = y_;
       return SplittingVerdict::kSolved;
@@ -47,7 +47,7 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
   return SplittingVerdict::kNotContracting;
 }
 
-SplittingLcpSolver::Judgement SplittingLcpSolver::Judge(const Eigen::Ref<const Vector>& q,
+SplittingLcpSolver::Judgment SplittingLcpSolver::Judge(const Eigen::Ref<const Vector>& q,
                                                         const Eigen::Ref<const Vector>& tolerance) {
   constexpr double kRounding = 1e-14;
   constexpr Index kLanes = 16;
@@ -91,7 +91,7 @@ SplittingLcpSolver::Judgement SplittingLcpSolver::Judge(const Eigen::Ref<const V
     }
   });
   const auto sum_of = [](const double(&lanes)[kLanes]) { return std::accumulate(lanes, lanes + kLanes, 0.0); };
-  Judgement seen;
+  Judgment seen;
   seen.finite = sum_of(nonfinite) == 0;
   seen.moved = sum_of(moves) > 0;
   seen.solved = seen.finite && sum_of(misses) == 0;

@@ -36,7 +36,7 @@ enum class SplittingVerdict {
 };
 
 // The coupled step of a march has the matrix M + K_0, dense although M is tridiagonal; but K_0 falls off from its
-// diagonal where h and the diffusion are such that a step sees its neighbours only. Policy iteration (semismooth
+// diagonal where h and the diffusion are such that a step sees its neighbors only. Policy iteration (semismooth
 // Newton) with an approximate inverse: for the basis S of y, w = q + K y,
 //
 //     y_S <- max(0, y_S - B_SS⁻¹ w_S),
@@ -62,14 +62,14 @@ class SplittingLcpSolver {
   Index iterations() const { return iterations_; }  // products of the last Solve()
 
  private:
-  struct Judgement {
+  struct Judgment {
     bool moved = false;  // indices changed sides
     bool solved = true;
     bool finite = true;
     double residual = 0;  // ‖w_S‖_∞
   };
   // Judges y_ by w_, and moves what has to between the sides of the basis.
-  Judgement Judge(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance);
+  Judgment Judge(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance);
   // y_S <- max(0, y_S - B_SS⁻¹ w_S).
   void Correct();
 

@@ -8,7 +8,7 @@
 namespace dlcs {
 namespace {
 
-// A run of neighbours in S as seen from outside: y, and the entries of (M_SS)⁻¹, at its first and last index.
+// A run of neighbors in S as seen from outside: y, and the entries of (M_SS)⁻¹, at its first and last index.
 struct Run {
   Index first = 0, last = -1;
   double y_first = 0, y_last = 0;

@@ -10,7 +10,7 @@
 namespace dlcs {
 
 // Chandrasekaran's method (core/lcp/dense/least_element.h): the basis S grows from the empty one by indices with
-// w_j < 0, each of which belongs to the basis of the least element. S falls into runs of neighbours, and w_j
+// w_j < 0, each of which belongs to the basis of the least element. S falls into runs of neighbors, and w_j
 // needs no more of a run than y at the end that touches j. Of each run we keep y and the inverse of its block
 // at its two ends; a new index joins the runs on its left and right in a dozen operations, and only the two
 // indices beside the new run have to be looked at again. Every index enters once: O(n) in all, where policy

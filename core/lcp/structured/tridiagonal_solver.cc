@@ -59,21 +59,21 @@ void DropNoise(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, Basis& b
 TridiagonalSolver::TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, MakeGeneral make_general)
     : M_(std::move(M)), iteration_(M_->size()), make_general_(std::move(make_general)) {}
 
-LcpVerdict TridiagonalSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+LcpStatus TridiagonalSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                     Basis& basis, Eigen::Ref<Vector> y) {
   account_.pivots = 0;
   account_.method = "policy iteration";
   account_.message.clear();
   by_general_ = false;
-  if (iteration_.SolveAgain(*M_, q, tolerance, basis, y, account_.pivots)) return LcpVerdict::kSolved;
-  if (SolveFromNothing(q, tolerance, basis, y)) return LcpVerdict::kSolved;
+  if (iteration_.SolveAgain(*M_, q, tolerance, basis, y, account_.pivots)) return LcpStatus::kSolved;
+  if (SolveFromNothing(q, tolerance, basis, y)) return LcpStatus::kSolved;
   if (make_general_ && !general_) general_ = make_general_();
   by_general_ = general_ != nullptr;
   if (by_general_) return general_->Solve(q, tolerance, basis, y);
   y.setZero();
   const bool finite = q.allFinite();
   account_.message = finite ? "numbers overflowed on the way" : "q has an entry that is not finite";
-  return finite ? LcpVerdict::kSingular : LcpVerdict::kNonFinite;
+  return finite ? LcpStatus::kSingular : LcpStatus::kNonFinite;
 }
 
 bool TridiagonalSolver::SolveFromNothing(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
@@ -91,7 +91,7 @@ bool TridiagonalSolver::SolveFromNothing(const Eigen::Ref<const Vector>& q, cons
   return iteration_.SolveAgain(*M_, q, loose, basis, y, account_.pivots);
 }
 
-LcpAccount TridiagonalSolver::Account() const { return by_general_ ? general_->Account() : account_; }
+LcpStats TridiagonalSolver::Account() const { return by_general_ ? general_->Account() : account_; }
 
 std::unique_ptr<LcpSolver> TridiagonalSolver::Clone() const {
   return std::make_unique<TridiagonalSolver>(M_, make_general_);

@@ -27,9 +27,9 @@ class TridiagonalSolver final : public LcpSolver {
   using MakeGeneral = std::function<std::unique_ptr<LcpSolver>()>;
   TridiagonalSolver(std::shared_ptr<const Tridiagonal> M, MakeGeneral make_general);
 
-  LcpVerdict Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+  LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
                    Eigen::Ref<Vector> y) override;
-  LcpAccount Account() const override;
+  LcpStats Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
@@ -43,7 +43,7 @@ class TridiagonalSolver final : public LcpSolver {
   PolicyIteration iteration_;
   MakeGeneral make_general_;
   std::unique_ptr<LcpSolver> general_;
-  LcpAccount account_;  // of the last solve, where `general_` was not asked
+  LcpStats account_;  // of the last solve, where `general_` was not asked
   bool by_general_ = false;
 };
 

@@ -9,7 +9,7 @@
 
 namespace dlcs::jobs {
 
-PostgresJobStore::PostgresJobStore(PostgresDatabaseOptions options) : RuledStore(std::move(options)) {}
+PostgresJobStore::PostgresJobStore(PostgresDatabaseOptions options) : SqlStore(std::move(options)) {}
 
 absl::StatusOr<JobPage> PostgresJobStore::List(const JobFilter& filter, int page_size, const std::string& page_token) {
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);

@@ -16,7 +16,7 @@ namespace dlcs::jobs {
 // Never fails to be made: a database that cannot be reached is an unhealthy store, which tries again at every call
 // (Probe() says what is wrong). Time is the database server's. A call takes as many round trips as its rule has
 // statements, up to about ten, and a commit.
-class PostgresJobStore final : public RuledStore<PostgresDatabase, PostgresJobTable> {
+class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTable> {
  public:
   explicit PostgresJobStore(PostgresDatabaseOptions options);
 

@@ -54,7 +54,7 @@ bool IsOfTheFile(int code) {
   }
 }
 
-// What every connection is told. FULL: the log is synchronised before a commit returns.
+// What every connection is told. FULL: the log is synchronized before a commit returns.
 void Configure(SqliteConnection& connection, const SqliteDatabaseOptions& options) {
   connection.Execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
   if (options.max_bytes > 0) {

@@ -22,7 +22,7 @@ std::vector<std::int64_t> Numbers(SqliteStatement& query) {
 }  // namespace
 
 SqliteJobStore::SqliteJobStore(SqliteDatabaseOptions options, const Clock& clock)
-    : RuledStore(std::move(options)), clock_(clock) {}
+    : SqlStore(std::move(options)), clock_(clock) {}
 
 absl::StatusOr<JobPage> SqliteJobStore::List(const JobFilter& filter, int page_size, const std::string& page_token) {
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);

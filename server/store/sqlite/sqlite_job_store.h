@@ -13,8 +13,8 @@ namespace dlcs::jobs {
 
 // Needs nothing but a folder that can be written. Never fails to be made: a file that cannot be opened is an
 // unhealthy store, which looks again at every call (Probe() says what is wrong).
-// A commit of a few rows takes as long as the disk takes to synchronise; blobs cost their copy into the log.
-class SqliteJobStore final : public RuledStore<SqliteDatabase, SqliteJobTable> {
+// A commit of a few rows takes as long as the disk takes to synchronize; blobs cost their copy into the log.
+class SqliteJobStore final : public SqlStore<SqliteDatabase, SqliteJobTable> {
  public:
   // `clock` is the store's time, and must outlive it.
   SqliteJobStore(SqliteDatabaseOptions options, const Clock& clock);

@@ -55,11 +55,11 @@ std::string Refused(const std::vector<const char*>& arguments) {
   return outcome.err;
 }
 
-TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
+TEST(CommandLineTest, TakesPropagatorAccelerationAndMemory) {
   const v1::SolveOptions options =
-      Solve({"--realisation", "sparse-stepping", "--acceleration", "4", "--windows-in-flight", "3", "--max-memory", "1.5GB"})
+      Solve({"--propagator", "sparse-stepping", "--acceleration", "4", "--windows-in-flight", "3", "--max-memory", "1.5GB"})
           .options;
-  EXPECT_EQ(options.realisation(), v1::REALISATION_SPARSE_STEPPING);
+  EXPECT_EQ(options.propagator(), v1::PROPAGATOR_KIND_SPARSE_STEPPING);
   EXPECT_EQ(options.acceleration(), 4);
   EXPECT_EQ(options.windows_in_flight(), 3);
   EXPECT_EQ(options.max_memory_bytes(), 1.5e9);
@@ -75,7 +75,7 @@ TEST(CommandLineTest, TakesRealisationAccelerationAndMemory) {
   EXPECT_THAT(Refused({"solve", "p.json", "--max-memory", "-1GB"}), HasSubstr("above 0"));
   EXPECT_THAT(Refused({"solve", "p.json", "--acceleration", "21"}), HasSubstr("from 0 to 20"));
   EXPECT_THAT(Refused({"solve", "p.json", "--windows-in-flight", "0"}), HasSubstr("from 1 to 64"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--realisation", "kroneker"}), HasSubstr("did you mean kronecker-sum?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--propagator", "kroneker"}), HasSubstr("did you mean kronecker-sum?"));
 }
 
 TEST(CommandLineTest, LeavesUnsetWhatWasNotGiven) {
@@ -91,7 +91,7 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
   const SolveCommand command = Solve({"--server",
                                       "h:1",
                                       "--method",
-                                      "paper-iteration",
+                                      "wu-chen-iteration",
                                       "--step",
                                       "1e-3",
                                       "--theta",
@@ -135,7 +135,7 @@ TEST(CommandLineTest, PutsEveryOptionInItsField) {
                                       "2.5"});
   EXPECT_EQ(command.server.address, "h:1");
   const v1::SolveOptions& options = command.options;
-  EXPECT_EQ(options.method(), v1::METHOD_PAPER_ITERATION);
+  EXPECT_EQ(options.method(), v1::METHOD_WU_CHEN_ITERATION);
   EXPECT_EQ(options.grid_case(), v1::SolveOptions::kStep);
   EXPECT_EQ(options.step(), 1e-3);
   EXPECT_EQ(options.theta(), 0.5);
@@ -281,8 +281,8 @@ TEST(CommandLineTest, ExplainsItself) {
 }
 
 TEST(CommandLineTest, ProposesWhatWasMeant) {
-  EXPECT_THAT(Refused({"solve", "p.json", "--method", "march"}), HasSubstr("did you mean exponential-march?"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--method", "RK45"}), HasSubstr("did you mean event-located?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "march"}), HasSubstr("did you mean exponential-integrator?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "RK45"}), HasSubstr("did you mean event-driven?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "implicit_euler"}), HasSubstr("did you mean time-stepping?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "quux"}), Not(HasSubstr("did you mean")));
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}), HasSubstr("did you mean least-element?"));

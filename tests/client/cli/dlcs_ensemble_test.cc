@@ -37,7 +37,7 @@ TEST(DlcsEnsembleTest, GivesProgramsALineForEachMemberOrTime) {
   std::map<int, double> x1;
   for (std::string line; std::getline(lines, line);) {
     const auto member = nlohmann::json::parse(line);
-    EXPECT_EQ(member["summary"]["termination"], "REACHED_END");
+    EXPECT_EQ(member["summary"]["termination"], "TERMINATION_REACHED_END");
     EXPECT_EQ(member["trajectory"]["times"], nlohmann::json({1.0}));
     x1[member["member"].get<int>()] = member["trajectory"]["x"][0].get<double>();
   }

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 TEST(DlcsMethodTest, LocatesSwitchingTimesForASmallErrorAndShowsThem) {
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--tolerance 1e-9");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, AllOf(HasSubstr("Method event-located: for an error of 1e-09 a few steps of high order"),
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("Method event-driven: for an error of 1e-09 a few steps of high order"),
                                  HasSubstr("Switching times"), HasSubstr("start"), HasSubstr("estimated error")));
   EXPECT_THAT(outcome.err, HasSubstr("steps as short as the error that is allowed needs"));
 }
@@ -29,8 +29,8 @@ TEST(DlcsMethodTest, TakesAToleranceInsteadOfAStepWithEveryMethod) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return nlohmann::json::parse(outcome.out)["trajectory"]["x"][0].get<double>();
   };
-  const double exact = last_x("--method event-located --tolerance 1e-12");
-  for (const char* method : {"exponential-march", "laplace-iteration", "time-stepping"}) {
+  const double exact = last_x("--method event-driven --tolerance 1e-12");
+  for (const char* method : {"exponential-integrator", "laplace-iteration", "time-stepping"}) {
     EXPECT_NEAR(last_x(std::string("--tolerance 1e-3 --method ") + method), exact, 1e-3) << method;
   }
 }
@@ -69,7 +69,7 @@ TEST(DlcsMethodTest, TakesTheKernelFromContoursWithTheSameAnswer) {
   EXPECT_EQ(contour["summary"]["kernel"]["fallback"], "");
   EXPECT_NEAR(phi["trajectory"]["x"][0].get<double>(), contour["trajectory"]["x"][0].get<double>(), 1e-10);
   const ProgramOutcome paper = SolveText(
-      kEasyProblem, "--quiet --steps 50 --method paper-iteration --interpolation cubic-spline --contour remark-2-4");
+      kEasyProblem, "--quiet --steps 50 --method wu-chen-iteration --interpolation cubic-spline --contour remark-2-4");
   EXPECT_EQ(paper.code, 0) << paper.err;
   EXPECT_THAT(paper.out, HasSubstr("Contour (Remark 2.4)"));
 }
@@ -104,7 +104,7 @@ TEST(DlcsMethodTest, NamesOptionsWithoutEffect) {
       R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}' | )";
   const ProgramOutcome outcome = RunDlcs("solve - --interpolation cubic-spline", problem);
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("--interpolation had no effect: it is for paper-iteration"));
+  EXPECT_THAT(outcome.err, HasSubstr("--interpolation had no effect: it is for wu-chen-iteration"));
   EXPECT_EQ(RunDlcs("solve - --interpolation cubic-spline --quiet", problem).err, "");
 }
 

@@ -76,7 +76,7 @@ TEST(DlcsModelTest, MakesASignoriniProblemThatItThenSolves) {
   }
   dense["A"] = a;
   for (const char* key : {"B", "N", "M"}) dense[key] = rows(problem[key]);
-  const std::string options = "--method exponential-march --steps 100 --at 0.25 --format json --quiet";
+  const std::string options = "--method exponential-integrator --steps 100 --at 0.25 --format json --quiet";
   const ProgramOutcome structured = SolveText(model.out, options);
   const ProgramOutcome written_down = SolveText(dense.dump(), options);
   ASSERT_EQ(structured.code, 0) << structured.err;

@@ -27,7 +27,7 @@ TEST(DlcsProgramTest, PrintsTheResultOnStandardOutputAndTheRestOnStandardError) 
   EXPECT_THAT(outcome.out,
               AllOf(HasSubstr("rlcd: SOLVED within an error of 1e-06 (the default)"), HasSubstr("Certificate"),
                     HasSubstr("LCP residual")));
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("event-located"), HasSubstr("1e-06"), HasSubstr("--tolerance")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("event-driven"), HasSubstr("1e-06"), HasSubstr("--tolerance")));
   EXPECT_THAT(outcome.err, Not(HasSubstr("\x1b")));
 }
 
@@ -46,7 +46,7 @@ TEST(DlcsProgramTest, GivesEveryNodeToPrograms) {
   EXPECT_EQ(root["trajectory"]["times"].size(), 65U);
   EXPECT_EQ(root["trajectory"]["x"].size(), 65U);
   EXPECT_EQ(root["trajectory"]["y"].size(), 65U);
-  EXPECT_EQ(root["summary"]["termination"], "REACHED_END");
+  EXPECT_EQ(root["summary"]["termination"], "TERMINATION_REACHED_END");
   EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-10);
 }
 
@@ -121,9 +121,9 @@ TEST(DlcsProgramTest, NamesTheOptionThatBreaksARuleOfTheEngine) {
 
 TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
   const ProgramOutcome outcome =
-      SolveText(kEasyProblem, "--method paper-iteration --steps 200000 --deadline 0.5 --format json --at 4");
+      SolveText(kEasyProblem, "--method wu-chen-iteration --steps 200000 --deadline 0.5 --format json --at 4");
   EXPECT_EQ(outcome.code, 3);
-  EXPECT_EQ(nlohmann::json::parse(outcome.out)["summary"]["termination"], "DEADLINE");
+  EXPECT_EQ(nlohmann::json::parse(outcome.out)["summary"]["termination"], "TERMINATION_DEADLINE");
   EXPECT_THAT(outcome.err, HasSubstr("DEADLINE"));
 }
 

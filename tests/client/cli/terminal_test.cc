@@ -37,7 +37,7 @@ class TerminalTest : public ::testing::Test {
 };
 
 TEST_F(TerminalTest, ShowsABarAndNoIteratesFromTheFirstSecondOn) {
-  RunningProgram program({"solve", problem_, "--method", "paper-iteration", "--steps", "200000"},
+  RunningProgram program({"solve", problem_, "--method", "wu-chen-iteration", "--steps", "200000"},
                          {.variables = {{"TERM", "xterm"}}, .columns = 100});
   program.AwaitErrorText("\r\x1b[K[....");
   program.AwaitErrorText("t = 0 of 4");

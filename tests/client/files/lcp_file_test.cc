@@ -30,11 +30,11 @@ TEST(LcpFileTest, RefusesTheKeysOfOtherFiles) {
               AllOf(HasSubstr("l.json: \"x0\" is not a known key"), HasSubstr("\"q\" is missing")));
 }
 
-TEST(LcpFileTest, ReadsTheSelectorOfAMinimiser) {
+TEST(LcpFileTest, ReadsTheSelectorOfAMinimizer) {
   const auto request = ParseLcp(
-      R"({"M": [[0]], "q": [0], "rule": "minimiser", "selector": {"C": [[1]], "b": [2]}})", "l.json");
+      R"({"M": [[0]], "q": [0], "rule": "minimizer", "selector": {"C": [[1]], "b": [2]}})", "l.json");
   ASSERT_TRUE(request.ok()) << request.status();
-  EXPECT_EQ(request->rule(), v1::SOLUTION_RULE_MINIMISER);
+  EXPECT_EQ(request->rule(), v1::SOLUTION_RULE_MINIMIZER);
   EXPECT_THAT(request->selector().b(), ElementsAre(2));
 }
 

@@ -150,7 +150,7 @@ TEST(ProblemJsonTest, KeepsStructureSourcesAndRule) {
     "B": {"rows": 2, "columns": 1, "entries": [[1, 0, 3]]}, "N": [[1, 0]], "M": [[2]],
     "f": {"matrix": [[1], [2]], "pieces": [{"t0": 0, "of": ["sin(t)"]}, {"t0": 0.5, "of": [1]}]},
     "g": {"times": [0, 1], "values": [[1], [2]]},
-    "x0": [1, 2], "T": 1.5, "break_points": [0.25], "rule": "minimiser", "selector": {"C": [[1]], "b": [0]}})json";
+    "x0": [1, 2], "T": 1.5, "break_points": [0.25], "rule": "minimizer", "selector": {"C": [[1]], "b": [0]}})json";
   const auto file = ParseProblem(text, "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_EQ(file->problem.f().lift().dense().columns(), 1);

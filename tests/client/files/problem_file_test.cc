@@ -309,9 +309,9 @@ TEST(ProblemFileTest, RefusesFilesThatCannotBeRead) {
 
 TEST(ProblemFileTest, ReadsRuleAndSelector) {
   const auto file = ParseProblem(
-      Example({{"rule", "minimiser"}, {"selector", {{"C", {{1}, {2}}}, {"b", {3, 4}}}}}), "p.json");
+      Example({{"rule", "minimizer"}, {"selector", {{"C", {{1}, {2}}}, {"b", {3, 4}}}}}), "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
-  EXPECT_EQ(file->problem.rule(), v1::SOLUTION_RULE_MINIMISER);
+  EXPECT_EQ(file->problem.rule(), v1::SOLUTION_RULE_MINIMIZER);
   EXPECT_EQ(file->problem.selector().c().dense().rows(), 2);
   EXPECT_THAT(file->problem.selector().b(), ElementsAre(3, 4));
   EXPECT_THAT(ErrorOf(Example({{"selector", {{"D", 1}}}})),

@@ -103,7 +103,7 @@ TEST_P(SameBitsTest, HereAndOnAServer) {
 INSTANTIATE_TEST_SUITE_P(
     Cases, SameBitsTest,
     testing::Values(Twin{"rlcd"}, Twin{"z_least"}, Twin{"train_brakes"}, Twin{"wall_permeable"},
-                    Twin{"formula_zoo"}, Twin{"saturated_pd", v1::METHOD_EXPONENTIAL_MARCH},
+                    Twin{"formula_zoo"}, Twin{"saturated_pd", v1::METHOD_EXPONENTIAL_INTEGRATOR},
                     Twin{"vickrey", v1::METHOD_TIME_STEPPING},
                     Twin{"diode_bridge_cap", v1::METHOD_TIME_STEPPING, true}, Twin{"diode_bridge_cap"},
                     Twin{"outside_infeasible"}, Twin{"outside_triple_integrator"}),
@@ -140,7 +140,7 @@ TEST_F(BackendTest, SolvesAnLcpInBothPlaces) {
   ASSERT_TRUE(here.ok()) << here.status();
   ASSERT_TRUE(there.ok()) << there.status();
   EXPECT_EQ(here->SerializeAsString(), there->SerializeAsString());
-  EXPECT_EQ(here->verdict(), v1::LCP_SOLVED);
+  EXPECT_EQ(here->verdict(), v1::LCP_STATUS_SOLVED);
   EXPECT_NEAR(here->y(0), 4.0 / 3, 1e-15);
   EXPECT_NEAR(here->y(1), 7.0 / 3, 1e-15);
 }
@@ -210,7 +210,7 @@ v1::SolveRequest LongRequest() {
           "")
           .value()
           .problem);
-  request.mutable_options()->set_method(v1::METHOD_PAPER_ITERATION);
+  request.mutable_options()->set_method(v1::METHOD_WU_CHEN_ITERATION);
   request.mutable_options()->set_steps(200'000);
   return request;
 }
@@ -225,8 +225,8 @@ void ExpectEndsEarly(Backend& backend, const CallLimits& limits, v1::Termination
 }
 
 TEST_F(BackendTest, EndsAtTheDeadlineWithWhatIsKnown) {
-  ExpectEndsEarly(local_, {.deadline = 0.5s, .stop = {}}, v1::DEADLINE);
-  ExpectEndsEarly(*client_, {.deadline = 0.5s, .stop = {}}, v1::DEADLINE);
+  ExpectEndsEarly(local_, {.deadline = 0.5s, .stop = {}}, v1::TERMINATION_DEADLINE);
+  ExpectEndsEarly(*client_, {.deadline = 0.5s, .stop = {}}, v1::TERMINATION_DEADLINE);
 }
 
 TEST_F(BackendTest, EndsWhenItIsStopped) {
@@ -236,15 +236,15 @@ TEST_F(BackendTest, EndsWhenItIsStopped) {
       std::this_thread::sleep_for(300ms);
       source.request_stop();
     });
-    ExpectEndsEarly(*backend, {.deadline = 60s, .stop = source.get_token()}, v1::CANCELLED);
+    ExpectEndsEarly(*backend, {.deadline = 60s, .stop = source.get_token()}, v1::TERMINATION_CANCELLED);
   }
 }
 
 TEST_F(BackendTest, EndsAtOnceWhenItWasStoppedBefore) {
   std::stop_source source;
   source.request_stop();
-  ExpectEndsEarly(local_, {.deadline = 60s, .stop = source.get_token()}, v1::CANCELLED);
-  ExpectEndsEarly(*client_, {.deadline = 60s, .stop = source.get_token()}, v1::CANCELLED);
+  ExpectEndsEarly(local_, {.deadline = 60s, .stop = source.get_token()}, v1::TERMINATION_CANCELLED);
+  ExpectEndsEarly(*client_, {.deadline = 60s, .stop = source.get_token()}, v1::TERMINATION_CANCELLED);
 }
 
 TEST_F(BackendTest, SaysWhatToDoWhenNobodyAnswers) {

@@ -62,7 +62,7 @@ class FakeServerTest : public testing::Test {
 
   void SendSummary(std::int64_t times) {
     v1::Summary& summary = *service_.events.emplace_back().mutable_summary();
-    summary.set_termination(v1::REACHED_END);
+    summary.set_termination(v1::TERMINATION_REACHED_END);
     summary.set_times(times);
   }
 
@@ -147,7 +147,7 @@ TEST_F(FakeServerTest, KeepsASummaryThatCameBeforeABadStatus) {
   SendSummary(0);
   service_.status = grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED, "");
   ASSERT_TRUE(Solve().ok());
-  EXPECT_EQ(Solve()->summary.termination(), v1::REACHED_END);
+  EXPECT_EQ(Solve()->summary.termination(), v1::TERMINATION_REACHED_END);
 }
 
 TEST_F(FakeServerTest, TellsAServerWithoutTheService) {

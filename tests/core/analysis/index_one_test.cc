@@ -135,7 +135,7 @@ TEST(IndexOneTest, StepsUpToTheBoundKeepTheConstantAndObeyTheirBounds) {
       x += system.C.transpose() * (system.C * system.C.transpose()).inverse() * (-(system.C * x)).cwiseMax(0);
       const auto lcp = SolveLcp(h * reduced, system.C * resolvent * x, SolutionRule::kAuto);
       ASSERT_TRUE(lcp.ok());
-      ASSERT_EQ(lcp->verdict, LcpVerdict::kSolved);
+      ASSERT_EQ(lcp->verdict, LcpStatus::kSolved);
       const Vector next = resolvent * (x + h * system.B * lcp->y);
       EXPECT_LE(MaxAbs(lcp->y), bounds.rho_u * MaxAbs(x) * (1 + 1e-9));
       EXPECT_LE(MaxAbs(next - x), h * bounds.psi_x * MaxAbs(x) * (1 + 1e-9));
@@ -163,7 +163,7 @@ TEST(IndexOneTest, TrajectoriesStayWithinTheShortTimeBounds) {
       const auto lcp =
           SolveLcp(h * system.C * resolvent * system.B, system.C * resolvent * x, SolutionRule::kAuto);
       ASSERT_TRUE(lcp.ok());
-      ASSERT_EQ(lcp->verdict, LcpVerdict::kSolved);
+      ASSERT_EQ(lcp->verdict, LcpStatus::kSolved);
       x = (resolvent * (x + h * system.B * lcp->y)).eval();
       v += h * lcp->y;
       EXPECT_LE(MaxAbs(v), bounds.sigma2 * MaxAbs(x0));

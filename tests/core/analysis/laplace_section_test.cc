@@ -32,7 +32,7 @@ TEST(LaplaceSectionTest, PredictsNoFewerIterationsThanAreNeeded) {
   Problem problem = testing::FourVariableEasy();
   problem.horizon = 0.05;
   Options options;
-  options.method = Method::kPaperIteration;
+  options.method = Method::kWuChenIteration;
   options.num_steps = 16;
   const AnalysisSection section = SectionOf(problem, options);
   const auto predicted = ValueOf(section, "iterations");

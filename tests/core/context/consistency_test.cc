@@ -31,9 +31,9 @@ Problem Queue(const std::string& f, const std::string& g, double x0) {
 
 std::vector<Options> EveryWay() {
   Options events, march, stepping;
-  events.method = Method::kEventLocated;
+  events.method = Method::kEventDriven;
   events.error_tolerance = 1e-9;
-  march.method = Method::kExponentialMarch;
+  march.method = Method::kExponentialIntegrator;
   march.num_steps = 100;
   stepping.method = Method::kTimeStepping;
   stepping.num_steps = 100;

@@ -83,14 +83,14 @@ TEST_P(NonuniformGridTest, UnequalStepsAreAsAccurate) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, NonuniformGridTest,
                          ::testing::Values(Subject{"z_least", Method::kLaplaceIteration, 200},
-                                           Subject{"z_least", Method::kExponentialMarch, 200},
+                                           Subject{"z_least", Method::kExponentialIntegrator, 200},
                                            Subject{"z_least", Method::kTimeStepping, 200},
-                                           Subject{"z_least", Method::kPaperIteration, 100},
+                                           Subject{"z_least", Method::kWuChenIteration, 100},
                                            Subject{"saturated_pd", Method::kLaplaceIteration, 300},
-                                           Subject{"saturated_pd", Method::kExponentialMarch, 300},
-                                           Subject{"rlcd", Method::kExponentialMarch, 2000},
+                                           Subject{"saturated_pd", Method::kExponentialIntegrator, 300},
+                                           Subject{"rlcd", Method::kExponentialIntegrator, 2000},
                                            Subject{"rlcd", Method::kTimeStepping, 4000},
-                                           Subject{"relay_sliding", Method::kExponentialMarch, 500},
+                                           Subject{"relay_sliding", Method::kExponentialIntegrator, 500},
                                            Subject{"diode_bridge_cap", Method::kTimeStepping, 2000}),
                          [](const auto& test) {
                            std::string name =
@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, NonuniformGridTest,
 TEST(NonuniformGridErrorTest, IsEstimatedOnHalvedSteps) {
   const Case the_case = LoadCase("z_least");
   Options options;
-  options.method = Method::kExponentialMarch;
+  options.method = Method::kExponentialIntegrator;
   options.estimate_error = true;
   options.output_times = ReferenceTimes(the_case);
   options.output_times_only = true;

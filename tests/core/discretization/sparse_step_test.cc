@@ -17,10 +17,10 @@ namespace {
 using testing::AdvectedGrid;
 using testing::WithDenseMatrices;
 
-Solution SolveBySteps(const Problem& problem, Realisation realisation, double theta, bool average, int threads = 1) {
+Solution SolveBySteps(const Problem& problem, PropagatorKind propagator, double theta, bool average, int threads = 1) {
   Options options;
   options.method = Method::kTimeStepping;
-  options.realisation = realisation;
+  options.propagator = propagator;
   options.theta = theta;
   options.average_y = average;
   options.num_steps = 60;
@@ -34,12 +34,12 @@ TEST_P(SparseStepTest, TakesTheStepsOfDenseMatrices) {
   const auto [theta, average] = GetParam();
   for (const double speed : {0.0, 8.0}) {
     const Problem problem = AdvectedGrid({.side = 9, .constraints = 7, .speed = speed});
-    const Solution sparse = SolveBySteps(problem, Realisation::kSparseStepping, theta, average);
-    const Solution dense = SolveBySteps(WithDenseMatrices(problem), Realisation::kDense, theta, average);
+    const Solution sparse = SolveBySteps(problem, PropagatorKind::kSparseStepping, theta, average);
+    const Solution dense = SolveBySteps(WithDenseMatrices(problem), PropagatorKind::kDense, theta, average);
     ASSERT_EQ(sparse.termination, Termination::kReachedEnd) << sparse.message;
     ASSERT_EQ(dense.termination, Termination::kReachedEnd) << dense.message;
-    EXPECT_EQ(sparse.realisation.used, Realisation::kSparseStepping);
-    EXPECT_EQ(sparse.realisation.factorizations, 1);
+    EXPECT_EQ(sparse.propagator.used, PropagatorKind::kSparseStepping);
+    EXPECT_EQ(sparse.propagator.factorizations, 1);
     EXPECT_GT(MaxAbs(dense.y), 0.1);
     EXPECT_LE(MaxAbs(sparse.x - dense.x), 1e-12 * MaxAbs(dense.x));
     EXPECT_LE(MaxAbs(sparse.y - dense.y), 1e-12 * MaxAbs(dense.y));
@@ -52,17 +52,17 @@ INSTANTIATE_TEST_SUITE_P(Schemes, SparseStepTest,
 
 TEST(SparseStepTest, HasTheSameBitsForAnyNumberOfThreads) {
   const Problem problem = AdvectedGrid({.side = 12, .constraints = 11, .speed = 3});
-  const Solution one = SolveBySteps(problem, Realisation::kSparseStepping, 0, true, 1);
-  const Solution two = SolveBySteps(problem, Realisation::kSparseStepping, 0, true, 2);
+  const Solution one = SolveBySteps(problem, PropagatorKind::kSparseStepping, 0, true, 1);
+  const Solution two = SolveBySteps(problem, PropagatorKind::kSparseStepping, 0, true, 2);
   EXPECT_EQ(one.x, two.x);
   EXPECT_EQ(one.y, two.y);
 }
 
 TEST(SparseStepTest, IsTakenForSparseMatricesLeftToThemselves) {
   const Problem problem = AdvectedGrid({.side = 20, .constraints = 5, .speed = 1});
-  EXPECT_EQ(SolveBySteps(problem, Realisation::kAuto, 0, false).realisation.used, Realisation::kSparseStepping);
-  EXPECT_EQ(SolveBySteps(WithDenseMatrices(problem), Realisation::kAuto, 0, false).realisation.used,
-            Realisation::kDense);
+  EXPECT_EQ(SolveBySteps(problem, PropagatorKind::kAuto, 0, false).propagator.used, PropagatorKind::kSparseStepping);
+  EXPECT_EQ(SolveBySteps(WithDenseMatrices(problem), PropagatorKind::kAuto, 0, false).propagator.used,
+            PropagatorKind::kDense);
 }
 
 // The nodes 1/4, 1/2, 3/4, 1 by steps that were chosen and not asked for, and by dense modes to 1e-11.
@@ -74,7 +74,7 @@ Matrix StatesOf(const Problem& problem, Options options) {
 
 Matrix ByTwoStages(const Problem& problem, Index steps) {
   Options options;
-  options.realisation = Realisation::kSparseStepping;
+  options.propagator = PropagatorKind::kSparseStepping;
   options.num_steps = steps;
   return StatesOf(problem, options);
 }
@@ -82,7 +82,7 @@ Matrix ByTwoStages(const Problem& problem, Index steps) {
 Matrix ByAverages(const Problem& problem, Index steps) {
   Options options;
   options.method = Method::kTimeStepping;
-  options.realisation = Realisation::kSparseStepping;
+  options.propagator = PropagatorKind::kSparseStepping;
   options.average_y = true;
   options.num_steps = steps;
   return StatesOf(problem, options);
@@ -90,7 +90,7 @@ Matrix ByAverages(const Problem& problem, Index steps) {
 
 Matrix ByModes(const Problem& problem) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = 1e-11;
   return StatesOf(WithDenseMatrices(problem), options);
 }
@@ -118,14 +118,14 @@ TEST(TwoStageTest, DampsWhatTheTrapezoidalRuleLetsRing) {
 
 TEST(TwoStageTest, KeepsTheNodesOnTheConstraints) {
   Options options;
-  options.realisation = Realisation::kSparseStepping;
+  options.propagator = PropagatorKind::kSparseStepping;
   options.num_steps = 50;
   options.estimate_error = true;
   const Problem problem = AdvectedGrid({.side = 8, .constraints = 5, .speed = 2});
   const Solution solution = testing::SolveToEnd(problem, options);
   EXPECT_EQ(solution.method, Method::kTimeStepping);
   EXPECT_EQ(solution.cost.lcps, 100 + 1);  // two a step, and that of the start
-  EXPECT_EQ(solution.realisation.factorizations, 1);
+  EXPECT_EQ(solution.propagator.factorizations, 1);
   EXPECT_GT(MaxAbs(solution.y), 0.1);
   EXPECT_LE(solution.certificate.node_residual, 1e-12 * solution.certificate.lcp_scale);
   const double error = MaxAbs(solution.x.rightCols(1) - ByModes(problem).rightCols(1));
@@ -139,7 +139,7 @@ TEST(SparseStepTest, EndsWhereTheStepIsSingular) {
   A.setIdentity();
   problem.horizon = 1;
   problem.A = StructuredMatrix(SparseMatrix(60 * A));
-  EXPECT_EQ(SolveBySteps(problem, Realisation::kSparseStepping, 0, false).termination, Termination::kNonFinite);
+  EXPECT_EQ(SolveBySteps(problem, PropagatorKind::kSparseStepping, 0, false).termination, Termination::kNonFinite);
 }
 
 TEST(SparseFactorTest, SolvesWhereTheDiagonalIsNoPivot) {

@@ -39,7 +39,7 @@ Options Within(double error, Method method = Method::kAuto) {
 
 // At the times of `solution`, to 1e-12 by a method that shares no step with the others.
 Solution ReferenceFor(const Problem& problem, const Solution& solution) {
-  Options options = Within(1e-12, Method::kEventLocated);
+  Options options = Within(1e-12, Method::kEventDriven);
   options.output_times = solution.times;
   options.output_times_only = true;
   return SolveFor(problem, options);
@@ -88,7 +88,7 @@ TEST(EventToleranceTest, IsKeptWhereSourcesAreSteep) {
   problem.horizon = 6;
   const double angle = std::acos(0.999), integral = 48 * (2 * std::sin(angle) - 2 * 0.999 * angle) / 50;
   for (const double tolerance : {1e-8, 1e-10, 1e-11}) {
-    const Solution solution = SolveFor(problem, Within(tolerance, Method::kEventLocated));
+    const Solution solution = SolveFor(problem, Within(tolerance, Method::kEventDriven));
     if (tolerance > 1e-11 || solution.accuracy.error <= tolerance) {
       ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     }
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Combine(::testing::Values("abb_circuit_a", "abb_circuit_c", "american_put", "diode_bridge_cap",
                                          "formula_zoo", "leontief_stock", "observer_lcs", "relay_sliding", "rlcd",
                                          "saturated_pd", "vickrey", "z_least"),
-                       ::testing::Values(Method::kAuto, Method::kExponentialMarch, Method::kLaplaceIteration,
+                       ::testing::Values(Method::kAuto, Method::kExponentialIntegrator, Method::kLaplaceIteration,
                                          Method::kTimeStepping)),
     [](const auto& test) {
       std::string name = std::string(std::get<0>(test.param)) + "_" + MethodName(std::get<1>(test.param));
@@ -152,8 +152,8 @@ double ErrorOfFourOne(const Solution& solution) {
   return error;
 }
 
-TEST(ErrorToleranceOptionTest, OfPaperIterationIncludesItsContour) {
-  Options options = Within(1e-3, Method::kPaperIteration);
+TEST(ErrorToleranceOptionTest, OfWuChenIterationIncludesItsContour) {
+  Options options = Within(1e-3, Method::kWuChenIteration);
   options.num_contour_nodes = 2;  // too few: e^{-2.06 √2} = 0.05
   const Solution solution = SolveFor(ExampleFourOne(), options);
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
@@ -162,7 +162,7 @@ TEST(ErrorToleranceOptionTest, OfPaperIterationIncludesItsContour) {
 }
 
 TEST(ErrorToleranceOptionTest, LeavesOutputWhereItWasAskedFor) {
-  Options options = Within(1e-4, Method::kExponentialMarch);
+  Options options = Within(1e-4, Method::kExponentialIntegrator);
   options.output_times = {0.1, 0.55};
   options.output_times_only = true;
   EXPECT_EQ(SolveFor(ExampleFourOne(), options).times, (std::vector<double>{0.1, 0.55}));
@@ -192,7 +192,7 @@ TEST(ErrorToleranceOptionTest, ChoosesEventLocationAndSaysWhy) {
   const Solution solution = SolveFor(ExampleFourOne(), Within(1e-8));
   EXPECT_NE(solution.reason.find("for an error of 1e-08"), std::string::npos) << solution.reason;
   EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
-  EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kEventLocated);
+  EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kEventDriven);
 }
 
 }  // namespace

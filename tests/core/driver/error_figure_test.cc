@@ -40,7 +40,7 @@ Solution SolveBy(const Problem& problem, const Options& options) {
 // At the times of `solution`; by event location, which has no step in common with what is judged.
 Solution ReferenceFor(const Problem& problem, const Solution& solution) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = 1e-12;
   options.output_times = solution.times;
   options.output_times_only = true;
@@ -77,7 +77,7 @@ TEST(ErrorFigureTest, OfFixedStepsIsSeldomBelowAThird) {
     const int kind = static_cast<int>(random.Integer(0, 3));
     options.method = kind == 0   ? Method::kTimeStepping
                      : kind == 1 ? Method::kLaplaceIteration
-                                 : Method::kExponentialMarch;
+                                 : Method::kExponentialIntegrator;
     if (kind == 0) options.theta = 0.5 * static_cast<double>(random.Integer(0, 1));
     const Solution solution = SolveBy(problem, options);
     if (solution.termination != Termination::kReachedEnd) continue;  // the iteration, where y is no function of x
@@ -157,7 +157,7 @@ TEST_P(RoundedDataFigureTest, KnowsWhatTheDataDoNotDetermine) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, RoundedDataFigureTest,
-                         ::testing::Values(Method::kExponentialMarch, Method::kTimeStepping), [](const auto& test) {
+                         ::testing::Values(Method::kExponentialIntegrator, Method::kTimeStepping), [](const auto& test) {
                            return std::string(test.param == Method::kTimeStepping ? "stepping" : "march");
                          });
 
@@ -175,7 +175,7 @@ TEST(ErrorFigureTest, KnowsTheErrorOfSingleSteps) {
   options.num_steps = 1000;
   options.output_times = {1e-5, 1e-4, 1e-3, 1e-2, 10};
   options.output_times_only = true;
-  for (const Method method : {Method::kExponentialMarch, Method::kTimeStepping}) {
+  for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
     options.method = method;
     const Solution solution = SolveBy(problem, options);
     const double error = TrueError(problem, solution, ReferenceFor(problem, solution), true);
@@ -225,7 +225,7 @@ TEST_P(ControlledFigureTest, IsNeverBelowAThird) {
 INSTANTIATE_TEST_SUITE_P(Ways, ControlledFigureTest,
                          ::testing::Values(Controlled{"by_default", Method::kAuto, 0},
                                            Controlled{"events", Method::kAuto, 1e-4},
-                                           Controlled{"march", Method::kExponentialMarch, 1e-3},
+                                           Controlled{"march", Method::kExponentialIntegrator, 1e-3},
                                            Controlled{"stepping", Method::kTimeStepping, 1e-2}),
                          [](const auto& test) { return std::string(test.param.name); });
 

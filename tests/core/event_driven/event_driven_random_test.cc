@@ -96,7 +96,7 @@ Solution SolveBy(Method method, const Problem& problem, Options options) {
 Solution Locate(const Problem& problem, double tolerance) {
   Options options;
   options.error_tolerance = tolerance;
-  return SolveBy(Method::kEventLocated, problem, options);
+  return SolveBy(Method::kEventDriven, problem, options);
 }
 
 TEST_P(EventRandomTest, AgreesWithAFineMarch) {
@@ -108,7 +108,7 @@ TEST_P(EventRandomTest, AgreesWithAFineMarch) {
     Options fine;
     fine.num_steps = GetParam().steps;
     fine.estimate_error = true;
-    const Solution marched = SolveBy(Method::kExponentialMarch, problem, fine);
+    const Solution marched = SolveBy(Method::kExponentialIntegrator, problem, fine);
     ASSERT_EQ(marched.termination, Termination::kReachedEnd) << marched.message;
     const Solution located = Locate(problem, 1e-9);
     ASSERT_EQ(located.termination, Termination::kReachedEnd) << located.message;

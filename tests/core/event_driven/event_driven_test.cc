@@ -32,7 +32,7 @@ using testing::Scalar;
 // By event location to an error, or to that which is taken where none is asked for.
 Solution SolveAt(const Problem& problem, double tolerance, std::vector<double> times = {}) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = tolerance;
   options.output_times = std::move(times);
   options.output_times_only = !options.output_times.empty();
@@ -130,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(All, EventCasesTest,
                                            "vickrey", "american_put", "relay_sliding", "friction_oscillator"),
                          [](const auto& the_case) { return std::string(the_case.param); });
 
-TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
+TEST(EventDrivenTest, ReachesEveryToleranceOnExampleFourOne) {
   std::vector<double> times;
   for (int k = 1; k <= 40; ++k) times.push_back(k / 40.0);
   Index first_steps = 0, steps = 0;
@@ -151,7 +151,7 @@ TEST(EventLocatedTest, ReachesEveryToleranceOnExampleFourOne) {
 }
 
 // y of the closed form too, between switches where it is not smooth: y = (x1⁺, 0, 0, x1⁻).
-TEST(EventLocatedTest, YIsAsAccurateAsX) {
+TEST(EventDrivenTest, YIsAsAccurateAsX) {
   std::vector<double> times;
   for (int k = 1; k <= 40; ++k) times.push_back(k / 40.0);
   const Solution solution = SolveAt(ExampleFourOne(), 1e-9, times);
@@ -162,7 +162,7 @@ TEST(EventLocatedTest, YIsAsAccurateAsX) {
   }
 }
 
-TEST(EventLocatedTest, RefiningTheToleranceConvergesOnTheFourVariables) {
+TEST(EventDrivenTest, RefiningTheToleranceConvergesOnTheFourVariables) {
   for (const Problem& problem : {FourVariableEasy(), FourVariableHard()}) {
     const Vector best = LastState(SolveAt(problem, 1e-11));
     for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9}) {
@@ -174,7 +174,7 @@ TEST(EventLocatedTest, RefiningTheToleranceConvergesOnTheFourVariables) {
 }
 
 // The first modes are short, and behind their ends they grow fast: how large x would be there does not count.
-TEST(EventLocatedTest, CoarseTolerancesAreMetWhereModesGrowBehindTheirEnds) {
+TEST(EventDrivenTest, CoarseTolerancesAreMetWhereModesGrowBehindTheirEnds) {
   std::vector<double> times;
   for (int k = 1; k <= 16; ++k) times.push_back(k / 16.0);
   const Solution best = SolveAt(FourVariableEasy(), 1e-11, times);
@@ -196,7 +196,7 @@ Vector JumpExact(double t) {
   return Vector::Constant(1, -1 + std::exp(-2 * (t - zero)));
 }
 
-TEST(EventLocatedTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
+TEST(EventDrivenTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
   Problem undeclared = Scalar(-1, 0, 1, 2);
   undeclared.f = TimeFunction::Formulas({"1.5*(t<0.7)-2"});
   Problem declared = undeclared;
@@ -212,12 +212,12 @@ TEST(EventLocatedTest, CrossesDeclaredAndUndeclaredJumpsOfSources) {
   EXPECT_LT(SolveAt(declared, 1e-9).cost.steps, 12);
 }
 
-TEST(EventLocatedTest, MeasuresErrorsAgainstTheStartToo) {
+TEST(EventDrivenTest, MeasuresErrorsAgainstTheStartToo) {
   const Solution solution = SolveAt(Scalar(-1, 0, 5, 2), 1e-9);  // x = 5 e^{-t}
   EXPECT_DOUBLE_EQ(solution.certificate.x_scale, 5);
 }
 
-TEST(EventLocatedTest, SamplesAreStraightBetweenTheirTimes) {
+TEST(EventDrivenTest, SamplesAreStraightBetweenTheirTimes) {
   Problem problem = Scalar(0, 1, 0, 1);  // y = 0
   problem.f = TimeFunction::Sampled({0, 0.3, 1}, Matrix{{0, 3, 0}});
   const Solution solution = SolveAt(problem, 1e-12, {0.3, 1});
@@ -234,7 +234,7 @@ Solution SolveForGuard(const char* g) {
   return SolveAt(problem, 1e-9);
 }
 
-TEST(EventLocatedTest, GrazingIsNoEventAndDippingIsTwo) {
+TEST(EventDrivenTest, GrazingIsNoEventAndDippingIsTwo) {
   EXPECT_TRUE(SwitchesOf(SolveForGuard("(t-1)**2")).empty());
   const std::vector<double> times = SwitchesOf(SolveForGuard("(t-1)**2-1e-6"));
   ASSERT_EQ(times.size(), 2u);
@@ -242,7 +242,7 @@ TEST(EventLocatedTest, GrazingIsNoEventAndDippingIsTwo) {
   EXPECT_NEAR(times[1], 1.001, 1e-9);
 }
 
-TEST(EventLocatedTest, PassesInflectionsAndIdenticalZeros) {
+TEST(EventDrivenTest, PassesInflectionsAndIdenticalZeros) {
   const Solution inflection = SolveForGuard("(t-1)**3");
   ASSERT_EQ(SwitchesOf(inflection).size(), 1u);
   EXPECT_NEAR(SwitchesOf(inflection)[0], 1, 1e-3);  // y is below 1e-9 from there on
@@ -250,7 +250,7 @@ TEST(EventLocatedTest, PassesInflectionsAndIdenticalZeros) {
 }
 
 // Point queue with sin: free and empty stretches alternate; x' = sin 20t - 1/2, x >= 0.
-TEST(EventLocatedTest, JumpsOntoTheConstraintsAndSlidesThere) {
+TEST(EventDrivenTest, JumpsOntoTheConstraintsAndSlidesThere) {
   Problem problem;
   problem.A = Matrix::Zero(1, 1);
   problem.B = problem.N = Matrix(Matrix::Ones(1, 1));
@@ -294,7 +294,7 @@ Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& 
 
 // |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind
 // it.
-TEST(EventLocatedTest, FollowsSwitchesThatAccumulateIntoSliding) {
+TEST(EventDrivenTest, FollowsSwitchesThatAccumulateIntoSliding) {
   const Matrix C{{1, -2}, {2, 1}};
   const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
   const Solution solution = SolveAt(problem, 1e-9, {0.3, 0.6, 0.649, 0.66, 2});
@@ -309,7 +309,7 @@ TEST(EventLocatedTest, FollowsSwitchesThatAccumulateIntoSliding) {
 
 // x1' = x2, x2' = -2 sgn x1 - sgn x2: switches accumulate at a point where no mode of relative degree one
 // holds. The coupled march survives, and the record says so.
-TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
+TEST(EventDrivenTest, SurvivesWhereNoModeLasts) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
   const Problem problem = Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10);
@@ -330,7 +330,7 @@ TEST(EventLocatedTest, SurvivesWhereNoModeLasts) {
 }
 
 // The oscillation of a relay behind a double integrator: parabolas, switches √2, 3√2, 5√2, ...
-TEST(EventLocatedTest, SwitchesARelayBehindTwoIntegrators) {
+TEST(EventDrivenTest, SwitchesARelayBehindTwoIntegrators) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
   const Solution solution =
@@ -343,7 +343,7 @@ TEST(EventLocatedTest, SwitchesARelayBehindTwoIntegrators) {
 }
 
 // λ = -1e6: x follows cos 3t to 1e-6 while w > 0. Steps follow the slow solution.
-TEST(EventLocatedTest, TakesLongStepsOnStiffModes) {
+TEST(EventDrivenTest, TakesLongStepsOnStiffModes) {
   Problem problem = Scalar(-1e6, 2, 1, 2);
   problem.f = TimeFunction::Formulas({"1e6*cos(3*t)-3*sin(3*t)"});
   const Solution solution = SolveAt(problem, 1e-9, {0.5, 1, 2});
@@ -354,7 +354,7 @@ TEST(EventLocatedTest, TakesLongStepsOnStiffModes) {
 }
 
 // The least element of 0 <= y ⟂ x - y >= 0 is y = 0 for x >= 0, and there is none for x < 0; x = 1 - t.
-TEST(EventLocatedTest, EndsWhereNoLeastElementIsLeft) {
+TEST(EventDrivenTest, EndsWhereNoLeastElementIsLeft) {
   Problem problem = Scalar(0, 0, 1, 2);
   problem.M(0, 0) = -1;
   problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
@@ -366,17 +366,17 @@ TEST(EventLocatedTest, EndsWhereNoLeastElementIsLeft) {
   EXPECT_GT(solution.times.back(), 0.99);
 }
 
-TEST(EventLocatedTest, SaysWhenTheStateOverflows) {
+TEST(EventDrivenTest, SaysWhenTheStateOverflows) {
   const Solution solution = SolveAt(Scalar(1e4, 1, 1, 10), 1e-9);
   EXPECT_EQ(solution.termination, Termination::kNonFinite) << solution.message;
   EXPECT_LT(solution.failure_time, 0.08);
 }
 
-TEST(EventLocatedTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
+TEST(EventDrivenTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
   const Solution few = SolveAt(ExampleFourOne(), 1e-9, {0.5});
   ASSERT_EQ(few.times, (std::vector<double>{0.5}));
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.num_steps = 100;
   Observer silent;
   const auto many = Solve(ExampleFourOne(), options, silent, {});
@@ -387,7 +387,7 @@ TEST(EventLocatedTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
   EXPECT_EQ(few.cost.steps, many->cost.steps);
 }
 
-TEST(EventLocatedTest, IsDenseBetweenItsNodes) {
+TEST(EventDrivenTest, IsDenseBetweenItsNodes) {
   const Problem problem = ExampleFourOne();
   const Solution solution = SolveAt(problem, 1e-9);
   ASSERT_EQ(static_cast<Index>(solution.pieces.size()), solution.cost.steps);
@@ -402,7 +402,7 @@ TEST(EventLocatedTest, IsDenseBetweenItsNodes) {
 }
 
 // The march too: x1' = x2, x2' = -2 sgn x1 - sgn x2 is continuous, and dense output meets the nodes from both sides.
-TEST(EventLocatedTest, DenseOutputMeetsTheNodesOfCoupledSteps) {
+TEST(EventDrivenTest, DenseOutputMeetsTheNodesOfCoupledSteps) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
   const Problem problem = Relays(A, Matrix{{0, 0}, {2, 1}}, Matrix::Identity(2, 2), Vector{{1, 0}}, 10);
@@ -417,9 +417,9 @@ TEST(EventLocatedTest, DenseOutputMeetsTheNodesOfCoupledSteps) {
   }
 }
 
-TEST(EventLocatedTest, DenseOutputNeedsThePieces) {
+TEST(EventDrivenTest, DenseOutputNeedsThePieces) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   Observer silent;
   const auto solution = Solve(ExampleFourOne(), options, silent, {});
   ASSERT_TRUE(solution.ok());
@@ -428,7 +428,7 @@ TEST(EventLocatedTest, DenseOutputNeedsThePieces) {
 }
 
 // w = g + y with g = -1 before the break point at 1 and -3 behind it: y jumps from 1 to 3.
-TEST(EventLocatedTest, HasBothLimitsWhereYJumps) {
+TEST(EventDrivenTest, HasBothLimitsWhereYJumps) {
   Problem problem = Scalar(0, 0, 0, 2);
   problem.B.MutableDense().setZero();
   problem.g = TimeFunction::Formulas({"-1-2*(t>=1)"});
@@ -445,7 +445,7 @@ TEST(EventLocatedTest, HasBothLimitsWhereYJumps) {
   EXPECT_NEAR(dense->Limit(1, Side::kRight).y[0], 3, 1e-12);
 }
 
-TEST(EventLocatedTest, NamesWhatEntersAndLeaves) {
+TEST(EventDrivenTest, NamesWhatEntersAndLeaves) {
   Problem problem = Scalar(0, 0, 0, 2);  // w = g + y
   problem.B.MutableDense().setZero();
   problem.g = TimeFunction::Formulas({"(t-0.5)*(1.5-t)*(1-4*(t>=1))"});  // y > 0 on (0, 0.5) and on (1, 1.5)
@@ -463,9 +463,9 @@ TEST(EventLocatedTest, NamesWhatEntersAndLeaves) {
   EXPECT_EQ(times[2].kind, "break point");
 }
 
-TEST(EventLocatedTest, EstimatesItsError) {
+TEST(EventDrivenTest, EstimatesItsError) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = 1e-6;
   Observer silent;
   const auto solution = Solve(ExampleFourOne(), options, silent, {});
@@ -476,18 +476,18 @@ TEST(EventLocatedTest, EstimatesItsError) {
   EXPECT_LT(solution->accuracy.error, 1e-6);
 }
 
-TEST(EventLocatedTest, StopsOnRequest) {
+TEST(EventDrivenTest, StopsOnRequest) {
   std::stop_source stop;
   stop.request_stop();
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   Observer silent;
   const auto result = Solve(ExampleFourOne(), options, silent, stop.get_token());
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->termination, Termination::kCancelled);
 }
 
-TEST(EventLocatedTest, RefusesRulesThatAModeDoesNotDetermineAndRelativeDegreeThree) {
+TEST(EventDrivenTest, RefusesRulesThatAModeDoesNotDetermineAndRelativeDegreeThree) {
   Problem problem = LoadCase("diode_bridge_cap").problem;
   problem.rule = SolutionRule::kLeastNorm;
   const Solution least_norm = SolveAt(problem, 1e-9);
@@ -498,7 +498,7 @@ TEST(EventLocatedTest, RefusesRulesThatAModeDoesNotDetermineAndRelativeDegreeThr
   EXPECT_NE(triple.message.find("relative degree 3"), std::string::npos) << triple.message;
 }
 
-TEST(EventLocatedTest, RefusesTolerancesThatDoublesCannotMeet) {
+TEST(EventDrivenTest, RefusesTolerancesThatDoublesCannotMeet) {
   Observer silent;
   for (const double tolerance : {-1.0, 1e-15, 1.0, std::nan("")}) {
     Options options;

@@ -20,7 +20,7 @@ namespace {
 
 Solution SolveAt(const Problem& problem, double tolerance, const std::vector<double>& times) {
   Options options;
-  options.method = Method::kEventLocated;
+  options.method = Method::kEventDriven;
   options.error_tolerance = tolerance;
   options.output_times = times;
   options.output_times_only = true;

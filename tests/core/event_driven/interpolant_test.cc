@@ -73,20 +73,20 @@ TEST(InterpolantTest, MeetsTheNodesOfEveryMethod) {
   averaged.average_y = true;
   ExpectMeetsTheNodes(f41, By(Method::kTimeStepping, 50), 1e-14);
   ExpectMeetsTheNodes(f41, averaged, 1e-14);
-  ExpectMeetsTheNodes(f41, By(Method::kExponentialMarch, 50), 1e-13);
+  ExpectMeetsTheNodes(f41, By(Method::kExponentialIntegrator, 50), 1e-13);
   ExpectMeetsTheNodes(f41, By(Method::kLaplaceIteration, 50), 1e-11);
-  ExpectMeetsTheNodes(f41, By(Method::kPaperIteration, 50), 1e-4);  // P = 25: the error of the contour
+  ExpectMeetsTheNodes(f41, By(Method::kWuChenIteration, 50), 1e-4);  // P = 25: the error of the contour
 }
 
 TEST(InterpolantTest, KeepsBothLimitsOfABreakPoint) {
   for (const double M : {1.0, 0.0}) {
-    for (const Method method : {Method::kTimeStepping, Method::kExponentialMarch}) {
+    for (const Method method : {Method::kTimeStepping, Method::kExponentialIntegrator}) {
       ExpectMeetsTheNodes(WithABreak(M), By(method, 40), 1e-13);
     }
   }
   // M = 1: y = max(0, -x - g) has two limits at 1/2, and exp-PL between them is the solution x' = -1 x + y + f itself.
   const Problem problem = WithABreak(1);
-  const Solution solution = Solved(problem, By(Method::kExponentialMarch, 40));
+  const Solution solution = Solved(problem, By(Method::kExponentialIntegrator, 40));
   ASSERT_EQ(solution.left_limits.size(), 1u);
   Interpolant interpolant = Made(problem, solution);
   const auto left = interpolant.Limit(0.5, Side::kLeft), right = interpolant.Limit(0.5, Side::kRight);
@@ -102,7 +102,7 @@ TEST(InterpolantTest, StatesJumpWhereTheyJump) {
   problem.M.MutableDense().setZero();
   problem.f = TimeFunction::Constant(Vector::Constant(1, -1));
   problem.g.pieces = {{0, ConstantFunction{Vector::Constant(1, 0)}}, {0.5, ConstantFunction{Vector::Constant(1, -1)}}};
-  const Solution solution = Solved(problem, By(Method::kExponentialMarch, 64));
+  const Solution solution = Solved(problem, By(Method::kExponentialIntegrator, 64));
   ASSERT_EQ(solution.jumps.size(), 1u);
   Interpolant interpolant = Made(problem, solution);
   EXPECT_NEAR(interpolant.Limit(0.5, Side::kLeft).x[0], 0, 1e-14);
@@ -117,7 +117,7 @@ TEST(InterpolantTest, AgreesWithTheMiddleThatTheCertificateJudges) {
   const Index steps = 64;
   const double h = 1.0 / 64;
   const Scheme scheme = ExponentialPiecewiseLinear(problem, h);
-  const Solution solution = Solved(problem, By(Method::kExponentialMarch, steps));
+  const Solution solution = Solved(problem, By(Method::kExponentialIntegrator, steps));
   Interpolant interpolant = Made(problem, solution);
   auto f = TimeFunctionEvaluator::Create(problem.f, 3);
   ASSERT_TRUE(f.ok());
@@ -145,7 +145,7 @@ TEST(InterpolantTest, KeepsTheOrderOfTheMethodBetweenNodes) {
     }
     return largest;
   };
-  EXPECT_NEAR(std::log2(error(Method::kExponentialMarch, 97) / error(Method::kExponentialMarch, 388)) / 2, 2, 0.2);
+  EXPECT_NEAR(std::log2(error(Method::kExponentialIntegrator, 97) / error(Method::kExponentialIntegrator, 388)) / 2, 2, 0.2);
   EXPECT_NEAR(std::log2(error(Method::kTimeStepping, 97) / error(Method::kTimeStepping, 388)) / 2, 1, 0.2);
 }
 
@@ -175,7 +175,7 @@ TEST(InterpolantTest, NeedsEveryNode) {
   const Solution sparse = Solved(problem, options);
   EXPECT_EQ(Interpolant::Create(problem, sparse).status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(Interpolant::Create(problem, Solution{}).status().code(), absl::StatusCode::kInvalidArgument);
-  Options splines = By(Method::kPaperIteration, 20);
+  Options splines = By(Method::kWuChenIteration, 20);
   splines.interpolation = Interpolation::kCubicSpline;
   EXPECT_FALSE(Interpolant::Create(problem, Solved(problem, splines)).ok());
   options.output_times_only = false;

@@ -112,7 +112,7 @@ TEST(LaplaceIterationTest, AgreesWithTheMarchOnEveryNode) {
     Observer silent;
     const Solution iterated = Iterate(problem, 512, 0, silent);
     Options options;
-    options.method = Method::kExponentialMarch;
+    options.method = Method::kExponentialIntegrator;
     options.num_steps = 512;
     const auto marched = Solve(problem, options, silent, {});
     ASSERT_TRUE(marched.ok());
@@ -196,7 +196,7 @@ TEST(LaplaceIterationTest, TakesWindowsAcrossStepsOfUnequalLength) {
       growing.push_back(problem.horizon * (0.7 * s + 0.3 * s * s));
     }
     for (const std::vector<double>& times : {alternating, growing}) {
-      const Solution marched = solve(problem, Method::kExponentialMarch, times, 0);
+      const Solution marched = solve(problem, Method::kExponentialIntegrator, times, 0);
       const Solution found = solve(problem, Method::kLaplaceIteration, times, 0);
       ASSERT_EQ(found.termination, Termination::kReachedEnd) << found.message;
       EXPECT_LT(MaxAbs(found.x - marched.x), 1e-10);

@@ -32,16 +32,16 @@ struct SectorialCase {
 };
 void PrintTo(const SectorialCase& the_case, std::ostream* out) { *out << the_case.name; }
 
-class PaperIterationTest : public ::testing::TestWithParam<SectorialCase> {};
+class WuChenIterationTest : public ::testing::TestWithParam<SectorialCase> {};
 
-TEST_P(PaperIterationTest, AgreesWithLaplaceIterationToTheAccuracyOfItsContour) {
+TEST_P(WuChenIterationTest, AgreesWithLaplaceIterationToTheAccuracyOfItsContour) {
   Problem problem = testing::LoadCase(GetParam().name).problem;
   problem.horizon = GetParam().horizon;
   const Index steps = 50;
   const Solution reference = SolveToEnd(problem, On(Method::kLaplaceIteration, steps));
   const double scale = MaxAbs(reference.x);
   const auto error = [&](Index nodes) {
-    const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, steps, nodes));
+    const Solution solution = SolveToEnd(problem, On(Method::kWuChenIteration, steps, nodes));
     if (solution.termination != Termination::kReachedEnd) return std::nan("");
     return MaxAbs(solution.x - reference.x) / scale;
   };
@@ -54,12 +54,12 @@ TEST_P(PaperIterationTest, AgreesWithLaplaceIterationToTheAccuracyOfItsContour) 
   EXPECT_LT(fine, 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sectorial, PaperIterationTest,
+INSTANTIATE_TEST_SUITE_P(Sectorial, WuChenIterationTest,
                          ::testing::Values(SectorialCase{"z_least", 2}, SectorialCase{"formula_zoo", 2},
                                            SectorialCase{"wall_permeable", 0.1}));
 
-TEST(PaperIterationTest, TakesTheContourOfRemark23ForTheInitialState) {
-  Options options = On(Method::kPaperIteration, 40, 25);
+TEST(WuChenIterationTest, TakesTheContourOfRemark23ForTheInitialState) {
+  Options options = On(Method::kWuChenIteration, 40, 25);
   const Solution exact = SolveToEnd(testing::FourVariableEasy(), options);
   options.contour_for_initial_state = true;
   const Solution contour = SolveToEnd(testing::FourVariableEasy(), options);
@@ -68,7 +68,7 @@ TEST(PaperIterationTest, TakesTheContourOfRemark23ForTheInitialState) {
 }
 
 // Remark 2.1: imaginary, unstable and zero eigenvalues, whole and in part outside the sector.
-TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
+TEST(WuChenIterationTest, ServesSpectraOutsideTheSector) {
   struct Subject {
     const char* name;
     Matrix A;
@@ -89,7 +89,7 @@ TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
     problem.M.MutableDense() += 4 * Matrix::Identity(4, 4);  // solvable for every state
     problem.horizon = 0.5;
     const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 32));
-    const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, 32, 100));
+    const Solution solution = SolveToEnd(problem, On(Method::kWuChenIteration, 32, 100));
     EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-7 * MaxAbs(exact.x));
     ASSERT_TRUE(solution.contour.has_value());
     EXPECT_EQ(solution.contour->separated, subject.separated);
@@ -101,7 +101,7 @@ TEST(PaperIterationTest, ServesSpectraOutsideTheSector) {
   }
 }
 
-TEST(PaperIterationTest, ServesTheCasesWithSpectraOutsideTheSector) {
+TEST(WuChenIterationTest, ServesTheCasesWithSpectraOutsideTheSector) {
   for (const char* name : {"rlcd", "observer_lcs"}) {
     SCOPED_TRACE(name);
     Problem problem = testing::LoadCase(name).problem;
@@ -111,13 +111,13 @@ TEST(PaperIterationTest, ServesTheCasesWithSpectraOutsideTheSector) {
     ASSERT_TRUE(refused.ok());
     if (refused->termination == Termination::kUnsupported) continue;
     const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 40));
-    const Solution solution = SolveToEnd(problem, On(Method::kPaperIteration, 40, 100));
+    const Solution solution = SolveToEnd(problem, On(Method::kWuChenIteration, 40, 100));
     EXPECT_LT(MaxAbs(solution.x - exact.x), 1e-7 * MaxAbs(exact.x));
   }
 }
 
 // x' = -x + y + f with y = -(x + g) > 0 throughout: x' = -2x - g + f is as smooth as f and g are.
-TEST(PaperIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
+TEST(WuChenIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
   Problem problem = testing::Scalar(-1, 0, 0, 1.5);
   problem.g = TimeFunction::Formulas({"-3 - sin(3*t)"});
   const auto exact = [](double t) {
@@ -125,7 +125,7 @@ TEST(PaperIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
   };
   const auto order = [&](Interpolation interpolation, double& fine) {
     const auto error = [&](Index steps) {
-      Options options = On(Method::kPaperIteration, steps, 150);
+      Options options = On(Method::kWuChenIteration, steps, 150);
       options.interpolation = interpolation;
       const Solution solution = SolveToEnd(problem, options);
       double worst = 0;
@@ -147,7 +147,7 @@ TEST(PaperIterationTest, CubicSplinesAreOfFourthOrderOnSmoothData) {
 
 // The same with y = max(0, -(x + g)), which leaves and meets zero between nodes: x'' is continuous, y' is not, and the
 // spline gains nothing (Remark 2.5).
-TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
+TEST(WuChenIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
   Problem problem = testing::Scalar(-1, 0, 0, 1.5);
   problem.g = TimeFunction::Formulas({"-1.2*sin(7*t)"});
   Options finest = On(Method::kLaplaceIteration, 12800, 49);
@@ -160,7 +160,7 @@ TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
     double worst = 0;
     for (const Index more : {0, 5, 10, 15}) {
       Options options = finest;
-      options.method = Method::kPaperIteration;
+      options.method = Method::kWuChenIteration;
       options.num_steps = steps + more;
       options.interpolation = interpolation;
       worst = NanMax(worst, MaxAbs(SolveToEnd(problem, options).x - reference.x));
@@ -173,11 +173,11 @@ TEST(PaperIterationTest, CubicSplinesAreOfSecondOrderAcrossKinks) {
   EXPECT_LT(std::log(cubic / cubic_fine) / std::log(2.5), 3);  // 2 at second order, 4 at fourth
 }
 
-TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
+TEST(WuChenIterationTest, TakesTheContourThatIsAskedFor) {
   const Problem easy = testing::FourVariableEasy();
   const Solution exact = SolveToEnd(easy, On(Method::kLaplaceIteration, 32));
   for (const ContourChoice choice : {ContourChoice::kAuto, ContourChoice::kTheorem22, ContourChoice::kRemark24}) {
-    Options options = On(Method::kPaperIteration, 32, 64);
+    Options options = On(Method::kWuChenIteration, 32, 64);
     options.contour = choice;
     const Solution solution = SolveToEnd(easy, options);
     EXPECT_EQ(solution.contour->choice, choice == ContourChoice::kRemark24 ? "Remark 2.4" : "Theorem 2.2");
@@ -189,7 +189,7 @@ TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
   Problem wide = easy;
   wide.A.MutableDense() << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
   wide.horizon = 0.5;
-  Options options = On(Method::kPaperIteration, 32, 64);
+  Options options = On(Method::kWuChenIteration, 32, 64);
   options.contour = ContourChoice::kTheorem22;
   const Solution split = SolveToEnd(wide, options);
   EXPECT_EQ(split.contour->separated, 2);
@@ -198,11 +198,11 @@ TEST(PaperIterationTest, TakesTheContourThatIsAskedFor) {
 }
 
 // Eigenvalues -1 ± 2.5i, α = 1.19: Theorem 2.2's contour leaves them out, Remark 2.4's does not.
-TEST(PaperIterationTest, TakesAnotherContourForAWideSector) {
+TEST(WuChenIterationTest, TakesAnotherContourForAWideSector) {
   Problem problem = testing::FourVariableEasy();
   problem.A.MutableDense() << -1, 2.5, 0, -2.5, -1, 0, 0, 0, -1;
   problem.horizon = 0.5;
-  Options options = On(Method::kPaperIteration, 32, 100);
+  Options options = On(Method::kWuChenIteration, 32, 100);
   options.contour_for_initial_state = true;
   const Solution exact = SolveToEnd(problem, On(Method::kLaplaceIteration, 32));
   const Solution solution = SolveToEnd(problem, options);
@@ -213,8 +213,8 @@ TEST(PaperIterationTest, TakesAnotherContourForAWideSector) {
   EXPECT_NE(solution.warnings[1].find("Remark 2.3"), std::string::npos) << solution.warnings[1];
 }
 
-TEST(PaperIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
-  Options options = On(Method::kPaperIteration, 60, 16);
+TEST(WuChenIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
+  Options options = On(Method::kWuChenIteration, 60, 16);
   options.num_threads = 1;
   const Solution one = SolveToEnd(testing::FourVariableEasy(), options);
   options.num_threads = 3;
@@ -222,7 +222,7 @@ TEST(PaperIterationTest, HasTheSameBitsForAnyNumberOfThreads) {
   EXPECT_TRUE((one.x.array() == many.x.array()).all());
 }
 
-TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
+TEST(WuChenIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
   class Check : public Observer {
    public:
     void OnIterate(const IterateReport& iterate, const IterateValues& values) override {
@@ -239,7 +239,7 @@ TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
     std::vector<double> times;  // of the last iterate
     Matrix y;
   } check;
-  const auto solution = Solve(testing::FourVariableEasy(), On(Method::kPaperIteration, 32), check, {});
+  const auto solution = Solve(testing::FourVariableEasy(), On(Method::kWuChenIteration, 32), check, {});
   ASSERT_TRUE(solution.ok());
   EXPECT_EQ(check.times, solution->times);
   EXPECT_TRUE((check.y.array() == solution->y.array()).all());
@@ -248,9 +248,9 @@ TEST(PaperIterationTest, StaysBelowTheBoundOfTheoremTwoTwo) {
 }
 
 // y^{k+1} solves the LCPs of x^k.
-TEST(PaperIterationTest, KeepsTheLastIterateWhereIterationsRunOut) {
+TEST(WuChenIterationTest, KeepsTheLastIterateWhereIterationsRunOut) {
   const Problem problem = testing::FourVariableEasy();
-  for (const Method method : {Method::kPaperIteration, Method::kLaplaceIteration}) {
+  for (const Method method : {Method::kWuChenIteration, Method::kLaplaceIteration}) {
     Options options = On(method, 32);
     options.window_steps = Options::kWholeHorizon;
     options.max_iterations = 3;
@@ -273,7 +273,7 @@ TEST(PaperIterationTest, KeepsTheLastIterateWhereIterationsRunOut) {
 }
 
 // Feedback of gain 4 on [0, 40]: the iteration over the whole of it diverges, whatever the steps.
-TEST(PaperIterationTest, EndsAtTheFirstTrialThatDiverges) {
+TEST(WuChenIterationTest, EndsAtTheFirstTrialThatDiverges) {
   Problem problem;
   problem.A = Matrix{{-1}};
   problem.B = Matrix{{4}};
@@ -283,7 +283,7 @@ TEST(PaperIterationTest, EndsAtTheFirstTrialThatDiverges) {
   problem.x0 = Vector{{-1}};
   problem.horizon = 40;
   Options options;
-  options.method = Method::kPaperIteration;
+  options.method = Method::kWuChenIteration;
   struct : Observer {
     void OnWindowStarted(const WindowReport&) override { ++windows; }
     int windows = 0;

@@ -114,7 +114,7 @@ TEST(LaplaceBoundsTest, AccuracyOfTheConvergedSolutionIsAsPredicted) {
   const auto exact = Solve(problem, options, silent, {});
   ASSERT_TRUE(exact.ok());
   const double source = MaxAbs(problem.B * exact->y) + 6;  // |f| <= 3, twice for what the iterates do
-  options.method = Method::kPaperIteration;
+  options.method = Method::kWuChenIteration;
   for (const Index nodes : {9, 25}) {
     options.num_contour_nodes = nodes;
     const auto solution = Solve(problem, options, silent, {});
@@ -174,7 +174,7 @@ TEST(LaplaceStartTest, TheIterationStaysFeasibleOnItsInterval) {
   EXPECT_GE(start.t_star_from_x0, start.t_star);
   problem.horizon = start.t_star_from_x0;
   Options options;
-  options.method = Method::kPaperIteration;
+  options.method = Method::kWuChenIteration;
   options.num_steps = 16;
   Observer silent;
   const auto solution = Solve(problem, options, silent, {});

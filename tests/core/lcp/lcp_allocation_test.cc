@@ -44,9 +44,9 @@ TEST(LcpAllocationTest, AcceptedGuessesAllocateNothing) {
         Basis basis(n, 0);
         Vector y(n);
         const Vector tolerance = Vector::Constant(n, 1e-13);
-        ASSERT_EQ(solver->Solve(q, tolerance, basis, y), LcpVerdict::kSolved);
+        ASSERT_EQ(solver->Solve(q, tolerance, basis, y), LcpStatus::kSolved);
         const long before = allocations;
-        for (int k = 0; k < 10; ++k) ASSERT_EQ(solver->Solve(q, tolerance, basis, y), LcpVerdict::kSolved);
+        for (int k = 0; k < 10; ++k) ASSERT_EQ(solver->Solve(q, tolerance, basis, y), LcpStatus::kSolved);
         EXPECT_EQ(allocations, before) << "n = " << n << ", selection " << static_cast<int>(selection);
       }
     }

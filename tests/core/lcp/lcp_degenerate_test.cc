@@ -70,7 +70,7 @@ TEST(DegenerateLcpTest, EveryVerdictIsTrue) {
     const Vector asked = k % 2 == 0 ? q : Perturbed(generator, q);
     const absl::StatusOr<LcpResult> result = SolveLcp(M, asked, SolutionRule::kAuto);
     ASSERT_TRUE(result.ok());
-    ASSERT_EQ(result->verdict, solvable ? LcpVerdict::kSolved : LcpVerdict::kInfeasible)
+    ASSERT_EQ(result->verdict, solvable ? LcpStatus::kSolved : LcpStatus::kInfeasible)
         << result->message << "\nM =\n"
         << M << "\nq = " << q.transpose();
     if (solvable) {
@@ -92,7 +92,7 @@ TEST(DegenerateLcpTest, EveryLeastElementIsTheLeast) {
     const std::optional<Vector> least = testing::MinimizeSumOverFeasible(M, q);
     const absl::StatusOr<LcpResult> result = SolveLcp(M, asked, SolutionRule::kLeastElement);
     ASSERT_TRUE(result.ok());
-    ASSERT_EQ(result->verdict, least.has_value() ? LcpVerdict::kSolved : LcpVerdict::kInfeasible)
+    ASSERT_EQ(result->verdict, least.has_value() ? LcpStatus::kSolved : LcpStatus::kInfeasible)
         << result->message << "\nM =\n"
         << M << "\nq = " << q.transpose();
     if (least.has_value()) {
@@ -115,9 +115,9 @@ TEST(DegenerateLcpTest, CoupledStepsFindASolutionWhereThereIsOne) {
     Basis basis(n);
     for (std::uint8_t& entry : basis) entry = static_cast<std::uint8_t>(generator.Integer(0, 1));
     Vector y(n);
-    const LcpVerdict verdict = solver->Solve(q, Vector::Constant(q.size(), 1e-14), basis, y);
+    const LcpStatus verdict = solver->Solve(q, Vector::Constant(q.size(), 1e-14), basis, y);
     const bool solvable = testing::HasSolutionByEnumeration(M + K, q);
-    ASSERT_EQ(verdict, solvable ? LcpVerdict::kSolved : LcpVerdict::kInfeasible)
+    ASSERT_EQ(verdict, solvable ? LcpStatus::kSolved : LcpStatus::kInfeasible)
         << solver->Account().message << "\nM =\n"
         << M << "\nK =\n"
         << K << "\nq = " << q.transpose();

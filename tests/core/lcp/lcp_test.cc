@@ -24,7 +24,7 @@ double NormOf(const Matrix& M) { return M.cwiseAbs().rowwise().sum().maxCoeff();
 // The promise of the service: residual <= 1e-10 (1 + ‖q‖ + ‖M‖‖y‖), y >= 0.
 void ExpectSolved(const Matrix& M, const Vector& q, const absl::StatusOr<LcpResult>& result) {
   ASSERT_TRUE(result.ok()) << result.status();
-  ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << result->message << "\nM =\n" << M << "\nq = " << q.transpose();
+  ASSERT_EQ(result->verdict, LcpStatus::kSolved) << result->message << "\nM =\n" << M << "\nq = " << q.transpose();
   EXPECT_GE(result->y.minCoeff(), 0);
   const double size = 1 + q.lpNorm<Eigen::Infinity>() + NormOf(M) * result->y.lpNorm<Eigen::Infinity>();
   EXPECT_LE(LcpResidual(M, q, result->y), 1e-10 * size);
@@ -63,7 +63,7 @@ TEST(SolveLcpTest, FindsTheLeastOfSeveralSolutions) {
   const absl::StatusOr<LcpResult> result =
       SolveLcp(testing::ChenXiangExample41(), Vector{{-1.0, 2, 2, 3}}, SolutionRule::kAuto);
   ASSERT_TRUE(result.ok());
-  ASSERT_EQ(result->verdict, LcpVerdict::kSolved);
+  ASSERT_EQ(result->verdict, LcpStatus::kSolved);
   EXPECT_EQ(result->y, (Vector{{1.0, 0, 0, 0}}));
 }
 
@@ -73,7 +73,7 @@ TEST(SolveLcpTest, TakesTheSmallestNumbersAsTheyStand) {
   for (const Matrix& M : {Matrix(Matrix::Zero(2, 2)), Matrix{{0., 1}, {-1, 0}}}) {
     const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
     ASSERT_TRUE(result.ok());
-    EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible);
+    EXPECT_EQ(result->verdict, LcpStatus::kInfeasible);
   }
   const Matrix M = Matrix::Identity(2, 2);
   const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
@@ -83,19 +83,19 @@ TEST(SolveLcpTest, TakesTheSmallestNumbersAsTheyStand) {
 
 TEST(SolveLcpTest, SaysThatNothingIsFeasible) {
   const Matrix zero = Matrix::Zero(1, 1);
-  EXPECT_EQ(SolveLcp(zero, Vector{{-1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
+  EXPECT_EQ(SolveLcp(zero, Vector{{-1.0}}, SolutionRule::kAuto)->verdict, LcpStatus::kInfeasible);
   // Singular M-matrix: (1, 1)ᵀ M = 0, so the sum of w cannot be raised.
   const Matrix laplacian{{1, -1}, {-1, 1}};
-  EXPECT_EQ(SolveLcp(laplacian, Vector{{-1.0, 0.5}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
-  EXPECT_EQ(SolveLcp(laplacian, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kSolved);
+  EXPECT_EQ(SolveLcp(laplacian, Vector{{-1.0, 0.5}}, SolutionRule::kAuto)->verdict, LcpStatus::kInfeasible);
+  EXPECT_EQ(SolveLcp(laplacian, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpStatus::kSolved);
   const Matrix skew{{0, -1}, {1, 0}};
-  EXPECT_EQ(SolveLcp(skew, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpVerdict::kInfeasible);
+  EXPECT_EQ(SolveLcp(skew, Vector{{-1.0, 1.0}}, SolutionRule::kAuto)->verdict, LcpStatus::kInfeasible);
 }
 
 TEST(SolveLcpTest, CallsNothingASolutionThatOverflowed) {
   const auto result = SolveLcp(Matrix{{1e-300}}, Vector{{-1e300}}, LcpRequest{});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->verdict, LcpVerdict::kSingular);
+  EXPECT_EQ(result->verdict, LcpStatus::kSingular);
   EXPECT_THAT(result->message, HasSubstr("too far apart"));
 }
 
@@ -111,7 +111,7 @@ TEST(SolveLcpTest, SaysThatNothingIsComplementaryAlthoughSomethingIsFeasible) {
   const Matrix M{{0, 1}, {0, 0}};
   const absl::StatusOr<LcpResult> result = SolveLcp(M, Vector{{-1.0, 1.0}}, SolutionRule::kAuto);
   ASSERT_TRUE(result.ok());
-  EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+  EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
   EXPECT_EQ(result->method, "enumeration");
 }
 
@@ -168,7 +168,7 @@ TEST_P(RandomLcpTest, ZMatricesGiveTheLeastElementOrNothingIsFeasible) {
       EXPECT_LE((result->y - *least).lpNorm<Eigen::Infinity>(), 1e-6 * (1 + least->lpNorm<Eigen::Infinity>()));
     } else {
       ++infeasible;
-      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+      EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
     }
   }
   EXPECT_GT(solved, 0);
@@ -189,7 +189,7 @@ TEST_P(RandomLcpTest, PositiveSemidefiniteMatricesAreSolvedExactlyWhenFeasible) 
     if (testing::MinimizeSumOverFeasible(M, q).has_value()) {
       ExpectSolved(M, q, result);
     } else {
-      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+      EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
     }
   }
 }
@@ -202,16 +202,16 @@ TEST_P(RandomLcpTest, MatricesOfNoClassGetASolutionOrATrueVerdict) {
     const Vector q = k % 2 == 0 ? generator.GaussianVector(GetParam()) : generator.SolvableQ(M, k % 4 == 1);
     const absl::StatusOr<LcpResult> result = SolveLcp(M, q, SolutionRule::kAuto);
     ASSERT_TRUE(result.ok());
-    if (result->verdict == LcpVerdict::kSolved) {
+    if (result->verdict == LcpStatus::kSolved) {
       ExpectSolved(M, q, result);
     } else if (GetParam() <= 12) {
       // Enumeration settles it: problems built from a solution are solved.
-      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+      EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
       EXPECT_EQ(k % 2, 0);
     } else if (testing::MinimizeSumOverFeasible(M, q).has_value()) {
-      EXPECT_NE(result->verdict, LcpVerdict::kInfeasible);
+      EXPECT_NE(result->verdict, LcpStatus::kInfeasible);
     } else {
-      EXPECT_EQ(result->verdict, LcpVerdict::kInfeasible) << result->message;
+      EXPECT_EQ(result->verdict, LcpStatus::kInfeasible) << result->message;
     }
   }
 }

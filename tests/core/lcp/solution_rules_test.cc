@@ -21,8 +21,8 @@ TEST(SolutionRulesTest, RefuseWhatTheyCannotServe) {
   const Matrix large = generator.Gaussian(13, 13);
   EXPECT_THAT(std::string(SolveLcp(large, Vector::Ones(13), SolutionRule::kLeastNorm).status().message()),
               HasSubstr("rule: least-norm needs a positive semidefinite M, or one with n <= 12"));
-  EXPECT_THAT(std::string(SolveLcp(large, Vector::Ones(13), SolutionRule::kMinimiser).status().message()),
-              HasSubstr("selector: missing; the rule minimiser needs C and b"));
+  EXPECT_THAT(std::string(SolveLcp(large, Vector::Ones(13), SolutionRule::kMinimizer).status().message()),
+              HasSubstr("selector: missing; the rule minimizer needs C and b"));
   LcpRequest request{.all_basic_solutions = true};
   EXPECT_THAT(std::string(SolveLcp(Matrix::Identity(17, 17), Vector::Ones(17), request).status().message()),
               HasSubstr("all_basic_solutions: n = 17; must be at most 16"));

@@ -6,7 +6,7 @@
 namespace dlcs {
 namespace {
 
-TEST(EightLanesTest, TransposeThereAndBack) {
+TEST(SimdPackTest, TransposeThereAndBack) {
   std::srand(2);
   for (const Index rows : {1, 3, 4, 31}) {
     const Index stride = rows + 5;

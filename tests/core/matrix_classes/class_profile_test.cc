@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/analysis/class_section.h"
 #include "core/matrix_classes/s_matrix.h"
 #include "tests/support/fact_judge.h"
 #include "tests/support/integer_matrices.h"

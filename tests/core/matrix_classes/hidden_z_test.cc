@@ -136,7 +136,7 @@ bool InCone(const Vector& g, const Vector& a, const Vector& b) {
 }
 
 // For n = 2 by definition: some g is a combination of e_0, e_1 and the rows M_0, M_1, but neither of e_0, M_0
-// nor of e_1, M_1. It may be taken halfway between neighbours among the four directions.
+// nor of e_1, M_1. It may be taken halfway between neighbors among the four directions.
 bool IsHiddenZInThePlane(const Matrix& M) {
   std::vector<Vector> generators = {Vector::Unit(2, 0), Vector::Unit(2, 1), M.row(0).transpose(),
                                     M.row(1).transpose()};

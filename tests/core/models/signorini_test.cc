@@ -79,7 +79,7 @@ TEST(SignoriniTest, IterationMarchAndPaperAgreeAsInSectionFour) {
     const Problem problem = Signorini(model);
     Options options;
     options.num_steps = 100;
-    options.method = Method::kExponentialMarch;
+    options.method = Method::kExponentialIntegrator;
     const Solution march = SolveToEnd(problem, options);
     options.method = Method::kLaplaceIteration;
     options.window_steps = Options::kWholeHorizon;
@@ -88,7 +88,7 @@ TEST(SignoriniTest, IterationMarchAndPaperAgreeAsInSectionFour) {
     EXPECT_LE(iteration.certificate.node_residual, 1e-10);
     // The printed stop (4.8): min{h, Δx²}/10 from the converged solution, here by the contour with its P
     // = 25.
-    options.method = Method::kPaperIteration;
+    options.method = Method::kWuChenIteration;
     options.iteration_tolerance = 1e-4;
     const Solution paper = SolveToEnd(problem, options);
     EXPECT_LE(MaxAbs(paper.x - march.x), 1e-3) << coefficient;
@@ -104,13 +104,13 @@ TEST(SignoriniTest, KroneckerSumAndDenseMatricesAgree) {
     problem.break_points = {0.3, 0.71};  // runs of three lengths, and states between them
     Options options;
     options.num_steps = 100;
-    options.method = Method::kExponentialMarch;
-    options.realisation = Realisation::kDense;
+    options.method = Method::kExponentialIntegrator;
+    options.propagator = PropagatorKind::kDense;
     const Solution dense = SolveToEnd(problem, options);
-    EXPECT_EQ(dense.realisation.used, Realisation::kDense);
-    options.realisation = Realisation::kAuto;
+    EXPECT_EQ(dense.propagator.used, PropagatorKind::kDense);
+    options.propagator = PropagatorKind::kAuto;
     const Solution solution = SolveToEnd(problem, options);
-    EXPECT_EQ(solution.realisation.used, Realisation::kKroneckerSum) << solution.realisation.reason;
+    EXPECT_EQ(solution.propagator.used, PropagatorKind::kKroneckerSum) << solution.propagator.reason;
     EXPECT_EQ(solution.times, dense.times);
     EXPECT_LE(MaxAbs(solution.x - dense.x), 1e-12 * MaxAbs(dense.x));
     EXPECT_LE(MaxAbs(solution.y - dense.y), 1e-12 * MaxAbs(dense.y));
@@ -131,7 +131,7 @@ TEST(SignoriniTest, IterationAndMarchAgreeWithoutStates) {
     problem.break_points = {0.3};
     Options options;
     options.num_steps = 100;
-    options.method = Method::kExponentialMarch;
+    options.method = Method::kExponentialIntegrator;
     const Solution march = SolveToEnd(problem, options);
     options.method = Method::kLaplaceIteration;
     Index plain = 0;
@@ -140,7 +140,7 @@ TEST(SignoriniTest, IterationAndMarchAgreeWithoutStates) {
         options.window_steps = window;
         options.acceleration = acceleration;
         const Solution iteration = SolveToEnd(problem, options);
-        EXPECT_EQ(iteration.realisation.used, Realisation::kKroneckerSum);
+        EXPECT_EQ(iteration.propagator.used, PropagatorKind::kKroneckerSum);
         EXPECT_LE(MaxAbs(iteration.x - march.x), 1e-11 * MaxAbs(march.x)) << window << " " << acceleration;
         EXPECT_LE(MaxAbs(iteration.y - march.y), 1e-10 * MaxAbs(march.y)) << window << " " << acceleration;
         EXPECT_LE(iteration.certificate.node_residual, 1e-11 * iteration.certificate.lcp_scale);
@@ -155,7 +155,7 @@ TEST(SignoriniTest, IterationAndMarchAgreeWithoutStates) {
 
 TEST(SignoriniTest, ThreadsDoNotChangeABit) {
   const Problem problem = Signorini({.cells = 48, .coefficient = 2e-3, .horizon = 1});
-  for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration}) {
+  for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration}) {
     Options options;
     options.num_steps = 60;
     options.method = method;

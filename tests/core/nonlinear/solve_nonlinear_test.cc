@@ -66,7 +66,7 @@ NonlinearProblem WrittenOut(const Problem& linear) {
 void ExpectAgreement(const Problem& linear, Index num_steps) {
   Observer observer;
   Options options = Steps(num_steps);
-  options.method = Method::kExponentialMarch;
+  options.method = Method::kExponentialIntegrator;
   const auto marched = Solve(linear, options, observer, {});
   ASSERT_TRUE(marched.ok()) << marched.status();
   const Solution split = SolveWith(WrittenOut(linear), Steps(num_steps));

@@ -118,7 +118,7 @@ TEST(StopScopeTest, FilingOfAWindowIsStoppedBetweenPanels) {
 
 TEST(StopScopeTest, FilingByPanelsLosesNothing) {
   Observer nobody;
-  const WideWindow iterated(Method::kLaplaceIteration, 512), marched(Method::kExponentialMarch, 512);
+  const WideWindow iterated(Method::kLaplaceIteration, 512), marched(Method::kExponentialIntegrator, 512);
   const auto by_panels = Solve(iterated.problem, iterated.options, nobody, {});
   const auto by_chunks = Solve(marched.problem, marched.options, nobody, {});
   ASSERT_TRUE(by_panels.ok()) << by_panels.status();
@@ -176,8 +176,8 @@ TEST(StopScopeTest, StoppedFromTheBeginningIsCancelledAndEmpty) {
   std::stop_source stop;
   stop.request_stop();
   Observer nobody;
-  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kPaperIteration, Method::kExponentialMarch,
-                              Method::kTimeStepping, Method::kEventLocated}) {
+  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kWuChenIteration, Method::kExponentialIntegrator,
+                              Method::kTimeStepping, Method::kEventDriven}) {
     Options options;
     options.method = method;
     const auto solution = Solve(testing::FourVariableEasy(), options, nobody, stop.get_token());

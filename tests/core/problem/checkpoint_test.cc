@@ -212,10 +212,10 @@ std::vector<Case> Cases() {
     options.num_steps = 0;
     for (int k = 1; k < 900; ++k) options.grid_times.push_back(k / 900.0 + (k % 3) * 2e-4);
   };
-  constexpr Method kIterate = Method::kLaplaceIteration, kMarch = Method::kExponentialMarch,
+  constexpr Method kIterate = Method::kLaplaceIteration, kMarch = Method::kExponentialIntegrator,
                    kStep = Method::kTimeStepping;
-  const auto realised = [](Realisation realisation) {
-    return [=](Options& options) { options.realisation = realisation; };
+  const auto with_propagator = [](PropagatorKind propagator) {
+    return [=](Options& options) { options.propagator = propagator; };
   };
   return {
       {"March", LeastElement, With(kMarch, 1500)},
@@ -226,7 +226,7 @@ std::vector<Case> Cases() {
       {"ThetaScheme", LeastElement, With(kStep, 1500, [](Options& options) { options.theta = 0.5; })},
       {"Newton", [] { return Broken(LeastElement()); },
        With(kStep, 1500, [](Options& options) { options.step_solver = StepSolver::kNewton; })},
-      {"SparseStepping", Heated, With(kStep, 1500, realised(Realisation::kSparseStepping))},
+      {"SparseStepping", Heated, With(kStep, 1500, with_propagator(PropagatorKind::kSparseStepping))},
       {"Iteration", LeastElement, With(kIterate, 1500)},
       {"IterationAcrossBreaks", [] { return Broken(LeastElement()); }, With(kIterate, 1500)},
       {"IterationOnUnevenSteps", LeastElement, With(kIterate, 0, uneven)},
@@ -240,12 +240,12 @@ std::vector<Case> Cases() {
       {"KroneckerIteration", Membrane, With(kIterate, 1000, narrow)},
       {"KroneckerMarchAcrossBreaks", [] { return Broken(Membrane()); }, With(kMarch, 1500)},
       {"KroneckerIterationAcrossBreaks", [] { return Broken(Membrane()); }, With(kIterate, 700, narrow)},
-      {"ContourMarch", Heated, With(kMarch, 1500, realised(Realisation::kContour))},
+      {"ContourMarch", Heated, With(kMarch, 1500, with_propagator(PropagatorKind::kContour))},
       {"ContourIteration", Heated,
        With(kIterate, 1000,
             [&](Options& options) {
               narrow(options);
-              options.realisation = Realisation::kContour;
+              options.propagator = PropagatorKind::kContour;
             })},
   };
 }
@@ -255,7 +255,7 @@ INSTANTIATE_TEST_SUITE_P(All, CheckpointTest, ::testing::ValuesIn(Cases()),
 
 TEST(ResumeTest, RefusesWhatIsNotOfThisSolve) {
   const Problem problem = LeastElement();
-  const Options options = With(Method::kExponentialMarch, 1500);
+  const Options options = With(Method::kExponentialIntegrator, 1500);
   Taker taker(2);
   ASSERT_TRUE(Solve(problem, options, taker, taker.stop.get_token()).ok());
   ASSERT_EQ(taker.taken, 2u);
@@ -266,8 +266,8 @@ TEST(ResumeTest, RefusesWhatIsNotOfThisSolve) {
   };
   ASSERT_TRUE(resume(good, options).ok());
   EXPECT_EQ(resume(good, With(Method::kTimeStepping, 1500)).code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(resume(good, With(Method::kExponentialMarch, 1501)).code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(resume(good, With(Method::kPaperIteration, 200)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(resume(good, With(Method::kExponentialIntegrator, 1501)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(resume(good, With(Method::kWuChenIteration, 200)).code(), absl::StatusCode::kInvalidArgument);
 
   const ResumePoint without_trajectory{good.state, {}, {}, {}};
   EXPECT_EQ(resume(without_trajectory, options).code(), absl::StatusCode::kInvalidArgument);
@@ -289,8 +289,8 @@ TEST(ResumeTest, LeavesNoCheckpointsWhereAnotherPassMayTakeOver) {
     EXPECT_TRUE(Solve(problem, options, taker, {}).ok());
     return taker.taken;
   };
-  EXPECT_EQ(count(testing::FourVariableEasy(), With(Method::kExponentialMarch, 1500)), 0u);
-  Options tolerance = With(Method::kExponentialMarch, 0);
+  EXPECT_EQ(count(testing::FourVariableEasy(), With(Method::kExponentialIntegrator, 1500)), 0u);
+  Options tolerance = With(Method::kExponentialIntegrator, 0);
   tolerance.error_tolerance = 1e-4;
   EXPECT_EQ(count(LeastElement(), tolerance), 0u);
 }

@@ -52,14 +52,14 @@ std::vector<Stepping> Methods(Index steps) {
   options.num_steps = steps;
   options.estimate_error = false;
   std::vector<Stepping> methods;
-  for (const auto& [name, method] : {std::pair{"exponential-march", Method::kExponentialMarch},
+  for (const auto& [name, method] : {std::pair{"exponential-integrator", Method::kExponentialIntegrator},
                                      {"laplace-iteration", Method::kLaplaceIteration},
                                      {"time-stepping", Method::kTimeStepping},
-                                     {"event-located", Method::kEventLocated}}) {
+                                     {"event-driven", Method::kEventDriven}}) {
     options.method = method;
     options.average_y = method == Method::kTimeStepping;
     methods.push_back({name, options});
-    if (method == Method::kEventLocated) {
+    if (method == Method::kEventDriven) {
       methods.back().options.num_steps = 0;
       methods.back().options.error_tolerance = 1e-10;
     }
@@ -70,7 +70,7 @@ std::vector<Stepping> Methods(Index steps) {
 // The rounding of the method where it is exact for constant sources, its order for the trapezoidal rule.
 double ToleranceOf(const Stepping& stepping, double h) {
   if (stepping.options.method == Method::kTimeStepping) return h * h;
-  return stepping.options.method == Method::kEventLocated ? 1e-10 : 1e-12;
+  return stepping.options.method == Method::kEventDriven ? 1e-10 : 1e-12;
 }
 
 TEST(FormulaJumpsTest, LosesNothingAtAJumpDeclaredOrNot) {
@@ -110,7 +110,7 @@ TEST(FormulaJumpsTest, KeepsTheOrderAcrossKinks) {
     Problem problem = Scalar(formula, 7);
     problem.A = One(0);
     for (const Stepping& stepping : Methods(200)) {
-      if (stepping.options.method != Method::kEventLocated) {
+      if (stepping.options.method != Method::kEventDriven) {
         double before = 0;
         for (const Index steps : {100, 200}) {
           Options options = stepping.options;

@@ -24,9 +24,9 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 FormulaSwitching SwitchingOf(const std::string& text, double horizon) {
-  const auto analysed = AnalyseFormula(text, {}, 0, horizon);
-  EXPECT_TRUE(analysed.ok()) << text << ": " << analysed.status();
-  return analysed.ok() ? (*analysed)->switching : FormulaSwitching{};
+  const auto analyzed = AnalyzeFormula(text, {}, 0, horizon);
+  EXPECT_TRUE(analyzed.ok()) << text << ": " << analyzed.status();
+  return analyzed.ok() ? (*analyzed)->switching : FormulaSwitching{};
 }
 
 // The times of a formula that nothing is said about.
@@ -41,8 +41,8 @@ struct Limits {
   double left, right;
 };
 Limits LimitsOf(const std::string& text, double horizon, double t) {
-  const auto analysed = AnalyseFormula(text, {}, 0, horizon);
-  Formula formula(*analysed, {horizon, (*analysed)->switching.times});
+  const auto analyzed = AnalyzeFormula(text, {}, 0, horizon);
+  Formula formula(*analyzed, {horizon, (*analyzed)->switching.times});
   return {formula.Evaluate(t, Side::kLeft), formula.Evaluate(t, Side::kRight)};
 }
 
@@ -163,8 +163,8 @@ TEST(FormulaSwitchingTest, AgreesWithAWalkOverRandomFormulas) {
     const FormulaSwitching switching = SwitchingOf(text, 5);
     ASSERT_EQ(switching.refusal, "") << text;
     auto plain = Formula::Parse(text);
-    const auto analysed = AnalyseFormula(text, {}, 0, 5);
-    Formula decided(*analysed, {5, switching.times});
+    const auto analyzed = AnalyzeFormula(text, {}, 0, 5);
+    Formula decided(*analyzed, {5, switching.times});
     for (int k = 0; k < 4000; ++k) {
       const double t = 5 * (k + 0.5) / 4000;
       EXPECT_EQ(plain->Evaluate(t), decided.Evaluate(t)) << text << " at " << NumberText(t);
@@ -239,11 +239,11 @@ TEST(FormulaSwitchingTest, SaysWhereNoLimitIsSeen) {
 }
 
 TEST(FormulaSwitchingTest, LooksAtThePartsInTimeAloneWhereThereAreStates) {
-  const auto analysed =
-      AnalyseFormula("(t > 0.3)*x1 + max(0, y1 - 1) + abs(x1)/t", {.states = 1, .constraints = 1}, 0, 1);
-  ASSERT_TRUE(analysed.ok());
-  EXPECT_THAT((*analysed)->switching.times, ElementsAre(0.3));
-  EXPECT_EQ((*analysed)->switching.refusal, "");
+  const auto analyzed =
+      AnalyzeFormula("(t > 0.3)*x1 + max(0, y1 - 1) + abs(x1)/t", {.states = 1, .constraints = 1}, 0, 1);
+  ASSERT_TRUE(analyzed.ok());
+  EXPECT_THAT((*analyzed)->switching.times, ElementsAre(0.3));
+  EXPECT_EQ((*analyzed)->switching.refusal, "");
 }
 
 }  // namespace

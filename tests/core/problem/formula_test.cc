@@ -448,8 +448,8 @@ TEST(FormulaTest, CallsParametersByTheirNames) {
   auto formula = Formula::Parse("omega*t + x + duty_1*x1", variables);
   ASSERT_TRUE(formula.ok()) << formula.status();
   EXPECT_EQ(formula->Evaluate(2, Vector::Constant(1, 4.0), Vector()), 631);
-  const auto misspelt = Formula::Parse("omga*t", variables);
-  EXPECT_THAT(std::string(misspelt.status().message()), HasSubstr("did you mean 'omega'?"));
+  const auto misspelled = Formula::Parse("omga*t", variables);
+  EXPECT_THAT(std::string(misspelled.status().message()), HasSubstr("did you mean 'omega'?"));
   const auto called = Formula::Parse("omega(t)", variables);
   EXPECT_THAT(std::string(called.status().message()), HasSubstr("'omega' is not a function"));
 }

@@ -59,14 +59,14 @@ TEST(NonlinearProblem, TellsEveryBrokenRule) {
   problem.W = Matrix::Zero(2, 3);
   Options options;
   options.method = Method::kTimeStepping;
-  const std::string message(CheckSound(problem, options).message());
+  const std::string message(CheckValid(problem, options).message());
   for (const char* part :
        {"f: 1 formulas; must be m = 2", "f[0]: at position 1: x3: there are only 2 states",
         "g[1]: ", "T: -1; must be finite", "break_points[1]: ", "W: 2x3; must be m x m = 2x2", "method: "}) {
     EXPECT_THAT(message, HasSubstr(part));
   }
   problem = {};
-  const std::string empty(CheckSound(problem, {}).message());
+  const std::string empty(CheckValid(problem, {}).message());
   EXPECT_THAT(empty, HasSubstr("g: no formulas"));
   EXPECT_THAT(empty, HasSubstr("x0: no components"));
 }

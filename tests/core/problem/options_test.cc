@@ -146,8 +146,8 @@ TEST(OptionsTest, ChecksTheContourAndTheThreads) {
 TEST(OptionsTest, NamesMethodsAndTerminations) {
   EXPECT_STREQ(MethodName(Method::kAuto), "auto");
   EXPECT_STREQ(MethodName(Method::kLaplaceIteration), "laplace-iteration");
-  EXPECT_STREQ(MethodName(Method::kPaperIteration), "paper-iteration");
-  EXPECT_STREQ(MethodName(Method::kExponentialMarch), "exponential-march");
+  EXPECT_STREQ(MethodName(Method::kWuChenIteration), "wu-chen-iteration");
+  EXPECT_STREQ(MethodName(Method::kExponentialIntegrator), "exponential-integrator");
   EXPECT_STREQ(MethodName(Method::kTimeStepping), "time-stepping");
   EXPECT_STREQ(TerminationName(Termination::kReachedEnd), "REACHED_END");
   EXPECT_STREQ(TerminationName(Termination::kInfeasible), "INFEASIBLE");

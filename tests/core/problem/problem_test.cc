@@ -67,15 +67,15 @@ TEST(ProblemTest, NamesEveryShapeThatDoesNotFit) {
                           "x0: 1 components; must be m = 2 (from A)"));
 }
 
-TEST(ProblemTest, WantsASelectorForTheMinimiserAndNobodyElse) {
-  EXPECT_THAT(ComplaintsAfter([](Problem& p) { p.rule = SolutionRule::kMinimiser; }),
-              ElementsAre("selector: missing; the rule minimiser needs C and b"));
+TEST(ProblemTest, WantsASelectorForTheMinimizerAndNobodyElse) {
+  EXPECT_THAT(ComplaintsAfter([](Problem& p) { p.rule = SolutionRule::kMinimizer; }),
+              ElementsAre("selector: missing; the rule minimizer needs C and b"));
   EXPECT_THAT(ComplaintsAfter([](Problem& p) {
                 p.selector = Selector{Matrix::Ones(1, 3), Vector::Ones(1)};
               }),
-              ElementsAre("selector: given; only the rule minimiser takes one"));
+              ElementsAre("selector: given; only the rule minimizer takes one"));
   EXPECT_THAT(ComplaintsAfter([](Problem& p) {
-                p.rule = SolutionRule::kMinimiser;
+                p.rule = SolutionRule::kMinimizer;
                 p.selector = Selector{Matrix::Ones(2, 2), Vector{{1.0, kNaN, 0}}};
               }),
               ElementsAre("selector.C: 2x2; must be k x n, k >= 1, n = 3 (from M)",

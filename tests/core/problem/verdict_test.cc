@@ -80,7 +80,7 @@ TEST(VerdictTest, IsNotGoodWhereResidualsAreLarge) {
 // What everybody types first.
 TEST(DefaultErrorTest, IsControlledWithoutBeingAskedFor) {
   const Solution solution = testing::SolveToEnd(testing::ExampleFourOne(), {});
-  EXPECT_EQ(solution.method, Method::kEventLocated);
+  EXPECT_EQ(solution.method, Method::kEventDriven);
   EXPECT_EQ(solution.accuracy.asked, Options::kDefaultErrorTolerance);
   EXPECT_TRUE(solution.accuracy.asked_by_default);
   const Verdict verdict = JudgeSolution(solution);
@@ -149,7 +149,7 @@ TEST(GivenStepsTest, HaveAnEstimateOnEveryGrid) {
   for (const Index steps : {1, 2, 7, 8, 33, 101, 1000}) {
     Options options;
     options.num_steps = steps;
-    options.method = Method::kExponentialMarch;
+    options.method = Method::kExponentialIntegrator;
     for (const bool few_outputs : {false, true}) {
       if (few_outputs) options.output_times = {0.123, 1};
       options.output_times_only = few_outputs;

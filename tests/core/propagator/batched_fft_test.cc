@@ -31,7 +31,7 @@ ComplexMatrix ByLanes(const ComplexMatrix& x) {
   const Index length = x.rows(), lanes = x.cols();
   Matrix re = x.real().transpose(), im = x.imag().transpose(), work_re(lanes, length), work_im(lanes, length);
   const auto result =
-      FourierLanes(length).Forward(lanes, {re.data(), im.data()}, {work_re.data(), work_im.data()});
+      BatchedFft(length).Forward(lanes, {re.data(), im.data()}, {work_re.data(), work_im.data()});
   const Eigen::Map<Matrix> out_re(result.re, lanes, length), out_im(result.im, lanes, length);
   ComplexMatrix transformed(length, lanes);
   transformed.real() = out_re.transpose();
@@ -39,19 +39,19 @@ ComplexMatrix ByLanes(const ComplexMatrix& x) {
   return transformed;
 }
 
-TEST(FourierLanesTest, TransformsEveryLane) {
+TEST(BatchedFftTest, TransformsEveryLane) {
   std::srand(2);
   for (const Index length : {1, 2, 3, 4, 5, 6, 8, 10, 15, 16, 20, 27, 32, 60, 64, 120, 125, 128, 135, 256}) {
-    ASSERT_TRUE(FourierLanes::IsFastLength(length));
+    ASSERT_TRUE(BatchedFft::IsFastLength(length));
     for (const Index lanes : {1, 3, 8}) {
       const ComplexMatrix x = ComplexMatrix::Random(length, lanes);
       EXPECT_LE(MaxAbs((ByLanes(x) - BySums(x)).cwiseAbs()), 1e-15 * static_cast<double>(4 + length)) << length;
     }
   }
-  EXPECT_FALSE(FourierLanes::IsFastLength(14));
+  EXPECT_FALSE(BatchedFft::IsFastLength(14));
 }
 
-TEST(FourierLanesTest, ALaneHasTheSameBitsAmongOthers) {
+TEST(BatchedFftTest, ALaneHasTheSameBitsAmongOthers) {
   std::srand(3);
   for (const Index length : {45, 128}) {
     const ComplexMatrix x = ComplexMatrix::Random(length, 8);

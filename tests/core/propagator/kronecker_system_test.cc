@@ -74,7 +74,7 @@ DenseRun RunDense(const Problem& problem, const Scheme& scheme, const Matrix& f,
   return run;
 }
 
-// Everything that a realisation gives, against dense matrices.
+// Everything that a propagator gives, against dense matrices.
 void ExpectDenseMotion(const Problem& problem, const Matrix& psi, double step) {
   std::string why_not;
   const auto system = KroneckerSystem::Create(problem, why_not);
@@ -209,8 +209,8 @@ TEST(KroneckerSystemTest, SaysWhyNot) {
   EXPECT_EQ(why_not, "factor 0 of A is not symmetric");
 }
 
-// λ_k and sin(jkπ/N): the transform is its own inverse and diagonalises.
-TEST(FactorTransformTest, DiagonalisesWhateverTheLength) {
+// λ_k and sin(jkπ/N): the transform is its own inverse and diagonalizes.
+TEST(FactorTransformTest, DiagonalizesWhateverTheLength) {
   std::srand(3);
   for (const Index size : {2, 3, 5, 7, 9, 11, 12, 15, 29, 63, 96, 255}) {
     for (const SparseMatrix& factor : {Tridiagonal(size, -3, 0.5), RandomSymmetric(size, 1)}) {

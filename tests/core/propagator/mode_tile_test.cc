@@ -72,7 +72,7 @@ TEST(ModeTileTest, CarriesAsTheRecursionIsWritten) {
   }
 }
 
-TEST(ModePastTest, IsThatOfTheRecursion) {
+TEST(ModeHistoryTest, IsThatOfTheRecursion) {
   std::srand(7);
   for (const Index modes : {1, 8, 21}) {
     for (const bool forgets_first : {false, true}) {
@@ -82,10 +82,10 @@ TEST(ModePastTest, IsThatOfTheRecursion) {
       if (forgets_first) recursion.start.setZero();
       const Matrix inputs = Matrix::Random(modes, kSteps + 1);
       const Matrix expected = Recur(recursion, inputs, forgets_first).nodes;
-      ModePast past(recursion, inputs.col(0), forgets_first);
+      ModeHistory past(recursion, inputs.col(0), forgets_first);
       for (Index j = 1; j <= kSteps; ++j) {
         EXPECT_LE(MaxAbs(past.sum() - expected.col(j - 1)), 1e-13 * MaxAbs(expected));
-        ModePast other = past;  // a copy takes nothing along
+        ModeHistory other = past;  // a copy takes nothing along
         other.Push(Vector::Ones(modes));
         past.Push(inputs.col(j));
       }

@@ -129,8 +129,8 @@ TEST(InelasticImpactTest, RefusesWhatItCannotPromise) {
     return solution.message;
   };
   Options options;
-  options.method = Method::kEventLocated;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("the method asked for is event-located"));
+  options.method = Method::kEventDriven;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("the method asked for is event-driven"));
 }
 
 TEST(InelasticImpactTest, AMassOnAShakenTableLeavesItWhenTheTableFallsFaster) {
@@ -180,9 +180,9 @@ TEST(InelasticImpactTest, IsRefusedUnlessAskedFor) {
   ASSERT_TRUE(refused.ok());
   EXPECT_EQ(refused->termination, Termination::kUnsupported);
   EXPECT_NE(refused->message.find("inelastic impact"), std::string::npos) << refused->message;
-  const Solution labelled = Solved(problem, 100);
-  ASSERT_EQ(labelled.warnings.size(), 1u);
-  EXPECT_NE(labelled.warnings[0].find("inelastic impact"), std::string::npos);
+  const Solution labeled = Solved(problem, 100);
+  ASSERT_EQ(labeled.warnings.size(), 1u);
+  EXPECT_NE(labeled.warnings[0].find("inelastic impact"), std::string::npos);
 }
 
 TEST(InelasticImpactTest, DegreeThreeStaysRefused) {

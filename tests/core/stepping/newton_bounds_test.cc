@@ -45,7 +45,7 @@ Solution SolveByNewton(const Problem& problem, double step) {
 bool IsSolvable(const Problem& problem, const Vector& q) {
   Basis basis(q.size(), 0);
   Vector y(q.size());
-  return MakeLcpSolver(problem.M, kLeast)->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y) == LcpVerdict::kSolved;
+  return MakeLcpSolver(problem.M, kLeast)->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y) == LcpStatus::kSolved;
 }
 
 Vector ConstantOf(const TimeFunction& function) {
@@ -148,7 +148,7 @@ std::vector<Vector> NewtonIterates(const Problem& problem, double h, const Vecto
     Basis basis(n, 0);
     Vector y(n);
     const Vector q = problem.N * u + g;
-    EXPECT_EQ(solver->Solve(q, Vector::Constant(n, 1e-14 * (1 + MaxAbs(q))), basis, y), LcpVerdict::kSolved);
+    EXPECT_EQ(solver->Solve(q, Vector::Constant(n, 1e-14 * (1 + MaxAbs(q))), basis, y), LcpStatus::kSolved);
     const Vector F = u - start - h * (problem.A * u + problem.B * y + f);
     if (MaxAbs(F) <= 1e-14 * (1 + MaxAbs(u))) break;
     const Matrix D = (y.array() > 0).cast<double>().matrix().asDiagonal();

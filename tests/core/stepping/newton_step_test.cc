@@ -156,7 +156,7 @@ std::vector<double> ContractionQuotients(const Problem& problem, double h, int c
   const Vector tolerance = Vector::Constant(problem.num_constraints(), 1e-14);
   const auto H = [&](const Vector& u) -> Vector {
     Vector y(problem.num_constraints());
-    EXPECT_EQ(solver->Solve(problem.N * u + g, tolerance, basis, y), LcpVerdict::kSolved);
+    EXPECT_EQ(solver->Solve(problem.N * u + g, tolerance, basis, y), LcpStatus::kSolved);
     return problem.x0 + h * (problem.A * u + problem.B * y + f);
   };
   std::vector<double> quotients;
@@ -210,7 +210,7 @@ class StepFunction {
   Vector operator()(const Vector& u) const {
     Basis basis(g_.size(), 0);
     Vector y(g_.size());
-    EXPECT_EQ(solver_->Solve(problem_.N * u + g_, Vector::Constant(g_.size(), 1e-15), basis, y), LcpVerdict::kSolved);
+    EXPECT_EQ(solver_->Solve(problem_.N * u + g_, Vector::Constant(g_.size(), 1e-15), basis, y), LcpStatus::kSolved);
     return u - y_after_ * y;
   }
 

@@ -36,12 +36,12 @@ TEST(SplitStepTest, AgreesWithTheDenseSolverWithoutMakingIt) {
   SplitStep split(SplitOffBand(coupled.K), coupled.Maker());
   Counted same{coupled.K};
   SplitStep dense(std::nullopt, same.Maker());
-  Departures departures;
+  SelectionStats departures;
   for (int k = 0; k < 5; ++k) {
     const Vector q = Vector::Random(kSize);
     Vector y = Vector::Random(kSize), by_dense = y;
-    ASSERT_EQ(split.Solve(q, Vector::Zero(kSize), departures, y), LcpVerdict::kSolved);
-    ASSERT_EQ(dense.Solve(q, Vector::Zero(kSize), departures, by_dense), LcpVerdict::kSolved);
+    ASSERT_EQ(split.Solve(q, Vector::Zero(kSize), departures, y), LcpStatus::kSolved);
+    ASSERT_EQ(dense.Solve(q, Vector::Zero(kSize), departures, by_dense), LcpStatus::kSolved);
     EXPECT_LE(MaxAbs(y - by_dense), 1e-13);
     EXPECT_LE(LcpResidual(coupled.K, q, y), 1e-13);
   }
@@ -55,11 +55,11 @@ TEST(SplitStepTest, TakesTheDenseSolverWhereTheSplittingDoesNotContract) {
   auto splitting = SplitOffBand(coupled.K);
   splitting->product = BandProduct(-9 * Matrix::Identity(kSize, kSize), 0);
   SplitStep step(splitting, coupled.Maker());
-  Departures departures;
+  SelectionStats departures;
   for (int k = 0; k < 5; ++k) {
     const Vector q = Vector::Constant(kSize, -1 - k);
     Vector y = Vector::Zero(kSize);
-    ASSERT_EQ(step.Solve(q, Vector::Zero(kSize), departures, y), LcpVerdict::kSolved);
+    ASSERT_EQ(step.Solve(q, Vector::Zero(kSize), departures, y), LcpStatus::kSolved);
     EXPECT_LE(LcpResidual(coupled.K, q, y), 1e-12);
   }
   EXPECT_EQ(coupled.made, 1);
@@ -71,11 +71,11 @@ TEST(SplitStepTest, MarchesTheSignoriniProblemAsDenseMatricesDo) {
     auto problem = MakeSignoriniProblem({.cells = 12, .coefficient = coefficient, .horizon = 1});
     ASSERT_TRUE(problem.ok());
     Options options;
-    options.method = Method::kExponentialMarch;
+    options.method = Method::kExponentialIntegrator;
     options.num_steps = 60;
-    options.realisation = Realisation::kKroneckerSum;
+    options.propagator = PropagatorKind::kKroneckerSum;
     const Solution reduced = testing::SolveToEnd(*problem, options);
-    options.realisation = Realisation::kDense;
+    options.propagator = PropagatorKind::kDense;
     const Solution dense = testing::SolveToEnd(*problem, options);
     EXPECT_LE(MaxAbs(reduced.y - dense.y), 1e-11 * (1 + MaxAbs(dense.y))) << coefficient;
     EXPECT_LE(MaxAbs(reduced.x - dense.x), 1e-11 * (1 + MaxAbs(dense.x))) << coefficient;

@@ -70,7 +70,7 @@ TEST(UnitsTest, PowersOfTwoDoNotMatterToTheMarches) {
                                      {{0, 0, 0, 0}, {5, -20, 11}, {-3, 9, 17}, 0},
                                      {{0, 0, 0, 0}, {0, 0, 0}, {0, 0, 0}, -30},
                                      {{-27, 26, 3, -11}, {14, 2, -19}, {6, -21, 8}, 17}};
-  for (const Method method : {Method::kExponentialMarch, Method::kTimeStepping, Method::kLaplaceIteration}) {
+  for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping, Method::kLaplaceIteration}) {
     Options options;
     options.method = method;
     options.num_steps = 200;
@@ -119,7 +119,7 @@ TEST(UnitsTest, StatesMayBeFarApartHoweverFastOneOfThemIs) {
     problem.g = TimeFunction::Constant(Vector::Ones(1));
     problem.x0 = Scaled(rotation.col(1), units.states, {0});
     problem.horizon = 3;
-    for (const Method method : {Method::kExponentialMarch, Method::kLaplaceIteration, Method::kTimeStepping}) {
+    for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration, Method::kTimeStepping}) {
       Options options;
       options.method = method;
       options.num_steps = 1000;

@@ -13,6 +13,6 @@ int main(int, char** argv) {
   dlcs::v1::SolveRequest request;
   *request.mutable_problem() = file->problem;
   const auto result = (*client)->Solve(request, {}, {});
-  if (!result.ok() || result->summary.termination() != dlcs::v1::REACHED_END) return 1;
+  if (!result.ok() || result->summary.termination() != dlcs::v1::TERMINATION_REACHED_END) return 1;
   std::printf("%.17g\n", result->x.back());
 }

@@ -24,7 +24,7 @@ void ExpectInternal(absl::StatusOr<int> (*work)(), const std::string& secret) {
   const auto capturing =
       std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log));
   spdlog::set_default_logger(capturing);
-  const absl::Status status = Guarded("solve-7", work).status();
+  const absl::Status status = CatchExceptions("solve-7", work).status();
   spdlog::set_default_logger(logger);
   EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
   EXPECT_THAT(std::string(status.message()), HasSubstr("solve-7"));
@@ -33,13 +33,13 @@ void ExpectInternal(absl::StatusOr<int> (*work)(), const std::string& secret) {
   EXPECT_THAT(log.str(), HasSubstr(secret));
 }
 
-TEST(GuardedTest, ExceptionsBecomeInternalAndGoToTheLog) {
+TEST(CatchExceptionsTest, ExceptionsBecomeInternalAndGoToTheLog) {
   ExpectInternal([]() -> absl::StatusOr<int> { throw std::bad_alloc(); }, "bad_alloc");
   ExpectInternal([]() -> absl::StatusOr<int> { throw 7; }, "not a std::exception");
 }
 
-TEST(GuardedTest, ResultsPassUnchanged) {
-  EXPECT_EQ(*Guarded("solve-7", []() -> absl::StatusOr<int> { return 42; }), 42);
+TEST(CatchExceptionsTest, ResultsPassUnchanged) {
+  EXPECT_EQ(*CatchExceptions("solve-7", []() -> absl::StatusOr<int> { return 42; }), 42);
 }
 
 }  // namespace

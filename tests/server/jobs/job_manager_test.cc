@@ -257,7 +257,7 @@ TEST_F(JobManagerTest, CoresWorkOnWhileJobsAreBroughtToTheirEnd) {
 
 TEST_F(JobManagerTest, ASmallJobOfALightUserRunsBesideFullCores) {
   JobManagerOptions options = Fast("one", 1);
-  options.limits.cores_lent_to_small = 1;
+  options.limits.burst_cores = 1;
   const auto manager = Start(options);
   const JobId heavy = Submit(*manager, "wait");
   JobFollower(*manager, heavy).Read([](const Event& event) { return *event.payload == "RUNNING"; });

@@ -116,7 +116,7 @@ TEST(SchedulerSimulationTest, ALightUserWithSmallJobsWaitsForNothing) {
   for (int k = 0; k < 200; ++k) {
     arrivals.push_back({.at = 1.03 + 3.7 * k, .owner = "light", .predicted = 0.45, .actual = 0.9});
   }
-  const SchedulerLimits limits{.cores = 2, .max_queued_jobs_per_user = 1000, .cores_lent_to_small = 1};
+  const SchedulerLimits limits{.cores = 2, .max_queued_jobs_per_user = 1000, .burst_cores = 1};
   const std::vector<Fate> fates = Simulate(limits, arrivals);
   const std::vector<double> light = Responses(fates, "light");
   ASSERT_EQ(light.size(), 200u);

@@ -138,7 +138,7 @@ TEST_F(SchedulerTest, ALargeJobLeavesACoreToSmallOnes) {
 }
 
 TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
-  Scheduler scheduler({.cores = 2, .small_core_seconds = 1, .cores_lent_to_small = 1}, clock_);
+  Scheduler scheduler({.cores = 2, .small_core_seconds = 1, .burst_cores = 1}, clock_);
   for (int k = 0; k < 10; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 0.5));
   EXPECT_EQ(scheduler.StartNext()->id, "heavy0");
   EXPECT_EQ(scheduler.StartNext()->id, "heavy1");
@@ -160,7 +160,7 @@ TEST_F(SchedulerTest, ASmallJobOfWhoHasSavedForItDoesNotWaitForJobsThatRun) {
 }
 
 TEST_F(SchedulerTest, NothingIsLentToWhoTakesMoreThanPredicted) {
-  Scheduler scheduler({.cores = 1, .max_saved_core_seconds = 5, .small_core_seconds = 1, .cores_lent_to_small = 1},
+  Scheduler scheduler({.cores = 1, .max_saved_core_seconds = 5, .small_core_seconds = 1, .burst_cores = 1},
                       clock_);
   for (int k = 0; k < 100; ++k) scheduler.Restore(Job("heavy", std::to_string(k), 10));
   ASSERT_EQ(scheduler.StartNext()->id, "heavy0");
@@ -174,7 +174,7 @@ TEST_F(SchedulerTest, NothingIsLentToWhoTakesMoreThanPredicted) {
 
 TEST_F(SchedulerTest, MemoryIsNotLent) {
   Scheduler scheduler(
-      {.cores = 2, .max_running_memory_bytes = 10, .small_core_seconds = 1, .cores_lent_to_small = 1, .patience = 30s},
+      {.cores = 2, .max_running_memory_bytes = 10, .small_core_seconds = 1, .burst_cores = 1, .max_skip_time = 30s},
       clock_);
   const auto add = [&scheduler](const std::string& owner, double core_seconds, int threads, std::int64_t memory) {
     Scheduler::Request request = Job(owner, "", core_seconds);
@@ -231,7 +231,7 @@ TEST_F(SchedulerTest, WhoNeedsNoCoreAnyMoreKeepsItsMemoryToTheEnd) {
 }
 
 TEST_F(SchedulerTest, AJobThatIsPassedOverTooLongHoldsUpTheOthersUntilItFits) {
-  Scheduler scheduler({.cores = 4, .max_running_memory_bytes = 100, .patience = 30s}, clock_);
+  Scheduler scheduler({.cores = 4, .max_running_memory_bytes = 100, .max_skip_time = 30s}, clock_);
   Scheduler::Request hungry = Job("ada", "hungry");
   hungry.demand.memory_bytes = 100;
   scheduler.Restore(Job("bob", "0"));
@@ -313,7 +313,7 @@ TEST_F(SchedulerTest, AnothersLongQueueDoesNotCountForALightUsersDeadline) {
 }
 
 TEST_F(SchedulerTest, LongJobsThatRunDoNotCountForASmallOnesDeadline) {
-  Scheduler scheduler({.cores = 1, .small_core_seconds = 1, .cores_lent_to_small = 1}, clock_);
+  Scheduler scheduler({.cores = 1, .small_core_seconds = 1, .burst_cores = 1}, clock_);
   scheduler.Restore(Job("heavy", "1", 100));
   scheduler.Restore(Job("heavy", "2", 100));
   ASSERT_TRUE(scheduler.StartNext().has_value());

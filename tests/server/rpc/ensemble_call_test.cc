@@ -43,7 +43,7 @@ Outcome SolveAll(v1::SolverService::Stub& stub, const v1::SolveEnsembleRequest& 
 
 // `members` initial states of the switching problem.
 v1::SolveEnsembleRequest Starts(int members, std::int64_t steps) {
-  const v1::SolveRequest one = testing::MarchingRequest(steps);
+  const v1::SolveRequest one = testing::SteppingRequest(steps);
   v1::SolveEnsembleRequest request;
   *request.mutable_problem() = one.problem();
   *request.mutable_options() = one.options();

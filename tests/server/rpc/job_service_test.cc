@@ -26,7 +26,7 @@ using client::JobClient;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
-using testing::MarchingRequest;
+using testing::SteppingRequest;
 using testing::SwitchingRequest;
 
 class JobServiceTest : public testing::ServiceTest {
@@ -70,14 +70,14 @@ class JobServiceTest : public testing::ServiceTest {
 };
 
 TEST_F(JobServiceTest, AJobGivesTheBitsOfASolve) {
-  for (const v1::SolveRequest& request : {SwitchingRequest(3000), MarchingRequest(100'000)}) {
+  for (const v1::SolveRequest& request : {SwitchingRequest(3000), SteppingRequest(100'000)}) {
     const v1::SolveJob job = Submit(request);
     EXPECT_EQ(job.state(), v1::JOB_STATE_QUEUED);
     EXPECT_EQ(testing::WhatIsWrongWithJobEvents(Watch(job.name())), "");
     const auto ended = client_->Get(job.name(), {});
     ASSERT_TRUE(ended.ok()) << ended.status();
     EXPECT_EQ(ended->state(), v1::JOB_STATE_SUCCEEDED);
-    EXPECT_EQ(ended->summary().termination(), v1::REACHED_END) << ended->summary().message();
+    EXPECT_EQ(ended->summary().termination(), v1::TERMINATION_REACHED_END) << ended->summary().message();
     EXPECT_EQ(ended->progress(), 1);
     testing::ExpectSameTrajectory(testing::ReadAll(*client_, job.name()), testing::SolveHere(request));
   }
@@ -118,7 +118,7 @@ TEST_F(JobServiceTest, RefusesWithTheFieldOrTheLimit) {
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps"));
 
-  *request.mutable_solve() = MarchingRequest(10'000'000);
+  *request.mutable_solve() = SteppingRequest(10'000'000);
   request.mutable_deadline()->set_seconds(1);  // in 1970
   status = client_->Submit(request, {.deadline = seconds(5), .stop = {}}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
@@ -148,7 +148,7 @@ TEST_F(JobServiceTest, KnowsNoJobsButItsOwn) {
 }
 
 TEST_F(JobServiceTest, CancelKeepsWhatWasFound) {
-  const v1::SolveJob job = Submit(MarchingRequest(4'000'000));
+  const v1::SolveJob job = Submit(SteppingRequest(4'000'000));
   v1::WatchSolveJobRequest request;
   request.set_name(job.name());
   bool cancelled = false;
@@ -166,7 +166,7 @@ TEST_F(JobServiceTest, CancelKeepsWhatWasFound) {
   const auto ended = client_->Get(job.name(), {});
   ASSERT_TRUE(ended.ok());
   EXPECT_EQ(ended->state(), v1::JOB_STATE_CANCELLED);
-  EXPECT_EQ(ended->summary().termination(), v1::CANCELLED);
+  EXPECT_EQ(ended->summary().termination(), v1::TERMINATION_CANCELLED);
   const testing::Trajectory trajectory = testing::ReadAll(*client_, job.name());
   EXPECT_GT(trajectory.times.size(), 0u);
   EXPECT_EQ(static_cast<std::int64_t>(trajectory.times.size()), ended->summary().times());
@@ -207,7 +207,7 @@ TEST_F(JobServiceTest, WatchingFromANumberGivesTheRest) {
 TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
   Start(milliseconds(20), 1);
   // Waits for its turn until both watch.
-  const v1::SolveJob before = Submit(MarchingRequest(10'000'000));
+  const v1::SolveJob before = Submit(SteppingRequest(10'000'000));
   v1::SolveRequest solve = SwitchingRequest(400);
   solve.mutable_options()->set_window_steps(-1);  // the whole horizon
   const v1::SolveJob job = Submit(solve);
@@ -316,7 +316,7 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
 }
 
 TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
-  const v1::SolveRequest solve = MarchingRequest(400'000 / testing::kSlowness);
+  const v1::SolveRequest solve = SteppingRequest(400'000 / testing::kSlowness);
   const v1::SolveJob job = Submit(solve);
   for (int restart = 0; restart < 3; ++restart) {
     for (int k = 0; k < 500; ++k) {
@@ -333,7 +333,7 @@ TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
 }
 
 TEST_F(JobServiceTest, WatchersGoOnAtTheNextServer) {
-  const v1::SolveJob job = Submit(MarchingRequest(4'000'000));
+  const v1::SolveJob job = Submit(SteppingRequest(4'000'000));
   const std::string address = server_->address();
   std::vector<v1::JobEvent> events;
   int notices = 0;

@@ -27,7 +27,7 @@ using client::ProblemClient;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
-using testing::MarchingRequest;
+using testing::SteppingRequest;
 using testing::SwitchingRequest;
 
 v1::ProblemBody BodyOf(const v1::SolveRequest& request, const std::string& title = "") {
@@ -220,7 +220,7 @@ TEST_F(ProblemServiceTest, MayBeLargerThanAMessage) {
   named.mutable_options()->add_output_times(10);
   const auto result = (*client::Client::Connect(server_->address()))->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->summary.termination(), v1::REACHED_END) << result->summary.message();
+  EXPECT_EQ(result->summary.termination(), v1::TERMINATION_REACHED_END) << result->summary.message();
   EXPECT_EQ(result->states, 600u);
 }
 
@@ -315,7 +315,7 @@ TEST_F(ProblemServiceTest, LimitsAreToldAndKept) {
 }
 
 TEST_F(ProblemServiceTest, AJobHoldsItsProblemOverARestart) {
-  const v1::SolveRequest whole = MarchingRequest(2'000'000 / testing::kSlowness);
+  const v1::SolveRequest whole = SteppingRequest(2'000'000 / testing::kSlowness);
   v1::CreateSolveJobRequest create;
   create.mutable_solve()->set_problem_name(Upload(BodyOf(whole)));
   *create.mutable_solve()->mutable_options() = whole.options();
@@ -381,7 +381,7 @@ TEST_F(ProblemServiceTest, AnEarlierProgramsJobsGoOn) {
                                               {.deadline = seconds(120), .stop = {}});
     ASSERT_TRUE(watched.ok()) << watched;
     EXPECT_EQ(testing::WhatIsWrongWithJobEvents(events), "");
-    EXPECT_EQ(jobs_->Get(job.name(), {})->summary().termination(), v1::REACHED_END);
+    EXPECT_EQ(jobs_->Get(job.name(), {})->summary().termination(), v1::TERMINATION_REACHED_END);
     EXPECT_GT(testing::ReadAll(*jobs_, job.name()).times.size(), 9u);
   }
 }

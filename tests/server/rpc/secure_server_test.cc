@@ -199,7 +199,7 @@ TEST_F(SecureServerTest, SolvesOfOthersAreNotStopped) {
   };
   grpc::ClientContext solving;
   ask(solving, kAlice);
-  const auto reader = stub->Solve(&solving, testing::MarchingRequest(20'000'000));
+  const auto reader = stub->Solve(&solving, testing::SteppingRequest(20'000'000));
   v1::SolveEvent event;
   ASSERT_TRUE(reader->Read(&event));
   const auto stop = [&](const std::string& token) {
@@ -214,7 +214,7 @@ TEST_F(SecureServerTest, SolvesOfOthersAreNotStopped) {
   EXPECT_EQ(stop(kAlice), grpc::StatusCode::OK);
   while (reader->Read(&event)) continue;
   EXPECT_TRUE(reader->Finish().ok());
-  EXPECT_EQ(event.summary().termination(), v1::CANCELLED);
+  EXPECT_EQ(event.summary().termination(), v1::TERMINATION_CANCELLED);
 }
 
 TEST_F(SecureServerTest, JobsOfOthersAreNotFound) {
@@ -269,7 +269,7 @@ TEST_F(SecureServerTest, OneUserHasSoManyWatches) {
   access.max_watches_per_user = 1;
   Start(access);
   const auto alice = Jobs(kAlice);
-  const std::string job = Submit(*alice, testing::MarchingRequest(4'000'000));
+  const std::string job = Submit(*alice, testing::SteppingRequest(4'000'000));
   grpc::ClientContext context;
   testing::SetDeadline(context, milliseconds(60'000));
   context.AddMetadata("authorization", "Bearer " + kAlice);

@@ -95,7 +95,7 @@ TEST_F(SolverServiceTest, SolveDeliversAllEventsInOrder) {
   const Outcome outcome = testing::Solve(*stub_, testing::SwitchingRequest(1000));
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::REACHED_END);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_REACHED_END);
   EXPECT_TRUE(outcome.events[1].has_analysis());
   EXPECT_GT(Count(outcome.events, v1::SolveEvent::kIterate), 0);
   EXPECT_EQ(Count(outcome.events, v1::SolveEvent::kWindowStarted),
@@ -104,7 +104,7 @@ TEST_F(SolverServiceTest, SolveDeliversAllEventsInOrder) {
 
 TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
   for (const v1::Method method :
-       {v1::METHOD_LAPLACE_ITERATION, v1::METHOD_EXPONENTIAL_MARCH, v1::METHOD_TIME_STEPPING}) {
+       {v1::METHOD_LAPLACE_ITERATION, v1::METHOD_EXPONENTIAL_INTEGRATOR, v1::METHOD_TIME_STEPPING}) {
     v1::SolveRequest request = testing::SwitchingRequest(3000);
     request.mutable_options()->set_method(method);
     const Outcome there = testing::Solve(*stub_, request);
@@ -153,7 +153,7 @@ TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {
 
 TEST_F(SolverServiceTest, CancelEndsTheEngine) {
   for (const v1::SolveRequest& request :
-       {testing::ChattyRequest(5'000'000), testing::MarchingRequest(20'000'000)}) {
+       {testing::ChattyRequest(5'000'000), testing::SteppingRequest(20'000'000)}) {
     grpc::ClientContext context;
     testing::SetDeadline(context, seconds(100));
     const auto reader = stub_->Solve(&context, request);
@@ -175,10 +175,10 @@ TEST_F(SolverServiceTest, CancelEndsTheEngine) {
 TEST_F(SolverServiceTest, NearTheDeadlineTheTrajectorySoFarArrives) {
   const auto begin = steady_clock::now();
   const Outcome outcome =
-      testing::Solve(*stub_, testing::MarchingRequest(20'000'000 / testing::kSlowness), seconds(4));
+      testing::Solve(*stub_, testing::SteppingRequest(20'000'000 / testing::kSlowness), seconds(4));
   EXPECT_LT(SecondsSince(begin), 4.2);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::DEADLINE);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_DEADLINE);
   EXPECT_THAT(outcome.events.back().summary().message(), HasSubstr("deadline"));
   EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
 }
@@ -202,7 +202,7 @@ TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
   StartServer(config);
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(100));
-  const auto running = stub_->Solve(&context, testing::MarchingRequest(20'000'000));
+  const auto running = stub_->Solve(&context, testing::SteppingRequest(20'000'000));
   ASSERT_TRUE(WaitForSolves(1));
 
   const Outcome refused = testing::Solve(*stub_, testing::SwitchingRequest(10));
@@ -235,7 +235,7 @@ TEST_F(SolverServiceTest, RefusesResultsThatDoNotFitIntoMemoryTogether) {
   StartServer(config);
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(100));
-  const auto running = stub_->Solve(&context, testing::MarchingRequest(4'000'000));  // 128 MB
+  const auto running = stub_->Solve(&context, testing::SteppingRequest(4'000'000));  // 128 MB
   v1::SolveEvent event;
   ASSERT_TRUE(running->Read(&event));
   EXPECT_TRUE(testing::Solve(*stub_, testing::SwitchingRequest(1000)).status.ok());
@@ -270,7 +270,7 @@ TEST_F(SolverServiceTest, VerdictsOfTheMathematicsAreData) {
   const Outcome outcome = testing::Solve(*stub_, request);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   const v1::Summary& summary = outcome.events.back().summary();
-  EXPECT_EQ(summary.termination(), v1::INFEASIBLE);
+  EXPECT_EQ(summary.termination(), v1::TERMINATION_INFEASIBLE);
   EXPECT_NEAR(summary.failure_time(), std::log(2.0), 0.11);
 }
 
@@ -284,7 +284,7 @@ TEST_F(SolverServiceTest, SolvesSingleLcps) {
   v1::SolveLcpResponse response;
   const grpc::Status status = stub_->SolveLcp(&context, request, &response);
   ASSERT_TRUE(status.ok()) << status.error_message();
-  EXPECT_EQ(response.verdict(), v1::LCP_SOLVED);
+  EXPECT_EQ(response.verdict(), v1::LCP_STATUS_SOLVED);
   EXPECT_NEAR(response.y(0), 4.0 / 3, 1e-14);
 }
 
@@ -323,7 +323,7 @@ TEST_F(SolverServiceTest, StreamsANonlinearSolve) {
   EXPECT_EQ(WhatIsWrongWithOrder(outcome.events), "");
   EXPECT_GT(Count(outcome.events, v1::SolveEvent::kIterate), 0);
   const v1::Summary& summary = outcome.events.back().summary();
-  EXPECT_EQ(summary.termination(), v1::REACHED_END);
+  EXPECT_EQ(summary.termination(), v1::TERMINATION_REACHED_END);
   EXPECT_LT(summary.certificate().node_residual(), 1e-9);
   for (const v1::SolveEvent& event : outcome.events) {
     if (!event.has_trajectory()) continue;
@@ -364,10 +364,10 @@ TEST_F(SolverServiceTest, AnalysesAndRecommendsWhatThenSolves) {
   *solve.mutable_options() = analyzed.response.recommendation().options();
   const Outcome outcome = testing::Solve(*stub_, solve);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::REACHED_END);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_REACHED_END);
 }
 
-TEST_F(SolverServiceTest, RefusesToAnalyseWhatIsAboveItsLimits) {
+TEST_F(SolverServiceTest, RefusesToAnalyzeWhatIsAboveItsLimits) {
   ServerConfig config;
   config.max_states = 1;
   StartServer(config);

@@ -34,7 +34,7 @@ TEST(RunLcpTest, SolvesOne) {
   request.add_q(-6);
   const auto response = RunLcp(request, SessionLimits(), {});
   ASSERT_TRUE(response.ok()) << response.status();
-  EXPECT_EQ(response->verdict(), v1::LCP_SOLVED);
+  EXPECT_EQ(response->verdict(), v1::LCP_STATUS_SOLVED);
   EXPECT_NEAR(response->y(0), 4.0 / 3, 1e-14);
   EXPECT_NEAR(response->y(1), 7.0 / 3, 1e-14);
   EXPECT_THAT(response->matrix_class(), HasSubstr("P"));
@@ -76,7 +76,7 @@ TEST(RunLcpTest, FollowsTheRule) {
   EXPECT_THAT(response->sets().j(), ElementsAre(0, 1));
 
   // The point of the segment nearest to (3/4, 0) in the first component: (3/4, 1/4).
-  request.set_rule(v1::SOLUTION_RULE_MINIMISER);
+  request.set_rule(v1::SOLUTION_RULE_MINIMIZER);
   *request.mutable_selector()->mutable_c() = testing::DenseMatrix(1, 2, {1, 0});
   request.mutable_selector()->add_b(0.75);
   response = RunLcp(request, SessionLimits(), {});
@@ -102,7 +102,7 @@ TEST(RunLcpTest, ListsAllBasicSolutions) {
 
 TEST(RunLcpTest, RefusesARuleWithoutItsSelectorAndTheOtherWayRound) {
   v1::SolveLcpRequest request = Segment();
-  request.set_rule(v1::SOLUTION_RULE_MINIMISER);
+  request.set_rule(v1::SOLUTION_RULE_MINIMIZER);
   EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector"));
   request.set_rule(v1::SOLUTION_RULE_LEAST_NORM);
   *request.mutable_selector()->mutable_c() = testing::DenseMatrix(1, 2, {1, 0});
@@ -115,7 +115,7 @@ TEST(RunLcpTest, RefusesARuleWithoutItsSelectorAndTheOtherWayRound) {
 // A sparse matrix of a few bytes may have any size, and this one would be written down entry by entry.
 TEST(RunLcpTest, RefusesASelectorWhoseShapeIsNotThatOfTheProblem) {
   v1::SolveLcpRequest request = Segment();
-  request.set_rule(v1::SOLUTION_RULE_MINIMISER);
+  request.set_rule(v1::SOLUTION_RULE_MINIMIZER);
   request.mutable_selector()->add_b(0);
   v1::SparseMatrix& c = *request.mutable_selector()->mutable_c()->mutable_sparse();
   for (const auto& [rows, columns] : {std::pair{2'147'483'647, 0}, {2'147'483'647, 2}, {1, 60'000'000}, {-1, 2}, {0, 2}}) {

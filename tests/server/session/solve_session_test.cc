@@ -46,7 +46,7 @@ TEST(SolveSessionTest, TellsTheWholeStoryInOrder) {
   EXPECT_EQ(testing::WhatIsWrongWithOrder(sink.events), "");
   EXPECT_EQ(sink.events[0].accepted().solve_id(), "here");
   EXPECT_TRUE(sink.events[1].has_analysis());
-  EXPECT_EQ(sink.events.back().summary().termination(), v1::REACHED_END);
+  EXPECT_EQ(sink.events.back().summary().termination(), v1::TERMINATION_REACHED_END);
   EXPECT_GT(testing::Count(sink.events, v1::SolveEvent::kIterate), 0);
   EXPECT_EQ(sink.events.back().summary().times(), sink.events[1].analysis().steps() + 1);
 }
@@ -99,10 +99,10 @@ TEST(SolveSessionTest, PutsNamesBehindWhatTheyName) {
   *request.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {0});
   request.mutable_problem()->mutable_x0()->Set(0, 1);
   request.mutable_problem()->mutable_g()->mutable_pieces(0)->mutable_formulas()->set_formulas(0, "-2");
-  request.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_MARCH);
+  request.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_INTEGRATOR);
   Collector jump;
   ASSERT_TRUE(RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), jump).ok());
-  EXPECT_EQ(jump.events.back().summary().termination(), v1::INCONSISTENT_STATE);
+  EXPECT_EQ(jump.events.back().summary().termination(), v1::TERMINATION_INCONSISTENT_STATE);
   EXPECT_THAT(jump.events.back().summary().message(), HasSubstr("(N x + g)[0] (D1)"));
 }
 
@@ -228,13 +228,13 @@ class StoppingCollector final : public SolveSink {
 };
 
 TEST(SolveSessionTest, TheCauseOfAStopIsTold) {
-  for (const auto& [cause, termination, words] : {std::tuple(StopCause::kCancelled, v1::CANCELLED, "caller"),
-                                                  std::tuple(StopCause::kDeadline, v1::DEADLINE, "deadline"),
-                                                  std::tuple(StopCause::kShutdown, v1::CANCELLED, "shutting down")}) {
+  for (const auto& [cause, termination, words] : {std::tuple(StopCause::kCancelled, v1::TERMINATION_CANCELLED, "caller"),
+                                                  std::tuple(StopCause::kDeadline, v1::TERMINATION_DEADLINE, "deadline"),
+                                                  std::tuple(StopCause::kShutdown, v1::TERMINATION_CANCELLED, "shutting down")}) {
     SolveControl control;
     StoppingCollector sink(control, cause);
     const absl::Status status =
-        RunSolveToEnd(testing::MarchingRequest(10'000'000), SessionLimits(), "here", control, sink);
+        RunSolveToEnd(testing::SteppingRequest(10'000'000), SessionLimits(), "here", control, sink);
     ASSERT_TRUE(status.ok()) << status;
     EXPECT_LT(std::chrono::steady_clock::now() - sink.stopped_at, std::chrono::milliseconds(500));
     const v1::Summary& summary = sink.events.back().summary();

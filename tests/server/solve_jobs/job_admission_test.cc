@@ -21,12 +21,12 @@ using client::JobClient;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
-using testing::MarchingRequest;
+using testing::SteppingRequest;
 using testing::SwitchingRequest;
 
 // Of some seconds in truth, and more by prediction, with a small result.
 v1::SolveRequest LongRequest() {
-  v1::SolveRequest request = MarchingRequest(15'000'000);
+  v1::SolveRequest request = SteppingRequest(15'000'000);
   request.mutable_options()->add_output_times(10);
   return request;
 }
@@ -109,15 +109,15 @@ TEST_F(JobAdmissionTest, WhatIsTooLargeForThisServerIsNeverTaken) {
   config.max_job_core_seconds = 0.02;
   Start(config);
   // 0.96 MB of result, held twice, and what the engine works with.
-  Told told = Create(MarchingRequest(30'000));
+  Told told = Create(SteppingRequest(30'000));
   ExpectRefused(told, "max_job_memory_bytes", false);
   EXPECT_EQ(told.value, "2000000");
-  told = Create(MarchingRequest(14'000));
+  told = Create(SteppingRequest(14'000));
   ExpectRefused(told, "max_job_core_seconds", false);
   EXPECT_EQ(told.value, "0.02");
   EXPECT_THAT(told.status.error_message(), HasSubstr("predicted to need max_job_core_seconds = "));
-  ExpectRefused(Create(MarchingRequest(100'000)), "max_result_bytes", false);
-  EXPECT_TRUE(Create(MarchingRequest(1000)).status.ok());
+  ExpectRefused(Create(SteppingRequest(100'000)), "max_result_bytes", false);
+  EXPECT_TRUE(Create(SteppingRequest(1000)).status.ok());
 }
 
 TEST_F(JobAdmissionTest, AFullQueueSaysWhenToComeBack) {

@@ -107,7 +107,7 @@ TEST(JobClusterTest, KilledWorkersFrontsAndDatabasesLoseNothingAndRepeatNothing)
     while (jobs.unfinished() < kUnfinished) {
       // Sent again where the answer is lost, it is still one job.
       const int size = static_cast<int>(jobs.size());
-      jobs.Submit(size % 2 == 0 ? testing::MarchingRequest(60'000 + 1000 * (size % 24))
+      jobs.Submit(size % 2 == 0 ? testing::SteppingRequest(60'000 + 1000 * (size % 24))
                                 : testing::SwitchingRequest(20'000 + size));
     }
     std::this_thread::sleep_for(milliseconds(pause_ms(random)));

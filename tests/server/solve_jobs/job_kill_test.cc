@@ -47,7 +47,7 @@ TEST(JobKillTest, KilledServersLoseNothingAndRepeatNothing) {
   for (int kill = 0; kill < kills.count; ++kill) {
     // One is submitted while the server may be dying: sent again, it is still one job.
     if (jobs.size() < 24) {
-      jobs.Submit(kill % 2 == 0 ? testing::MarchingRequest(60'000 + 1000 * kill)
+      jobs.Submit(kill % 2 == 0 ? testing::SteppingRequest(60'000 + 1000 * kill)
                                 : testing::SwitchingRequest(20'000 + kill));
     }
     std::this_thread::sleep_for(milliseconds(pause_ms(random)));

@@ -25,7 +25,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-using testing::MarchingRequest;
+using testing::SteppingRequest;
 using testing::Outcome;
 using testing::SwitchingRequest;
 
@@ -36,7 +36,7 @@ v1::SolveRequest AsJob(v1::SolveRequest request, const std::string& request_id =
 
 // Of some seconds, with a small result that begins early.
 v1::SolveRequest LongRequest() {
-  v1::SolveRequest request = AsJob(MarchingRequest(15'000'000));
+  v1::SolveRequest request = AsJob(SteppingRequest(15'000'000));
   for (const double time : {0.001, 5.0, 10.0}) request.mutable_options()->add_output_times(time);
   return request;
 }
@@ -74,7 +74,7 @@ class JobSolveTest : public testing::ServiceTest {
 };
 
 TEST_F(JobSolveTest, GivesTheBitsOfASolveAndNamesItsJobFirst) {
-  for (const v1::SolveRequest& request : {SwitchingRequest(3000), MarchingRequest(100'000 / testing::kSlowness)}) {
+  for (const v1::SolveRequest& request : {SwitchingRequest(3000), SteppingRequest(100'000 / testing::kSlowness)}) {
     const Outcome outcome = testing::Solve(*stub_, AsJob(request, request.options().DebugString().substr(0, 100)));
     ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
     ASSERT_GT(outcome.events.size(), 3u);
@@ -83,7 +83,7 @@ TEST_F(JobSolveTest, GivesTheBitsOfASolveAndNamesItsJobFirst) {
     EXPECT_EQ(accepted.states(), 1);
     EXPECT_EQ(accepted.constraints(), 1);
     EXPECT_EQ(testing::Count(outcome.events, v1::SolveEvent::kAnalysis), 1);
-    EXPECT_EQ(outcome.events.back().summary().termination(), v1::REACHED_END);
+    EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_REACHED_END);
     EXPECT_EQ(testing::Count(outcome.events, v1::SolveEvent::kSummary), 1);
     std::int64_t last = 0;
     for (const v1::SolveEvent& event : outcome.events) {
@@ -133,7 +133,7 @@ TEST_F(JobSolveTest, TheDeadlineLeavesAnAnswer) {
   request.mutable_options()->add_output_times(10);  // how long a large trajectory takes is another question
   const Outcome outcome = testing::Solve(*stub_, AsJob(request), milliseconds(1500));
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::DEADLINE) << outcome.events.back().summary().message();
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_DEADLINE) << outcome.events.back().summary().message();
 }
 
 TEST_F(JobSolveTest, ACutDoesNotEndItAndCancelDoes) {
@@ -157,7 +157,7 @@ TEST_F(JobSolveTest, ACutDoesNotEndItAndCancelDoes) {
   const Outcome outcome = testing::Solve(*stub_, LongRequest());
   canceller.join();
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::CANCELLED);
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_CANCELLED);
   EXPECT_GT(TrajectoryOf(outcome.events).times.size(), 0u);
 }
 
@@ -173,7 +173,7 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
     ASSERT_NE(listen, "");
   };
   start();
-  for (const v1::SolveRequest& request : {MarchingRequest(600'000), SwitchingRequest(400'000)}) {
+  for (const v1::SolveRequest& request : {SteppingRequest(600'000), SwitchingRequest(400'000)}) {
     std::atomic<int> notices = 0;
     const auto client = *client::Client::Connect(listen, [&](const std::string&) { ++notices; });
     std::atomic<bool> accepted = false, ended = false;
@@ -199,7 +199,7 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
     }
     solving.join();
     ASSERT_TRUE(result.ok()) << result.status();
-    EXPECT_EQ(result->summary.termination(), v1::REACHED_END) << result->summary.message();
+    EXPECT_EQ(result->summary.termination(), v1::TERMINATION_REACHED_END) << result->summary.message();
     EXPECT_GT(notices, 0);
     EXPECT_EQ(summaries, 1);
     EXPECT_GT(trajectory_events, 0);

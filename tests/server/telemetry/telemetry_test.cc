@@ -146,7 +146,7 @@ TEST_F(TelemetryTest, CountsMethodsThatThereAreNotUnderOneName) {
 TEST_F(TelemetryTest, CountsACallThatIsUnderWayAndItsCancellation) {
   grpc::ClientContext context;
   testing::SetDeadline(context, seconds(60));
-  const auto reader = stub_->Solve(&context, testing::MarchingRequest(20'000'000));
+  const auto reader = stub_->Solve(&context, testing::SteppingRequest(20'000'000));
   ASSERT_TRUE(WaitForSolves(1));
   const std::string in_flight = "dlcs_rpcs_in_flight{method=\"dlcs.v1.SolverService/Solve\"}";
   std::string metrics = MetricsWhen(in_flight, 1);

@@ -164,11 +164,11 @@ TEST(ConvertMatrixTest, LimitsAreCheckedBeforeAnythingIsMade) {
       },
   };
   const v1::SolveRequest sound = testing::SwitchingRequest(10);
-  ASSERT_TRUE(ReadSound(sound.problem(), {}, limits).ok());
+  ASSERT_TRUE(ParseAndValidate(sound.problem(), {}, limits).ok());
   for (const auto& change : changes) {
     v1::Problem problem = sound.problem();
     change(problem);
-    EXPECT_EQ(ReadSound(problem, {}, limits).status().code(), absl::StatusCode::kResourceExhausted)
+    EXPECT_EQ(ParseAndValidate(problem, {}, limits).status().code(), absl::StatusCode::kResourceExhausted)
         << problem.ShortDebugString();
   }
 }

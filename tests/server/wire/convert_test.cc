@@ -77,7 +77,7 @@ TEST(ConvertTest, EveryRuleAndItsSelectorSurviveTheRoundTrip) {
   Problem problem = EveryKindOfPiece();
   for (const SolutionRule rule :
        {SolutionRule::kAuto, SolutionRule::kUnique, SolutionRule::kLeastElement, SolutionRule::kHiddenLeastElement,
-        SolutionRule::kLeastNorm, SolutionRule::kMinimiser, SolutionRule::kSparsest}) {
+        SolutionRule::kLeastNorm, SolutionRule::kMinimizer, SolutionRule::kSparsest}) {
     problem.rule = rule;
     std::vector<Violation> violations;
     const Problem back = ProblemFromProto(ToProto(problem), violations);
@@ -122,7 +122,7 @@ TEST(ConvertTest, ReadsANonlinearProblem) {
 
 TEST(ConvertTest, OptionsSurviveTheRoundTrip) {
   Options options;
-  options.method = Method::kPaperIteration;
+  options.method = Method::kWuChenIteration;
   options.num_steps = 77;
   options.output_times = {0.25, 1};
   options.output_times_only = true;

@@ -46,10 +46,10 @@ TEST(StatusTest, HundredsOfViolationsFitIntoHeaders) {
 }
 
 TEST(StatusTest, TextIsCutBetweenCharacters) {
-  EXPECT_EQ(Shortened("abcdef", 6), "abcdef");
-  EXPECT_EQ(Shortened("abcdefg", 6), "abc...");
+  EXPECT_EQ(TruncateUtf8("abcdef", 6), "abcdef");
+  EXPECT_EQ(TruncateUtf8("abcdefg", 6), "abc...");
   // ⟂ has three bytes; the cut would fall into the second one.
-  EXPECT_EQ(Shortened("a⟂⟂⟂⟂", 8), "a⟂...");
+  EXPECT_EQ(TruncateUtf8("a⟂⟂⟂⟂", 8), "a⟂...");
 }
 
 TEST(StatusTest, LimitsAreNamedWithTheirValue) {

@@ -33,7 +33,7 @@ class InterruptTest : public ::testing::Test {
 
   // Takes minutes, and says so when it begins.
   std::vector<std::string> LongSolve(const std::vector<std::string>& options = {}) const {
-    std::vector<std::string> arguments = {"solve", problem_, "--method", "paper-iteration", "--steps", "200000"};
+    std::vector<std::string> arguments = {"solve", problem_, "--method", "wu-chen-iteration", "--steps", "200000"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     return arguments;
   }
@@ -84,8 +84,8 @@ TEST_F(InterruptTest, PrintsWhatIsKnownAndExitsAsShellsExpect) {
     const ProgramOutcome outcome = program.Await();
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
     const auto root = nlohmann::json::parse(outcome.out);
-    EXPECT_EQ(root["summary"]["termination"], "CANCELLED");
-    EXPECT_EQ(root["summary"]["method"], "METHOD_PAPER_ITERATION");
+    EXPECT_EQ(root["summary"]["termination"], "TERMINATION_CANCELLED");
+    EXPECT_EQ(root["summary"]["method"], "METHOD_WU_CHEN_ITERATION");
   }
 }
 
@@ -110,7 +110,7 @@ TEST_F(InterruptTest, WhatWasIgnoredStaysIgnored) {
 TEST_F(InterruptTest, APartOfAResultDoesNotGetTheNameOfTheWhole) {
   const std::string path = folder_.File("easy.csv");
   std::ofstream(path) << "before";
-  RunningProgram program({"solve", problem_, "--method", "exponential-march", "--steps", "20000000", "--format", "csv",
+  RunningProgram program({"solve", problem_, "--method", "exponential-integrator", "--steps", "20000000", "--format", "csv",
                           "--no-estimate-error", "--output", path});
   program.AwaitErrorText("20000000 steps");
   program.Send({SIGTERM});
@@ -134,7 +134,7 @@ TEST_F(InterruptTest, AServedSolveIsShownAsOneHereAndItsJobNamed) {
   const ProgramOutcome outcome = program.Await();
   EXPECT_EQ(outcome.code, 130) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(root["summary"]["termination"], "CANCELLED");
+  EXPECT_EQ(root["summary"]["termination"], "TERMINATION_CANCELLED");
   EXPECT_EQ(root["trajectory"]["times"], nlohmann::json({0.04}));
   EXPECT_LT(root["summary"]["certificate"]["node_residual"].get<double>(), 1e-10);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("dlcs result " + job.name()), Not(HasSubstr("before its first"))));
@@ -155,7 +155,7 @@ TEST_F(InterruptTest, ASolveOfAServerWithoutJobsIsShownAsOneHere) {
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.out;
     std::ifstream stream(path + ".partial");
     const auto root = nlohmann::json::parse(stream);
-    EXPECT_EQ(root["summary"]["termination"], "CANCELLED");
+    EXPECT_EQ(root["summary"]["termination"], "TERMINATION_CANCELLED");
     EXPECT_THAT(root["summary"]["message"].get<std::string>(), HasSubstr("The caller cancelled it"));
     EXPECT_EQ(root["trajectory"]["times"], nlohmann::json({0.0}));
     EXPECT_EQ(root["trajectory"]["x"], nlohmann::json({1.0}));

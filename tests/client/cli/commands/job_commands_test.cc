@@ -66,7 +66,7 @@ TEST_F(JobCommandsTest, AJobPrintsWhatASolvePrints) {
   EXPECT_EQ(table.code, 0);
   EXPECT_THAT(table.out, HasSubstr("estimated error"));
   const auto json = nlohmann::json::parse(Dlcs("result " + job + " --format json --from 1 --to 2").out);
-  EXPECT_EQ(json["summary"]["termination"], "REACHED_END");
+  EXPECT_EQ(json["summary"]["termination"], "TERMINATION_REACHED_END");
   EXPECT_EQ(json["trajectory"]["times"].front(), 1);
   EXPECT_EQ(json["trajectory"]["times"].back(), 2);
 }
@@ -88,7 +88,7 @@ TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
   std::istringstream lines(watched.out);
   nlohmann::json last;
   for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
-  EXPECT_EQ(last["finished"]["summary"]["termination"], "REACHED_END");
+  EXPECT_EQ(last["finished"]["summary"]["termination"], "TERMINATION_REACHED_END");
 }
 
 // As in the JSON of a solve: names with underscores; integers of 64 bits are strings.

@@ -69,7 +69,7 @@ TEST(SolveOptionTableTest, WhatIsTypedSetsTheFieldsAndFollowsFromThem) {
 TEST(SolveOptionTableTest, SaysWhichOptionsHadNoEffect) {
   const v1::SolveOptions options = Parse({"--theta", "0.5", "--contour-nodes", "20", "--inelastic-impact", "--steps", "10"});
   EXPECT_THAT(OptionsWithoutEffect(options, v1::METHOD_TIME_STEPPING, false),
-              ElementsAre("--contour-nodes had no effect: it is for paper-iteration, and time-stepping solved"));
+              ElementsAre("--contour-nodes had no effect: it is for wu-chen-iteration, and time-stepping solved"));
   EXPECT_THAT(OptionsWithoutEffect(options, v1::METHOD_UNSPECIFIED, true),
               ElementsAre("--inelastic-impact had no effect: it is for linear systems"));
 }

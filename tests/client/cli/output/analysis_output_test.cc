@@ -65,7 +65,7 @@ v1::AnalyzeProblemResponse Example() {
   absent.set_kind(v1::CONSTANT_KIND_EXACT);
   absent.set_why("M is no P-matrix");
   v1::Recommendation& recommendation = *analysis.mutable_recommendation();
-  recommendation.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_MARCH);
+  recommendation.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_INTEGRATOR);
   recommendation.mutable_options()->set_step(0.001);
   recommendation.add_reasons("It serves every class.");
   analysis.add_warnings("The state at 0 is inconsistent.");
@@ -83,7 +83,7 @@ TEST(AnalysisTableTest, SaysFirstWhatToRunAndWhatToTakeCareOf) {
   EXPECT_THAT(text, HasSubstr("case: 2 states, 1 pair, T = 4\n"
                               "  M          Z-matrix\n"
                               "  Solution   the least element (M is a Z-matrix)\n"
-                              "  Run        dlcs solve case.json --method exponential-march --step 0.001\n"
+                              "  Run        dlcs solve case.json --method exponential-integrator --step 0.001\n"
                               "             It serves every class.\n"
                               "  Take care  The state at 0 is inconsistent.\n"));
 }

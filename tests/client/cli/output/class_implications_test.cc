@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "core/matrix_classes/class_profile.h"
+#include "core/analysis/class_section.h"
 
 namespace dlcs::client {
 namespace {

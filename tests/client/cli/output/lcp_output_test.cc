@@ -18,7 +18,7 @@ using ::testing::Not;
 
 TEST(LcpOutputTest, PrintsTheSolution) {
   v1::SolveLcpResponse response;
-  response.set_verdict(v1::LCP_SOLVED);
+  response.set_verdict(v1::LCP_STATUS_SOLVED);
   response.add_y(0.1);
   response.add_w(0);
   response.set_residual(1e-17);
@@ -29,7 +29,7 @@ TEST(LcpOutputTest, PrintsTheSolution) {
 
 TEST(LcpOutputTest, ShowsIndexSetsAndAllSolutions) {
   v1::SolveLcpResponse response;
-  response.set_verdict(v1::LCP_SOLVED);
+  response.set_verdict(v1::LCP_STATUS_SOLVED);
   response.set_rule("the least norm");
   for (const double y : {0.5, 0.5, 0.0}) {
     response.add_y(y);

@@ -148,7 +148,7 @@ TEST(LiveViewTest, DrawsABarOnATerminalAndTakesItAway) {
 }
 
 TEST(LiveViewTest, SaysWhatIsBeingDoneBeforeThereIsATime) {
-  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [](LiveView&) {}), HasSubstr("analyses"));
+  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [](LiveView&) {}), HasSubstr("analyzes"));
   v1::SolveEvent analysis;
   analysis.mutable_analysis();
   EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [&](LiveView& view) { view.OnEvent(analysis); }),

@@ -42,7 +42,7 @@ SolveResult Example() {
   result.analysis.add_state_names("iL");
   result.analysis.set_lipschitz(0.3);
   v1::Summary& summary = result.summary;
-  summary.set_termination(v1::REACHED_END);
+  summary.set_termination(v1::TERMINATION_REACHED_END);
   summary.set_method(v1::METHOD_LAPLACE_ITERATION);
   summary.add_warnings("a \"quoted\" warning of κ <= 8");
   summary.mutable_verdict()->set_kind(v1::VERDICT_KIND_ERROR_UNKNOWN);

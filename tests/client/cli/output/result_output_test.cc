@@ -31,7 +31,7 @@ SolveResult Example() {
   result.w = {0.7, 0, -0.0};
   result.analysis.set_matrix_class("P-matrix");
   v1::Summary& summary = result.summary;
-  summary.set_termination(v1::REACHED_END);
+  summary.set_termination(v1::TERMINATION_REACHED_END);
   summary.mutable_verdict()->set_kind(v1::VERDICT_KIND_ERROR_UNKNOWN);
   summary.mutable_verdict()->set_success(true);
   summary.mutable_verdict()->set_text("reached T, error not estimated");

@@ -24,7 +24,7 @@ double NormOf(const Matrix& M) { return M.cwiseAbs().rowwise().sum().maxCoeff();
 
 Vector SolutionOf(const Matrix& M, const Vector& q) {
   const auto result = SolveLcp(M, q, SolutionRule::kAuto);
-  EXPECT_TRUE(result.ok() && result->verdict == LcpVerdict::kSolved) << "M =\n" << M << "\nq = " << q.transpose();
+  EXPECT_TRUE(result.ok() && result->verdict == LcpStatus::kSolved) << "M =\n" << M << "\nq = " << q.transpose();
   return result->y;
 }
 

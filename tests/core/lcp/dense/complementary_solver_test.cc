@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/lcp/lcp.h"
 #include "tests/support/lcp_problems.h"
 
 namespace dlcs {
@@ -36,10 +37,10 @@ TEST(ComplementarySolverTest, WarmStartsWithWrongGuessesEqualColdStarts) {
       const Vector q = generator.SolvableQ(M, k % 2 == 0);
       Basis cold(n, 0);
       Vector y(n);
-      ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), cold, y), LcpVerdict::kSolved);
+      ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), cold, y), LcpStatus::kSolved);
       Basis warm = RandomBasis(generator, n);
       Vector again(n);
-      ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), warm, again), LcpVerdict::kSolved);
+      ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), warm, again), LcpStatus::kSolved);
       EXPECT_LE((y - again).lpNorm<Eigen::Infinity>(), 1e-10);
       if (k % 2 == 1) {
         EXPECT_EQ(cold, warm);
@@ -71,7 +72,7 @@ TEST(ComplementarySolverTest, IsAPureFunctionOfItsArguments) {
             Basis basis = guess;
             Basis fresh_basis = guess;
             Vector y(n), fresh_y(n);
-            const LcpVerdict verdict = solver->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y);
+            const LcpStatus verdict = solver->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y);
             EXPECT_EQ(verdict, fresh->Solve(q, Vector::Constant(q.size(), 1e-13), fresh_basis, fresh_y));
             EXPECT_EQ(y, fresh_y);
             EXPECT_EQ(basis, fresh_basis);
@@ -95,7 +96,7 @@ TEST(ComplementarySolverTest, SolvesTinyCoupledBlocks) {
       const Vector q = generator.SolvableQ(K / h, k % 4 < 2, &y) * h;
       Basis basis = RandomBasis(generator, n);
       Vector found(n);
-      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-16 * h), basis, found), LcpVerdict::kSolved)
+      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-16 * h), basis, found), LcpStatus::kSolved)
           << solver->Account().message;
       EXPECT_LE((found - y).lpNorm<Eigen::Infinity>(), 1e-9);
       EXPECT_LE(LcpResidual(K, q, found), AllowedResidual(K, q, found, 1e-16 * h));
@@ -122,12 +123,12 @@ TEST(ComplementarySolverTest, SolvesTinyBlocksNextToEntriesOfSizeOne) {
       const std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(M, K, Selection::kAny);
       Basis basis = RandomBasis(generator, n);
       Vector y(n);
-      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-15), basis, y), LcpVerdict::kSolved)
+      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-15), basis, y), LcpStatus::kSolved)
           << solver->Account().message;
       EXPECT_LE(LcpResidual(M + K, q, y), AllowedResidual(M + K, q, y, 1e-15));
       Basis again = basis;
       Vector y_again(n);
-      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-15), again, y_again), LcpVerdict::kSolved);
+      ASSERT_EQ(solver->Solve(q, Vector::Constant(q.size(), 1e-15), again, y_again), LcpStatus::kSolved);
       EXPECT_EQ(solver->Account().pivots, 0);
       EXPECT_EQ(y, y_again);
     }
@@ -149,7 +150,7 @@ TEST(ComplementarySolverTest, KeepsItsPromiseInAnyUnits) {
     ComplementarySolver solver(M, Known::kNothing);
     Basis basis = RandomBasis(generator, n);
     Vector y(n);
-    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 0), basis, y), LcpVerdict::kSolved)
+    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 0), basis, y), LcpStatus::kSolved)
         << k << " " << solver.Account().message;
     EXPECT_LE(LcpResidual(M, q, y), AllowedResidual(M, q, y, 0)) << k;
     // In the units of the inner problem it is as good.

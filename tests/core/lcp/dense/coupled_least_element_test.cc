@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/lcp/lcp.h"
 #include "core/matrix_classes/lipschitz.h"
 #include "tests/support/lcp_problems.h"
 
@@ -21,7 +22,7 @@ std::optional<Vector> Least(const Matrix& M, const Vector& q) {
   LeastElementSolver solver(M);
   Basis basis(q.size(), 0);
   Vector y(q.size());
-  if (solver.Solve(q, Vector::Constant(q.size(), 1e-14), basis, y) != LcpVerdict::kSolved) return std::nullopt;
+  if (solver.Solve(q, Vector::Constant(q.size(), 1e-14), basis, y) != LcpStatus::kSolved) return std::nullopt;
   return y;
 }
 
@@ -46,7 +47,7 @@ TEST(CoupledLeastElementSolverTest, FindsTheFixedPointWhereTheMapContracts) {
     Basis basis(n);
     for (std::uint8_t& entry : basis) entry = static_cast<std::uint8_t>(generator.Integer(0, 1));
     Vector y(n);
-    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), basis, y), LcpVerdict::kSolved);
+    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), basis, y), LcpStatus::kSolved);
     EXPECT_LE(Defect(M, K, q, y), 1e-9 * (1 + y.maxCoeff())) << M << "\n" << q.transpose();
     // The fixed point is the only one where the least element, Lipschitz with constant L, makes a
     // contraction.
@@ -69,7 +70,7 @@ TEST(CoupledLeastElementSolverTest, KeepsTheLeastElementOfExample41FromEveryGues
     Basis basis(4);
     for (int i = 0; i < 4; ++i) basis[i] = subset >> i & 1u;
     Vector y(4);
-    ASSERT_EQ(solver.Solve(Vector{{-0.5, 0.2, 0.2, 0.5}}, Vector::Constant(4, 1e-14), basis, y), LcpVerdict::kSolved);
+    ASSERT_EQ(solver.Solve(Vector{{-0.5, 0.2, 0.2, 0.5}}, Vector::Constant(4, 1e-14), basis, y), LcpStatus::kSolved);
     EXPECT_NEAR(y[0], 0.5 / 1.03, 1e-15) << "guess " << subset;
     EXPECT_EQ(y.tail(3), Vector::Zero(3)) << "guess " << subset;
   }
@@ -98,7 +99,7 @@ struct Example42 {
       const Vector g = 2 + t * std::exp(-t / 2) * Vector{{-1.0, 1, 1, -1}}.array();
       const Vector free = resolvent * (x + h * f);
       const Vector q = N * free + g;
-      if (solver->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y) != LcpVerdict::kSolved) return t;
+      if (solver->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y) != LcpStatus::kSolved) return t;
       EXPECT_LE(LcpResidual(M + h * N * resolvent * B, q, y), 1e-12);
       x = free + h * resolvent * B * y;
     }

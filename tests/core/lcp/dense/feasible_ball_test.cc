@@ -18,7 +18,7 @@ bool IsFeasible(const Vector& q, const Matrix& M) {
   Workers workers(1);
   Matrix y = Matrix::Zero(q.size(), 1);
   return LcpBatch(M, Selection::kLeastElement).Solve(q, Vector::Constant(q.size(), 1e-13), workers, {}, y).verdict ==
-         LcpVerdict::kSolved;
+         LcpStatus::kSolved;
 }
 
 TEST(FeasibleBallTest, HasTheClosedFormOfScalarsAndOfTheZeroMatrix) {

@@ -42,7 +42,7 @@ TEST(HiddenLeastElementTest, IsBelowEveryFeasiblePointInTheOrderOfTheCone) {
     const Vector q = generator.SolvableQ(M, round % 2 == 0, &made);
     HiddenLeastElementSolver solver(M, X);
     const LcpOutcome least = SolveCold(solver, q);
-    ASSERT_EQ(least.verdict, LcpVerdict::kSolved) << "M =\n" << M << "\nq = " << q.transpose();
+    ASSERT_EQ(least.verdict, LcpStatus::kSolved) << "M =\n" << M << "\nq = " << q.transpose();
     EXPECT_LE(LcpResidual(M, q, least.y), 1e-9 * SizeOfSums(M, q, least.y));
     const Vector u = X.partialPivLu().solve(least.y);
     for (const BasicSolution& other : AllBasicSolutions(M, q).solutions) {
@@ -54,7 +54,7 @@ TEST(HiddenLeastElementTest, IsBelowEveryFeasiblePointInTheOrderOfTheCone) {
     Basis basis(n);
     for (Index i = 0; i < n; ++i) basis[i] = least.y[i] > 0;
     Vector again(n);
-    EXPECT_EQ(solver.Solve(q, Vector::Zero(n), basis, again), LcpVerdict::kSolved);
+    EXPECT_EQ(solver.Solve(q, Vector::Zero(n), basis, again), LcpStatus::kSolved);
     EXPECT_LE((again - least.y).norm(), 1e-9 * (1 + least.y.norm()));
   }
   EXPECT_GT(compared, 350);  // there were several solutions to choose from
@@ -103,7 +103,7 @@ TEST(HiddenLeastElementTest, IsReachedByTheRule) {
       EXPECT_THAT(std::string(result.status().message()), HasSubstr("hidden-least-element needs a hidden Z-matrix M"));
       continue;
     }
-    ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << result->message;
+    ASSERT_EQ(result->verdict, LcpStatus::kSolved) << result->message;
     if (result->selection != Selection::kHiddenLeastElement) continue;
     ++served;
     const Matrix& X = matrix_class.hidden_z.witness.X;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/lcp/lcp.h"
 #include "tests/support/lcp_linear_program.h"
 #include "tests/support/lcp_problems.h"
 
@@ -28,7 +29,7 @@ void ExpectLeastFromEveryGuess(const Matrix& M, const Vector& q, const Vector& l
   for (unsigned subset = 0; subset < (1u << q.size()); ++subset) {
     Basis basis = BasisOf(subset, q.size());
     Vector y(q.size());
-    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), basis, y), LcpVerdict::kSolved);
+    ASSERT_EQ(solver.Solve(q, Vector::Constant(q.size(), 1e-14), basis, y), LcpStatus::kSolved);
     EXPECT_LE((y - least).lpNorm<Eigen::Infinity>(), 1e-9 * (1 + least.maxCoeff())) << "guess " << subset;
     for (Index i = 0; i < q.size(); ++i) EXPECT_TRUE(basis[i] || y[i] == 0);
   }
@@ -75,11 +76,11 @@ TEST(LeastElementSolverTest, NamesTheConstraintThatCannotBeMet) {
   LeastElementSolver solver(Matrix{{1, -1}, {-1, 1}});
   Basis basis(2, 0);
   Vector y(2);
-  EXPECT_EQ(solver.Solve(Vector{{-2.0, 1.0}}, Vector::Constant(2, 1e-14), basis, y), LcpVerdict::kInfeasible);
+  EXPECT_EQ(solver.Solve(Vector{{-2.0, 1.0}}, Vector::Constant(2, 1e-14), basis, y), LcpStatus::kInfeasible);
   EXPECT_THAT(solver.Account().message, HasSubstr("w[1]"));
   EXPECT_EQ(y, Vector::Zero(2));
   EXPECT_EQ(solver.Solve(Vector{{std::numeric_limits<double>::quiet_NaN(), 1.0}}, Vector::Constant(2, 1e-14), basis, y),
-            LcpVerdict::kNonFinite);
+            LcpStatus::kNonFinite);
 }
 
 // λᵀq = 0 with λᵀM = 0: solvable by a hair. Rounding must not turn that into a proof that it is not.
@@ -96,12 +97,12 @@ TEST(LeastElementSolverTest, SolvesSingularProblemsOnTheBorderOfFeasibility) {
     LeastElementSolver solver(M);
     Basis basis(n, 0);
     Vector found(n);
-    ASSERT_EQ(solver.Solve(q, tolerance, basis, found), LcpVerdict::kSolved) << k << " " << n;
+    ASSERT_EQ(solver.Solve(q, tolerance, basis, found), LcpStatus::kSolved) << k << " " << n;
     EXPECT_LE(LcpResidual(M, q, found), 1e-11 * size);
     EXPECT_TRUE((found.array() <= y.array() + 1e-8 * (1 + y.maxCoeff())).all());
     // Clearly below it, it is infeasible.
     const Vector low = q - 1e-6 * size * Vector::Ones(n);
-    EXPECT_EQ(solver.Solve(low, tolerance, basis, found), LcpVerdict::kInfeasible);
+    EXPECT_EQ(solver.Solve(low, tolerance, basis, found), LcpStatus::kInfeasible);
   }
 }
 

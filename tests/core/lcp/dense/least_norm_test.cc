@@ -50,7 +50,7 @@ TEST(LeastNormTest, AgreesWithTheQuadraticProgramAndNoSolutionIsShorter) {
     SCOPED_TRACE(::testing::Message() << "M =\n" << M << "\nq = " << q.transpose());
     LeastNormSolver solver(M);
     const LcpOutcome least = SolveCold(solver, q);
-    ASSERT_EQ(least.verdict, LcpVerdict::kSolved);
+    ASSERT_EQ(least.verdict, LcpStatus::kSolved);
     const double size = SizeOfSums(M, q, least.y);
     EXPECT_LE(LcpResidual(M, q, least.y), 1e-9 * size) << least.method;
     const NearestPoint nearest = FindNearestPoint(ConvexSolutionSet(M, q, least.y), NormOf(q.size()));
@@ -89,8 +89,8 @@ TEST(LeastNormTest, SolvesWhatCanBeSeenByEye) {
 
 TEST(LeastNormTest, FindsThatThereIsNone) {
   LeastNormSolver solver(Matrix::Zero(2, 2));
-  EXPECT_EQ(SolveCold(solver, Vector{{-1.0, 1}}).verdict, LcpVerdict::kInfeasible);
-  EXPECT_EQ(SolveCold(solver, Vector{{std::nan(""), 1}}).verdict, LcpVerdict::kNonFinite);
+  EXPECT_EQ(SolveCold(solver, Vector{{-1.0, 1}}).verdict, LcpStatus::kInfeasible);
+  EXPECT_EQ(SolveCold(solver, Vector{{std::nan(""), 1}}).verdict, LcpStatus::kNonFinite);
 }
 
 TEST(LeastNormTest, DoesNotDependOnTheGuess) {
@@ -113,7 +113,7 @@ TEST(LeastNormTest, ServesLargeProblems) {
   const Vector q = generator.SolvableQ(M, true);
   const auto result = SolveLcp(M, q, SolutionRule::kLeastNorm);
   ASSERT_TRUE(result.ok());
-  ASSERT_EQ(result->verdict, LcpVerdict::kSolved) << result->message;
+  ASSERT_EQ(result->verdict, LcpStatus::kSolved) << result->message;
   EXPECT_LE(result->residual, 1e-9 * SizeOfSums(M, q, result->y));
 }
 

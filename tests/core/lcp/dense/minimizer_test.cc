@@ -26,9 +26,9 @@ using testing::LcpOutcome;
 using testing::SolveCold;
 
 // Example 2.1 of [Chen & Xiang]: C = diag(0, 1), b = 0 gives (max(-q1, 0), 0), with Lipschitz constant 1.
-TEST(MinimiserTest, GivesThePrintedSolutionFunctionOfExample21) {
+TEST(MinimizerTest, GivesThePrintedSolutionFunctionOfExample21) {
   const Matrix M{{1, 1}, {0, -1}};
-  LcpRequest request{.rule = SolutionRule::kMinimiser};
+  LcpRequest request{.rule = SolutionRule::kMinimizer};
   request.selector = Selector{Matrix{{0, 0}, {0, 1}}, Vector::Zero(2)};
   LcpGenerator generator(4);
   Vector last_q = Vector::Zero(2), last_y = Vector::Zero(2);
@@ -46,13 +46,13 @@ TEST(MinimiserTest, GivesThePrintedSolutionFunctionOfExample21) {
   }
   EXPECT_LE(steepest, 1 + 1e-12);
   EXPECT_GT(steepest, 0.9);
-  EXPECT_EQ(SolveLcp(M, Vector{{1.0, -1}}, request)->verdict, LcpVerdict::kInfeasible);
+  EXPECT_EQ(SolveLcp(M, Vector{{1.0, -1}}, request)->verdict, LcpStatus::kInfeasible);
 }
 
 // Its derivative is diag(-1, 0) for q1 < 0 and zero for q1 > 0 (q2 > 0): at q1 = 0 the ends of the printed ∂y(q).
-TEST(MinimiserTest, HasThePrintedJacobiansInExample21) {
+TEST(MinimizerTest, HasThePrintedJacobiansInExample21) {
   const Matrix M{{1, 1}, {0, -1}};
-  LcpRequest request{.rule = SolutionRule::kMinimiser};
+  LcpRequest request{.rule = SolutionRule::kMinimizer};
   request.selector = Selector{Matrix{{0, 0}, {0, 1}}, Vector::Zero(2)};
   const auto at = [&](double q1, double q2) { return *SolveLcp(M, Vector{{q1, q2}}, request); };
   EXPECT_TRUE(TestDifferentiable(M, at(-1, 2).sets).yes());
@@ -74,9 +74,9 @@ TEST(MinimiserTest, HasThePrintedJacobiansInExample21) {
 }
 
 // "Similar arguments": one selector each makes the other two matrices of Example 2.1 Lipschitz, with constant 1.
-TEST(MinimiserTest, MakesTheOtherMatricesOfExample21Lipschitz) {
+TEST(MinimizerTest, MakesTheOtherMatricesOfExample21Lipschitz) {
   const Matrix N{{-1, 1}, {0, 1}}, NP{{-1, 1}, {0, -1}};
-  LcpRequest of_N{.rule = SolutionRule::kMinimiser}, of_NP = of_N;
+  LcpRequest of_N{.rule = SolutionRule::kMinimizer}, of_NP = of_N;
   of_N.selector = Selector{Matrix{{1, 0}, {0, 0}}, Vector::Zero(2)};
   of_NP.selector = Selector{Matrix::Identity(2, 2), Vector{{0.0, 100}}};  // far up: y2 = q2, not 0
   LcpGenerator generator(10);
@@ -86,14 +86,14 @@ TEST(MinimiserTest, MakesTheOtherMatricesOfExample21Lipschitz) {
     const double y2 = std::max(-q[1], 0.0);
     const auto first = SolveLcp(N, q, of_N);
     ASSERT_TRUE(first.ok());
-    EXPECT_EQ(first->verdict == LcpVerdict::kSolved, q[0] + y2 >= 0);
-    if (first->verdict == LcpVerdict::kSolved) {
+    EXPECT_EQ(first->verdict == LcpStatus::kSolved, q[0] + y2 >= 0);
+    if (first->verdict == LcpStatus::kSolved) {
       EXPECT_LE((first->y - Vector{{0.0, y2}}).norm(), 1e-14);
     }
     const auto second = SolveLcp(NP, q, of_NP);
     ASSERT_TRUE(second.ok());
-    EXPECT_EQ(second->verdict == LcpVerdict::kSolved, q[1] >= 0 && q[0] + q[1] >= 0);
-    if (second->verdict == LcpVerdict::kSolved) {
+    EXPECT_EQ(second->verdict == LcpStatus::kSolved, q[1] >= 0 && q[0] + q[1] >= 0);
+    if (second->verdict == LcpStatus::kSolved) {
       EXPECT_LE((second->y - Vector{{0.0, q[1]}}).norm(), 1e-14);
       ++solvable;
     }
@@ -102,7 +102,7 @@ TEST(MinimiserTest, MakesTheOtherMatricesOfExample21Lipschitz) {
 }
 
 // C = I, b = 0 on the same matrix: a tie where q2 = -q1, as the paper says of the least norm; not everywhere in q1 < 0.
-TEST(MinimiserTest, ReportsTheTieOfTheLeastNormInExample21) {
+TEST(MinimizerTest, ReportsTheTieOfTheLeastNormInExample21) {
   const Matrix M{{1, 1}, {0, -1}};
   const auto tie = SolveLcp(M, Vector{{-1.0, 1}}, SolutionRule::kLeastNorm);
   ASSERT_TRUE(tie.ok());
@@ -116,9 +116,9 @@ TEST(MinimiserTest, ReportsTheTieOfTheLeastNormInExample21) {
   EXPECT_LE((above->y - Vector{{1.0, 0}}).norm(), 1e-14);  // a jump: this selection is not Lipschitz
 }
 
-TEST(MinimiserTest, SaysWhenAContinuumTies) {
+TEST(MinimizerTest, SaysWhenAContinuumTies) {
   // All (y1, 1 - y1) solve; C looks at nothing that tells them apart.
-  LcpRequest request{.rule = SolutionRule::kMinimiser};
+  LcpRequest request{.rule = SolutionRule::kMinimizer};
   request.selector = Selector{Matrix::Ones(1, 2), Vector::Zero(1)};
   const auto tie = SolveLcp(Matrix::Ones(2, 2), Vector{{-1.0, -1}}, request);
   ASSERT_TRUE(tie.ok());
@@ -130,17 +130,17 @@ TEST(MinimiserTest, SaysWhenAContinuumTies) {
   EXPECT_LE((corner->y - Vector{{0.0, 1}}).norm(), 1e-12);
 }
 
-// Two ways to the same minimiser: the convex set, and the union of its 2ⁿ pieces.
-TEST(MinimiserTest, FindsTheSameOverTheConvexSetAndOverItsPieces) {
+// Two ways to the same minimizer: the convex set, and the union of its 2ⁿ pieces.
+TEST(MinimizerTest, FindsTheSameOverTheConvexSetAndOverItsPieces) {
   LcpGenerator generator(5);
   for (int round = 0; round < 150; ++round) {
     const auto [M, q, known] = DrawSemidefinite(generator, round % 3);
     const Index n = q.size();
     Selector selector{.C = generator.Gaussian(generator.Integer(1, n), n), .b = {}};
     selector.b = generator.GaussianVector(selector.C.rows());
-    MinimiserSolver convex(M, selector);
+    MinimizerSolver convex(M, selector);
     const LcpOutcome over_set = SolveCold(convex, q);
-    ASSERT_EQ(over_set.verdict, LcpVerdict::kSolved);
+    ASSERT_EQ(over_set.verdict, LcpStatus::kSolved);
     double best = std::numeric_limits<double>::infinity();
     const BasicSolutions all = AllBasicSolutions(M, q);
     for (const BasicSolution& s : all.solutions) best = std::min(best, (selector.C * s.y - selector.b).norm());

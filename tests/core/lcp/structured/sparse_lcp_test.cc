@@ -8,6 +8,7 @@
 #include <memory>
 #include <numbers>
 
+#include "core/lcp/lcp.h"
 #include "core/lcp/structured/sparse_solver.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/sparse_class.h"
@@ -73,7 +74,7 @@ void ExpectSolved(LcpGenerator& generator, const SparseMatrix& M, LcpSolver& sol
   const Vector q = w - M * expected;
   Basis basis(n, 0);
   Vector y(n);
-  ASSERT_EQ(solver.Solve(q, Vector::Zero(n), basis, y), LcpVerdict::kSolved) << solver.Account().message;
+  ASSERT_EQ(solver.Solve(q, Vector::Zero(n), basis, y), LcpStatus::kSolved) << solver.Account().message;
   EXPECT_GE(y.minCoeff(), 0);
   EXPECT_LE(Residual(M, q, y), 1e-12 * (MaxAbs(q) + MaxAbs(M.cwiseAbs() * Vector::Ones(n)) * MaxAbs(y)));
   EXPECT_LE(MaxAbs(y - expected), error);
@@ -104,8 +105,8 @@ TEST(SparseLcpSolverTest, AgreesWithTheDenseSolver) {
     const std::unique_ptr<LcpSolver> dense = MakeLcpSolver(Matrix(M), Selection::kUnique);
     Basis basis(60, 0), dense_basis(60, 1);
     Vector y(60), dense_y(60);
-    ASSERT_EQ(sparse->Solve(q, Vector::Zero(60), basis, y), LcpVerdict::kSolved);
-    ASSERT_EQ(dense->Solve(q, Vector::Zero(60), dense_basis, dense_y), LcpVerdict::kSolved);
+    ASSERT_EQ(sparse->Solve(q, Vector::Zero(60), basis, y), LcpStatus::kSolved);
+    ASSERT_EQ(dense->Solve(q, Vector::Zero(60), dense_basis, dense_y), LcpStatus::kSolved);
     EXPECT_EQ(basis, dense_basis);
     EXPECT_LE(MaxAbs(y - dense_y), 1e-10 * (1 + MaxAbs(y)));
   }
@@ -124,7 +125,7 @@ TEST(SparseLcpSolverTest, IsAPureFunctionOfItsArguments) {
     for (LcpSolver* solver : {static_cast<LcpSolver*>(&used), static_cast<LcpSolver*>(&fresh), clone.get()}) {
       Basis basis(n, 0);
       Vector y(n);
-      ASSERT_EQ(solver->Solve(q, Vector::Zero(n), basis, y), LcpVerdict::kSolved);
+      ASSERT_EQ(solver->Solve(q, Vector::Zero(n), basis, y), LcpStatus::kSolved);
       if (expected.size() == 0) expected = y;
       EXPECT_EQ(y, expected);
     }
@@ -137,13 +138,13 @@ TEST(SparseLcpSolverTest, SaysWhatWentWrong) {
   Basis basis(9, 0);
   Vector y(9), q = Vector::Ones(9);
   q[4] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(solver.Solve(q, Vector::Zero(9), basis, y), LcpVerdict::kNonFinite);
+  EXPECT_EQ(solver.Solve(q, Vector::Zero(9), basis, y), LcpStatus::kNonFinite);
   EXPECT_EQ(y, Vector::Zero(9));
   const SparseMatrix zero(2, 2);
   SparseLcpSolver trusting(zero, SparseLcpSolver::Known::kPMatrix);
   Basis pair(2, 0);
   Vector y2(2);
-  EXPECT_EQ(trusting.Solve(-Vector::Ones(2), Vector::Zero(2), pair, y2), LcpVerdict::kSingular);
+  EXPECT_EQ(trusting.Solve(-Vector::Ones(2), Vector::Zero(2), pair, y2), LcpStatus::kSingular);
 }
 
 // A membrane with a known contact set: u = (r² - a²)² outside of r = a, where -Δu = 8a² - 16r², vanishes with
@@ -176,7 +177,7 @@ TEST(SparseLcpSolverTest, SolvesAnObstacleProblemOfTwentyThousandUnknowns) {
       MakeSparseLcpSolver(M, SelectRule(SolutionRule::kAuto, known).value());
   Basis basis(q.size(), 1);
   Vector y(q.size());
-  ASSERT_EQ(solver->Solve(q, Vector::Zero(q.size()), basis, y), LcpVerdict::kSolved);
+  ASSERT_EQ(solver->Solve(q, Vector::Zero(q.size()), basis, y), LcpStatus::kSolved);
   EXPECT_LE(MaxAbs(y - expected), 5 * h * h);
   EXPECT_LE(Residual(M, q, y), 1e-13 * MaxAbs(q));
 }

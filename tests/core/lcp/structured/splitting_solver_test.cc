@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/discretization/scheme.h"
+#include "core/lcp/lcp.h"
 #include "core/linalg/norms.h"
 #include "core/models/signorini.h"
 #include "tests/support/lcp_problems.h"
@@ -53,7 +54,7 @@ void ExpectTheSolution(const Matrix& K, const Vector& q, const Vector& guess) {
   EXPECT_LE(LcpResidual(K, q, y), 1e-13 * (MaxAbs(q) + InfinityNorm(K) * MaxAbs(y)));
   Basis basis(q.size(), 0);
   Vector dense(q.size());
-  ASSERT_EQ(MakeLcpSolver(K, Selection::kUnique)->Solve(q, tolerance, basis, dense), LcpVerdict::kSolved);
+  ASSERT_EQ(MakeLcpSolver(K, Selection::kUnique)->Solve(q, tolerance, basis, dense), LcpStatus::kSolved);
   EXPECT_LE(MaxAbs(y - dense), 1e-11 * (1 + MaxAbs(dense)));
 }
 

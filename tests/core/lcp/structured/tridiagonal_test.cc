@@ -213,7 +213,7 @@ TEST(TridiagonalSolverTest, SolvesAnObstacleProblemWithManyUnknowns) {
   TridiagonalSolver solver(Shared(M), nullptr);
   Basis basis(n, 1);
   Vector y(n);
-  ASSERT_EQ(solver.Solve(q, Vector::Zero(n), basis, y), LcpVerdict::kSolved);
+  ASSERT_EQ(solver.Solve(q, Vector::Zero(n), basis, y), LcpStatus::kSolved);
   EXPECT_LE((y - expected).lpNorm<Eigen::Infinity>(), 1e-8);
   EXPECT_LE(solver.Account().pivots, 3 * n);
 }
@@ -271,7 +271,7 @@ TEST(TridiagonalSolverTest, NeedsNoOtherSolverWhereDegenerateProblemsAreBadlySca
     TridiagonalSolver solver(Shared(*TridiagonalOf(M)), nullptr);
     Basis basis(n, 0);
     Vector y(n);
-    ASSERT_EQ(solver.Solve(q, Vector::Zero(n), basis, y), LcpVerdict::kSolved) << "seed " << seed;
+    ASSERT_EQ(solver.Solve(q, Vector::Zero(n), basis, y), LcpStatus::kSolved) << "seed " << seed;
     ASSERT_LE(LcpResidual(M, q, y), 1e-12 * (MaxAbs(q) + InfinityNorm(M) * MaxAbs(y))) << "seed " << seed;
   }
 }
@@ -291,9 +291,9 @@ TEST(TridiagonalSolverTest, AgreesWithTheGeneralSolver) {
       Vector y(n), general_y(n);
       const auto solver = MakeLcpSolver(M, k % 4 == 0 ? Selection::kLeastElement : Selection::kUnique);
       ComplementarySolver general(M, ComplementarySolver::Known::kMMatrix);
-      const LcpVerdict verdict = solver->Solve(q, tolerance, basis, y);
+      const LcpStatus verdict = solver->Solve(q, tolerance, basis, y);
       ASSERT_EQ(verdict, general.Solve(q, tolerance, general_basis, general_y));
-      if (verdict != LcpVerdict::kSolved) continue;
+      if (verdict != LcpStatus::kSolved) continue;
       EXPECT_STREQ(solver->Account().method, "policy iteration");
       EXPECT_LE(((y - general_y).array().abs() / (1e-300 + general_y.array().abs().maxCoeff())).maxCoeff(), 1e-11);
     }
@@ -312,7 +312,7 @@ TEST(LcpBatchTest, HasTheSameBitsForAnyNumberOfThreadsAndAnySplit) {
       LcpBatch batch(M, Selection::kUnique);
       Matrix y = Matrix::Zero(n, count);
       const LcpBatchOutcome outcome = batch.Solve(q.middleCols(first, count), tolerance, workers, {}, y);
-      EXPECT_EQ(outcome.verdict, LcpVerdict::kSolved);
+      EXPECT_EQ(outcome.verdict, LcpStatus::kSolved);
       return y;
     };
     const Matrix all = solve(1, 0, columns);
@@ -332,7 +332,7 @@ TEST(LcpBatchTest, NamesTheFirstColumnThatFails) {
   LcpBatch batch(M, Selection::kUnique);
   Matrix y = Matrix::Zero(n, columns);
   const LcpBatchOutcome outcome = batch.Solve(q, Vector::Zero(n), workers, {}, y);
-  EXPECT_EQ(outcome.verdict, LcpVerdict::kNonFinite);
+  EXPECT_EQ(outcome.verdict, LcpStatus::kNonFinite);
   EXPECT_EQ(outcome.column, 40);
 }
 
