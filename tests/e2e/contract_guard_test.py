@@ -5,6 +5,7 @@
 Usage: contract_guard_test.py SOURCE_FOLDER. Exit code 77 where buf cannot be had: nothing was tested then.
 """
 
+import os
 import pathlib
 import shutil
 import subprocess
@@ -16,8 +17,9 @@ SOURCE = pathlib.Path(sys.argv[1])
 NOT_HERE = 77
 
 
-def check(*folder):
-    done = subprocess.run([SOURCE / "deploy/check-proto.sh", *folder], capture_output=True, text=True)
+def check(*folder, breaking=None):
+    environment = os.environ | ({"DLCS_BREAKING_CHECKS": breaking} if breaking else {})
+    done = subprocess.run([SOURCE / "deploy/check-proto.sh", *folder], capture_output=True, text=True, env=environment)
     return done.returncode, done.stdout + done.stderr
 
 
@@ -31,7 +33,7 @@ class ContractGuardTest(unittest.TestCase):
             text = path.read_text()
             self.assertIn(old, text)
             path.write_text(text.replace(old, new, 1))
-            code, said = check(changed)
+            code, said = check(changed, breaking="on")
             self.assertEqual(code, 1, said)
             return said
 
