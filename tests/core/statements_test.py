@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table "The papers, statement by statement" of core/README.md tells the truth: no row is empty, and the functions, files and
-tests that it names exist.
+"""core/analysis/PAPERS.md tells the truth: no row of its tables is empty, and the functions, files and tests that it names
+exist.
 
     statements_test.py PROJECT_FOLDER TEST_PROGRAM...
 """
@@ -28,9 +28,7 @@ def tests_of(program):
 
 
 def rows():
-    text = (PROJECT / "core/README.md").read_text()
-    section = text[text.index("statement by statement") :].split("\n## ")[0]
-    for line in section.splitlines():
+    for line in (PROJECT / "core/analysis/PAPERS.md").read_text().splitlines():
         if line.startswith("|") and not re.match(r"\| (statement|---)", line):
             yield [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
 

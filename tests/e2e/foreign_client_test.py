@@ -9,6 +9,7 @@ events, and takes a refusal apart. Usage: foreign_client_test.py DLCSD PROTO_FOL
 import importlib
 import math
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -71,7 +72,8 @@ class ForeignClientTest(unittest.TestCase):
                                       stderr=subprocess.DEVNULL, text=True)
         line = cls.server.stdout.readline()
         assert line.startswith("dlcsd listening on "), line
-        cls.channel = grpc.insecure_channel(line.split()[-1])
+        cls.address = line.split()[-1]
+        cls.channel = grpc.insecure_channel(cls.address)
         cls.stub = services.SolverServiceStub(cls.channel)
 
     @classmethod
@@ -232,6 +234,19 @@ class ForeignClientTest(unittest.TestCase):
         self.assertGreaterEqual(measured.certificate.least_w, -1e-15)
         self.assertLess(measured.certificate.complementarity, 1e-15)
         self.assertNotAlmostEqual(other.values[-3], 0.25, delta=0.01)
+
+    def test_the_client_of_the_document_prints_what_is_shown(self):
+        document = (PROTO / "README.md").read_text()
+        program = re.search(r"^```python solve.py\n(.*?)^```$", document, re.M | re.S)[1]
+        shown = re.search(r"solve.py` it prints\n\n((?:    .*\n)+)", document)[1]
+        for old, new in (('"stubs"', repr(STUBS.name)), ("localhost:50051", self.address)):
+            self.assertIn(old, program)
+            program = program.replace(old, new)
+        run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        self.assertEqual(run.stderr, "")
+        first, *others = run.stdout.split("\n")
+        self.assertTrue(first.startswith("SOLVED within an error of 1e-09, estimated error "), first)
+        self.assertEqual([line.split() for line in others if line], [line.split() for line in shown.splitlines()[1:]])
 
     def test_solves_a_nonlinear_problem(self):
         # x1' = -x1 + y1, 0 <= y1 and y1 + y1^3 + x1 - 1 >= 0 complementary: y1 = 0 and x1 = 2 e^{-t} while x1 >= 1.

@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The documents tell the truth: links lead somewhere, and commands whose output a document shows print it.
+
+    documents_test.py PROJECT_FOLDER DLCS
+
+A fenced block "```json FILE" or an indented `cat > FILE <<'END'` makes a file. An indented line `$ dlcs ...` is run in a
+folder with these files and with deploy/ and tests/ of the project. The lines below it must be in the output, in this order;
+lines of the output may be missing. Numbers agree to a millionth, or to 1e-9 where they are small; times are not compared.
+"""
+
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROJECT, DLCS = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
+DOCUMENTS = sorted(
+    path
+    for top in PROJECT.iterdir()
+    if top.name not in ("build", ".git")
+    for path in ([top] if top.suffix == ".md" else top.rglob("*.md"))
+)
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.])")
+
+
+def files_of(text):
+    """Name and content of the files that a document makes."""
+    for match in re.finditer(r"^```json (\S+)\n(.*?)^```$", text, re.M | re.S):
+        yield match[1], match[2]
+    for match in re.finditer(r"^    cat > (\S+) <<'END'\n(.*?)^    END$", text, re.M | re.S):
+        yield match[1], match[2]
+
+
+def commands_of(text):
+    """Each shown command with the lines shown below it."""
+    for match in re.finditer(r"^    \$ (dlcs .*)\n((?:    .*\n|\n(?=    ))*)", text, re.M):
+        yield match[1], [line for line in match[2].splitlines() if line.strip()]
+
+
+def same(shown, printed):
+    """Whether two lines agree: the words exactly, the numbers nearly."""
+    if NUMBER.sub("#", shown).split() != NUMBER.sub("#", printed).split():
+        return False
+    pairs = zip(NUMBER.findall(shown), NUMBER.findall(printed))
+    return all(abs(float(a) - float(b)) <= 1e-9 + 1e-6 * abs(float(b)) + last_digit(a) for a, b in pairs)
+
+
+def last_digit(number):
+    """One unit in the last place that a number shows."""
+    digits, _, exponent = number.partition("e")
+    return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])) if "." in digits else 0
+
+
+def missing(shown, output):
+    """The first of the `shown` lines that `output` does not hold behind the one before it, or None."""
+    lines = iter(output.splitlines())
+    for line in shown:
+        if not any(same(line, printed) for printed in lines):
+            return line
+    return None
+
+
+def anchors_of(text):
+    for title in re.findall(r"^#+ (.*)$", text, re.M):
+        yield re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+class DocumentsTest(unittest.TestCase):
+    def test_there_are_documents_with_commands(self):
+        self.assertGreater(len(DOCUMENTS), 20)
+        self.assertGreater(sum(len(list(commands_of(path.read_text()))) for path in DOCUMENTS), 4)
+
+    def test_links_lead_somewhere(self):
+        for path in DOCUMENTS:
+            for link in re.findall(r"\]\(([^)\s]+)\)", path.read_text()):
+                if "://" in link:
+                    continue
+                with self.subTest(path.relative_to(PROJECT), link=link):
+                    file, _, anchor = link.partition("#")
+                    target = (path.parent / file).resolve() if file else path
+                    self.assertTrue(target.exists())
+                    if anchor:
+                        self.assertIn(anchor, list(anchors_of(target.read_text())))
+
+    def test_commands_print_what_is_shown(self):
+        for path in DOCUMENTS:
+            text = path.read_text()
+            with tempfile.TemporaryDirectory() as folder:
+                for name in ("deploy", "tests"):
+                    (pathlib.Path(folder) / name).symlink_to(PROJECT / name)
+                for name, content in files_of(text):
+                    (pathlib.Path(folder) / name).write_text(content)
+                for command, shown in commands_of(text):
+                    with self.subTest(path.relative_to(PROJECT), command=command):
+                        words = [DLCS, *shlex.split(command)[1:]]
+                        run = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60)
+                        self.assertEqual(run.returncode, 0, run.stderr)
+                        self.assertIsNone(missing(shown, run.stdout), run.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
