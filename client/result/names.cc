@@ -74,8 +74,7 @@ std::string AccuracySourceName(v1::AccuracySource source) {
 bool Succeeded(const v1::Summary& summary) { return summary.verdict().success(); }
 
 std::string VerdictName(v1::LcpStatus verdict) {
-  const std::string name = BareName(*v1::LcpStatus_descriptor(), verdict);
-  return name.starts_with("LCP_") ? name.substr(4) : name;
+  return BareName(*v1::LcpStatus_descriptor(), verdict);
 }
 
 }  // namespace dlcs::client

@@ -10,6 +10,7 @@
 #include "core/problem/solution.h"
 #include "server/jobs/catch_exceptions.h"
 #include "server/log.h"
+#include "server/telemetry/job_telemetry.h"
 
 namespace dlcs {
 namespace {
@@ -22,7 +23,7 @@ LogFields FactsOf(const PreparedSolve& prepared, const FinishedSolve& finished) 
           {"constraints", std::int64_t{prepared.num_constraints()}},
           {"steps", std::int64_t{solution.cost.steps}},
           {"method", MethodName(solution.method)},
-          {"termination", v1::Termination_Name(finished.termination())},
+          {"termination", TerminationLabel(finished.termination())},
           {"seconds", solution.cost.seconds_total}};
 }
 
@@ -44,7 +45,7 @@ LogFields FactsOf(const absl::Status& error) {
 
 void Count(const char* kind, const FinishedSolve& solve, Metrics& metrics) {
   const Solution& solution = solve.solution();
-  metrics.Solved(kind, MethodName(solution.method), v1::Termination_Name(solve.termination()), solution.cost);
+  metrics.Solved(kind, MethodName(solution.method), TerminationLabel(solve.termination()), solution.cost);
 }
 
 // What the engine took to work with goes back to the system while a large result waits for its reader.

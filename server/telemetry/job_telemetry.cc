@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "dlcs/v1/solver.pb.h"
@@ -58,7 +59,7 @@ void Tell(Metrics& metrics, const jobs::JobRun& run, const jobs::JobEnd& end, st
   v1::Summary summary;
   const bool solved = !end.summary.empty() && summary.ParseFromString(end.summary);
   const std::string method = solved ? NameOf(summary.method()) : "";
-  const std::string termination = solved ? v1::Termination_Name(summary.termination()) : "";
+  const std::string termination = solved ? TerminationLabel(summary.termination()) : "";
   if (solved) metrics.Solved("job", method, termination, CostOf(summary.cost()));
   const std::string error = end.status.ok() || absl::IsCancelled(end.status) ? "" : std::string(end.status.message());
   Log(spdlog::level::info, outcome == "interrupted" ? "job interrupted" : "job finished",
@@ -74,6 +75,12 @@ void Tell(Metrics& metrics, const jobs::JobRun& run, const jobs::JobEnd& end, st
 }
 
 }  // namespace
+
+std::string TerminationLabel(v1::Termination termination) {
+  const std::string name = v1::Termination_Name(termination);
+  constexpr std::string_view kPrefix = "TERMINATION_";
+  return name.starts_with(kPrefix) ? name.substr(kPrefix.size()) : name;
+}
 
 jobs::SolveFunction WithTelemetry(Metrics& metrics, jobs::SolveFunction solve) {
   return [&metrics, solve = std::move(solve)](jobs::JobRun& run) {

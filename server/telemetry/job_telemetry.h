@@ -4,10 +4,16 @@
 #ifndef DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_
 #define DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_
 
+#include <string>
+
+#include "dlcs/v1/solver.pb.h"
 #include "server/jobs/job_manager.h"
 #include "server/telemetry/metrics.h"
 
 namespace dlcs {
+
+// A termination in the log and in labels of metrics, without the prefix of the enumeration: "REACHED_END".
+std::string TerminationLabel(v1::Termination termination);
 
 // `solve`, whose attempts are counted, with one line of the log at the end of each: its job, user, outcome and seconds.
 // `metrics` must outlive it.

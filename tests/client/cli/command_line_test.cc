@@ -281,7 +281,7 @@ TEST(CommandLineTest, ExplainsItself) {
 }
 
 TEST(CommandLineTest, ProposesWhatWasMeant) {
-  EXPECT_THAT(Refused({"solve", "p.json", "--method", "march"}), HasSubstr("did you mean exponential-integrator?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "integrator"}), HasSubstr("did you mean exponential-integrator?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "RK45"}), HasSubstr("did you mean event-driven?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "implicit_euler"}), HasSubstr("did you mean time-stepping?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "quux"}), Not(HasSubstr("did you mean")));

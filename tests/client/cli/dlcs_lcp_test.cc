@@ -20,7 +20,7 @@ TEST(DlcsLcpTest, SolvesAnLcp) {
       RunDlcs("lcp - --format json", R"(echo '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' | )");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(root["verdict"], "LCP_SOLVED");
+  EXPECT_EQ(root["verdict"], "LCP_STATUS_SOLVED");
   EXPECT_NEAR(root["y"][0].get<double>(), 4.0 / 3, 1e-14);
   EXPECT_LT(root["residual"].get<double>(), 1e-14);
   const ProgramOutcome none = RunDlcs("lcp -", R"(echo '{"M": [[0]], "q": [-1]}' | )");
