@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The tree keeps its order. The READMEs of core, proto, server and client list their rooms (folders, or single modules) under "Rooms",
+each below those that may use it.
+
+    rooms_test.py PROJECT_FOLDER
+"""
+
+import collections
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(sys.argv[1])
+MAY_USE = {"core": [], "proto": [], "server": ["core", "proto"], "client": ["core", "proto", "server"]}
+SOURCES = sorted(
+    path.relative_to(ROOT)
+    for folder in [*MAY_USE, "tests"]
+    for path in (ROOT / folder).rglob("*")
+    if path.suffix in (".cc", ".h")
+)
+PUBLIC = {
+    f"{top}/{header}"
+    for top in ("core", "client")
+    for header in re.search(r"_PUBLIC_HEADERS\s([^)]*)\)", (ROOT / top / "CMakeLists.txt").read_text())[1].split()
+}
+
+
+def includes(path):
+    """The headers of the tree that a file includes."""
+    names = re.findall(r'^#include "([^"]+)"', (ROOT / path).read_text(), re.M)
+    return [pathlib.Path(name) for name in names if name.split("/")[0] in [*MAY_USE, "tests"]]
+
+
+def rooms(top):
+    """Room -> its place in the order, from the first table of the section."""
+    section = (ROOT / top / "README.md").read_text().split("\n## Rooms\n")[1]
+    table = re.search(r"(?:^\|.*\n)+", section, re.M)[0]
+    return {room: place for place, room in enumerate(re.findall(r"^\| `([\w/]+?)/?` \|", table, re.M))}
+
+
+ROOMS = {top: rooms(top) for top in MAY_USE}
+
+
+def room_of(path):
+    """The innermost room of a file, None where its README lists none."""
+    inside = pathlib.Path(*path.parts[1:]).with_suffix("")
+    return next((str(place) for place in [inside, *inside.parents] if str(place) in ROOMS[path.parts[0]]), None)
+
+
+class RoomsTest(unittest.TestCase):
+    def test_every_source_is_in_a_room(self):
+        self.assertEqual([str(path) for path in SOURCES if path.parts[0] in MAY_USE and room_of(path) is None], [])
+
+    def test_every_room_exists(self):
+        for top, listed in ROOMS.items():
+            self.assertEqual([room for room in listed if not [*(ROOT / top).glob(room), *(ROOT / top).glob(f"{room}.*")]], [])
+
+    def test_tests_mirror_the_rooms(self):
+        for path in SOURCES:
+            if path.parts[0] == "tests" and path.parts[1] in MAY_USE and len(path.parts) > 3:
+                with self.subTest(file=str(path)):
+                    self.assertIn("/".join(path.parts[2:-1]), ROOMS[path.parts[1]])
+
+    def test_no_include_runs_up(self):
+        for path in SOURCES:
+            top = path.parts[0]
+            for name in includes(path):
+                if top == "tests":
+                    continue
+                with self.subTest(file=str(path), includes=str(name)):
+                    if name.parts[0] == top:
+                        self.assertLessEqual(ROOMS[top][room_of(name)], ROOMS[top][room_of(path)])
+                    else:
+                        self.assertIn(name.parts[0], MAY_USE[top])
+
+    def test_others_include_only_public_headers_of_the_engine(self):
+        for path in SOURCES:
+            if path.parts[0] in ("server", "client") or path.parent.name == "installed_package":
+                inside = [str(name) for name in includes(path) if name.parts[0] == "core"]
+                with self.subTest(file=str(path)):
+                    self.assertEqual([name for name in inside if name not in PUBLIC], [])
+
+    def test_public_headers_include_only_public_headers(self):
+        for header in sorted(PUBLIC):
+            with self.subTest(file=header):
+                self.assertEqual([str(name) for name in includes(header) if str(name) not in PUBLIC], [])
+
+    def test_no_file_name_occurs_twice(self):
+        count = collections.Counter(path.name for path in SOURCES)
+        self.assertEqual([name for name, times in count.items() if times > 1 and name != "main.cc"], [])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
