@@ -26,7 +26,8 @@ namespace {
 using std::chrono::milliseconds;
 
 // Both are process-wide and wanted before the first ServerBuilder. A static object that registers reflection
-// would be lost to the linker's --as-needed; so would the description of the health service, which nothing else here names.
+// would be lost to the linker's --as-needed; so would the description of the health service, which nothing else here
+// names.
 void InitializePlugins() {
   static const bool once = [] {
     grpc::EnableDefaultHealthCheckService(true);
@@ -114,7 +115,7 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   if (result->takes_calls_) {
     result->server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
   }
-  if (result->jobs_) {
+  if (result->environment_.jobs) {
     result->health_ = std::jthread([server = result.get()](const std::stop_token& stop) { server->TellHealth(stop); });
   }
   if (!config.metrics_listen.empty()) {
@@ -130,28 +131,29 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
 DlcsServer::DlcsServer(const ServerConfig& config, std::unique_ptr<Access> access)
     : access_(std::move(access)),
       takes_calls_(config.role != "worker"),
-      jobs_(config.store.empty() ? nullptr : std::make_unique<JobService>(config, *access_, metrics_)),
-      problems_(jobs_ ? std::make_unique<ProblemService>(jobs_->environment(), jobs_->library()) : nullptr),
-      service_(config, *access_, metrics_, jobs_.get()) {}
+      environment_(config, *access_, metrics_),
+      job_service_(environment_.jobs ? std::make_unique<JobService>(environment_) : nullptr),
+      problem_service_(environment_.jobs ? std::make_unique<ProblemService>(environment_) : nullptr),
+      solver_service_(environment_, job_service_.get()) {}
 
 void DlcsServer::RegisterServices(grpc::ServerBuilder& builder) {
   if (!takes_calls_) {
     builder.RegisterCallbackGenericService(&refusal_);
     return;
   }
-  builder.RegisterService(&service_);
-  if (!jobs_) return;
-  builder.RegisterService(jobs_.get());
-  builder.RegisterService(problems_.get());
+  builder.RegisterService(&solver_service_);
+  if (!job_service_) return;
+  builder.RegisterService(job_service_.get());
+  builder.RegisterService(problem_service_.get());
 }
 
 ServerState DlcsServer::State() const {
   ServerState state;
-  state.solves = service_.admission().solves();
-  state.max_solves = service_.admission().max_solves();
-  state.held_result_bytes = service_.admission().held_result_bytes();
-  state.setups = service_.setups().statistics();
-  if (jobs_) state.jobs = jobs_->State();
+  state.solves = environment_.admission.solves();
+  state.max_solves = environment_.admission.max_solves();
+  state.held_result_bytes = environment_.admission.held_result_bytes();
+  state.setups = environment_.SetupStatistics();
+  if (const JobBackend* jobs = environment_.jobs.get()) state.jobs = {jobs->manager().load(), jobs->StoreHealthy()};
   return state;
 }
 
@@ -160,9 +162,9 @@ HttpPages DlcsServer::Pages() const {
   pages.metrics = [this] { return metrics_.Text(State()); };
   pages.why_not_ready = [this]() -> std::string { return draining_ ? "shutting down" : ""; };
   pages.why_no_jobs = [this]() -> std::string {
-    if (!jobs_) return "this server takes no jobs: it has no --store";
+    if (!environment_.jobs) return "this server takes no jobs: it has no --store";
     if (draining_) return "shutting down";
-    return jobs_->Healthy() ? "" : "the store of jobs does not answer";
+    return environment_.jobs->manager().Healthy() ? "" : "the store of jobs does not answer";
   };
   return pages;
 }
@@ -176,32 +178,30 @@ void DlcsServer::TellHealth(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
   do {
     for (const char* service : {v1::JobService::service_full_name(), v1::ProblemService::service_full_name()}) {
-      server_->GetHealthCheckService()->SetServingStatus(service, jobs_->Healthy());
+      server_->GetHealthCheckService()->SetServingStatus(service, environment_.jobs->manager().Healthy());
     }
   } while (!changed.wait_for(lock, stop, kEvery, [&] { return stop.stop_requested(); }));
 }
 
 void DlcsServer::Drain() {
   draining_ = true;
-  service_.Drain();
+  environment_.calls.Drain();
   health_ = {};  // ends it
-  if (jobs_) jobs_->Drain();
   grpc::HealthCheckServiceInterface& health = *server_->GetHealthCheckService();
   if (takes_calls_) health.SetServingStatus(v1::SolverService::service_full_name(), false);
-  if (jobs_) health.SetServingStatus(v1::JobService::service_full_name(), false);
-  if (jobs_ && takes_calls_) health.SetServingStatus(v1::ProblemService::service_full_name(), false);
+  if (environment_.jobs) health.SetServingStatus(v1::JobService::service_full_name(), false);
+  if (environment_.jobs && takes_calls_) health.SetServingStatus(v1::ProblemService::service_full_name(), false);
   health.SetServingStatus(false);
 }
 
 void DlcsServer::Stop(milliseconds delivery) {
   if (server_ == nullptr) return;
   Drain();
-  service_.StopAll();
-  if (jobs_) jobs_->Stop(milliseconds(0));
-  const auto end = std::chrono::steady_clock::now() + delivery;
-  service_.WaitUntilIdle(delivery);
-  // Watchers and readers that were cancelled would not hear that the server goes, and would not look for the next one.
-  if (jobs_) jobs_->WaitUntilIdle(std::chrono::ceil<milliseconds>(end - std::chrono::steady_clock::now()));
+  environment_.calls.StopAll(StopCause::kShutdown);
+  // Running jobs go back to the store with what was found.
+  if (environment_.jobs) environment_.jobs->manager().Drain(milliseconds(0));
+  // Watchers and readers that were cancelled would not learn that the server ends, and would not look for the next one.
+  environment_.calls.WaitUntilIdle(delivery);
   listener_.reset();
   // Cancels what is left: readers that do not read, and streams of the health service, which never end.
   server_->Shutdown(std::chrono::system_clock::now() + milliseconds(100));

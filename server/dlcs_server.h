@@ -17,6 +17,7 @@
 #include "server/access/access.h"
 #include "server/config/server_config.h"
 #include "server/net/connection_listener.h"
+#include "server/rpc/call_environment.h"
 #include "server/rpc/job_service.h"
 #include "server/rpc/problem_service.h"
 #include "server/rpc/solver_service.h"
@@ -26,11 +27,12 @@
 
 namespace dlcs {
 
-// SolverService, with a store JobService and ProblemService too, the standard health service and, where it is asked for, reflection
-// behind one listening socket; metrics and probes behind another.
+// SolverService, with a store JobService and ProblemService too, the standard health service and, where it is asked
+// for, reflection behind one listening socket; metrics and probes behind another.
 class DlcsServer {
  public:
-  // What Start() would say of the settings, and of the files of tokens and certificates. Listens on nothing, opens no store.
+  // What Start() would say of the settings, and of the files of tokens and certificates. Listens on nothing, opens no
+  // store.
   static absl::Status Check(const ServerConfig& config);
   // Listens when it returns. Errors: InvalidArgument for a setting or a file that it names, AlreadyExists for a taken
   // port, and as CheckCanListen().
@@ -46,16 +48,16 @@ class DlcsServer {
 
   // Health turns to NOT_SERVING and new calls get UNAVAILABLE; those under way go on.
   void Drain();
-  // True when no call is under way, at the latest after `timeout`.
-  bool WaitUntilIdle(std::chrono::milliseconds timeout) { return service_.WaitUntilIdle(timeout); }
-  // Drains, stops all solves and gives them `delivery` to hand over their summaries; gives running jobs back to the store; then
-  // closes all connections. Call it once or more.
+  // True when no call computes, at the latest after `timeout`.
+  bool WaitUntilIdle(std::chrono::milliseconds timeout) { return environment_.calls.WaitUntilComputed(timeout); }
+  // Drains, stops all solves and gives them `delivery` to hand over their summaries; gives running jobs back to the
+  // store; then closes all connections. Call it once or more.
   void Stop(std::chrono::milliseconds delivery);
 
   // Reads certificates and tokens again where their files have changed, which otherwise takes up to a second.
   void Reload() { access_->Refresh(); }
 
-  const SolverService& service() const { return service_; }
+  const SolverService& service() const { return solver_service_; }
 
  private:
   DlcsServer(const ServerConfig& config, std::unique_ptr<Access> access);
@@ -70,10 +72,11 @@ class DlcsServer {
   const bool takes_calls_;
   Metrics metrics_;
   std::atomic<bool> draining_ = false;
+  CallEnvironment environment_;
   // Null without a store.
-  std::unique_ptr<JobService> jobs_;
-  std::unique_ptr<ProblemService> problems_;
-  SolverService service_;
+  std::unique_ptr<JobService> job_service_;
+  std::unique_ptr<ProblemService> problem_service_;
+  SolverService solver_service_;
   UnimplementedService refusal_;  // in the place of all, where no calls are taken
   std::string address_;
   std::shared_ptr<grpc::ServerCredentials> credentials_;

@@ -5,33 +5,38 @@
 
 namespace dlcs {
 
-std::shared_ptr<SolveControl> CallRegistry::Register(CallName name) {
+std::shared_ptr<SolveControl> CallRegistry::Register(CallKind kind, CallName name) {
   const std::lock_guard lock(mutex_);
   if (draining_) return nullptr;
-  std::shared_ptr<SolveControl> control(new SolveControl, [this](SolveControl* done) {
+  std::shared_ptr<SolveControl> control(new SolveControl, [this, kind](SolveControl* done) {
     {
       const std::lock_guard deregistering(mutex_);
       calls_.erase(done);
-      // Told under the lock: whoever waits may destroy the registry as soon as it is released.
-      if (calls_.empty()) idle_.notify_all();
+      if (kind == CallKind::kCompute) --computing_;
+      // Under the lock: whoever waits may destroy the registry as soon as it is released.
+      ended_.notify_all();
     }
     delete done;
   });
-  calls_.emplace(control.get(), std::move(name));
+  calls_.emplace(control.get(), Call{kind, std::move(name)});
+  if (kind == CallKind::kCompute) ++computing_;
   return control;
 }
 
 void CallRegistry::Drain() {
   const std::lock_guard lock(mutex_);
   draining_ = true;
+  for (const auto& [control, call] : calls_) {
+    if (call.kind == CallKind::kStore) control->Stop(StopCause::kShutdown);
+  }
 }
 
 bool CallRegistry::Stop(const std::string& id, const std::optional<std::string>& user, StopCause cause) {
   if (id.empty()) return false;
   const std::lock_guard lock(mutex_);
-  for (const auto& [call, name] : calls_) {
-    if (name.id != id || (user && name.user != *user)) continue;
-    call->Stop(cause);
+  for (const auto& [control, call] : calls_) {
+    if (call.name.id != id || (user && call.name.user != *user)) continue;
+    control->Stop(cause);
     return true;
   }
   return false;
@@ -39,12 +44,17 @@ bool CallRegistry::Stop(const std::string& id, const std::optional<std::string>&
 
 void CallRegistry::StopAll(StopCause cause) {
   const std::lock_guard lock(mutex_);
-  for (const auto& [call, name] : calls_) call->Stop(cause);
+  for (const auto& [control, call] : calls_) control->Stop(cause);
 }
 
 bool CallRegistry::WaitUntilIdle(std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  return idle_.wait_for(lock, timeout, [this] { return calls_.empty(); });
+  return ended_.wait_for(lock, timeout, [this] { return calls_.empty(); });
+}
+
+bool CallRegistry::WaitUntilComputed(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  return ended_.wait_for(lock, timeout, [this] { return computing_ == 0; });
 }
 
 }  // namespace dlcs

@@ -5,11 +5,9 @@
 #include <chrono>
 #include <utility>
 
-#include "server/jobs/catch_exceptions.h"
+#include "server/access/credentials.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_limits.h"
-#include "server/wire/errors.h"
-#include "server/wire/status.h"
 
 namespace dlcs {
 namespace {
@@ -22,145 +20,13 @@ jobs::Duration IntervalOf(const google::protobuf::Duration& interval) {
 
 }  // namespace
 
-// One answer.
-
-grpc::ServerUnaryReactor* JobCall::Start(const JobCallEnvironment& environment, const char* name, Work work) {
-  const auto call = std::make_shared<JobCall>(name, std::move(work));
-  call->self_ = call;
-  call->control_ = environment.calls.Register();
-  if (call->control_ == nullptr) {
-    call->Finish(ToGrpc(ShuttingDown()));
-  } else {
-    environment.workers.Run([call] {
-      const absl::Status done = CatchExceptions(call->name_, call->work_);
-      call->Finish(ToGrpc(done));
-    });
-  }
-  return call.get();
-}
-
-void JobCall::OnDone() {
-  // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
-  const std::shared_ptr<JobCall> self = std::move(self_);
-}
-
-// Many answers.
-
-template <typename Message>
-grpc::ServerWriteReactor<Message>* JobStream<Message>::Begin(std::shared_ptr<JobStream> call) {
-  call->self_ = call;
-  call->control_ = call->environment_.calls.Register();
-  if (call->control_ == nullptr) {
-    call->finished_ = true;
-    call->Finish(ToGrpc(ShuttingDown()));
-  } else {
-    // The first message follows when the headers are sent: before, gRPC has not taken the reactor over.
-    call->StartSendInitialMetadata();
-  }
-  return call.get();
-}
-
-template <typename Message>
-void JobStream<Message>::OnSendInitialMetadataDone(bool ok) {
-  if (!ok) HangUp(absl::CancelledError());
-  const std::weak_ptr<JobStream> weak = this->weak_from_this();
-  // Not at once: whoever stops all calls holds the lock that the end of this one needs.
-  on_stop_.emplace(control_->token(), [weak, &workers = environment_.workers] {
-    workers.Run([weak] {
-      if (const auto call = weak.lock()) call->HangUp(ShuttingDown());
-    });
-  });
-  PrepareOnWorker();
-}
-
-template <typename Message>
-void JobStream<Message>::PrepareOnWorker() {
-  environment_.workers.Run([self = this->shared_from_this()] {
-    const absl::Status prepared = CatchExceptions("job stream", [&] { return self->Prepare(); });
-    {
-      const std::lock_guard lock(self->mutex_);
-      self->busy_ = false;
-      if (!prepared.ok() && !self->hung_up_) self->hung_up_ = prepared;
-    }
-    self->Pump();
-  });
-}
-
-template <typename Message>
-void JobStream<Message>::Pump() {
-  const std::lock_guard lock(mutex_);
-  if (busy_ || finished_) return;
-  if (hung_up_) {
-    finished_ = true;
-    return this->Finish(ToGrpc(*hung_up_));
-  }
-  const absl::StatusOr<Got> got = Next(message_);
-  if (!got.ok()) {
-    finished_ = true;
-    return this->Finish(ToGrpc(got.status()));
-  }
-  switch (*got) {
-    case Got::kMessage:
-      busy_ = true;
-      return this->StartWrite(&message_);
-    case Got::kNothing:
-      return;
-    case Got::kBlocks:
-      busy_ = true;
-      return PrepareOnWorker();
-    case Got::kEnd:
-      finished_ = true;
-      return this->Finish(grpc::Status::OK);
-  }
-}
-
-template <typename Message>
-void JobStream<Message>::OnWriteDone(bool ok) {
-  {
-    const std::lock_guard lock(mutex_);
-    busy_ = false;
-    if (!ok && !hung_up_) hung_up_ = absl::CancelledError();
-  }
-  Pump();
-}
-
-template <typename Message>
-void JobStream<Message>::HangUp(const absl::Status& why) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!hung_up_) hung_up_ = why;
-  }
-  Pump();
-}
-
-template <typename Message>
-void JobStream<Message>::OnCancel() {
-  HangUp(absl::CancelledError());
-}
-
-template <typename Message>
-void JobStream<Message>::OnDone() {
-  // After this nobody but workers and wakers that are under way holds the call; whatever they do finds it finished.
-  const std::shared_ptr<JobStream> self = std::move(self_);
-  on_stop_.reset();
-}
-
-template class JobStream<v1::JobEvent>;
-template class JobStream<v1::SolveEvent>;
-template class JobStream<v1::TrajectoryPage>;
-
 // Events.
 
-grpc::ServerWriteReactor<v1::JobEvent>* JobWatchCall::Start(const JobCallEnvironment& environment,
-                                                            const absl::StatusOr<Caller>& caller,
-                                                            const v1::WatchSolveJobRequest& request) {
-  return Begin(std::make_shared<JobWatchCall>(environment, caller, request));
-}
-
-absl::Status JobWatchCall::Prepare() {
+absl::Status JobWatchCall::Work() {
   if (watch_) return watch_->Fetch();
-  if (!caller_.ok()) return caller_.status();
-  absl::StatusOr<UserQuota::Ticket> place = environment_.watches.Take(caller_->user);
+  const absl::StatusOr<Caller> caller = CallerOf(environment_.access, context_);
+  if (!caller.ok()) return caller.status();
+  absl::StatusOr<UserQuota::Ticket> place = environment_.watches.Take(caller->user);
   if (!place.ok()) return place.status();
   place_ = *std::move(place);
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
@@ -173,10 +39,7 @@ absl::Status JobWatchCall::Prepare() {
   options.kept_only = view_.wants_progress_only();
   options.detail = view_.detail();
   options.min_interval = IntervalOf(request_.min_interval());
-  const std::weak_ptr<JobStream> weak = weak_from_this();
-  auto watch = environment_.manager.Watch(caller_->SeesJobsOf(), *id, options, [weak] {
-    if (const auto call = weak.lock()) static_cast<JobWatchCall&>(*call).Pump();
-  });
+  auto watch = environment_.jobs->manager().Watch(caller->SeesJobsOf(), *id, options, Waker());
   if (!watch.ok()) return watch.status();
   watch_ = *std::move(watch);
   return absl::OkStatus();
@@ -189,10 +52,10 @@ absl::StatusOr<JobWatchCall::Got> JobWatchCall::Next(v1::JobEvent& event) {
     case jobs::EventWatch::Got::kEvent:
       if (!delivery.gap) return Told(delivery.event, event);
       behind_gap_ = std::move(delivery.event);
-      event = ToProto(*delivery.gap, environment_.clock.Now());
+      event = ToProto(*delivery.gap, jobs::SystemClock().Now());
       return Got::kMessage;
     case jobs::EventWatch::Got::kHeartbeat:
-      event = HeartbeatAfter(watch_->position(), environment_.clock.Now());
+      event = HeartbeatAfter(watch_->position(), jobs::SystemClock().Now());
       return Got::kMessage;
     case jobs::EventWatch::Got::kNothing:
       return Got::kNothing;
@@ -215,19 +78,14 @@ absl::StatusOr<JobWatchCall::Got> JobWatchCall::Told(const jobs::Event& delivere
 
 // The trajectory.
 
-grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectoryCall::Start(const JobCallEnvironment& environment,
-                                                                        const absl::StatusOr<Caller>& caller,
-                                                                        const v1::ReadTrajectoryRequest& request) {
-  return Begin(std::make_shared<ReadTrajectoryCall>(environment, caller, request));
-}
-
-absl::Status ReadTrajectoryCall::Prepare() {
+absl::Status ReadTrajectoryCall::Work() {
   if (!reader_) {
     const absl::StatusOr<jobs::JobId> id = JobIdOf(request_.name());
     if (!id.ok()) return id.status();
-    if (!caller_.ok()) return caller_.status();
+    const absl::StatusOr<Caller> caller = CallerOf(environment_.access, context_);
+    if (!caller.ok()) return caller.status();
     absl::StatusOr<TrajectoryReader> reader =
-        TrajectoryReader::Create(environment_.manager.store(), caller_->SeesJobsOf(), *id, request_);
+        TrajectoryReader::Create(environment_.jobs->manager().store(), caller->SeesJobsOf(), *id, request_);
     if (!reader.ok()) return reader.status();
     reader_ = *std::move(reader);
   }

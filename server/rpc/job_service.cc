@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/job_service.h"
 
-#include <algorithm>
 #include <cstdlib>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,22 +12,21 @@
 #include "proto/shared/truncate_text.h"
 #include "proto/wire/content_hash.h"
 #include "proto/wire/matrix_shape.h"
+#include "server/rpc/call_deadline.h"
+#include "server/rpc/job_calls.h"
 #include "server/rpc/job_solve_call.h"
+#include "server/rpc/unary_call.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_limits.h"
 #include "server/solve_jobs/job_refusal.h"
 #include "server/solve_jobs/page_size.h"
 #include "server/telemetry/call_trace.h"
-#include "server/telemetry/job_telemetry.h"
 #include "server/telemetry/job_trace.h"
 #include "server/wire/errors.h"
-#include "spdlog/spdlog.h"
 
 namespace dlcs {
 namespace {
 
-// What waits is short: a read or a commit. The longest is a page of a trajectory.
-constexpr int kWorkers = 4;
 constexpr std::size_t kMaxRequestIdBytes = 128;
 constexpr std::size_t kMaxTitleBytes = 200;
 
@@ -90,35 +89,7 @@ absl::Status InCreateRequest(const absl::Status& status) {
   return InvalidRequest(violations);
 }
 
-// When the job of a solve is to end, so that what it has found still arrives before the deadline of the call; absent where that
-// has none.
-std::optional<jobs::Time> EndOfSolve(std::chrono::system_clock::time_point deadline) {
-  using SystemClock = std::chrono::system_clock;
-  const SystemClock::time_point now = SystemClock::now();
-  // gRPC's "no deadline" is the end of time; a century is as good and safe to compute with.
-  if (deadline > now + std::chrono::hours(24 * 365 * 100)) return std::nullopt;
-  const SystemClock::duration margin = std::min<SystemClock::duration>((deadline - now) / 10, std::chrono::seconds(1));
-  return std::chrono::time_point_cast<jobs::Duration>(deadline - margin);
-}
-
 }  // namespace
-
-JobService::JobService(const ServerConfig& config, const Access& access, Metrics& metrics)
-    : watches_("max_watches_per_user", config.access.max_watches_per_user),
-      setups_(static_cast<double>(config.setup_cache_bytes)),
-      store_(jobs::OpenStore(config.store, metrics.StoreTimer())),
-      library_(*store_, ToUploadLimits(config), ToSessionLimits(config)),
-      solver_(ToSessionLimits(config), config.setup_cache_bytes > 0 ? &setups_ : nullptr, *store_, library_,
-              std::chrono::milliseconds(config.checkpoint_ms)),
-      manager_(
-          ToJobManagerOptions(config), *store_,
-          [this](const jobs::Submission& submission) { return solver_.Predict(submission.owner, submission.body); },
-          WithTelemetry(metrics, [this](jobs::JobRun& run) { return solver_.Solve(run); }), jobs::SystemClock()),
-      workers_(kWorkers),
-      environment_{calls_, workers_, manager_, jobs::SystemClock(), watches_, access} {
-  spdlog::info("jobs in {}, role {}, named {}", jobs::DescribeStore(config.store), config.role,
-               manager_.options().worker);
-}
 
 absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::CreateSolveJobRequest request,
                                                 const std::string& trace_id) {
@@ -126,7 +97,7 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
   if (absl::Status status = Check(request); !status.ok()) return status;
   // A request that may have been taken already is looked for first.
   if (request.request_id().empty() && !request.validate_only()) {
-    if (absl::Status full = manager_.CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
+    if (absl::Status full = jobs_.manager().CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
   }
   jobs::Submission submission;
   submission.owner = caller.user;
@@ -142,14 +113,14 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
     submission.problem = *problem;
     v1::GetProblemRequest named;
     named.set_name(solve.problem_name());
-    absl::StatusOr<v1::StoredProblem> found = library_.Get(caller.user, named);
+    absl::StatusOr<v1::StoredProblem> found = jobs_.library().Get(caller.user, named);
     if (found.ok()) uploaded = *std::move(found);  // what is not there is refused by the store, with the job
   }
   submission.about = About(request, uploaded);
   submission.body = solve.SerializeAsString();
   if (request.has_deadline()) submission.deadline = FromProto(request.deadline());
   if (request.validate_only()) {
-    const absl::StatusOr<jobs::Demand> demand = manager_.Check(submission);
+    const absl::StatusOr<jobs::Demand> demand = jobs_.manager().Check(submission);
     if (!demand.ok()) return WithDetails(demand.status());
     v1::SolveJob job;
     job.set_predicted_core_seconds(demand->core_seconds);
@@ -159,7 +130,7 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
   // The deadline and the priority are those of the first request: a client that repeats it may count from now.
   submission.body_hash = ContentHash(submission.body);
   submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
-  const absl::StatusOr<jobs::JobStore::Created> created = manager_.Submit(submission);
+  const absl::StatusOr<jobs::JobStore::Created> created = jobs_.manager().Submit(submission);
   if (!created.ok()) return WithDetails(created.status());
   return ToProto(created->job);
 }
@@ -167,11 +138,11 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
 absl::StatusOr<v1::SolveJob> JobService::Get(const Caller& caller, const v1::GetSolveJobRequest& request) {
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
   if (!id.ok()) return id.status();
-  const absl::StatusOr<jobs::Job> job = store_->Get(caller.SeesJobsOf(), *id);
+  const absl::StatusOr<jobs::Job> job = jobs_.manager().store().Get(caller.SeesJobsOf(), *id);
   if (!job.ok()) return job.status();
   v1::SolveJob result = ToProto(*job);
   if (!jobs::IsFinal(job->state)) return result;
-  const auto last = store_->ReadEvents(*id, job->last_event - 1, 1);
+  const auto last = jobs_.manager().store().ReadEvents(*id, job->last_event - 1, 1);
   if (!last.ok()) return last.status();
   if (!last->empty() && !last->front().payload->empty())
     result.mutable_summary()->ParseFromString(*last->front().payload);
@@ -188,7 +159,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
   }
   const absl::StatusOr<int> size = PageSize(request.page_size());
   if (!size.ok()) return size.status();
-  const absl::StatusOr<jobs::JobPage> page = store_->List(filter, *size, request.page_token());
+  const absl::StatusOr<jobs::JobPage> page = jobs_.manager().store().List(filter, *size, request.page_token());
   if (!page.ok()) return page.status();
   v1::ListSolveJobsResponse response;
   for (const jobs::Job& job : page->jobs) *response.add_jobs() = ToProto(job);
@@ -199,7 +170,7 @@ absl::StatusOr<v1::ListSolveJobsResponse> JobService::List(const Caller& caller,
 absl::StatusOr<v1::SolveJob> JobService::Cancel(const Caller& caller, const v1::CancelSolveJobRequest& request) {
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
   if (!id.ok()) return id.status();
-  const absl::StatusOr<jobs::Job> job = manager_.Cancel(caller.SeesJobsOf(), *id);
+  const absl::StatusOr<jobs::Job> job = jobs_.manager().Cancel(caller.SeesJobsOf(), *id);
   if (!job.ok()) return job.status();
   return ToProto(*job);
 }
@@ -208,14 +179,14 @@ absl::StatusOr<v1::DeleteSolveJobResponse> JobService::Delete(const Caller& call
                                                               const v1::DeleteSolveJobRequest& request) {
   const absl::StatusOr<jobs::JobId> id = JobIdOf(request.name());
   if (!id.ok()) return id.status();
-  const absl::Status deleted = manager_.Delete(caller.SeesJobsOf(), *id);
+  const absl::Status deleted = jobs_.manager().Delete(caller.SeesJobsOf(), *id);
   if (!deleted.ok()) return deleted;
   return v1::DeleteSolveJobResponse();
 }
 
 grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CreateSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(
+  return AskStore(
       environment_, *context, "create job", *response,
       Audited("CreateSolveJob", *request,
               [=, this, trace_id = TraceIdOf(*context)](const Caller& caller) -> absl::StatusOr<v1::SolveJob> {
@@ -226,38 +197,40 @@ grpc::ServerUnaryReactor* JobService::CreateSolveJob(grpc::CallbackServerContext
 
 grpc::ServerUnaryReactor* JobService::GetSolveJob(grpc::CallbackServerContext* context,
                                                   const v1::GetSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(environment_, *context, "get job", *response,
-                [=, this](const Caller& caller) { return Get(caller, *request); });
+  return AskStore(environment_, *context, "get job", *response,
+                  [=, this](const Caller& caller) { return Get(caller, *request); });
 }
 
 grpc::ServerUnaryReactor* JobService::ListSolveJobs(grpc::CallbackServerContext* context,
                                                     const v1::ListSolveJobsRequest* request,
                                                     v1::ListSolveJobsResponse* response) {
-  return Answer(environment_, *context, "list jobs", *response,
-                [=, this](const Caller& caller) { return List(caller, *request); });
+  return AskStore(environment_, *context, "list jobs", *response,
+                  [=, this](const Caller& caller) { return List(caller, *request); });
 }
 
 grpc::ServerUnaryReactor* JobService::CancelSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::CancelSolveJobRequest* request, v1::SolveJob* response) {
-  return Answer(environment_, *context, "cancel job", *response,
-                Audited("CancelSolveJob", *request, [=, this](const Caller& caller) { return Cancel(caller, *request); }));
+  return AskStore(
+      environment_, *context, "cancel job", *response,
+      Audited("CancelSolveJob", *request, [=, this](const Caller& caller) { return Cancel(caller, *request); }));
 }
 
 grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext* context,
                                                      const v1::DeleteSolveJobRequest* request,
                                                      v1::DeleteSolveJobResponse* response) {
-  return Answer(environment_, *context, "delete job", *response,
-                Audited("DeleteSolveJob", *request, [=, this](const Caller& caller) { return Delete(caller, *request); }));
+  return AskStore(
+      environment_, *context, "delete job", *response,
+      Audited("DeleteSolveJob", *request, [=, this](const Caller& caller) { return Delete(caller, *request); }));
 }
 
 grpc::ServerWriteReactor<v1::JobEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
                                                                   const v1::WatchSolveJobRequest* request) {
-  return JobWatchCall::Start(environment_, CallerOf(environment_.access, *context), *request);
+  return JobWatchCall::Start(std::make_shared<JobWatchCall>(environment_, *context, *request));
 }
 
 grpc::ServerWriteReactor<v1::TrajectoryPage>* JobService::ReadTrajectory(grpc::CallbackServerContext* context,
                                                                          const v1::ReadTrajectoryRequest* request) {
-  return ReadTrajectoryCall::Start(environment_, CallerOf(environment_.access, *context), *request);
+  return ReadTrajectoryCall::Start(std::make_shared<ReadTrajectoryCall>(environment_, *context, *request));
 }
 
 absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, const v1::SolveRequest& request,
@@ -266,7 +239,9 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, co
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = request;
   create.set_request_id(request.request_id());
-  if (const auto end = EndOfSolve(deadline)) *create.mutable_deadline() = ToProto(*end);
+  if (const auto stop_time = StopTime(deadline, 0)) {
+    *create.mutable_deadline() = ToProto(std::chrono::time_point_cast<jobs::Duration>(*stop_time));
+  }
   const absl::StatusOr<v1::SolveJob> job = Create(caller, std::move(create), trace_id);
   if (!job.ok()) return job.status();
   v1::Accepted accepted;
@@ -275,7 +250,7 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, co
   if (request.has_problem_name()) {
     v1::GetProblemRequest named;
     named.set_name(request.problem_name());
-    const absl::StatusOr<v1::StoredProblem> problem = library_.Get(caller.user, named);
+    const absl::StatusOr<v1::StoredProblem> problem = jobs_.library().Get(caller.user, named);
     if (!problem.ok()) return problem.status();
     accepted.set_states(problem->states());
     accepted.set_constraints(problem->constraints());
@@ -291,22 +266,10 @@ absl::StatusOr<v1::Accepted> JobService::CreateForSolve(const Caller& caller, co
 
 grpc::ServerWriteReactor<v1::SolveEvent>* JobService::Solve(grpc::CallbackServerContext& context,
                                                             const v1::SolveRequest& request) {
-  const auto create = Audited("Solve", request, [=, this, &request, deadline = context.deadline(),
-                                                 trace_id = TraceIdOf(context)](const Caller& caller) {
-    return CreateForSolve(caller, request, deadline, trace_id);
-  });
-  return JobSolveCall::Start(environment_,
-                             [create, caller = CallerOf(environment_.access, context)]() -> absl::StatusOr<v1::Accepted> {
-                               if (!caller.ok()) return caller.status();
-                               return create(*caller);
-                             });
+  auto create = Audited("Solve", request,
+                        [=, this, &request, deadline = context.deadline(), trace_id = TraceIdOf(context)](
+                            const Caller& caller) { return CreateForSolve(caller, request, deadline, trace_id); });
+  return JobSolveCall::Start(std::make_shared<JobSolveCall>(environment_, context, std::move(create)));
 }
-
-void JobService::Drain() {
-  calls_.Drain();
-  calls_.StopAll(StopCause::kShutdown);
-}
-
-void JobService::Stop(std::chrono::milliseconds grace) { manager_.Drain(grace); }
 
 }  // namespace dlcs

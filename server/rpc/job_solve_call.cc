@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "proto/wire/job_event.h"
+#include "server/access/credentials.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/watch_view.h"
 
@@ -26,11 +27,7 @@ absl::StatusOr<v1::Summary> SummaryWithoutSolve(const jobs::Job& job) {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::SolveEvent>* JobSolveCall::Start(const JobCallEnvironment& environment, Create create) {
-  return Begin(std::make_shared<JobSolveCall>(environment, std::move(create)));
-}
-
-absl::Status JobSolveCall::Prepare() {
+absl::Status JobSolveCall::Work() {
   if (!watch_) return BeginToWatch();
   if (last_sequence_ == 0) return watch_->Fetch();
   if (!reader_) return BeginToRead();
@@ -38,15 +35,14 @@ absl::Status JobSolveCall::Prepare() {
 }
 
 absl::Status JobSolveCall::BeginToWatch() {
-  absl::StatusOr<v1::Accepted> accepted = create_();
+  const absl::StatusOr<Caller> caller = CallerOf(environment_.access, context_);
+  if (!caller.ok()) return caller.status();
+  absl::StatusOr<v1::Accepted> accepted = create_(*caller);
   if (!accepted.ok()) return accepted.status();
   absl::StatusOr<jobs::JobId> id = JobIdOf(accepted->job());
   if (!id.ok()) return id.status();
   id_ = *std::move(id);
-  const std::weak_ptr<JobStream> weak = weak_from_this();
-  auto watch = environment_.manager.Watch(std::nullopt, id_, {}, [weak] {
-    if (const auto call = weak.lock()) static_cast<JobSolveCall&>(*call).Pump();
-  });
+  auto watch = environment_.jobs->manager().Watch(std::nullopt, id_, {}, Waker());
   if (!watch.ok()) return watch.status();
   watch_ = *std::move(watch);
   next_.emplace();
@@ -56,14 +52,14 @@ absl::Status JobSolveCall::BeginToWatch() {
 
 absl::Status JobSolveCall::BeginToRead() {
   if (summary_->termination() == v1::TERMINATION_UNSPECIFIED) {
-    const absl::StatusOr<jobs::Job> job = environment_.manager.store().Get(std::nullopt, id_);
+    const absl::StatusOr<jobs::Job> job = environment_.jobs->manager().store().Get(std::nullopt, id_);
     if (!job.ok()) return job.status();
     absl::StatusOr<v1::Summary> summary = SummaryWithoutSolve(*job);
     if (!summary.ok()) return summary.status();
     summary_ = *std::move(summary);
   }
   absl::StatusOr<TrajectoryReader> reader =
-      TrajectoryReader::Create(environment_.manager.store(), std::nullopt, id_, {});
+      TrajectoryReader::Create(environment_.jobs->manager().store(), std::nullopt, id_, {});
   if (!reader.ok()) return reader.status();
   reader_ = *std::move(reader);
   return ReadPage();
@@ -99,7 +95,7 @@ JobSolveCall::Got JobSolveCall::NextOfJob(v1::SolveEvent& event) {
       case jobs::EventWatch::Got::kEvent: {
         next_ = Told(delivery.event);
         if (delivery.gap) {
-          event = *AsSolveEvent(ToProto(*delivery.gap, environment_.clock.Now()));
+          event = *AsSolveEvent(ToProto(*delivery.gap, jobs::SystemClock().Now()));
           return Got::kMessage;
         }
         if (next_) {

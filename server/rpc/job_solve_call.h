@@ -9,22 +9,23 @@
 #include <optional>
 
 #include "dlcs/v1/solver.grpc.pb.h"
-#include "server/rpc/job_calls.h"
+#include "server/access/access.h"
+#include "server/jobs/job_manager.h"
+#include "server/rpc/stream_call.h"
 #include "server/solve_jobs/job_trajectory.h"
 
 namespace dlcs {
 
-class JobSolveCall final : public JobStream<v1::SolveEvent> {
+class JobSolveCall final : public StreamCall<v1::SolveEvent> {
  public:
   // Makes the job, or finds the one that an earlier call made; what is told first. Blocks on the store.
-  using Create = std::function<absl::StatusOr<v1::Accepted>()>;
-  static grpc::ServerWriteReactor<v1::SolveEvent>* Start(const JobCallEnvironment& environment, Create create);
-  JobSolveCall(const JobCallEnvironment& environment, Create create)
-      : JobStream(environment), create_(std::move(create)) {}
+  using Create = std::function<absl::StatusOr<v1::Accepted>(const Caller&)>;
+  JobSolveCall(CallEnvironment& environment, grpc::CallbackServerContext& context, Create create)
+      : StreamCall(environment, context, CallKind::kStore), create_(std::move(create)) {}
 
  private:
+  absl::Status Work() override;
   absl::StatusOr<Got> Next(v1::SolveEvent& event) override;
-  absl::Status Prepare() override;
 
   absl::Status BeginToWatch();
   absl::Status BeginToRead();

@@ -1,24 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/problem_service.h"
 
+#include "server/access/credentials.h"
+#include "server/rpc/unary_call.h"
+
 namespace dlcs {
 
 grpc::ServerReadReactor<v1::UploadProblemRequest>* ProblemService::UploadProblem(grpc::CallbackServerContext* context,
                                                                                  v1::UploadProblemResponse* response) {
-  return UploadCall::Start(environment_, places_, CallerOf(environment_.access, *context), library_, *response);
+  return UploadCall::Start(environment_, places_, CallerOf(environment_.access, *context), *response);
 }
 
 grpc::ServerUnaryReactor* ProblemService::GetProblem(grpc::CallbackServerContext* context,
-                                                     const v1::GetProblemRequest* request, v1::StoredProblem* response) {
-  return Answer(environment_, *context, "get problem", *response,
-                [=, this](const Caller& caller) { return library_.Get(caller.user, *request); });
+                                                     const v1::GetProblemRequest* request,
+                                                     v1::StoredProblem* response) {
+  return AskStore(environment_, *context, "get problem", *response,
+                  [=, this](const Caller& caller) { return library_.Get(caller.user, *request); });
 }
 
 grpc::ServerUnaryReactor* ProblemService::ListProblems(grpc::CallbackServerContext* context,
                                                        const v1::ListProblemsRequest* request,
                                                        v1::ListProblemsResponse* response) {
-  return Answer(environment_, *context, "list problems", *response,
-                [=, this](const Caller& caller) { return library_.List(caller.user, *request); });
+  return AskStore(environment_, *context, "list problems", *response,
+                  [=, this](const Caller& caller) { return library_.List(caller.user, *request); });
 }
 
 grpc::ServerUnaryReactor* ProblemService::DeleteProblem(grpc::CallbackServerContext* context,
@@ -29,7 +33,7 @@ grpc::ServerUnaryReactor* ProblemService::DeleteProblem(grpc::CallbackServerCont
     if (!deleted.ok()) return deleted;
     return v1::DeleteProblemResponse();
   };
-  return Answer(environment_, *context, "delete problem", *response, Audited("DeleteProblem", *request, run));
+  return AskStore(environment_, *context, "delete problem", *response, Audited("DeleteProblem", *request, run));
 }
 
 }  // namespace dlcs

@@ -5,17 +5,16 @@
 #define DLCS_SERVER_RPC_PROBLEM_SERVICE_H_
 
 #include "dlcs/v1/problems.grpc.pb.h"
-#include "server/rpc/job_calls.h"
+#include "server/rpc/call_environment.h"
 #include "server/rpc/upload_call.h"
-#include "server/solve_jobs/problem_library.h"
 
 namespace dlcs {
 
 class ProblemService final : public v1::ProblemService::CallbackService {
  public:
-  // Both must outlive it. Calls end with those of `environment`.
-  ProblemService(const JobCallEnvironment& environment, const ProblemLibrary& library)
-      : environment_(environment), library_(library) {}
+  // `environment` has jobs and must outlive the service.
+  explicit ProblemService(CallEnvironment& environment)
+      : environment_(environment), library_(environment.jobs->library()) {}
 
   grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadProblem(grpc::CallbackServerContext* context,
                                                                    v1::UploadProblemResponse* response) override;
@@ -23,12 +22,11 @@ class ProblemService final : public v1::ProblemService::CallbackService {
                                        v1::StoredProblem* response) override;
   grpc::ServerUnaryReactor* ListProblems(grpc::CallbackServerContext* context, const v1::ListProblemsRequest* request,
                                          v1::ListProblemsResponse* response) override;
-  grpc::ServerUnaryReactor* DeleteProblem(grpc::CallbackServerContext* context,
-                                          const v1::DeleteProblemRequest* request,
+  grpc::ServerUnaryReactor* DeleteProblem(grpc::CallbackServerContext* context, const v1::DeleteProblemRequest* request,
                                           v1::DeleteProblemResponse* response) override;
 
  private:
-  const JobCallEnvironment& environment_;
+  CallEnvironment& environment_;
   const ProblemLibrary& library_;
   UploadPlaces places_;
 };

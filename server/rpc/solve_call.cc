@@ -3,14 +3,21 @@
 
 #include <malloc.h>
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <random>
 #include <string>
 #include <utility>
 
 #include "core/problem/solution.h"
+#include "fmt/format.h"
 #include "server/jobs/catch_exceptions.h"
-#include "server/log.h"
+#include "server/rpc/call_deadline.h"
+#include "server/telemetry/call_trace.h"
 #include "server/telemetry/job_telemetry.h"
+#include "spdlog/spdlog.h"
 
 namespace dlcs {
 namespace {
@@ -55,22 +62,82 @@ void TrimAfter(std::int64_t result_bytes) {
 
 }  // namespace
 
+std::string NewSolveId() {
+  static const unsigned process = std::random_device{}();
+  static std::atomic<std::uint64_t> count{0};
+  return fmt::format("solve-{:08x}-{}", process, ++count);
+}
+
+template <typename Event, typename Mailbox>
+absl::Status SolverCall<Event, Mailbox>::TakeSolver() {
+  absl::StatusOr<Admission::Ticket> solver = this->environment_.admission.TakeSolver();
+  if (!solver.ok()) {
+    Log(spdlog::level::warn, "solve refused", {{"solve", id_}, {"error", std::string(solver.status().message())}});
+    return solver.status();
+  }
+  solver_ = *std::move(solver);
+  return absl::OkStatus();
+}
+
+template <typename Event, typename Mailbox>
+absl::Status SolverCall<Event, Mailbox>::HoldResult(std::int64_t bytes) {
+  absl::StatusOr<Admission::Ticket> result = this->environment_.admission.HoldResult(bytes);
+  if (!result.ok()) return result.status();
+  result_ = *std::move(result);
+  return absl::OkStatus();
+}
+
+template <typename Event, typename Mailbox>
+void SolverCall<Event, Mailbox>::StopBeforeDeadline(std::int64_t result_bytes) {
+  const auto stop_time = StopTime(this->context_.deadline(), result_bytes);
+  if (!stop_time) return;
+  alarm_.Set(*stop_time, [control = std::weak_ptr(this->control())](bool rang) {
+    if (const auto stopped = control.lock(); rang && stopped) stopped->Stop(StopCause::kDeadline);
+  });
+}
+
+template <typename Event, typename Mailbox>
+auto SolverCall<Event, Mailbox>::Next(Event& event) -> absl::StatusOr<Got> {
+  switch (mailbox_.Next(event)) {
+    case EventMailbox::Got::kEvent:
+      return mailbox_.delivered() ? Got::kLast : Got::kMessage;
+    case EventMailbox::Got::kNothing:
+      return Got::kNothing;
+    case EventMailbox::Got::kEnd:
+      break;
+  }
+  if (absl::Status status = mailbox_.status(); !status.ok()) return status;
+  return Got::kEnd;
+}
+
+template <typename Event, typename Mailbox>
+void SolverCall<Event, Mailbox>::LogCall(const std::string& message, LogFields facts) const {
+  if (!spdlog::should_log(spdlog::level::info)) return;  // who calls is looked up
+  facts.insert(facts.begin(), {{"solve", id_}, {"user", UserOf(this->environment_.access, this->context_)}});
+  facts.push_back({"trace_id", TraceIdOf(this->context_)});
+  Log(spdlog::level::info, message, facts);
+}
+
+template class SolverCall<v1::SolveEvent, EventMailbox>;
+template class SolverCall<v1::EnsembleEvent, EnsembleMailbox>;
+
 void SolveCall::Run() {
-  absl::StatusOr<FinishedSolve> finished = CatchExceptions(lifetime_.id(), [this] { return Solve(); });
-  if (!finished.ok()) Tell("solve refused or failed", FactsOf(finished.status()));
+  absl::StatusOr<FinishedSolve> finished = CatchExceptions(id(), [this] { return Solve(); });
+  if (!finished.ok()) LogCall("solve refused or failed", FactsOf(finished.status()));
+  GiveSolverBack();
   mailbox_.Close(std::move(finished));
 }
 
 absl::StatusOr<FinishedSolve> SolveCall::Solve() {
-  const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request_, environment_.limits, Problems());
+  const absl::StatusOr<PreparedSolve> prepared =
+      PrepareSolve(request_, environment_.limits, environment_.ProblemsOf(context_));
   if (!prepared.ok()) return prepared.status();
-  if (absl::Status held = lifetime_.HoldResult(prepared->result_bytes); !held.ok()) return held;
-  lifetime_.StopBeforeDeadline(context_.deadline(), prepared->result_bytes);
-  absl::StatusOr<FinishedSolve> finished =
-      RunSolve(*prepared, lifetime_.id(), lifetime_.control(), *this, environment_.setups);
+  if (absl::Status held = HoldResult(prepared->result_bytes); !held.ok()) return held;
+  StopBeforeDeadline(prepared->result_bytes);
+  absl::StatusOr<FinishedSolve> finished = RunSolve(*prepared, id(), *control(), *this, environment_.setups.get());
   if (finished.ok()) {
     Count("call", *finished, environment_.metrics);
-    Tell("solve finished", FactsOf(*prepared, *finished));
+    LogCall("solve finished", FactsOf(*prepared, *finished));
   }
   TrimAfter(prepared->result_bytes);
   return finished;
@@ -82,20 +149,22 @@ void SolveCall::Accept(v1::SolveEvent event) {
 }
 
 void EnsembleCall::Run() {
-  absl::StatusOr<v1::EnsembleSummary> summary = CatchExceptions(lifetime_.id(), [this] { return Solve(); });
-  if (!summary.ok()) Tell("solve refused or failed", FactsOf(summary.status()));
+  absl::StatusOr<v1::EnsembleSummary> summary = CatchExceptions(id(), [this] { return Solve(); });
+  if (!summary.ok()) LogCall("solve refused or failed", FactsOf(summary.status()));
+  GiveSolverBack();
   mailbox_.Close(std::move(summary));
 }
 
 absl::StatusOr<v1::EnsembleSummary> EnsembleCall::Solve() {
-  const absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request_, environment_.limits, Problems());
+  const absl::StatusOr<PreparedEnsemble> prepared =
+      PrepareEnsemble(request_, environment_.limits, environment_.ProblemsOf(context_));
   if (!prepared.ok()) return prepared.status();
-  if (absl::Status held = lifetime_.HoldResult(prepared->held_bytes); !held.ok()) return held;
-  lifetime_.StopBeforeDeadline(context_.deadline(), prepared->held_bytes);
-  mailbox_.Open(lifetime_.id(), *prepared);
+  if (absl::Status held = HoldResult(prepared->held_bytes); !held.ok()) return held;
+  StopBeforeDeadline(prepared->held_bytes);
+  mailbox_.Open(id(), *prepared);
   Pump();
-  absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, lifetime_.control(), *this, environment_.setups);
-  if (summary.ok()) Tell("ensemble finished", FactsOf(*prepared, *summary));
+  absl::StatusOr<v1::EnsembleSummary> summary = RunEnsemble(*prepared, *control(), *this, environment_.setups.get());
+  if (summary.ok()) LogCall("ensemble finished", FactsOf(*prepared, *summary));
   TrimAfter(prepared->held_bytes);
   return summary;
 }

@@ -4,7 +4,15 @@
 #ifndef DLCS_SERVER_RPC_SOLVE_CALL_H_
 #define DLCS_SERVER_RPC_SOLVE_CALL_H_
 
+#include <chrono>
+#include <cstdint>
+#include <string>
+
 #include "dlcs/v1/solver.grpc.pb.h"
+#include "grpcpp/alarm.h"
+#include "server/access/credentials.h"
+#include "server/log.h"
+#include "server/rpc/admission.h"
 #include "server/rpc/ensemble_buffer.h"
 #include "server/rpc/event_buffer.h"
 #include "server/rpc/stream_call.h"
@@ -12,11 +20,68 @@
 
 namespace dlcs {
 
-class SolveCall final : public StreamCall<v1::SolveEvent, EventMailbox>, public SolveSink {
+// Distinct among the calls of this process, and very likely among processes.
+std::string NewSolveId();
+
+// A call that holds a place among the solves, and the memory of its result until the client has it. The engine puts
+// events into the mailbox and is stopped when the client hangs up, by StopSolve, and some time before the deadline
+// (StopTime()).
+//
+// A Mailbox has Next(Event&), has_more(), delivered() and status(), as EventMailbox does.
+template <typename Event, typename Mailbox>
+class SolverCall : public StreamCall<Event> {
+ public:
+  void OnDone() override {
+    result_.reset();  // now, whoever still knows of the call
+    StreamCall<Event>::OnDone();
+  }
+
+ protected:
+  using typename StreamCall<Event>::Got;
+
+  SolverCall(CallEnvironment& environment, grpc::CallbackServerContext& context)
+      : SolverCall(environment, context, NewSolveId()) {}
+
+  // Solves, on a worker thread, gives the solver back and closes the mailbox.
+  virtual void Run() = 0;
+
+  absl::Status Admit() final { return TakeSolver(); }
+  absl::Status Work() final {
+    Run();
+    return absl::OkStatus();  // errors are in the mailbox, behind the events that came before them
+  }
+  absl::StatusOr<Got> Next(Event& event) final;
+  bool HasMore() const final { return mailbox_.has_more(); }
+
+  const std::string& id() const { return id_; }
+  void GiveSolverBack() { solver_.reset(); }
+  // Until the call ends. Errors: ServerBusy.
+  absl::Status HoldResult(std::int64_t bytes);
+  // Stops the engine so early that `result_bytes` arrive before the deadline of the call.
+  void StopBeforeDeadline(std::int64_t result_bytes);
+  // A line of the log about this call: what all have, and `facts`.
+  void LogCall(const std::string& message, LogFields facts) const;
+
+  Mailbox mailbox_;
+
+ private:
+  SolverCall(CallEnvironment& environment, grpc::CallbackServerContext& context, const std::string& id)
+      : StreamCall<Event>(environment, context, CallKind::kCompute,
+                          {.id = id, .user = UserOf(environment.access, context)}),
+        id_(id) {}
+  absl::Status TakeSolver();
+
+  const std::string id_;
+  Admission::Ticket solver_;
+  Admission::Ticket result_;
+  grpc::Alarm alarm_;
+};
+
+class SolveCall final : public SolverCall<v1::SolveEvent, EventMailbox>, public SolveSink {
  public:
   // `request` is gRPC's until OnDone().
-  SolveCall(const CallEnvironment& environment, grpc::CallbackServerContext& context, const v1::SolveRequest& request)
-      : StreamCall(environment, context), request_(request) {}
+  SolveCall(CallEnvironment& environment, grpc::CallbackServerContext& context, const v1::SolveRequest& request)
+      : SolverCall(environment, context), request_(request) {}
 
   void Accept(v1::SolveEvent event) override;
 
@@ -29,11 +94,11 @@ class SolveCall final : public StreamCall<v1::SolveEvent, EventMailbox>, public 
   const v1::SolveRequest& request_;
 };
 
-class EnsembleCall final : public StreamCall<v1::EnsembleEvent, EnsembleMailbox>, public EnsembleSink {
+class EnsembleCall final : public SolverCall<v1::EnsembleEvent, EnsembleMailbox>, public EnsembleSink {
  public:
-  EnsembleCall(const CallEnvironment& environment, grpc::CallbackServerContext& context,
+  EnsembleCall(CallEnvironment& environment, grpc::CallbackServerContext& context,
                const v1::SolveEnsembleRequest& request)
-      : StreamCall(environment, context), request_(request) {}
+      : SolverCall(environment, context), request_(request) {}
 
   bool MayBegin(Index member, const std::stop_token& stop) override { return mailbox_.MayBegin(member, stop); }
   void Finished(Index member, FinishedSolve solve) override;

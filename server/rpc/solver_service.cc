@@ -18,30 +18,6 @@
 
 namespace dlcs {
 
-SolverService::SolverService(const ServerConfig& config, const Access& access, Metrics& metrics, JobService* jobs)
-    : config_(config),
-      jobs_(jobs),
-      admission_(config.max_concurrent_solves, config.max_held_result_bytes),
-      setups_(static_cast<double>(config.setup_cache_bytes)),
-      environment_{ToSessionLimits(config),
-                   admission_,
-                   workers_,
-                   calls_,
-                   config.setup_cache_bytes > 0 ? &setups_ : nullptr,
-                   access,
-                   jobs != nullptr ? &jobs->library() : nullptr,
-                   metrics},
-      workers_(config.max_concurrent_solves) {}
-
-template <typename Response, typename Run>
-grpc::ServerUnaryReactor* SolverService::Answer(const char* name, Response& response, Run run) {
-  return UnaryCall::Start(environment_, name, [&response, run = std::move(run)](std::stop_token stop) {
-    absl::StatusOr<Response> result = run(std::move(stop));
-    if (result.ok()) response = *std::move(result);
-    return result.status();
-  });
-}
-
 grpc::ServerWriteReactor<v1::SolveEvent>* SolverService::Solve(grpc::CallbackServerContext* context,
                                                                const v1::SolveRequest* request) {
   if (jobs_ != nullptr && !request->request_id().empty()) return jobs_->Solve(*context, *request);
@@ -58,7 +34,7 @@ grpc::ServerUnaryReactor* SolverService::StopSolve(grpc::CallbackServerContext* 
   const auto stop = [&] {
     const absl::StatusOr<Caller> caller = CallerOf(environment_.access, *context);
     if (!caller.ok()) return caller.status();
-    const bool stopped = calls_.Stop(request->solve_id(), caller->SeesJobsOf(), StopCause::kCancelled);
+    const bool stopped = environment_.calls.Stop(request->solve_id(), caller->SeesJobsOf(), StopCause::kCancelled);
     return stopped ? absl::OkStatus()
                    : absl::NotFoundError(fmt::format("no solve {} of yours is under way here; it may have ended",
                                                      Quoted(request->solve_id())));
@@ -70,46 +46,47 @@ grpc::ServerUnaryReactor* SolverService::StopSolve(grpc::CallbackServerContext* 
 
 grpc::ServerUnaryReactor* SolverService::SolveLcp(grpc::CallbackServerContext*, const v1::SolveLcpRequest* request,
                                                   v1::SolveLcpResponse* response) {
-  return Answer("lcp", *response,
-                [=, this](std::stop_token stop) { return RunLcp(*request, environment_.limits, stop); });
+  return Compute(environment_, "lcp", *response,
+                 [=, this](std::stop_token stop) { return RunLcp(*request, environment_.limits, stop); });
 }
 
 grpc::ServerUnaryReactor* SolverService::SolveDcp(grpc::CallbackServerContext*, const v1::SolveDcpRequest* request,
                                                   v1::SolveDcpResponse* response) {
-  return Answer("dcp", *response,
-                [=, this](std::stop_token stop) { return RunDcp(*request, environment_.limits, stop); });
+  return Compute(environment_, "dcp", *response,
+                 [=, this](std::stop_token stop) { return RunDcp(*request, environment_.limits, stop); });
 }
 
 grpc::ServerUnaryReactor* SolverService::AnalyzeProblem(grpc::CallbackServerContext* context,
                                                         const v1::AnalyzeProblemRequest* request,
                                                         v1::AnalyzeProblemResponse* response) {
-  return Answer("analysis", *response, [=, this](std::stop_token stop) {
-    return RunAnalysis(*request, environment_.limits, stop, ProblemsOf(environment_, *context));
+  return Compute(environment_, "analysis", *response, [=, this](std::stop_token stop) {
+    return RunAnalysis(*request, environment_.limits, stop, environment_.ProblemsOf(*context));
   });
 }
 
 grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerContext* context,
                                                          const v1::GetCapabilitiesRequest*,
                                                          v1::GetCapabilitiesResponse* response) {
+  const ServerConfig& config = environment_.config;
   *response = CommonCapabilities();
-  response->set_max_states(config_.max_states);
-  response->set_max_dense_states(config_.max_dense_states);
-  response->set_max_memory_bytes(config_.max_memory_bytes);
-  response->set_max_constraints(config_.max_constraints);
-  response->set_max_steps(config_.max_steps);
-  response->set_max_members(config_.max_members);
-  response->set_max_result_bytes(config_.max_result_bytes);
-  response->set_max_message_bytes(config_.max_message_bytes);
+  response->set_max_states(config.max_states);
+  response->set_max_dense_states(config.max_dense_states);
+  response->set_max_memory_bytes(config.max_memory_bytes);
+  response->set_max_constraints(config.max_constraints);
+  response->set_max_steps(config.max_steps);
+  response->set_max_members(config.max_members);
+  response->set_max_result_bytes(config.max_result_bytes);
+  response->set_max_message_bytes(config.max_message_bytes);
   response->set_max_answer_bytes(kMaxAnswerBytes);
-  response->set_max_concurrent_solves(config_.max_concurrent_solves);
-  response->set_threads(config_.threads);
+  response->set_max_concurrent_solves(config.max_concurrent_solves);
+  response->set_threads(config.threads);
   if (jobs_ != nullptr) {
-    *response->mutable_jobs() = JobLimitsToProto(jobs_->options());
-    *response->mutable_uploads() = ToldUploadLimits(config_);
+    *response->mutable_jobs() = JobLimitsToProto(environment_.jobs->manager().options());
+    *response->mutable_uploads() = ToldUploadLimits(config);
   }
-  const SetupCache::Statistics setups = setups_.statistics();
+  const SetupCache::Statistics setups = environment_.SetupStatistics();
   v1::SetupCacheStatistics& told = *response->mutable_setup_cache();
-  told.set_max_bytes(config_.setup_cache_bytes);
+  told.set_max_bytes(config.setup_cache_bytes);
   told.set_bytes(static_cast<std::int64_t>(setups.bytes));
   told.set_values(setups.values);
   told.set_hits(setups.hits);

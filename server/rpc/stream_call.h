@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One call with a stream of events: a gRPC reactor between the thread that solves and the client that reads.
+// One call with a stream of messages: a gRPC reactor between a worker thread and the client that reads.
 
 #ifndef DLCS_SERVER_RPC_STREAM_CALL_H_
 #define DLCS_SERVER_RPC_STREAM_CALL_H_
@@ -7,92 +7,124 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
-#include <string>
+#include <optional>
+#include <stop_token>
 #include <utility>
 
-#include "dlcs/v1/solver.grpc.pb.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "grpcpp/alarm.h"
-#include "server/access/credentials.h"
-#include "server/log.h"
-#include "server/rpc/call_admission.h"
-#include "server/rpc/event_buffer.h"
-#include "server/telemetry/call_trace.h"
+#include "grpcpp/support/server_callback.h"
+#include "server/jobs/catch_exceptions.h"
+#include "server/rpc/call_environment.h"
+#include "server/rpc/call_registry.h"
+#include "server/wire/errors.h"
 #include "server/wire/status.h"
-#include "spdlog/spdlog.h"
 
 namespace dlcs {
 
-// Nothing blocks a reaction: the request is converted and solved on a worker thread (Run() of the derived class), which
-// puts events into the mailbox and then calls Pump(); so does OnWriteDone(). Pump() starts the next write when none is
-// in flight. After the last event, or an error, or when the client is gone and the engine has noticed, it finishes the
-// call.
+// Nothing blocks a reaction: what may block is Work(), on a worker thread. Pump() asks Next() for the message to write
+// when none is in flight. Who has a new message calls Pump() or PumpSoon(); so does OnWriteDone().
 //
-// The engine is stopped when the client hangs up, by StopSolve, and some time before the deadline
-// (CallLifetime::StopBeforeDeadline).
+// A call that computes writes messages while Work() runs. When the server stops it, only its Work() is stopped: what
+// that leaves is still written. A call about the store writes between two runs of Work(), and ends with UNAVAILABLE
+// when the server drains, so that the client resumes at another one.
 //
-// Lives until both gRPC (OnDone) and the worker have let go. A Mailbox has Next(Event&), has_more(), delivered(),
-// closed() and status(), as EventMailbox does.
-template <typename Event, typename Mailbox>
-class StreamCall : public grpc::ServerWriteReactor<Event>,
-                   public std::enable_shared_from_this<StreamCall<Event, Mailbox>> {
+// The call is finished after the last message or an error; or, when the client is gone, as soon as Work() has
+// returned. Lives until gRPC (OnDone), the worker and whoever wakes it have released it.
+template <typename Message>
+class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_shared_from_this<StreamCall<Message>> {
  public:
   // Takes `call` over: admits it and lets it run, or finishes it with why not.
-  static grpc::ServerWriteReactor<Event>* Start(std::shared_ptr<StreamCall> call) {
+  static grpc::ServerWriteReactor<Message>* Start(std::shared_ptr<StreamCall> call) {
     StreamCall& begun = *call;
     begun.self_ = std::move(call);
     begun.Begin();
     return &begun;
   }
 
-  StreamCall(const CallEnvironment& environment, grpc::CallbackServerContext& context)
-      : environment_(environment), context_(context), lifetime_(environment) {}
-
   void OnSendInitialMetadataDone(bool ok) override {
-    if (!ok) HangUp(StopCause::kCancelled);
-    environment_.workers.Run([self = this->shared_from_this()] {
-      self->Run();
-      self->lifetime_.GiveSolverBack();
-      self->Pump();
-    });
+    if (kind_ == CallKind::kStore) HangUpOnShutdown();
+    if (ok) return WorkOnThread();
+    SetWorking(false);
+    HangUp(StopCause::kCancelled);
   }
 
   void OnWriteDone(bool ok) override {
-    if (!ok) HangUp(StopCause::kCancelled);
     writing_ = false;
-    Pump();
+    if (ok) return Pump();
+    HangUp(StopCause::kCancelled);
   }
 
   void OnCancel() override {
     const bool in_time = std::chrono::system_clock::now() < context_.deadline();
     HangUp(in_time ? StopCause::kCancelled : StopCause::kDeadline);
-    Pump();
   }
 
   void OnDone() override {
-    lifetime_.End();
     // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
     const std::shared_ptr<StreamCall> self = std::move(self_);
+    on_stop_.reset();
   }
 
  protected:
-  // Solves, on a worker thread, and closes the mailbox.
-  virtual void Run() = 0;
+  enum class Got {
+    kMessage,
+    kLast,     // a message that is the last one: it travels together with the status
+    kNothing,  // for now: Pump() is called later
+    kBlocks,   // Work() is to be called first
+    kEnd,
+  };
 
-  // The caller's uploaded problems.
-  ProblemResolver Problems() const { return ProblemsOf(environment_, context_); }
+  // Others may stop a call by its `name`.
+  StreamCall(CallEnvironment& environment, grpc::CallbackServerContext& context, CallKind kind,
+             CallRegistry::CallName name = {})
+      : environment_(environment), context_(context), kind_(kind), name_(std::move(name)) {}
 
-  // A line of the log about this call: what all have, and `facts`.
-  void Tell(const std::string& message, LogFields facts) const {
-    if (!spdlog::should_log(spdlog::level::info)) return;  // who calls is looked up
-    facts.insert(facts.begin(), {{"solve", lifetime_.id()}, {"user", UserOf(environment_.access, context_)}});
-    facts.push_back({"trace_id", TraceIdOf(context_)});
-    Log(spdlog::level::info, message, facts);
+  // Before anything else. An error ends the call.
+  virtual absl::Status Admit() { return absl::OkStatus(); }
+  // May block. Called on a worker thread, once before the first Next() and after each kBlocks. An error ends the call.
+  virtual absl::Status Work() = 0;
+  // Never blocks. Called by one thread at a time. An error ends the call.
+  virtual absl::StatusOr<Got> Next(Message& message) = 0;
+  // Whether another message follows at once.
+  virtual bool HasMore() const { return false; }
+
+  // Writes what there is, unless something is in flight. Safe from any thread.
+  void Pump() {
+    const std::lock_guard lock(mutex_);
+    if (writing_ || finished_) return;
+    if (working_ && (end_ || kind_ == CallKind::kStore)) return;
+    if (end_) return End(*end_);
+    const absl::StatusOr<Got> got = Next(message_);
+    if (!got.ok()) return End(got.status());
+    switch (*got) {
+      case Got::kMessage:
+        writing_ = true;
+        // While more messages wait they travel together, gRPC sending what it holds with the last of them; but large
+        // ones at once, so that the reader has one to unpack while the next is made.
+        return this->StartWrite(&message_, HasMore() && message_.ByteSizeLong() < kLargeBytes
+                                               ? grpc::WriteOptions().set_buffer_hint()
+                                               : grpc::WriteOptions());
+      case Got::kLast:
+        finished_ = true;
+        return this->StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
+      case Got::kNothing:
+        return;
+      case Got::kBlocks:
+        working_ = true;
+        return WorkOnThread();
+      case Got::kEnd:
+        return End(absl::OkStatus());
+    }
   }
 
-  // Pump() after a short while, by a thread of gRPC, unless a write is under way that will see to it. An engine that pumped would
-  // spend its own time on serialization and system calls, and events that come within this while travel together.
+  // Pump() after a short while, by a thread of gRPC, unless a write is under way that will see to it. An engine that
+  // pumped would spend its own time on serialization and system calls, and messages that come within this while travel
+  // together.
   void PumpSoon() {
     if (writing_ || is_due_.exchange(true)) return;
     const std::lock_guard lock(mutex_);
@@ -105,38 +137,18 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
     });
   }
 
-  void Pump() {
-    const std::lock_guard lock(mutex_);
-    if (writing_ || finished_) return;
-    if (hung_up_) {
-      if (!mailbox_.closed()) return;
-      finished_ = true;
-      return this->Finish(grpc::Status::CANCELLED);
-    }
-    switch (mailbox_.Next(event_)) {
-      case EventMailbox::Got::kEvent:
-        if (mailbox_.delivered()) {  // the last event and the status travel together
-          finished_ = true;
-          return this->StartWriteAndFinish(&event_, grpc::WriteOptions(), ToGrpc(mailbox_.status()));
-        }
-        writing_ = true;
-        // While more events wait they travel together, gRPC sending what it holds with the last of them; but large ones at
-        // once, so that the reader has one to unpack while the next is made.
-        return this->StartWrite(&event_, mailbox_.has_more() && event_.ByteSizeLong() < kLargeBytes
-                                             ? grpc::WriteOptions().set_buffer_hint()
-                                             : grpc::WriteOptions());
-      case EventMailbox::Got::kNothing:
-        return;
-      case EventMailbox::Got::kEnd:
-        finished_ = true;
-        return this->Finish(ToGrpc(mailbox_.status()));
-    }
+  // A function that pumps this call if it is still there.
+  std::function<void()> Waker() {
+    return [call = this->weak_from_this()] {
+      if (const std::shared_ptr<StreamCall> self = call.lock()) self->Pump();
+    };
   }
 
-  const CallEnvironment& environment_;
+  // Of a call that was admitted.
+  const std::shared_ptr<SolveControl>& control() const { return control_; }
+
+  CallEnvironment& environment_;
   grpc::CallbackServerContext& context_;  // gRPC's until OnDone()
-  CallLifetime lifetime_;
-  Mailbox mailbox_;
 
  private:
   // Short for who watches.
@@ -144,30 +156,76 @@ class StreamCall : public grpc::ServerWriteReactor<Event>,
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 16;
 
   void Begin() {
-    const absl::Status admitted = lifetime_.Admit(UserOf(environment_.access, context_));
-    if (!admitted.ok()) return this->Finish(ToGrpc(admitted));
-    // The worker starts when the headers are sent: before, gRPC has not taken the reactor over and a first
-    // message could be lost.
+    control_ = environment_.calls.Register(kind_, name_);
+    const absl::Status admitted = control_ == nullptr ? ShuttingDown() : Admit();
+    if (!admitted.ok()) {
+      const std::lock_guard lock(mutex_);
+      return End(admitted);
+    }
+    // The work starts when the headers are sent: before, gRPC has not taken the reactor over and a first message could
+    // be lost.
     this->StartSendInitialMetadata();
   }
 
-  void HangUp(StopCause cause) {
-    lifetime_.Stop(cause);
-    const std::lock_guard lock(mutex_);
-    hung_up_ = true;
+  void WorkOnThread() {
+    environment_.WorkersFor(kind_).Run([self = this->shared_from_this()] {
+      const absl::Status done =
+          CatchExceptions(self->name_.id.empty() ? "stream" : self->name_.id, [&self] { return self->Work(); });
+      self->SetWorking(false, done);
+      self->Pump();
+    });
   }
 
+  void SetWorking(bool working, const absl::Status& done = absl::OkStatus()) {
+    const std::lock_guard lock(mutex_);
+    working_ = working;
+    if (!done.ok() && !end_) end_ = done;
+  }
+
+  // Nobody reads any more, or the server drains.
+  void HangUp(StopCause cause) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!end_) end_ = cause == StopCause::kShutdown ? ShuttingDown() : absl::CancelledError();
+    }
+    if (control_ != nullptr) control_->Stop(cause);
+    Pump();
+  }
+
+  void HangUpOnShutdown() {
+    on_stop_.emplace(control_->token(), [call = this->weak_from_this(), control = control_.get(),
+                                         &workers = environment_.WorkersFor(kind_)] {
+      if (control->cause() != StopCause::kShutdown) return;  // HangUp() itself
+      // Not at once: whoever stops all calls holds the lock that the end of this one needs.
+      workers.Run([call] {
+        if (const std::shared_ptr<StreamCall> self = call.lock()) self->HangUp(StopCause::kShutdown);
+      });
+    });
+  }
+
+  // With mutex_ held.
+  void End(const absl::Status& status) {
+    finished_ = true;
+    this->Finish(ToGrpc(status));
+  }
+
+  const CallKind kind_;
+  const CallRegistry::CallName name_;
+  std::shared_ptr<SolveControl> control_;  // null when the call was refused
+  std::optional<std::stop_callback<std::function<void()>>> on_stop_;
   std::shared_ptr<StreamCall> self_;  // gRPC's share
 
-  // Both are set free before the mailbox is asked again: who puts an event and finds one of them set knows that it will be seen.
+  // Both are cleared before Next() is called: who has a new message and finds one of them set knows that it will be
+  // seen.
   std::atomic<bool> writing_ = false;
   std::atomic<bool> is_due_ = false;  // Pump(), by `gathering_`
 
   std::mutex mutex_;  // guards what follows
-  Event event_;       // in flight while `writing_`
+  Message message_;   // in flight while `writing_`
   std::unique_ptr<grpc::Alarm> gathering_;
-  bool hung_up_ = false;   // nobody reads any more
-  bool finished_ = false;  // Finish() was called
+  bool working_ = true;              // Work() runs, or will when the headers are sent
+  bool finished_ = false;            // Finish() was called
+  std::optional<absl::Status> end_;  // how the call ends when Work() returns, whatever there is to write
 };
 
 }  // namespace dlcs

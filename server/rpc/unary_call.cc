@@ -1,35 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/rpc/unary_call.h"
 
-#include <utility>
-
-#include "absl/status/statusor.h"
 #include "server/jobs/catch_exceptions.h"
 #include "server/wire/errors.h"
 #include "server/wire/status.h"
 
 namespace dlcs {
 
-grpc::ServerUnaryReactor* UnaryCall::Start(const CallEnvironment& environment, const char* name, Work work) {
-  const auto call = std::make_shared<UnaryCall>(environment, name, std::move(work));
+grpc::ServerUnaryReactor* UnaryCall::Start(CallEnvironment& environment, CallKind kind, const char* name, Work work) {
+  const auto call = std::make_shared<UnaryCall>(environment, kind, name, std::move(work));
   call->self_ = call;
-  call->Begin();
+  if (const absl::Status admitted = call->Admit(); !admitted.ok()) {
+    call->Finish(ToGrpc(admitted));
+  } else {
+    environment.WorkersFor(kind).Run([call] { call->DoWork(); });
+  }
   return call.get();
 }
 
-void UnaryCall::Begin() {
-  control_ = environment_.calls.Register();
-  if (control_ == nullptr) return Finish(ToGrpc(ShuttingDown()));
+absl::Status UnaryCall::Admit() {
+  control_ = environment_.calls.Register(kind_);
+  if (control_ == nullptr) return ShuttingDown();
+  if (kind_ == CallKind::kStore) return absl::OkStatus();
   absl::StatusOr<Admission::Ticket> solver = environment_.admission.TakeSolver();
-  if (!solver.ok()) return Finish(ToGrpc(solver.status()));
+  if (!solver.ok()) return solver.status();
   solver_ = *std::move(solver);
-  environment_.workers.Run([self = shared_from_this()] { self->DoWork(); });
+  return absl::OkStatus();
 }
 
 void UnaryCall::DoWork() {
   const absl::Status done = CatchExceptions(name_, [this] { return work_(control_->token()); });
   solver_.reset();
-  Finish(ToGrpc(control_->cause() == StopCause::kShutdown ? ShuttingDown() : done));
+  const bool stopped = kind_ == CallKind::kCompute && control_->cause() == StopCause::kShutdown;
+  Finish(ToGrpc(stopped ? ShuttingDown() : done));
 }
 
 void UnaryCall::OnCancel() {

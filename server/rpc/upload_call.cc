@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "server/access/audit.h"
 #include "server/jobs/catch_exceptions.h"
 #include "server/wire/errors.h"
 #include "server/wire/status.h"
@@ -15,19 +16,17 @@ constexpr std::chrono::milliseconds kRetryAfter{1000};
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(const JobCallEnvironment& environment,
-                                                                     UploadPlaces& places,
+grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(CallEnvironment& environment, UploadPlaces& places,
                                                                      const absl::StatusOr<Caller>& caller,
-                                                                     const ProblemLibrary& library,
                                                                      v1::UploadProblemResponse& response) {
-  const auto call = std::make_shared<UploadCall>(environment, places, caller, library, response);
+  const auto call = std::make_shared<UploadCall>(environment, places, caller, response);
   call->self_ = call;
   call->Admit();
   return call.get();
 }
 
 void UploadCall::Admit() {
-  control_ = environment_.calls.Register();
+  control_ = environment_.calls.Register(CallKind::kStore);
   if (control_ == nullptr) return End(ShuttingDown());
   if (!caller_.ok()) return End(caller_.status());
   has_place_ = true;
@@ -36,7 +35,7 @@ void UploadCall::Admit() {
   }
   const std::weak_ptr<UploadCall> weak = weak_from_this();
   // Not at once: whoever stops all calls holds the lock that the end of this one needs.
-  on_stop_.emplace(control_->token(), [weak, &workers = environment_.workers] {
+  on_stop_.emplace(control_->token(), [weak, &workers = environment_.store_workers] {
     workers.Run([weak] {
       if (const auto call = weak.lock()) call->End(ShuttingDown());
     });
@@ -62,7 +61,7 @@ void UploadCall::OnReadDone(bool ok) {
 }
 
 void UploadCall::BeginOnWorker() {
-  environment_.workers.Run([self = shared_from_this()] {
+  environment_.store_workers.Run([self = shared_from_this()] {
     const auto there = CatchExceptions("upload", [&] { return self->upload_.Begin(self->part_); });
     if (!there.ok()) return self->End(there.status());
     if (!there->has_value()) return self->ReadNext();
@@ -71,9 +70,8 @@ void UploadCall::BeginOnWorker() {
 }
 
 void UploadCall::StoreOnWorker() {
-  environment_.workers.Run([self = shared_from_this()] {
-    self->End(CatchExceptions("upload", [&] { return self->upload_.Store(); }));
-  });
+  environment_.store_workers.Run(
+      [self = shared_from_this()] { self->End(CatchExceptions("upload", [&] { return self->upload_.Store(); })); });
 }
 
 void UploadCall::End(const absl::StatusOr<v1::UploadProblemResponse>& end) {

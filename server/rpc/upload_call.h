@@ -13,7 +13,8 @@
 
 #include "dlcs/v1/problems.grpc.pb.h"
 #include "grpcpp/support/server_callback.h"
-#include "server/rpc/job_calls.h"
+#include "server/access/access.h"
+#include "server/rpc/call_environment.h"
 #include "server/solve_jobs/upload.h"
 
 namespace dlcs {
@@ -29,18 +30,16 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
                          public std::enable_shared_from_this<UploadCall> {
  public:
   // `environment` and `places` outlive the call, `response` is gRPC's until OnDone().
-  static grpc::ServerReadReactor<v1::UploadProblemRequest>* Start(const JobCallEnvironment& environment,
-                                                                  UploadPlaces& places,
+  static grpc::ServerReadReactor<v1::UploadProblemRequest>* Start(CallEnvironment& environment, UploadPlaces& places,
                                                                   const absl::StatusOr<Caller>& caller,
-                                                                  const ProblemLibrary& library,
                                                                   v1::UploadProblemResponse& response);
 
-  UploadCall(const JobCallEnvironment& environment, UploadPlaces& places, const absl::StatusOr<Caller>& caller,
-             const ProblemLibrary& library, v1::UploadProblemResponse& response)
+  UploadCall(CallEnvironment& environment, UploadPlaces& places, const absl::StatusOr<Caller>& caller,
+             v1::UploadProblemResponse& response)
       : environment_(environment),
         places_(places),
         caller_(caller),
-        upload_(library, caller.ok() ? caller->user : ""),
+        upload_(environment.jobs->library(), caller.ok() ? caller->user : ""),
         response_(response) {}
   void OnReadDone(bool ok) override;
   void OnCancel() override { cancelled_ = true; }
@@ -54,7 +53,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
   // The first end stays.
   void End(const absl::StatusOr<v1::UploadProblemResponse>& end);
 
-  const JobCallEnvironment& environment_;
+  CallEnvironment& environment_;
   UploadPlaces& places_;
   const absl::StatusOr<Caller> caller_;
   Upload upload_;

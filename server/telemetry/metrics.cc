@@ -68,15 +68,14 @@ class Readings {
   std::vector<MetricFamily> families_;
 };
 
-void ReadSetups(const char* used_by, const SetupCache::Statistics& setups, Readings& readings) {
-  const Readings::Labels labels = {{"used_by", used_by}};
+void ReadSetups(const SetupCache::Statistics& setups, Readings& readings) {
   readings.AddCounter("dlcs_setup_cache_hits_total", "Set-ups that were found in the cache.",
-                      static_cast<double>(setups.hits), labels);
+                      static_cast<double>(setups.hits));
   readings.AddCounter("dlcs_setup_cache_misses_total", "Set-ups that had to be made.",
-                      static_cast<double>(setups.misses), labels);
+                      static_cast<double>(setups.misses));
   readings.AddCounter("dlcs_setup_cache_dropped_total", "Set-ups that left the cache to keep it within its bound.",
-                      static_cast<double>(setups.dropped), labels);
-  readings.AddGauge("dlcs_setup_cache_bytes", "Memory that the set-ups in the cache fill.", setups.bytes, labels);
+                      static_cast<double>(setups.dropped));
+  readings.AddGauge("dlcs_setup_cache_bytes", "Memory that the set-ups in the cache fill.", setups.bytes);
 }
 
 void ReadJobs(const ServerState::Jobs& jobs, Readings& readings) {
@@ -107,11 +106,8 @@ std::vector<MetricFamily> Read(const ServerState& state) {
   readings.AddGauge("dlcs_solves_limit", "How many may run at once; more are refused.", state.max_solves);
   readings.AddGauge("dlcs_held_result_bytes", "Trajectories that are computed for calls or wait for their readers.",
                     static_cast<double>(state.held_result_bytes));
-  ReadSetups("calls", state.setups, readings);
-  if (state.jobs) {
-    ReadSetups("jobs", state.jobs->setups, readings);
-    ReadJobs(*state.jobs, readings);
-  }
+  ReadSetups(state.setups, readings);
+  if (state.jobs) ReadJobs(*state.jobs, readings);
   ReadProcess(readings);
   return readings.Take();
 }

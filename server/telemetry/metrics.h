@@ -26,7 +26,6 @@ struct ServerState {
   // Of a server that takes jobs.
   struct Jobs {
     jobs::JobManager::Load load;
-    SetupCache::Statistics setups;
     bool store_healthy = false;
   };
   std::optional<Jobs> jobs;

@@ -15,8 +15,8 @@ using std::chrono::milliseconds;
 
 TEST(CallRegistryTest, StopsWhatIsUnderWayAndRemembersWhy) {
   CallRegistry calls;
-  const std::shared_ptr<SolveControl> first = calls.Register();
-  const std::shared_ptr<SolveControl> second = calls.Register();
+  const std::shared_ptr<SolveControl> first = calls.Register(CallKind::kCompute);
+  const std::shared_ptr<SolveControl> second = calls.Register(CallKind::kCompute);
   second->Stop(StopCause::kDeadline);
   EXPECT_FALSE(first->token().stop_requested());
   calls.StopAll(StopCause::kShutdown);
@@ -27,9 +27,9 @@ TEST(CallRegistryTest, StopsWhatIsUnderWayAndRemembersWhy) {
 
 TEST(CallRegistryTest, StopsTheCallOfAnIdForItsUserOrForAll) {
   CallRegistry calls;
-  const std::shared_ptr<SolveControl> nameless = calls.Register();
-  std::shared_ptr<SolveControl> of_alice = calls.Register({.id = "solve-1", .user = "alice"});
-  const std::shared_ptr<SolveControl> of_bob = calls.Register({.id = "solve-2", .user = "bob"});
+  const std::shared_ptr<SolveControl> nameless = calls.Register(CallKind::kCompute);
+  std::shared_ptr<SolveControl> of_alice = calls.Register(CallKind::kCompute, {.id = "solve-1", .user = "alice"});
+  const std::shared_ptr<SolveControl> of_bob = calls.Register(CallKind::kCompute, {.id = "solve-2", .user = "bob"});
   EXPECT_FALSE(calls.Stop("", "", StopCause::kCancelled));
   EXPECT_FALSE(calls.Stop("solve-1", "bob", StopCause::kCancelled));
   EXPECT_FALSE(of_alice->token().stop_requested());
@@ -45,15 +45,30 @@ TEST(CallRegistryTest, StopsTheCallOfAnIdForItsUserOrForAll) {
 
 TEST(CallRegistryTest, RefusesNewCallsWhileDraining) {
   CallRegistry calls;
-  EXPECT_NE(calls.Register(), nullptr);
+  EXPECT_NE(calls.Register(CallKind::kCompute), nullptr);
   calls.Drain();
-  EXPECT_EQ(calls.Register(), nullptr);
+  EXPECT_EQ(calls.Register(CallKind::kCompute), nullptr);
+}
+
+TEST(CallRegistryTest, StopsCallsAboutTheStoreWhenItDrainsAndLetsTheOthersCompute) {
+  CallRegistry calls;
+  std::shared_ptr<SolveControl> solve = calls.Register(CallKind::kCompute);
+  std::shared_ptr<SolveControl> watch = calls.Register(CallKind::kStore);
+  calls.Drain();
+  EXPECT_EQ(watch->cause(), StopCause::kShutdown);
+  EXPECT_FALSE(solve->token().stop_requested());
+  EXPECT_FALSE(calls.WaitUntilComputed(milliseconds(0)));
+  solve.reset();
+  EXPECT_TRUE(calls.WaitUntilComputed(milliseconds(0))) << "a watcher is no solve";
+  EXPECT_FALSE(calls.WaitUntilIdle(milliseconds(0)));
+  watch.reset();
+  EXPECT_TRUE(calls.WaitUntilIdle(milliseconds(0)));
 }
 
 TEST(CallRegistryTest, WaitsUntilTheLastCallIsGone) {
   CallRegistry calls;
   EXPECT_TRUE(calls.WaitUntilIdle(milliseconds(0)));
-  std::shared_ptr<SolveControl> call = calls.Register();
+  std::shared_ptr<SolveControl> call = calls.Register(CallKind::kCompute);
   EXPECT_FALSE(calls.WaitUntilIdle(milliseconds(10)));
   std::thread ending([&call] {
     std::this_thread::sleep_for(milliseconds(20));

@@ -187,8 +187,8 @@ TEST_F(TelemetryTest, CountsWhatSolvesAndJobsDid) {
         Value(metrics, "dlcs_store_operation_duration_seconds_count{operation=\"" + std::string(operation) + "\"}"), 1)
         << operation;
   }
-  EXPECT_GE(Value(metrics, "dlcs_setup_cache_misses_total{used_by=\"calls\"}"), 1);
-  EXPECT_GE(Value(metrics, "dlcs_setup_cache_hits_total{used_by=\"jobs\"}"), 0);
+  EXPECT_GE(Value(metrics, "dlcs_setup_cache_misses_total"), 1);
+  EXPECT_GE(Value(metrics, "dlcs_setup_cache_hits_total"), 1);
   EXPECT_GT(Value(metrics, "process_resident_memory_bytes"), 1e6);
   EXPECT_GT(Value(metrics, "process_cpu_seconds_total"), 0);
   EXPECT_THAT(metrics, HasSubstr("dlcs_build_info{version=\"" DLCS_VERSION "\""));
