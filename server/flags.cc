@@ -75,14 +75,15 @@ void AddJobFlags(CLI::App& app, ServerConfig& config) {
   app.add_option("--max-queued-jobs-per-user", config.max_queued_jobs_per_user, "Most jobs of one user waiting");
   app.add_option("--max-queued-core-seconds", config.max_queued_core_seconds, "All jobs waiting together, as predicted");
   app.add_option("--max-job-attempts", config.max_job_attempts,
-                 "A job that was begun so often without getting on is given up");
+                 "A job that was started this often without progress fails");
   AddAge(app, "--keep-finished", config.keep_finished_s, "How long a job that has ended is kept: 90s, 30m, 12h, 7d");
   app.add_option("--keep-finished-bytes", config.keep_finished_bytes,
-                 "What jobs that have ended may hold; the oldest go first");
+                 "Most bytes of jobs that have ended; the oldest are deleted first");
   app.add_option("--max-upload-bytes", config.max_upload_bytes, "Largest uploaded problem");
   app.add_option("--max-uploaded-bytes-per-user", config.max_uploaded_bytes_per_user,
                  "All uploaded problems of one user together");
-  app.add_option("--max-uploaded-problems-per-user", config.max_uploaded_problems_per_user, "How many they may be");
+  app.add_option("--max-uploaded-problems-per-user", config.max_uploaded_problems_per_user,
+                 "Most uploaded problems of one user");
   AddAge(app, "--keep-problems", config.keep_problems_s,
          "How long an uploaded problem is kept since its last use; one that a job needs stays");
 }
@@ -95,10 +96,10 @@ void AddAccessFlags(CLI::App& app, AccessSettings& access) {
                  "Authorities of clients, PEM: only clients with a certificate of theirs may connect")
       ->type_name("FILE");
   app.add_option("--tokens", access.tokens,
-                 "Users, a line each; read again when it changes. Without it everybody may do everything")
+                 "Users, one a line; read again when it changes. Without it everybody may do everything")
       ->type_name("FILE");
   app.add_flag("--insecure-listen", access.insecure_listen,
-               "Serve other machines without encryption: on a trusted network, or behind a proxy that encrypts");
+               "Serve other machines without encryption: only on a trusted network, or behind a proxy that encrypts");
   app.add_option("--max-streams-per-connection", access.max_streams_per_connection,
                  "Calls at the same time on one connection; more wait at the client");
   app.add_option("--max-watches-per-user", access.max_watches_per_user, "Jobs that one user watches at the same time");
@@ -145,19 +146,20 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--max-members", config.max_members, "Most members of one ensemble");
   app.add_option("--max-result-bytes", config.max_result_bytes, "Largest trajectory of one solve");
   app.add_option("--max-held-result-bytes", config.max_held_result_bytes, "All trajectories in memory together");
-  app.add_option("--max-memory-bytes", config.max_memory_bytes, "What one solve may allocate");
+  app.add_option("--max-memory-bytes", config.max_memory_bytes, "Most memory that one solve may allocate");
   app.add_option("--setup-cache-bytes", config.setup_cache_bytes,
                  "Matrix functions and factors kept for further solves of the same matrices; 0 keeps none");
-  app.add_option("--store", config.store,
-                 "Where jobs are kept: a file, made where there is none, or postgresql://USER@HOST/NAME, which several servers "
-                 "share; without it no jobs are taken");
+  app.add_option(
+      "--store", config.store,
+      "Store of jobs: a file, created if there is none, or postgresql://USER@HOST/NAME, which several servers share; "
+      "without it the server takes no jobs");
   AddWord(app, "--role", config.role, {"all", "front", "worker"},
           "front: takes calls and leaves jobs to workers; worker: runs jobs and takes no calls");
   app.add_option("--worker-name", config.worker_name,
-                 "Of this server on a shared store, the same after a restart; otherwise HOST:PORT");
+                 "Name of this server on a shared store, the same after a restart (HOST:PORT)");
   app.add_option("--lease-ms", config.lease_ms,
-                 "The jobs of a server that was not heard of for so long are taken up by others");
-  app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often what a running job has found is stored");
+                 "After this time without a sign of life from a server, others take over its jobs");
+  app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often the progress of a running job is stored");
   AddJobFlags(app, config);
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");
   app.add_option("--grace", flags.grace_s, "Seconds that running solves are given on SIGTERM or SIGINT")
@@ -171,7 +173,7 @@ void AddFlags(CLI::App& app, Flags& flags) {
                                    TruncateUtf8(text, kMaxShownBytes));
       });
   AddWord(app, "--log-level", flags.log_level, {"debug", "info", "warn", "error", "off"},
-          "Of the lines on standard error");
+          "Least level of the lines on standard error");
   AddWord(app, "--log-format", flags.log_format, {"text", "json"}, "Lines of text, or one object a line");
 }
 
@@ -283,7 +285,7 @@ class CommandLine {
                     IsSet("DLCSD_CONFIG"))
         ->configurable(false);
     app_.config_formatter(std::make_shared<SettingsFile>(app_, origins_));
-    app_.add_flag("--check-config", check_only_, "Check all settings, print them and where they come from, and end")
+    app_.add_flag("--check-config", check_only_, "Check and print all settings and where they come from, then exit")
         ->configurable(false);
     AddFlags(app_, flags);
     AddTokenCommand(app_, new_token_);

@@ -32,7 +32,7 @@ constexpr const char* kServerHelp = "Run on the dlcsd at this address instead of
 void AddDeadline(CLI::App& app, double& deadline_s) {
   AddNumber(
       app, "--deadline", "SECONDS", Positive(), [&deadline_s](double v) { deadline_s = v; },
-      fmt::format("Give up after this time ({})", deadline_s));
+      fmt::format("Stop after this time ({})", deadline_s));
 }
 
 // What a solve and an ensemble share.
@@ -43,14 +43,14 @@ void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   AddHowToSolve(app, options, command.grid, command.rule);
   AddDeadline(app, command.deadline_s);
   AddOutput(app, command.output, "the result");
-  AddQuiet(app, command.quiet, "Nothing on standard error but errors; the verdict is in the result and the exit code");
+  AddQuiet(app, command.quiet, "Print only errors on standard error; the verdict is in the result and the exit code");
 }
 
 void AddSolve(CLI::App& main, SolveCommand& command) {
   CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
   AddSolveOptions(app, command);
   AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
-  app.add_flag("-v,--verbose", command.verbose, "On a terminal: every iterate, not only the bar");
+  app.add_flag("-v,--verbose", command.verbose, "On a terminal: show every iterate, not only a bar");
   app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
 }
 
@@ -58,22 +58,22 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
   CLI::App& app = *main.add_subcommand("ensemble", "Solve a system for many initial states, sources or horizons");
   AddSolveOptions(app, command.solve);
   app.add_option("MEMBERS", command.members_path,
-                 "JSON file with what each member has in place of the problem's, or a table of initial states")
+                 "JSON file with what each member replaces in the problem, or a table of initial states")
       ->required()
       ->type_name("FILE");
   AddFormat(app, {"table", "json", "csv"}, command.solve.format,
-            "A line for each member (table), or each as it finishes: JSON lines, or CSV");
+            "One line for each member (table); as they finish: JSON lines, or CSV");
   app.footer(fmt::format("{}\n\n{}", kEnsembleExamples, kEnsembleExitCodes));
 }
 
 void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
-  CLI::App& app = *main.add_subcommand("analyze", "Say what is known about a system, and how to solve it");
+  CLI::App& app = *main.add_subcommand("analyze", "Report what is known about a system, and how to solve it");
   AddProblem(app, command.problem_path);
   AddServer(app, command.server, kServerHelp);
   AddHowToSolve(app, command.options, command.grid, command.rule);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
-  app.add_flag("-v,--verbose", command.verbose, "The table with every finding, witness, constant and source");
+  app.add_flag("-v,--verbose", command.verbose, "Print every finding, witness, constant and source");
   AddOutput(app, command.output, "the analysis");
   app.footer(fmt::format("{}\n\n{}", kAnalyzeExamples, kExitCodes));
 }
@@ -83,7 +83,7 @@ void AddLcp(CLI::App& main, LcpCommand& command) {
   app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")->required()->type_name("FILE");
   AddServer(app, command.server, kServerHelp);
   AddRule(app, command.rule);
-  app.add_flag("--all", command.all, "All basic solutions too, for at most 16 pairs");
+  app.add_flag("--all", command.all, "List all basic solutions, for at most 16 pairs");
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   app.footer(fmt::format("{}\n\n{}", kLcpExamples, kExitCodes));
@@ -95,7 +95,7 @@ void AddDcp(CLI::App& main, DcpCommand& command) {
   AddServer(app, command.server, kServerHelp);
   CLI::Option* step = AddNumber(
       app, "--step", "H", Positive(), [&](double v) { command.step = v; },
-      "Length of a step between the nodes of q, at most (a thousandth of its time)");
+      "Largest length of a step between the nodes of q (a thousandth of its time)");
   app.add_option("--check", command.check, "Measure this path v instead of solving: JSON with times and values")
       ->type_name("FILE")
       ->excludes(step);
@@ -139,7 +139,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
 }
 
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
-  CLI::App& app = *main.add_subcommand("capabilities", "What this program or a server can do, and its limits");
+  CLI::App& app = *main.add_subcommand("capabilities", "Print the methods and limits of this program or of a server");
   AddServer(app, command.server, kServerHelp);
   AddDeadline(app, command.deadline_s);
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
@@ -147,16 +147,18 @@ void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
 }
 
 void AddHealth(CLI::App& main, HealthCommand& command) {
-  CLI::App& app = *main.add_subcommand("health", "Whether a server serves");
+  CLI::App& app = *main.add_subcommand("health", "Check whether a server serves");
   AddServer(app, command.server, fmt::format("The dlcsd at this address ({})", command.server.address));
-  app.add_option("--service", command.service, "One of its services (the server as a whole)")->type_name("NAME");
+  app.add_option("--service", command.service, "One of its services (default: the server as a whole)")
+      ->type_name("NAME");
   AddDeadline(app, command.deadline_s);
   app.footer(kHealthExamples);
 }
 
 void AddContext(CLI::App& main, ContextCommand& command) {
   using Action = ContextCommand::Action;
-  CLI::App& app = *main.add_subcommand("context", "Servers under names, so that --server and --tls-... need not be typed");
+  CLI::App& app =
+      *main.add_subcommand("context", "Keep servers under names, instead of typing --server and --tls-... each time");
   app.require_subcommand(1);
   app.footer(kContextExamples);
   const auto add = [&](const char* name, const char* what, Action action) -> CLI::App& {
@@ -164,15 +166,17 @@ void AddContext(CLI::App& main, ContextCommand& command) {
     sub.callback([&command, action] { command.action = action; });
     return sub;
   };
-  const auto name_of = [&command](CLI::App& sub) { return sub.add_option("NAME", command.name, "Of the context")->type_name(""); };
-  CLI::App& set = add("set", "Make a context, or replace the one of that name", Action::kSet);
+  const auto name_of = [&command](CLI::App& sub) {
+    return sub.add_option("NAME", command.name, "Name of the context")->type_name("");
+  };
+  CLI::App& set = add("set", "Create or replace a context", Action::kSet);
   name_of(set)->required();
   AddServer(set, command.server, "The dlcsd at this address");
   set.get_option("--server")->required();
   for (const char* option : {"--local", "--context"}) set.remove_option(set.get_option(option));
-  name_of(add("use", "Take this context from now on; without a name none", Action::kUse));
-  add("list", "The contexts; the current one has a star", Action::kList);
-  name_of(add("delete", "Forget a context", Action::kDelete))->required();
+  name_of(add("use", "Use this context from now on; without a name, none", Action::kUse));
+  add("list", "List the contexts; the current one has a star", Action::kList);
+  name_of(add("delete", "Delete a context", Action::kDelete))->required();
   for (CLI::App* sub : app.get_subcommands({})) sub->footer(kContextExamples);
 }
 

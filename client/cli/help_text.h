@@ -28,7 +28,7 @@ inline constexpr const char* kMainExamples =
     "  dlcs submit circuit.json                           a job on a server that outlives this terminal\n"
     "  dlcs help solve                                    all options, more examples\n"
     "\n"
-    "DLCS_SERVER=HOST:PORT, DLCS_CONTEXT=NAME or `dlcs context use NAME` stand for --server; --local is against them.";
+    "DLCS_SERVER=HOST:PORT, DLCS_CONTEXT=NAME or `dlcs context use NAME` replace --server; --local overrides them.";
 
 inline constexpr const char* kSolveExamples =
     "A problem file is one JSON object with the keys A B N M x0 T and f and g (or pieces), of\n"
@@ -51,12 +51,12 @@ inline constexpr const char* kSolveExamples =
     "  dlcs solve circuit.json --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
-    "Ctrl-C and SIGTERM cancel the solve and print what is known; a file then is FILE.partial. A second one ends at\n"
-    "once. On a terminal a bar shows how far it is; --verbose shows every iterate.";
+    "Ctrl-C and SIGTERM cancel the solve and print what is known; a file is then named FILE.partial. A second one\n"
+    "ends the program at once. On a terminal a bar shows the progress; --verbose shows every iterate.";
 
 inline constexpr const char* kContextExamples =
-    "A context is a server under a name, with what its connection takes. Tokens stay in their files.\n"
-    "What --server says counts first, then --context, DLCS_SERVER, DLCS_CONTEXT and the context in use.\n"
+    "A context is a name for a server and the options of its connection. Tokens stay in their files.\n"
+    "--server counts first, then --context, DLCS_SERVER, DLCS_CONTEXT and the context in use.\n"
     "\n"
     "Examples:\n"
     "  dlcs context set lab --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
@@ -66,15 +66,15 @@ inline constexpr const char* kContextExamples =
     "  dlcs context use                   no context any more";
 
 inline constexpr const char* kEnsembleExamples =
-    "MEMBERS is a list of objects, each with what its member has in place of the problem's: x0, f, g, pieces,\n"
-    "T, break_points, and a label for people, as in\n"
+    "MEMBERS is a list of objects, each with what its member replaces in the problem: x0, f, g, pieces, T,\n"
+    "break_points, and a label, as in\n"
     "    [{\"x0\": [1, 0]}, {\"x0\": [2, 0], \"T\": 3, \"label\": \"far\"}]\n"
-    "or a table with an initial state a line:\n"
+    "or a table with one initial state a line:\n"
     "    x1,x2\n"
     "    1,0\n"
     "    2,0\n"
-    "What depends on the matrices alone is made once; as many members as there are threads are solved at the\n"
-    "same time.\n"
+    "What depends on the matrices alone is computed once. As many members as there are threads are solved at\n"
+    "the same time.\n"
     "\n"
     "Examples:\n"
     "  dlcs ensemble circuit.json starts.csv --tolerance 1e-8\n"
@@ -84,8 +84,8 @@ inline constexpr const char* kEnsembleExamples =
     "Ctrl-C and SIGTERM cancel the members that run and print what is known; a second one ends at once.";
 
 inline constexpr const char* kAnalyzeExamples =
-    "Says what is known about the system before it is solved: the class of M with witnesses, constants,\n"
-    "warnings, and the command that solves it. The options are those that you have settled already.\n"
+    "Reports what is known about the system before it is solved: the class of M with witnesses, constants,\n"
+    "warnings, and the command that solves it. The options are those that you have decided on.\n"
     "\n"
     "Examples:\n"
     "  dlcs analyze circuit.json\n"
@@ -129,14 +129,14 @@ inline constexpr const char* kCapabilitiesExamples =
     "  dlcs capabilities --server localhost:50051 --format json";
 
 inline constexpr const char* kHealthExamples =
-    "Asks the server as a whole, which serves until it shuts down, or one of its services: dlcs.v1.SolverService,\n"
-    "dlcs.v1.JobService, which serves while the store of jobs answers. Needs no token.\n"
+    "Checks the server as a whole, which serves until it shuts down, or one of its services: dlcs.v1.SolverService,\n"
+    "or dlcs.v1.JobService, which serves while its store answers. Needs no token.\n"
     "\n"
     "Examples:\n"
     "  dlcs health\n"
     "  dlcs health --service dlcs.v1.JobService --server solver.example:50051 --tls-ca ca.pem\n"
     "\n"
-    "Exit codes: 0 SERVING; 1 the server answers, and does not serve; 2 bad input (option, file); 3 no answer.";
+    "Exit codes: 0 SERVING; 1 the server answers but does not serve; 2 bad input (option, file); 3 no answer.";
 
 }  // namespace dlcs::client
 

@@ -19,7 +19,7 @@ namespace dlcs::client {
 namespace {
 
 constexpr const char* kJobNames =
-    "A job is named by what submit printed, by its letters alone, or by as many of the first of them as no other job has.";
+    "A job: the name that submit printed, or its first letters, as many as no other job has.";
 
 constexpr const char* kSubmitExamples =
     "Prints the name of the job, jobs/..., and nothing else. The job outlives this terminal, cuts and restarts of the server.\n"
@@ -31,7 +31,7 @@ constexpr const char* kSubmitExamples =
     "  dlcs submit circuit.json --check                  would it be taken, and what would it need?";
 
 constexpr const char* kWatchExamples =
-    "Exits as solve would. Ctrl-C and SIGTERM end the watching; the job goes on.\n"
+    "Exits as solve would. Ctrl-C and SIGTERM end the watching; the job continues.\n"
     "\n"
     "Examples:\n"
     "  dlcs watch $job\n"
@@ -53,10 +53,10 @@ constexpr const char* kListExamples =
 constexpr const char* kCancelExamples =
     "Examples:\n"
     "  dlcs cancel k3f\n"
-    "  dlcs result k3f                       what it had found";
+    "  dlcs result k3f                       what it had found until then";
 
 constexpr const char* kDeleteExamples =
-    "A job has to have ended: cancel it first.\n"
+    "Only a job that has ended can be deleted: cancel it first.\n"
     "\n"
     "Examples:\n"
     "  dlcs delete k3f\n"
@@ -71,7 +71,7 @@ constexpr const char* kResultExamples =
     "  dlcs result $job --from 3 --to 4 --stride 10 --format json";
 
 constexpr const char* kUploadExamples =
-    "Prints the problem's name, problems/..., which solve, submit, analyze and ensemble take in place of a file.\n"
+    "Prints the name of the problem, problems/..., which solve, submit, analyze and ensemble take instead of a file.\n"
     "\n"
     "Examples:\n"
     "  problem=$(dlcs upload membrane.json)\n"
@@ -91,7 +91,8 @@ void AddTarget(CLI::App& app, JobTarget& target, const std::string& footer) {
         target.repeat = v > 0 ? Repeat::kAlways : Repeat::kNever;
         if (v > 0) target.patience_s = v;
       },
-      fmt::format("Go on for so long through cuts and restarts ({}), and from a first answer on; given, before that too; 0: do not",
+      fmt::format("Retry for this long when the connection is lost ({}). If given, also wait this long for a first "
+                  "answer; 0: do not retry",
                   target.patience_s));
   app.footer(fmt::format("{}\n\n{}", footer, kExitCodes));
 }
@@ -101,7 +102,7 @@ void AddName(CLI::App& app, std::string& name) {
 }
 
 void AddNameOfEither(CLI::App& app, std::string& name) {
-  app.add_option("NAME", name, std::string(kJobNames) + " A problem likewise, with problems/ in front")
+  app.add_option("NAME", name, std::string(kJobNames) + " Or an uploaded problem: problems/ and its first letters")
       ->type_name("JOB|problems/ID");
 }
 
@@ -109,27 +110,30 @@ CLI::Option& AddStates(CLI::App& app, std::vector<v1::JobState>& states) {
   return *AddWord<std::vector<v1::JobState>>(
       app, "--state", JobStateWords(), ParseJobStates,
       [&states](const std::vector<v1::JobState>& parsed) { states = parsed; },
-      "Those in this state only, or in one of several: queued,running");
+      "Only jobs in this state, or in one of several: queued,running");
 }
 
 void AddSubmit(CLI::App& main, SubmitCommand& command) {
-  CLI::App& app = *main.add_subcommand("submit", "Leave a system to a server to solve, as a job");
+  CLI::App& app = *main.add_subcommand("submit", "Submit a system to a server as a job");
   SolveCommand& solve = command.solve;
   AddProblem(app, solve.problem_path);
   AddTarget(app, command.target, kSubmitExamples);
   AddHowToSolve(app, solve.options, solve.grid, solve.rule);
-  app.add_option("--title", command.title, "What list calls it, at most 200 bytes (the problem's name)")->type_name("TEXT");
+  app.add_option("--title", command.title, "Title of the job in lists, at most 200 bytes (the problem's name)")
+      ->type_name("TEXT");
   app.add_flag("--wait", command.wait, "Then watch it to its end, and exit as solve would");
-  app.add_option("--request-id", command.request_id, "The same for every attempt to submit this job (random)")
+  app.add_option("--request-id", command.request_id,
+                 "Identifies this job: submitting again with the same text gives the same job (random)")
       ->type_name("TEXT");
   AddNumber(
       app, "--priority", "N", Within("a whole number between -100 and 100", -100, 100),
-      [&command](double v) { command.priority = static_cast<std::int32_t>(v); }, "Among your jobs, higher first (0)");
+      [&command](double v) { command.priority = static_cast<std::int32_t>(v); },
+      "Order among your own jobs: higher first (0)");
   AddNumber(
       app, "--within", "SECONDS", Positive(), [&command](double v) { command.within_s = v; },
-      "Of no use later: refuse it if that cannot be, stop it then");
-  app.add_flag("--check", command.validate_only, "Say what would be said, but take nothing");
-  AddQuiet(app, command.quiet, "With --wait: nothing of its progress");
+      "Deadline, from now: the job is refused if it cannot meet it, and stopped then");
+  app.add_flag("--check", command.validate_only, "Validate the request and predict its cost; create no job");
+  AddQuiet(app, command.quiet, "With --wait: show no progress");
 }
 
 void AddWatch(CLI::App& main, WatchCommand& command) {
@@ -138,12 +142,12 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
   AddTarget(app, command.target, kWatchExamples);
   AddNumber(
       app, "--after", "N", Whole("a whole number of at least 0", 0),
-      [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Events above this number only (0)");
+      [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Only events above this number (0)");
   AddNumber(
       app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
-      "Iterates no closer together than this");
+      "Least time between two iterates");
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
-  CLI::Option& quiet = *app.add_flag("-q,--quiet", command.quiet, "Nothing but the verdict, and that on standard error");
+  CLI::Option& quiet = *app.add_flag("-q,--quiet", command.quiet, "Print only the verdict, on standard error");
   CLI::Option& values = *AddWord<v1::WatchView>(
       app, "--values", {"sampled", "full"},
       [](const std::string& word) -> std::optional<v1::WatchView> {
@@ -152,9 +156,9 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
         return std::nullopt;
       },
       [&command](v1::WatchView view) { command.values = view; },
-      "In JSON: y of each iterate too, at up to 65 times of its window, or at all (none)");
+      "In JSON, include y of each iterate: at up to 65 times of its window, or at all (none)");
   values.excludes(&quiet);
-  app.add_option("--components", command.components, "Those of y only, from 0: 0,2 (all)")
+  app.add_option("--components", command.components, "Only these components of y, from 0: 0,2 (all)")
       ->delimiter(',')
       ->allow_extra_args(false)  // the job may stand behind it
       ->type_name("N,...")
@@ -167,11 +171,11 @@ void AddResult(CLI::App& main, ResultCommand& command) {
   AddTarget(app, command.target, kResultExamples);
   app.add_option_function<std::string>(
          "--at", [&command](const std::string& text) { command.at = ParseTimes(text, "--at"); },
-         "The stored times nearest to these, in any order; submit --at stores times exactly")
+         "The stored times nearest to these, in any order; use submit --at to store exact times")
       ->type_name("T1,T2,...");
   AddNumber(
       app, "--stride", "N", Whole("a whole number of at least 1", 1),
-      [&command](double v) { command.stride = static_cast<std::int64_t>(v); }, "Every so many times (1)");
+      [&command](double v) { command.stride = static_cast<std::int64_t>(v); }, "Only every N-th time (1)");
   AddNumber(
       app, "--from", "T", {"a number", std::numeric_limits<double>::lowest()}, [&command](double v) { command.from = v; },
       "From this time on (0)");
@@ -183,11 +187,11 @@ void AddResult(CLI::App& main, ResultCommand& command) {
 }
 
 void AddProblems(CLI::App& main, JobCommands& commands) {
-  CLI::App& upload = *main.add_subcommand("upload", "Send a problem to a server once, to be solved many times");
+  CLI::App& upload = *main.add_subcommand("upload", "Upload a problem to a server, to be solved many times");
   AddProblem(upload, commands.upload.problem_path);
   AddTarget(upload, commands.upload.target, kUploadExamples);
   AddRule(upload, commands.upload.rule);
-  CLI::App& problems = *main.add_subcommand("problems", "The problems that were uploaded, newest first");
+  CLI::App& problems = *main.add_subcommand("problems", "List the uploaded problems, newest first");
   AddTarget(problems, commands.problems.target, kProblemsExamples);
   AddFormat(problems, {"table", "json", "name"}, commands.problems.format, "What to print (table)");
 }
@@ -198,29 +202,30 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
   AddSubmit(main, commands.submit);
   AddWatch(main, commands.watch);
 
-  CLI::App& get = *main.add_subcommand("get", "State and progress of a job, or what is known of a problem");
+  CLI::App& get = *main.add_subcommand("get", "Print the state of a job, or of an uploaded problem");
   AddNameOfEither(get, commands.get.name);
   get.get_option("NAME")->required();
   AddTarget(get, commands.get.target, kGetExamples);
   AddFormat(get, {"table", "json", "name"}, commands.get.format, "What to print (table)");
 
-  CLI::App& list = *main.add_subcommand("list", "The jobs of a server, newest first");
+  CLI::App& list = *main.add_subcommand("list", "List the jobs of a server, newest first");
   AddTarget(list, commands.list.target, kListExamples);
   AddStates(list, commands.list.states);
   AddNumber(
       list, "--most", "N", Whole("a whole number of at least 1", 1),
       [&commands](double v) { commands.list.most = static_cast<std::int64_t>(std::min(v, 1e6)); },
-      "At most so many (100)");
+      "List at most this many (100)");
   AddFormat(list, {"table", "json", "name"}, commands.list.format, "What to print (table)");
 
-  CLI::App& cancel = *main.add_subcommand("cancel", "Stop a job; what it has found can still be read");
+  CLI::App& cancel = *main.add_subcommand("cancel", "Cancel a job; what it found can still be read");
   AddName(cancel, commands.cancel.name);
   AddTarget(cancel, commands.cancel.target, kCancelExamples);
 
   commands.remove.forget = true;
-  CLI::App& remove = *main.add_subcommand("delete", "Forget a job that has ended with its trajectory, or a problem");
+  CLI::App& remove =
+      *main.add_subcommand("delete", "Delete a job that has ended, with its trajectory, or an uploaded problem");
   AddNameOfEither(remove, commands.remove.name);
-  CLI::Option& all = *remove.add_flag("--all", commands.remove.all, "All jobs that have ended, instead of one");
+  CLI::Option& all = *remove.add_flag("--all", commands.remove.all, "Delete all jobs that have ended");
   AddStates(remove, commands.remove.states).needs(&all);
   CLI::Option& one = *remove.get_option("NAME")->excludes(&all);
   remove.callback([&all, &one] {

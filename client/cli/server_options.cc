@@ -19,24 +19,25 @@ void AddServer(CLI::App& app, ServerTarget& target, const std::string& help) {
   CLI::Option* const context = app.add_option_function<std::string>(
                                       "--context",
                                       [&target](const std::string& name) {
-                                        if (name.empty()) throw CLI::ValidationError("--context", "is empty; must be a name");
+                                        if (name.empty())
+                                          throw CLI::ValidationError("--context", "is empty; must be a name");
                                         target.context = name;
                                       },
-                                      "The server of this name (dlcs context)")
+                                      "The server that has this name (dlcs context)")
                                    ->type_name("NAME")
                                    ->excludes(server);
   if (target.address.empty()) {
-    app.add_flag("--local", target.local, "In this process, whatever DLCS_SERVER, DLCS_CONTEXT or a context say")
+    app.add_flag("--local", target.local, "Run in this process; overrides DLCS_SERVER, DLCS_CONTEXT and contexts")
         ->excludes(server)
         ->excludes(context);
   }
   const auto file = [&app](const char* name, std::string& path, const char* what) {
     app.add_option(name, path, what)->type_name("FILE");
   };
-  file("--token-file", target.token_file, "Who you are, to the server: the file with your token (the environment's DLCS_TOKEN)");
-  file("--tls-ca", target.tls_ca, "Encrypt; trust servers of the authorities in this PEM file");
+  file("--token-file", target.token_file, "File with your token (default: the variable DLCS_TOKEN)");
+  file("--tls-ca", target.tls_ca, "Encrypt; trust the authorities in this PEM file");
   app.add_flag("--tls", target.tls, "Encrypt; trust the authorities that this machine trusts");
-  file("--tls-cert", target.tls_cert, "Encrypt; your certificate, PEM, for servers that want one");
+  file("--tls-cert", target.tls_cert, "Encrypt; your certificate, PEM, for servers that require one");
   file("--tls-key", target.tls_key, "Its private key, PEM");
 }
 

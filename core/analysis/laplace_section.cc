@@ -176,7 +176,8 @@ class Writer {
     AddConstant("window-iterations", "k_W", "iterations of laplace-iteration that are enough for such a window", count,
                 ConstantKind::kEstimate,
                 count ? "(L κ h)^k C(W + k - 1, k) as small as the tolerance"
-                      : "L κ h = " + FormatNumber(rate) + " is not below 1: steps may have to be marched", "");
+                      : "L κ h = " + FormatNumber(rate) + " is not below 1: steps may have to be solved one by one",
+                "");
   }
 
   const Problem& problem_;

@@ -111,8 +111,8 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.method = threads >= kThreadsForIteration ? Method::kLaplaceIteration : Method::kExponentialIntegrator;
     choice.reason = WhyLipschitz(selection) + "; on " + std::to_string(threads) +
                     (threads == 1 ? " thread" : " threads") +
-                    (threads >= kThreadsForIteration ? " the iteration is expected to be faster than the march"
-                                                     : " the march is faster than the iteration, with the same answer");
+                    (threads >= kThreadsForIteration ? " the iteration is expected to be faster than stepping"
+                                                     : " stepping is faster than the iteration, with the same answer");
   } else if (selection != Selection::kAny) {
     choice.method = Method::kExponentialIntegrator;
     choice.reason = std::string(SelectionName(selection)) +

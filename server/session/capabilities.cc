@@ -14,20 +14,16 @@ const char* Describe(Method method) {
     case Method::kAuto:
       return "chosen from the class of M, with the reason";
     case Method::kLaplaceIteration:
-      return "Wu & Chen's iteration in reduced space, windowed and parallel over time points; order 2; M a "
-             "P- or "
-             "Z-matrix";
+      return "waveform relaxation by windows, in parallel over times; order 2; M a P- or Z-matrix";
     case Method::kWuChenIteration:
-      return "Wu & Chen's iteration exactly as printed, one contour per time point; A sectorial, modest "
-             "numbers "
-             "of steps";
+      return "the iteration of Wu & Chen as printed, a contour for every time; A sectorial, modest numbers of steps";
     case Method::kExponentialIntegrator:
-      return "the same fixed point marched step by step; order 2 where y is Lipschitz, otherwise order 1";
+      return "one step at a time, with exact exponentials of A; order 2 where y is Lipschitz, otherwise order 1";
     case Method::kTimeStepping:
-      return "theta scheme by substitution, projects inconsistent states; order 1; any class of M";
+      return "the theta scheme, with inconsistent states projected; order 1; any class of M";
     case Method::kEventDriven:
-      return "switching times located, steps of order 12 between them; a tolerance instead of a step; modest "
-             "numbers of states";
+      return "steps of order 12 between switching times, which are found to rounding; any class of M, some hundreds "
+             "of states";
   }
   return "";
 }

@@ -33,7 +33,7 @@ void PrintJobLimits(const v1::JobLimits& jobs, std::FILE* out) {
              jobs.max_job_core_seconds());
   fmt::print(out, "  waiting             {}, of one user {}; {} core-seconds\n", jobs.max_queued_jobs(),
              jobs.max_queued_jobs_per_user(), jobs.max_queued_core_seconds());
-  fmt::print(out, "  given up            after {} attempts that did not get on\n", jobs.max_attempts());
+  fmt::print(out, "  fails               after {} attempts without progress\n", jobs.max_attempts());
   fmt::print(out, "  kept at their end   {}, {} bytes\n", AgeText(jobs.keep_finished()), jobs.keep_finished_bytes());
 }
 
@@ -46,14 +46,14 @@ void PrintUploadLimits(const v1::UploadLimits& uploads, std::FILE* out) {
 }
 
 void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& server, std::FILE* out) {
-  // A server of an earlier version does not tell.
+  // A server of an earlier version does not report it.
   const std::string build = response.build().empty() ? "" : fmt::format(" ({})", response.build());
   fmt::print(out, "{}: dlcs {}{}, {} threads per solve\n\n", server.empty() ? "this process" : server,
              response.version(), build, response.threads());
   fmt::print(out, "Methods\n");
   Paragraphs paper(WidthOf(out), out);
   for (const auto& method : response.methods()) {
-    paper.Print(fmt::format("  {:<19}", method.name()), method.description());
+    paper.Print(fmt::format("  {:<24}", method.name()), method.description());
   }
   fmt::print(out, "\nLimits\n");
   fmt::print(out, "  states              {}\n", LimitText(response.max_states()));

@@ -90,7 +90,7 @@ void PrintWhole(const v1::SolveJob& job) {
   if (job.priority() != 0) fmt::print("  priority   {}\n", job.priority());
   fmt::print("  predicted  {:.3g} core-seconds, {:.3g} MB\n", job.predicted_core_seconds(),
              1e-6 * static_cast<double>(job.predicted_memory_bytes()));
-  if (job.attempts() > 1) fmt::print("  attempts   {} since it last got on\n", job.attempts());
+  if (job.attempts() > 1) fmt::print("  attempts   {} since the last progress\n", job.attempts());
   fmt::print("  stored     {} bytes, {} events\n", job.stored_bytes(), job.last_sequence());
   if (job.has_error()) fmt::print("  error      {}\n", job.error().message());
   if (!job.has_summary()) return;
