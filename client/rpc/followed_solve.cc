@@ -74,7 +74,7 @@ absl::Status ResumableSolve::Watch(JobClient& jobs, const CallLimits& limits) {
 absl::Status ResumableSolve::ReadTrajectory(JobClient& jobs, const CallLimits& limits) {
   v1::ReadTrajectoryRequest request;
   request.set_name(job_);
-  if (times_ > 0) request.set_start_time(last_time_);
+  if (times_ > 0) request.set_begin(last_time_);
   return jobs.ReadTrajectory(
       request,
       [this](const v1::TrajectoryPage& page) {

@@ -51,17 +51,17 @@ std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std
     switching.entering = Without(interval.active, last.active);
     switching.leaving = Without(last.active, interval.active);
     if (interval.marched) {
-      switching.kind = "coupled steps begin";
+      switching.kind = SwitchingKind::kCoupledStepsBegin;
     } else if (last.marched) {
-      switching.kind = "coupled steps end";
+      switching.kind = SwitchingKind::kCoupledStepsEnd;
     } else if (!before) {
-      switching.kind = "start";
+      switching.kind = SwitchingKind::kStart;
     } else if (jumps_at(interval.begin)) {
-      switching.kind = "jump";
+      switching.kind = SwitchingKind::kJump;
     } else if (std::binary_search(break_points.begin(), break_points.end(), interval.begin)) {
-      switching.kind = "break point";
+      switching.kind = SwitchingKind::kBreakPoint;
     } else {
-      switching.kind = "switch";
+      switching.kind = SwitchingKind::kSwitch;
     }
     before = &interval;
   }

@@ -99,12 +99,22 @@ struct LeftLimit {
   Vector w;
 };
 
+// Why the active set changes.
+enum class SwitchingKind {
+  kStart,              // the active set at t = 0
+  kSwitch,             // a component of y or w reached zero
+  kJump,               // the state jumped
+  kBreakPoint,         // f or g has a break point
+  kCoupledStepsBegin,  // no active set lasts from here on
+  kCoupledStepsEnd,
+};
+
 // Where indices enter or leave the active set (w_i = 0 while y_i may be positive); at 0 those enter that are active at the start.
 struct SwitchingTime {
   double time = 0;
   std::vector<Index> entering;  // active from here on, increasing; none is during coupled steps
   std::vector<Index> leaving;   // y_i = 0 from here on
-  std::string kind;             // "start", "switch", "jump", "break point", "coupled steps begin", "coupled steps end"
+  SwitchingKind kind = SwitchingKind::kSwitch;
 };
 
 // x, y and w of event_driven on [begin, end]: column k is the coefficient of the Legendre polynomial P_k in

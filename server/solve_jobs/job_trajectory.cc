@@ -104,7 +104,7 @@ absl::StatusOr<v1::TrajectoryChunk> TrajectoryReader::Select(const v1::Trajector
   const std::int64_t stride = std::max<std::int64_t>(request_.stride(), 1);
   const auto is_wanted = [&](std::int64_t index) {
     const double time = chunk.times(static_cast<int>(index - chunk.first()));
-    const bool in_time = time >= request_.start_time() && (!request_.has_end_time() || time <= request_.end_time());
+    const bool in_time = time >= request_.begin() && (!request_.has_end() || time <= request_.end());
     return in_time && index % stride == 0;
   };
   for (int k = 0; k < chunk.times_size(); ++k) {

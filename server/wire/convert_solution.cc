@@ -141,12 +141,30 @@ v1::ContourRecord ToProto(const ContourRecord& record) {
   return result;
 }
 
+v1::SwitchingKind ToProto(SwitchingKind kind) {
+  switch (kind) {
+    case SwitchingKind::kStart:
+      return v1::SWITCHING_KIND_START;
+    case SwitchingKind::kSwitch:
+      return v1::SWITCHING_KIND_SWITCH;
+    case SwitchingKind::kJump:
+      return v1::SWITCHING_KIND_JUMP;
+    case SwitchingKind::kBreakPoint:
+      return v1::SWITCHING_KIND_BREAK_POINT;
+    case SwitchingKind::kCoupledStepsBegin:
+      return v1::SWITCHING_KIND_COUPLED_STEPS_BEGIN;
+    case SwitchingKind::kCoupledStepsEnd:
+      return v1::SWITCHING_KIND_COUPLED_STEPS_END;
+  }
+  return v1::SWITCHING_KIND_UNSPECIFIED;
+}
+
 v1::SwitchingTime ToProto(const SwitchingTime& switching) {
   v1::SwitchingTime result;
   result.set_time(switching.time);
   result.mutable_entering()->Add(switching.entering.begin(), switching.entering.end());
   result.mutable_leaving()->Add(switching.leaving.begin(), switching.leaving.end());
-  result.set_kind(switching.kind);
+  result.set_kind(ToProto(switching.kind));
   return result;
 }
 

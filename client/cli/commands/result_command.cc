@@ -132,8 +132,8 @@ absl::Status ReadPages(JobClient& client, const std::string& name, const ResultC
   v1::ReadTrajectoryRequest request;
   request.set_name(name);
   request.set_stride(command.stride);
-  request.set_start_time(command.from);
-  if (command.to) request.set_end_time(*command.to);
+  request.set_begin(command.from);
+  if (command.to) request.set_end(*command.to);
   bool has_header = false;
   const auto take = [&](const v1::TrajectoryChunk& chunk, std::int64_t stride) {
     if (command.format != OutputFormat::kCsv) return Append(chunk, stride, result);

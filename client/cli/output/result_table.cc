@@ -61,7 +61,9 @@ void PrintSwitchings(const v1::Summary& summary, const DisplayNames& names, std:
   const int rows = std::min(summary.switching_times_size(), kMostRows);
   for (int k = 0; k < rows; ++k) {
     const v1::SwitchingTime& switching = summary.switching_times(k);
-    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), switching.kind(),
+    std::string kind = Word(switching.kind());
+    std::replace(kind.begin(), kind.end(), '-', ' ');
+    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), kind,
                NamesOf(switching.entering(), names), NamesOf(switching.leaving(), names));
   }
   if (summary.switchings() > rows) {

@@ -264,8 +264,8 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
   const testing::Trajectory all = testing::SolveHere(solve);
   v1::ReadTrajectoryRequest request;
   request.set_name(job.name());
-  request.set_start_time(2.5);
-  request.set_end_time(7.5);
+  request.set_begin(2.5);
+  request.set_end(7.5);
   request.set_stride(3);
   request.set_omit_y(true);
   request.set_omit_w(true);

@@ -278,7 +278,7 @@ TEST(ConvertTest, SwitchingTimesAreToldUpToABound) {
   EXPECT_EQ(one.switching_times(0).time(), 0.25);
   EXPECT_THAT(one.switching_times(0).entering(), ElementsAre(1, 3));
   EXPECT_THAT(one.switching_times(0).leaving(), ElementsAre(0));
-  EXPECT_EQ(one.switching_times(0).kind(), "switch");
+  EXPECT_EQ(one.switching_times(0).kind(), v1::SWITCHING_KIND_SWITCH);
   solution.switching_times.resize(12345);
   const v1::Summary many = SummaryToProto(solution);
   EXPECT_EQ(many.switching_times_size(), 10000);

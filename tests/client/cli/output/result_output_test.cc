@@ -58,11 +58,11 @@ SolveResult Example() {
 SolveResult WithSwitchings() {
   SolveResult result = Example();
   v1::SwitchingTime& start = *result.summary.add_switching_times();
-  start.set_kind("start");
+  start.set_kind(v1::SWITCHING_KIND_START);
   v1::SwitchingTime& switching = *result.summary.add_switching_times();
   switching.set_time(0.1);
   switching.add_entering(0);
-  switching.set_kind("break point");
+  switching.set_kind(v1::SWITCHING_KIND_BREAK_POINT);
   result.summary.set_switchings(2);
   v1::LeftLimit& limit = result.left_limits.emplace_back();
   limit.set_index(1);
