@@ -3,7 +3,7 @@
 # Builds and runs the benchmarks and writes a Markdown report: machine, commit, commands, tables, and every answer that
 # failed its check; beside it REPORT-results with the results as JSON. Works from any folder; keep the machine quiet.
 #
-#     deploy/bench.sh [--quick] [REPORT]     default: build/bench-report.md; --quick takes ten minutes instead of an hour
+#     deploy/bench.sh [--quick] [REPORT]     default: build/bench-report.md; --quick: ten minutes instead of an hour
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -14,7 +14,8 @@ if [ "${1:-}" = --quick ]; then
 fi
 report=$(realpath --canonicalize-missing "${1:-$root/build/bench-report.md}")
 [ "$report" != "${report%.md}" ] || report+=.md
-programs=(work_precision_bench choice_bench signorini_bench growth_bench threads_bench service_bench) # those that check their answers and know --quick
+# Those that check their answers and know --quick.
+programs=(work_precision_bench choice_bench signorini_bench growth_bench threads_bench service_bench)
 plain=(events_bench lcp_bench)
 [ ${#quick[@]} -gt 0 ] || plain+=(large_bench)
 
@@ -36,6 +37,8 @@ run() { # PROGRAM OPTION...
 }
 
 commit=$(git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
+processor=$(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1)
+memory=$(awk '/MemTotal/ {printf "%.0f GB", $2 / 1e6}' /proc/meminfo)
 cat >"$results/machine.md" <<END
 # Benchmarks of dlcs
 
@@ -43,7 +46,7 @@ cat >"$results/machine.md" <<END
 | --- | --- |
 | commit | $commit |
 | date | $(date --utc --iso-8601=minutes) |
-| machine | $(nproc) processors, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), $(awk '/MemTotal/ {printf "%.0f GB", $2 / 1e6}' /proc/meminfo) |
+| machine | $(nproc) processors, $processor, $memory |
 | system | $(sed -n 's/^PRETTY_NAME="\(.*\)"/\1/p' /etc/os-release), $(c++ --version | head -n 1) |
 | load when it began | $(cut -d' ' -f1-3 /proc/loadavg) |
 | command | deploy/bench.sh ${quick[*]} |
@@ -52,8 +55,9 @@ END
 if [ ${#quick[@]} -gt 0 ]; then
   cat >>"$results/machine.md" <<'END'
 
-Left out by `--quick`: the mesh 1/512, most steps of implicit Euler by Cholesky from 1/128 on (extrapolated), the largest sizes of
-the growth, errors that take a method longer than half a second, and `large_bench` (m = 199,809, n = 2,000).
+Left out by `--quick`: the mesh 1/512, most steps of implicit Euler by Cholesky from 1/128 on (extrapolated), the
+largest sizes of the growth, errors that take a method longer than half a second, and `large_bench` (m = 199,809, n =
+2,000).
 END
 fi
 

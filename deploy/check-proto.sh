@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Guards the contract in proto/: buf finds it well formed (proto/buf.yaml says by which rules), and nothing in it breaks
-# programs that were written for what was released (proto/released.binpb) or, where the history is at hand, for any commit
-# since.
+# programs that were written for what was released (proto/released.binpb) or, where the history is at hand, for any
+# commit since.
 #
 #     deploy/check-proto.sh             exit code 0, or 1 with what is wrong
-#     deploy/check-proto.sh --release   the same for the release alone, and makes what is there the contract of the new one
+#     deploy/check-proto.sh --release   the same for the release alone; then makes this contract the released one
 #     deploy/check-proto.sh FOLDER      another folder than proto/
 #
 # buf comes through npm (deploy/contract) into build/contract-tools, once. Exit code 77: it cannot be had here.
@@ -29,13 +29,16 @@ esac
 install_buf() {
   mkdir -p "$tools"
   cmp --silent "$root/deploy/contract/package-lock.json" "$tools/package-lock.json" && [ -x "$buf" ] && return
-  command -v npm >/dev/null || skip "There is no npm: install Node.js, or on Debian deploy/install-packages.sh contract."
+  command -v npm >/dev/null ||
+    skip "There is no npm: install Node.js, or on Debian run deploy/install-packages.sh contract."
   cp "$root"/deploy/contract/package*.json "$tools"
   local log="$tools/npm.log"
-  (cd "$tools" && npm ci --ignore-scripts --fetch-retries=0 --fetch-timeout=30000 --loglevel=error) >"$log" 2>&1 && return
+  (cd "$tools" && npm ci --ignore-scripts --fetch-retries=0 --fetch-timeout=30000 --loglevel=error) >"$log" 2>&1 &&
+    return
   rm -f "$tools/package-lock.json"
   head -n 3 "$log" >&2
-  grep --quiet --extended-regexp 'code (E[45]|EAI_AGAIN|ECONN|EHOST|ENET|ENOTCACHED|ENOTFOUND|ETIMEDOUT|ERR_SOCKET)' "$log" &&
+  local unreachable='code (E[45]|EAI_AGAIN|ECONN|EHOST|ENET|ENOTCACHED|ENOTFOUND|ETIMEDOUT|ERR_SOCKET)'
+  grep --quiet --extended-regexp "$unreachable" "$log" &&
     skip "npm cannot get buf from $(npm config get registry 2>/dev/null)."
   exit 1
 }
@@ -61,7 +64,8 @@ check_against_history() {
   for commit in $(git -C "$root" rev-list "$since..HEAD" -- proto/dlcs); do
     mkdir "$folder/$commit"
     git -C "$root" archive "$commit" proto | tar --extract --directory "$folder/$commit"
-    check_against "$folder/$commit/proto" "commit ${commit:0:12}. Where what it added may go: deploy/check-proto.sh --release"
+    check_against "$folder/$commit/proto" \
+      "commit ${commit:0:12}. Where what it added may go: deploy/check-proto.sh --release"
   done
 }
 

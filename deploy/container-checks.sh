@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
-# What the scripts share that try containers for real: sourced by them, in the top folder. Ends with `N passed, N failed`; the
-# script sets `failed=0` behind its last check, and defines clean_up() for what it started.
+# What the scripts share that try containers for real: sourced by them, in the top folder. Ends
+# with `N passed, N failed`; the script sets `failed=0` behind its last check, and defines clean_up() for what it
+# started.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -60,11 +61,12 @@ export CONTAINERS_CONF="$work/containers.conf"
 # Where no registry of images is reached, Debian's packages make it.
 make_base() {
   podman image exists "$base" || podman pull --quiet "$base" 2>/dev/null ||
-    { mmdebstrap --quiet --variant=minbase bookworm "$work/base.tar" && podman import --quiet "$work/base.tar" "$base"; }
+    { mmdebstrap --quiet --variant=minbase bookworm "$work/base.tar" &&
+      podman import --quiet "$work/base.tar" "$base"; }
 }
 
-# In the format of Docker: that of OCI has no health check. The compiler's cache knows what was built with the same options: where
-# those builds had warnings as errors, CMAKE_OPTIONS=-DDLCS_WERROR=ON.
+# In the format of Docker: that of OCI has no health check. The compiler's cache knows what was built with the same
+# options: where those builds had warnings as errors, CMAKE_OPTIONS=-DDLCS_WERROR=ON.
 build_image() {
   local cache
   cache=$(ccache --get-config cache_dir)

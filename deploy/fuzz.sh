@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the fuzz targets (tests/fuzz) with Clang, libFuzzer, address and undefined-behavior sanitizers, and tries inputs until
-# so many were tried in all, each target its share. Ends with the totals; exit code 1 where something was found, which is then in
-# build/fuzz/findings. What was learned is kept in build/fuzz/corpus and used by the next run. Works from any folder.
+# Builds the fuzz targets (tests/fuzz) with Clang, libFuzzer, address and undefined-behavior sanitizers, and tries
+# inputs until so many were tried in all, each target its share. Ends with the totals; exit code 1 where something was
+# found, which is then in build/fuzz/findings. What was learned is kept in build/fuzz/corpus and used by the next run.
+# Works from any folder.
 #
-#     deploy/fuzz.sh [EXECUTIONS [TARGET...]]     default: 1000000 over all targets; of some, each still takes its own share of them
+#     deploy/fuzz.sh [EXECUTIONS [TARGET...]]     default: 1000000 over all targets; each takes its share of them
 #     build/fuzz/tests/fuzz/formula_fuzz FILE     tries one input again
 set -euo pipefail
 
@@ -20,7 +21,8 @@ deploy/install-packages.sh build test fuzz
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 
-# A finding of any sanitizer ends the run. An input of some kilobytes may take 20 s at most, and no single allocation of 256 MB.
+# A finding of any sanitizer ends the run. An input of some kilobytes may take 20 s at most, and no single allocation of
+# 256 MB.
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 limits=(-max_len=4096 -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=256)
 
@@ -28,7 +30,8 @@ fuzz() { # TARGET RUNS FOLDER...
   local target=$1 runs=$2
   shift 2
   mkdir -p "$build/corpus/$target" "$findings"
-  "$build/tests/fuzz/${target}_fuzz" "${limits[@]}" -runs="$runs" -print_final_stats=1 -artifact_prefix="$findings/$target-" \
+  "$build/tests/fuzz/${target}_fuzz" "${limits[@]}" -runs="$runs" -print_final_stats=1 \
+    -artifact_prefix="$findings/$target-" \
     "$build/corpus/$target" "$@" >"$findings/$target.log" 2>&1
 }
 
@@ -49,7 +52,9 @@ while read -r target share folders; do
 done <"$build/tests/fuzz/targets"
 
 for target in "${found[@]}"; do
-  printf '\n%s: %s\n' "$target" "$(grep --max-count=1 --extended-regexp 'ERROR:|runtime error|Broken promise|Assertion|SUMMARY' "$findings/$target.log" || tail -n 1 "$findings/$target.log")"
+  what=$(grep --max-count=1 --extended-regexp 'ERROR:|runtime error|Broken promise|Assertion|SUMMARY' \
+    "$findings/$target.log" || tail -n 1 "$findings/$target.log")
+  printf '\n%s: %s\n' "$target" "$what"
   sed -n 's/.*Test unit written to/  input:/p' "$findings/$target.log"
   echo "  log: $findings/$target.log"
 done

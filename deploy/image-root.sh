@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Lays out the root of a container image: the given programs, the libraries that they load with the licenses of those, certificates of
-# public authorities, and a user who owns the folder for jobs and nothing else.
+# Lays out the root of a container image: the given programs, the libraries that they load with the licenses of those,
+# certificates of public authorities, and a user who owns the folder for jobs and nothing else.
 #
 #     deploy/image-root.sh FOLDER PROGRAM...
 set -euo pipefail

@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs compose.yaml as it stands, with docker-compose on podman: PostgreSQL, a front and two workers. A job is followed to its end
-# while its worker is killed, and has the bits of a solve that nobody disturbed. The last line is `N passed, N failed`. Needs root.
+# Runs compose.yaml as it stands, with docker-compose on podman: PostgreSQL, a front and two workers. A job is followed
+# to its end while its worker is killed, and has the bits of a solve that nobody disturbed. The last line is `N passed,
+# N failed`. Needs root.
 #
-# Where no registry of images is reached, Debian's packages make the base image, and one that stands in for postgres:15: the same
-# server, with an entry point that knows POSTGRES_USER and POSTGRES_PASSWORD and nothing else of the official one.
+# Where no registry of images is reached, Debian's packages make the base image, and one that stands in for postgres:15:
+# the same server, with an entry point that knows POSTGRES_USER and POSTGRES_PASSWORD and nothing else of the official
+# one.
 #
 #     deploy/test-compose.sh        the compiler's cache of this machine (ccache) makes it quick
 set -euo pipefail
@@ -52,7 +54,8 @@ ENTRYPOINT
   chmod 755 "$work/postgres/entrypoint"
   cat >"$work/postgres/Dockerfile" <<DOCKERFILE
 FROM $base
-RUN apt-get -qq update && apt-get -qq install --no-install-recommends postgresql-15 && rm -rf /var/lib/postgresql/15 && \
+RUN apt-get -qq update && apt-get -qq install --no-install-recommends postgresql-15 && \
+    rm -rf /var/lib/postgresql/15 && \
     install --directory --owner postgres --mode 700 /var/lib/postgresql/data
 COPY entrypoint /
 ENV PATH=/usr/lib/postgresql/15/bin:/usr/bin:/bin PGDATA=/var/lib/postgresql/data LANG=C.UTF-8
@@ -95,7 +98,8 @@ has_a_front_for() { # PAGE
   curl --silent --show-error --fail "http://$metrics$1"
 }
 
-# On a machine with other work the start of a solve is sometimes slow, but a job of minutes is not over before it is found.
+# On a machine with other work the start of a solve is sometimes slow, but a job of minutes is not over before it is
+# found.
 # shellcheck disable=SC2054 # --at takes a list
 long_solve=(/examples/rectifier.json --method time-stepping --steps 15000000 --at 1,2)
 
@@ -130,9 +134,11 @@ has_all_jobs_of_many() {
 }
 
 stops() {
+  local front
   compose stop --timeout 30 &&
-    [ "$(podman inspect --format '{{.State.ExitCode}}' "$(podman ps --all --quiet --filter "label=com.docker.compose.project=$project" \
-      --filter label=com.docker.compose.service=front)")" = 0 ]
+    front=$(podman ps --all --quiet --filter "label=com.docker.compose.project=$project" \
+      --filter label=com.docker.compose.service=front) &&
+    [ "$(podman inspect --format '{{.State.ExitCode}}' "$front")" = 0 ]
 }
 
 job=

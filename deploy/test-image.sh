@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the container image with podman and tries it as it is run: as nobody, with a root that cannot be written, without
-# capabilities; its health check, a solve, a job that survives the container, a stop in good order. The last line is `N passed,
-# N failed`. Needs root. Where no registry of images is reached, Debian's packages make the base image.
+# Builds the container image with podman and tries it as it is run: as nobody, with a root that cannot be written,
+# without capabilities; its health check, a solve, a job that survives the container, a stop in good order. The last
+# line is `N passed, N failed`. Needs root. Where no registry of images is reached, Debian's packages make the base
+# image.
 #
 #     deploy/test-image.sh        the compiler's cache of this machine (ccache) makes it quick
 set -euo pipefail
@@ -27,8 +28,10 @@ is_small() {
 }
 
 holds_nothing_else() {
-  podman create --name "$name" "$image" && podman export "$name" | tar --list >"$work/files" && podman rm --volumes "$name" &&
-    grep usr/bin/dlcsd "$work/files" && ! grep --extended-regexp 'bin/(sh|bash|dash|busybox|apt|dpkg|perl)$' "$work/files"
+  podman create --name "$name" "$image" && podman export "$name" | tar --list >"$work/files" &&
+    podman rm --volumes "$name" &&
+    grep usr/bin/dlcsd "$work/files" &&
+    ! grep --extended-regexp 'bin/(sh|bash|dash|busybox|apt|dpkg|perl)$' "$work/files"
 }
 
 # As it is to be run.
@@ -67,7 +70,8 @@ keeps_a_job() {
 }
 
 stops_in_good_order() {
-  podman stop --time 30 "$name" && [ "$(podman inspect --format '{{.State.ExitCode}}' "$name")" = 0 ] && podman rm "$name"
+  podman stop --time 30 "$name" && [ "$(podman inspect --format '{{.State.ExitCode}}' "$name")" = 0 ] &&
+    podman rm "$name"
 }
 
 finds_the_job_again() {

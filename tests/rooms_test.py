@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The tree keeps its order. The READMEs of core, proto, server and client list their rooms (folders, or single modules) under "Rooms",
-each below those that may use it.
+"""The tree keeps its order. The READMEs of core, proto, server and client list their rooms (folders, or single modules)
+under "Rooms", each below those that may use it.
 
     rooms_test.py PROJECT_FOLDER
 """
@@ -55,7 +55,9 @@ class RoomsTest(unittest.TestCase):
 
     def test_every_room_exists(self):
         for top, listed in ROOMS.items():
-            self.assertEqual([room for room in listed if not [*(ROOT / top).glob(room), *(ROOT / top).glob(f"{room}.*")]], [])
+            self.assertEqual(
+                [room for room in listed if not [*(ROOT / top).glob(room), *(ROOT / top).glob(f"{room}.*")]], []
+            )
 
     def test_tests_mirror_the_rooms(self):
         for path in SOURCES:

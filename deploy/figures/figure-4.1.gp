@@ -12,7 +12,8 @@ set yrange [1e-16:1e14]
 set key top right
 do for [power in "5 7"] {
   set title "h = 2^{−".power."}"
-  plot "4.1-h".power."-history.csv" using 1:(10**$4) skip 1 with linespoints pt 4 ps 0.8 lc rgb orange title "Theorem 2.2", \
+  plot "4.1-h".power."-history.csv" using 1:(10**$4) skip 1 with linespoints pt 4 ps 0.8 lc rgb orange \
+       title "Theorem 2.2", \
        "" using 1:2 skip 1 with linespoints pt 7 ps 0.8 lc rgb blue title "measured"
 }
 unset multiplot

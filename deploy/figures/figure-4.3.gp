@@ -19,7 +19,8 @@ set xlabel "P"
 set yrange [1e-9:*]
 set key bottom left
 set title "h = 2^{−10}"
-plot "4.3-nodes.csv" using 1:(exp(-2.06*sqrt($1))/sqrt($1)) skip 1 with lines dt 2 lc rgb black title "exp(−2.06√P)/√P", \
+plot "4.3-nodes.csv" using 1:(exp(-2.06*sqrt($1))/sqrt($1)) skip 1 with lines dt 2 lc rgb black \
+     title "exp(−2.06√P)/√P", \
      "" using 1:2 skip 1 with linespoints pt 6 lc rgb blue title "e_x", \
      "" using 1:3 skip 1 with linespoints pt 2 lc rgb orange title "e_y"
 unset multiplot

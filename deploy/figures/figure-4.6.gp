@@ -14,9 +14,12 @@ set key outside below horizontal center maxcols 2
 set bmargin 7.5
 colors = blue." ".orange." ".green." ".purple
 set title "Δx = 1/".fixed_cells
-plot for [i=1:words(steps)] "4.6-steps-".word(steps, i)."-history.csv" using 1:2 skip 1 with linespoints pt i+3 ps 0.7 lc rgb word(colors, i) title "h = ".sprintf("%g", 4.0/word(steps, i)), \
-     for [i=1:words(steps)] tolerance(real(fixed_cells), real(word(steps, i))) with lines dt 3 lw 1.5 lc rgb word(colors, i) notitle
+plot for [i=1:words(steps)] "4.6-steps-".word(steps, i)."-history.csv" using 1:2 skip 1 \
+     with linespoints pt i+3 ps 0.7 lc rgb word(colors, i) title "h = ".sprintf("%g", 4.0/word(steps, i)), \
+     for [i=1:words(steps)] tolerance(real(fixed_cells), real(word(steps, i))) with lines dt 3 lw 1.5 \
+          lc rgb word(colors, i) notitle
 set title "h = 0.01"
-plot for [i=1:words(cells)] "4.6-cells-".word(cells, i)."-history.csv" using 1:2 skip 1 with linespoints pt i+3 ps 0.7 lc rgb word(colors, i) title "Δx = 1/".word(cells, i), \
+plot for [i=1:words(cells)] "4.6-cells-".word(cells, i)."-history.csv" using 1:2 skip 1 \
+     with linespoints pt i+3 ps 0.7 lc rgb word(colors, i) title "Δx = 1/".word(cells, i), \
      for [i=1:words(cells)] tolerance(real(word(cells, i)), 400.0) with lines dt 3 lw 1.5 lc rgb word(colors, i) notitle
 unset multiplot

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # What all figures share. `format` (svg or png), `name`, `width` and `height` come from the caller.
 if (format eq "svg") set terminal svg size width,height font "DejaVu Sans,13" background rgb "white"
-if (format eq "png") set terminal pngcairo size 1.5*width,1.5*height font "DejaVu Sans,13" fontscale 1.5 linewidth 1.5 background rgb "white"
+if (format eq "png") set terminal pngcairo size 1.5*width,1.5*height font "DejaVu Sans,13" fontscale 1.5 \
+  linewidth 1.5 background rgb "white"
 set output name.".".format
 set datafile separator ","
 set datafile missing ""

@@ -27,50 +27,96 @@ NOT_NEEDED = "not needed"  # the run would have told nothing new
 
 
 def report_growth(runs):
-    print("Processor time and peak memory (resident set, above what the process had before) of one solve on one "
-          "thread. The exponents "
-          "are fitted over the last decade; the expected ones are those of the costliest part, which may not rule "
-          "yet.\n")
+    print(
+        "Processor time and peak memory (resident set, above what the process had before) of one solve on one "
+        "thread. The exponents "
+        "are fitted over the last decade; the expected ones are those of the costliest part, which may not rule "
+        "yet.\n"
+    )
     rows = []
     for (letter, method), family in grouped(runs, 2).items():
         times = [(run["size"], seconds(run, "cpu_time")) for run in family]
         memory = [(run["size"], run["peak_bytes"]) for run in family]
-        rows.append([
-            letter, method, f"{times[0][0]:.0f} … {times[-1][0]:.0f}",
-            f"{time_text(times[0][1])} … "
-            f"{time_text(times[-1][1])}", f"{exponent(times):.2f}", f"{family[0]['expected_time']:g}",
-            f"{bytes_text(memory[0][1])} … {bytes_text(memory[-1][1])}", f"{exponent(memory):.2f}",
-            f"{family[0]['expected_memory']:g}"])
+        rows.append(
+            [
+                letter,
+                method,
+                f"{times[0][0]:.0f} … {times[-1][0]:.0f}",
+                f"{time_text(times[0][1])} … {time_text(times[-1][1])}",
+                f"{exponent(times):.2f}",
+                f"{family[0]['expected_time']:g}",
+                f"{bytes_text(memory[0][1])} … {bytes_text(memory[-1][1])}",
+                f"{exponent(memory):.2f}",
+                f"{family[0]['expected_memory']:g}",
+            ]
+        )
     print(table(["of", "method", "sizes", "time", "exponent", "expected", "memory", "exponent", "expected"], rows))
 
 
 def report_service(runs):
     overhead = [run for run in runs if run["name"].startswith("overhead/")]
-    print(f"The same solve in the engine and through a server over loopback. Goal: at most {GOAL_OVERHEAD:.0%} more "
-          f"for a solve of 10 ms "
-          "and more. Best of the repetitions; processor time is that of engine, server and client together.\n")
+    print(
+        f"The same solve in the engine and through a server over loopback. Goal: at most {GOAL_OVERHEAD:.0%} more "
+        "for a solve of 10 ms "
+        "and more. Best of the repetitions; processor time is that of engine, server and client together.\n"
+    )
     rows = []
     for (_, name), members in grouped(overhead, 2).items():
         ways = {way: group for (_, _, way), group in grouped(members, 3).items()}
         engine, service = best(ways["engine"]), best(ways["service"])
         work = best(ways["service"], "cpu_time") / best(ways["engine"], "cpu_time") - 1
-        rows.append([name, time_text(engine), time_text(best(ways["local"])), time_text(service),
-                     f"{service / engine - 1:+.1%}", f"{work:+.1%}", verdict(service <= engine * (1 + GOAL_OVERHEAD))])
-    print(table(["solve", "engine", "in process, as messages", "service", "overhead", "in processor time", "goal"], rows))
+        rows.append(
+            [
+                name,
+                time_text(engine),
+                time_text(best(ways["local"])),
+                time_text(service),
+                f"{service / engine - 1:+.1%}",
+                f"{work:+.1%}",
+                verdict(service <= engine * (1 + GOAL_OVERHEAD)),
+            ]
+        )
+    print(
+        table(["solve", "engine", "in process, as messages", "service", "overhead", "in processor time", "goal"], rows)
+    )
 
-    print(f"Streams, from the first message to the end. Goal: at least {GOAL_STREAM:.0%} of a bare gRPC stream of the "
-          f"same messages; "
-          "where the engine makes them more slowly than that, of the engine.\n")
+    print(
+        f"Streams, from the first message to the end. Goal: at least {GOAL_STREAM:.0%} of a bare gRPC stream of the "
+        "same messages; "
+        "where the engine makes them more slowly than that, of the engine.\n"
+    )
     rows = []
     for (_, name), members in grouped([run for run in runs if run["name"].startswith("stream/")], 2).items():
         rates = {way: max(run["messages_per_s"] for run in group) for (_, _, way), group in grouped(members, 3).items()}
         volume = {way: max(run["bytes_per_s"] for run in group) for (_, _, way), group in grouped(members, 3).items()}
         bound = min(rates["bare"], rates["engine"]) if name == "iterates" else rates["bare"]
-        rows.append([name, f"{rates['engine']:.0f}", f"{rates['bare']:.0f}", f"{rates['service']:.0f}",
-                     f"{volume['bare'] / 1e9:.3f}", f"{volume['service'] / 1e9:.3f}", f"{rates['service'] / bound:.0%}",
-                     verdict(rates["service"] >= GOAL_STREAM * bound)])
-    print(table(["stream", "engine, messages/s", "bare, messages/s", "service, messages/s", "bare, GB/s", "service, GB/s",
-                 "of the bound", "goal"], rows))
+        rows.append(
+            [
+                name,
+                f"{rates['engine']:.0f}",
+                f"{rates['bare']:.0f}",
+                f"{rates['service']:.0f}",
+                f"{volume['bare'] / 1e9:.3f}",
+                f"{volume['service'] / 1e9:.3f}",
+                f"{rates['service'] / bound:.0%}",
+                verdict(rates["service"] >= GOAL_STREAM * bound),
+            ]
+        )
+    print(
+        table(
+            [
+                "stream",
+                "engine, messages/s",
+                "bare, messages/s",
+                "service, messages/s",
+                "bare, GB/s",
+                "service, GB/s",
+                "of the bound",
+                "goal",
+            ],
+            rows,
+        )
+    )
 
 
 def cheapest(points, error):
@@ -84,18 +130,21 @@ def extrapolated(points, error):
     points = sorted((time, reached) for reached, time in points if reached > 0)
     order = -exponent(points)
     time, reached = min(points, key=lambda point: point[1])
-    return time * (reached / error)**(1 / order) if order > 0.1 else None
+    return time * (reached / error) ** (1 / order) if order > 0.1 else None
 
 
 def report_work_precision(runs):
-    print("The least processor time, on one thread, of a run whose true error is below the one given (of each "
-          "component of x, relative "
-          "to its largest value), and in brackets how many times implicit Euler takes: `~` where that was extrapolated "
-          "by its measured "
-          "order. `–`: not reached with the steps allowed. Errors near the uncertainty of the reference are left out. "
-          "Goals, for up to "
-          f"{SMALL} states: " + ", ".join(f"{ratio} times at "
-                                          f"1e-{digits}" for digits, ratio in GOAL_RATIOS.items()) + ".\n")
+    print(
+        "The least processor time, on one thread, of a run whose true error is below the one given (of each "
+        "component of x, relative "
+        "to its largest value), and in brackets how many times implicit Euler takes: `~` where that was extrapolated "
+        "by its measured "
+        "order. `–`: not reached with the steps allowed. Errors near the uncertainty of the reference are left out. "
+        "Goals, for up to "
+        f"{SMALL} states: "
+        + ", ".join(f"{ratio} times at 1e-{digits}" for digits, ratio in GOAL_RATIOS.items())
+        + ".\n"
+    )
     problems = {}
     for run in runs:
         problem, way, _ = run["name"].split("|")
@@ -118,7 +167,9 @@ def report_work_precision(runs):
                 time = cheapest(points[way], error)
                 if time is not None and reference:
                     ratios.append(reference / time)
-                row.append("–" if time is None else f"{time_text(time)}" + (f" ({reference / time:.3g}×)" if reference else ""))
+                row.append(
+                    "–" if time is None else f"{time_text(time)}" + (f" ({reference / time:.3g}×)" if reference else "")
+                )
             goal = GOAL_RATIOS.get(digits) if any_run["states"] <= SMALL else None
             row.append("" if goal is None else f"{goal}×: {verdict(bool(ratios) and max(ratios) >= goal)}")
             rows.append(row)
@@ -127,9 +178,12 @@ def report_work_precision(runs):
 
 
 def report_choice(runs):
-    print("Each method is asked for the same error (`--tolerance`), and its true error is checked; processor time on one thread, best of the "
-          f"runs. Goal: the automatic choice takes at most {GOAL_CHOICE} times as long as the best explicit one. Where both are the same "
-          "method, the ratio is noise. Methods that take long are left out at the smaller errors.\n")
+    print(
+        "Each method is asked for the same error (`--tolerance`), and its true error is checked; processor time on one"
+        f" thread, best of the runs. Goal: the automatic choice takes at most {GOAL_CHOICE} times as long as the best"
+        " explicit one. Where both are the same method, the ratio is noise. Methods that take long are left out at the"
+        " smaller errors.\n"
+    )
     settings = {}
     for run in runs:
         system, way, digits = run["name"].split("/min_time")[0].split("|")
@@ -141,17 +195,30 @@ def report_choice(runs):
             continue
         way, quickest = min(ways.items(), key=lambda item: item[1]["best_ms"])
         ratio = chosen["best_ms"] / quickest["best_ms"]
-        rows.append([system, f"1e-{digits}", chosen["label"], time_text(chosen["best_ms"] * 1e-3), way, time_text(quickest["best_ms"] * 1e-3),
-                     f"{ratio:.2f}", verdict(chosen["label"] == quickest["label"] or ratio <= GOAL_CHOICE)])
+        rows.append(
+            [
+                system,
+                f"1e-{digits}",
+                chosen["label"],
+                time_text(chosen["best_ms"] * 1e-3),
+                way,
+                time_text(quickest["best_ms"] * 1e-3),
+                f"{ratio:.2f}",
+                verdict(chosen["label"] == quickest["label"] or ratio <= GOAL_CHOICE),
+            ]
+        )
     print(table(["system", "error", "chosen", "time", "best explicit choice", "time", "ratio", "goal"], rows))
 
 
 def report_threads(runs):
-    print("Wall-clock times, best of the repetitions; every answer has the bits of one thread. `independent sums` share nothing: their speed-up "
-          "is what the machine had to give. `more work`: the processor time of all threads over that of one. `waiting`: the part of the "
-          "threads' time in which they have no processor or nothing to do, the paper's communication.\n\n**Model, not measured**: the serial "
-          "fraction is what one thread spends outside parallel loops, measured in processor time; on p processors a loop of b blocks takes "
-          "⌈b/p⌉/b of its time, and threads cost nothing.\n")
+    print(
+        "Wall-clock times, best of the repetitions; every answer has the bits of one thread. `independent sums` share"
+        " nothing: their speed-up is what the machine had to give. `more work`: the processor time of all threads over"
+        " that of one. `waiting`: the part of the threads' time in which they have no processor or nothing to do, the"
+        " paper's communication.\n\n**Model, not measured**: the serial fraction is what one thread spends outside"
+        " parallel loops, measured in processor time; on p processors a loop of b blocks takes ⌈b/p⌉/b of its time, and"
+        " threads cost nothing.\n"
+    )
     rows = []
     for (work,), members in grouped(runs, 1).items():
         times = {}
@@ -162,23 +229,66 @@ def report_threads(runs):
         one, most = best(times[1]), max(times)
         quickest, parallel = (min(times[threads], key=seconds) for threads in (1, most))
         busy = seconds(parallel, "cpu_time")
-        rows.append([work, time_text(one), *(f"{quickest[part] / one:.0%}" for part in ("seconds_lcp", "seconds_linear", "seconds_setup")),
-                     *(f"{one / best(times[p]):.2f}" for p in sorted(times) if p > 1), f"{busy / seconds(quickest, 'cpu_time') - 1:+.0%}",
-                     f"{max(0, 1 - busy / (most * seconds(parallel))):.0%}", f"{quickest['serial_fraction']:.1%}",
-                     *(f"{quickest[f'model_{p}']:.1f}" for p in MODELED)])
+        rows.append(
+            [
+                work,
+                time_text(one),
+                *(f"{quickest[part] / one:.0%}" for part in ("seconds_lcp", "seconds_linear", "seconds_setup")),
+                *(f"{one / best(times[p]):.2f}" for p in sorted(times) if p > 1),
+                f"{busy / seconds(quickest, 'cpu_time') - 1:+.0%}",
+                f"{max(0, 1 - busy / (most * seconds(parallel))):.0%}",
+                f"{quickest['serial_fraction']:.1%}",
+                *(f"{quickest[f'model_{p}']:.1f}" for p in MODELED),
+            ]
+        )
     threads = sorted({int(run["threads"]) for run in runs} - {1})
-    print(table(["solve", "one thread", "LCPs", "convolutions and states", "kernel", *(f"speed-up, {p} threads" for p in threads), "more work",
-                 "waiting", "serial fraction", *(f"model, {p}" for p in MODELED)], rows))
+    print(
+        table(
+            [
+                "solve",
+                "one thread",
+                "LCPs",
+                "convolutions and states",
+                "kernel",
+                *(f"speed-up, {p} threads" for p in threads),
+                "more work",
+                "waiting",
+                "serial fraction",
+                *(f"model, {p}" for p in MODELED),
+            ],
+            rows,
+        )
+    )
 
 
-STANDARD = {"name", "family_index", "per_family_instance_index", "run_name", "run_type", "repetitions", "repetition_index", "threads",
-            "iterations", "real_time", "cpu_time", "time_unit", "label"}
+STANDARD = {
+    "name",
+    "family_index",
+    "per_family_instance_index",
+    "run_name",
+    "run_type",
+    "repetitions",
+    "repetition_index",
+    "threads",
+    "iterations",
+    "real_time",
+    "cpu_time",
+    "time_unit",
+    "label",
+}
 
 
 def report_plain(runs):
     counters = list(dict.fromkeys(key for run in runs for key in run if key not in STANDARD))
-    rows = [[run["name"].split("/min_time")[0], time_text(seconds(run)), time_text(seconds(run, "cpu_time")),
-             *(f"{run[key]:.3g}" if key in run else "" for key in counters)] for run in runs]
+    rows = [
+        [
+            run["name"].split("/min_time")[0],
+            time_text(seconds(run)),
+            time_text(seconds(run, "cpu_time")),
+            *(f"{run[key]:.3g}" if key in run else "" for key in counters),
+        ]
+        for run in runs
+    ]
     print(table(["benchmark", "time", "processor time", *counters], rows))
 
 
@@ -213,8 +323,11 @@ def chapter_of(path, failures):
         except json.JSONDecodeError:
             failures.append((name, "the program did not end well"))
             return title, text.getvalue()
-        failures += [(f"{name}: {run['name']}", run["error_message"]) for run in runs
-                     if run.get("error_occurred") and run["error_message"] != NOT_NEEDED]
+        failures += [
+            (f"{name}: {run['name']}", run["error_message"])
+            for run in runs
+            if run.get("error_occurred") and run["error_message"] != NOT_NEEDED
+        ]
         good = [run for run in runs if not run.get("error_occurred")]
         if good:
             report(good)
@@ -227,7 +340,9 @@ def main(folder):
     names = [*(name for name in CHAPTERS if name in files), *(name for name in files if name not in CHAPTERS)]
     chapters = [chapter_of(files[name], failures) for name in names]
     print((folder / "machine.md").read_text())
-    goals = [[title, str(len(re.findall(r"(?<!\w)met\b", text))), str(text.count("**missed**"))] for title, text in chapters]
+    goals = [
+        [title, str(len(re.findall(r"(?<!\w)met\b", text))), str(text.count("**missed**"))] for title, text in chapters
+    ]
     print("## Goals\n\n" + table(["chapter", "met", "missed"], [row for row in goals if row[1:] != ["0", "0"]]))
     print("\n".join(text for _, text in chapters))
     print("## Answers that failed their check\n")

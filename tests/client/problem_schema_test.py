@@ -58,8 +58,14 @@ class ProblemSchemaTest(unittest.TestCase):
         self.assertEqual(len(kinds), 4)
 
     def test_members_have_what_a_problem_has_in_time(self):
-        for member in ({}, {"x0": [1, 2]}, {"x0": {"matrix_market": "x0.mtx"}}, {"f": ["t"], "T": 2, "label": "late"},
-                       {"pieces": [{"t0": 0, "g": [1]}]}, {"g": {"matrix": [[1]], "of": ["t"]}, "break_points": [0.5]}):
+        for member in (
+            {},
+            {"x0": [1, 2]},
+            {"x0": {"matrix_market": "x0.mtx"}},
+            {"f": ["t"], "T": 2, "label": "late"},
+            {"pieces": [{"t0": 0, "g": [1]}]},
+            {"g": {"matrix": [[1]], "of": ["t"]}, "break_points": [0.5]},
+        ):
             with self.subTest(member=member):
                 self.assertTrue(passes([member], MEMBERS))
                 self.assertTrue(passes({"members": [{}, member], "about": "two"}, MEMBERS))
@@ -72,8 +78,13 @@ class ProblemSchemaTest(unittest.TestCase):
     def test_lcps_and_the_other_problems_take_every_form_of_a_matrix(self):
         nonlinear = {"kind": "nonlinear", "f": ["y1"], "g": ["y1"], "x0": [1], "T": 1}
         path = {"times": [0, 1], "values": [[0], [-1]]}
-        for matrix in ([[1]], {"rows": 1, "columns": 1, "entries": [[0, 0, 2.5]]}, {"rows": 1, "diagonals": {"0": 1}},
-                       {"matrix_market": "a.mtx"}, {"kronecker_sum": [[[1]], [[2]]]}):
+        for matrix in (
+            [[1]],
+            {"rows": 1, "columns": 1, "entries": [[0, 0, 2.5]]},
+            {"rows": 1, "diagonals": {"0": 1}},
+            {"matrix_market": "a.mtx"},
+            {"kronecker_sum": [[[1]], [[2]]]},
+        ):
             with self.subTest(matrix=matrix):
                 self.assertTrue(passes({"M": matrix, "q": [1]}, LCP))
                 self.assertTrue(passes({"M": matrix, "q": path}, DCP))
@@ -83,9 +94,13 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertFalse(passes({"M": [[1]], "q": [1], key: value}, LCP))
 
     def test_every_file_may_name_its_schema(self):
-        for schema, content in ((SCHEMA, EXAMPLE), (LCP, {"M": [[1]], "q": [1]}), (MEMBERS, {"members": [{}]}),
-                                (DCP, {"M": [[1]], "q": {"times": [0], "values": [[0]]}}),
-                                (NONLINEAR, {"kind": "nonlinear", "f": ["y1"], "g": ["y1"], "x0": [1], "T": 1})):
+        for schema, content in (
+            (SCHEMA, EXAMPLE),
+            (LCP, {"M": [[1]], "q": [1]}),
+            (MEMBERS, {"members": [{}]}),
+            (DCP, {"M": [[1]], "q": {"times": [0], "values": [[0]]}}),
+            (NONLINEAR, {"kind": "nonlinear", "f": ["y1"], "g": ["y1"], "x0": [1], "T": 1}),
+        ):
             with self.subTest(schema=schema["title"]):
                 self.assertTrue(passes({**content, "$schema": "a.schema.json"}, schema))
                 self.assertFalse(passes({**content, "$schema": 7}, schema))
@@ -93,16 +108,29 @@ class ProblemSchemaTest(unittest.TestCase):
     def test_mistakes_in_a_dcp_do_not_pass(self):
         example = {"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}
         self.assertTrue(passes(example, DCP))
-        for key, value in (("M", [1]), ("q", [0, 1]), ("q", {"times": [0, 1]}), ("q", {"times": [-1], "values": [[0]]}),
-                           ("T", 1)):
+        for key, value in (
+            ("M", [1]),
+            ("q", [0, 1]),
+            ("q", {"times": [0, 1]}),
+            ("q", {"times": [-1], "values": [[0]]}),
+            ("T", 1),
+        ):
             with self.subTest(key=key, value=value):
                 self.assertFalse(passes({**example, key: value}, DCP))
 
     def test_mistakes_in_a_nonlinear_problem_do_not_pass(self):
-        example = {"kind": "nonlinear", "f": ["y1"], "g": ["y1+x1", ], "x0": [1], "T": 1}
+        example = {"kind": "nonlinear", "f": ["y1"], "g": ["y1+x1"], "x0": [1], "T": 1}
         self.assertTrue(passes(example, NONLINEAR))
         self.assertFalse(passes(example))
-        for key, value in (("kind", "linear"), ("f", "y1"), ("f", []), ("g", [[1]]), ("T", 0), ("A", [[1]]), ("W", [1])):
+        for key, value in (
+            ("kind", "linear"),
+            ("f", "y1"),
+            ("f", []),
+            ("g", [[1]]),
+            ("T", 0),
+            ("A", [[1]]),
+            ("W", [1]),
+        ):
             with self.subTest(key=key, value=value):
                 self.assertFalse(passes({**example, key: value}, NONLINEAR))
 
@@ -114,8 +142,11 @@ class ProblemSchemaTest(unittest.TestCase):
                 validator(SCHEMA).validate(json.loads(case.read_text()))
 
     def test_forms_of_sources_pass(self):
-        for source in (["t", 1], {"times": [0, 1], "values": [[1], [2]]},
-                       {"breaks": [0, 1], "coefficients": [[[1], [2]]]}):
+        for source in (
+            ["t", 1],
+            {"times": [0, 1], "values": [[1], [2]]},
+            {"breaks": [0, 1], "coefficients": [[[1], [2]]]},
+        ):
             with self.subTest(source=source):
                 self.assertTrue(passes({**EXAMPLE, "f": source}))
                 self.assertTrue(passes({**EXAMPLE, "rule": "minimizer", "selector": {"C": [[1]], "b": [0]}}))
@@ -136,11 +167,20 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertTrue(passes({**EXAMPLE, "g": {"matrix": matrix, "pieces": [{"t0": 0, "of": [1]}]}}))
 
     def test_mistakes_in_matrices_do_not_pass(self):
-        for matrix in ({}, {"rows": 1, "entries": []}, {"rows": 0, "columns": 1, "entries": []},
-                       {"rows": 1, "columns": 1, "entries": [[0, 0]]}, {"rows": 1, "columns": 1, "entries": [[-1, 0, 1]]},
-                       {"rows": 1, "columns": 1, "entries": [[0.5, 0, 1]]}, {"rows": 1, "columns": 1, "values": [1]},
-                       {"rows": 2, "diagonals": {"up": 1}}, {"rows": 2, "diagonals": {"-0": 1}}, {"kronecker_sum": []},
-                       {"kronecker_sum": [{"kronecker_sum": [[[1]]]}]}, {"matrix_market": 1}):
+        for matrix in (
+            {},
+            {"rows": 1, "entries": []},
+            {"rows": 0, "columns": 1, "entries": []},
+            {"rows": 1, "columns": 1, "entries": [[0, 0]]},
+            {"rows": 1, "columns": 1, "entries": [[-1, 0, 1]]},
+            {"rows": 1, "columns": 1, "entries": [[0.5, 0, 1]]},
+            {"rows": 1, "columns": 1, "values": [1]},
+            {"rows": 2, "diagonals": {"up": 1}},
+            {"rows": 2, "diagonals": {"-0": 1}},
+            {"kronecker_sum": []},
+            {"kronecker_sum": [{"kronecker_sum": [[[1]]]}]},
+            {"matrix_market": 1},
+        ):
             with self.subTest(matrix=matrix):
                 self.assertFalse(passes({**EXAMPLE, "A": matrix}))
 
@@ -154,8 +194,15 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertFalse(passes({"M": matrix, "q": [1]}, LCP))
         self.assertTrue(passes({**nonlinear, **names}, NONLINEAR))
         self.assertTrue(passes([{"parameters": {"R": 1}}], MEMBERS))
-        for key, value in (("states", "iL"), ("states", ["1x"]), ("pairs", ["D 1"]), ("pairs", ["a", "a"]),
-                           ("parameters", [1]), ("parameters", {"R": "1k"}), ("parameters", {"2R": 1})):
+        for key, value in (
+            ("states", "iL"),
+            ("states", ["1x"]),
+            ("pairs", ["D 1"]),
+            ("pairs", ["a", "a"]),
+            ("parameters", [1]),
+            ("parameters", {"R": "1k"}),
+            ("parameters", {"2R": 1}),
+        ):
             with self.subTest(key=key, value=value):
                 self.assertFalse(passes({**EXAMPLE, key: value}))
                 self.assertFalse(passes({**nonlinear, key: value}, NONLINEAR))
@@ -168,9 +215,24 @@ class ProblemSchemaTest(unittest.TestCase):
                 self.assertFalse(passes(problem))
 
     def test_mistakes_do_not_pass(self):
-        for key, value in (("A", [1]), ("A", []), ("N", [[None]]), ("x0", 1), ("T", "1"), ("T", 0), ("f", "t"),
-                           ("g", [[1]]), ("f", {"times": [0]}), ("pieces", []), ("pieces", [{"f": [1]}]),
-                           ("rule", "least"), ("selector", {"C": [[1]]}), ("kind", "nonlinear"), ("breakpoints", [1]), ("name", 7)):
+        for key, value in (
+            ("A", [1]),
+            ("A", []),
+            ("N", [[None]]),
+            ("x0", 1),
+            ("T", "1"),
+            ("T", 0),
+            ("f", "t"),
+            ("g", [[1]]),
+            ("f", {"times": [0]}),
+            ("pieces", []),
+            ("pieces", [{"f": [1]}]),
+            ("rule", "least"),
+            ("selector", {"C": [[1]]}),
+            ("kind", "nonlinear"),
+            ("breakpoints", [1]),
+            ("name", 7),
+        ):
             with self.subTest(key=key, value=value):
                 self.assertFalse(passes({**EXAMPLE, key: value}))
 

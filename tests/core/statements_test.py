@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""core/analysis/PAPERS.md tells the truth: no row of its tables is empty, and the functions, files and tests that it names
-exist.
+"""core/analysis/PAPERS.md tells the truth: no row of its tables is empty, and the functions, files and tests that it
+names exist.
 
     statements_test.py PROJECT_FOLDER TEST_PROGRAM...
 """
@@ -69,7 +69,9 @@ class StatementsTest(unittest.TestCase):
             for name in re.findall(r"`([^`]+)`", row[2]):
                 with self.subTest(row[0], name=name):
                     if "/" in name:
-                        self.assertTrue(any(re.search(rf"(^|/){re.escape(name)}(\.h|\.cc)?$", path) for path in SOURCES))
+                        self.assertTrue(
+                            any(re.search(rf"(^|/){re.escape(name)}(\.h|\.cc)?$", path) for path in SOURCES)
+                        )
                     else:
                         word = re.escape(name.split("::")[-1].rstrip("()"))
                         self.assertTrue(any(re.search(rf"\b{word}\b", text) for text in SOURCES.values()))

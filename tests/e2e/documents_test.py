@@ -4,9 +4,9 @@
 
     documents_test.py PROJECT_FOLDER DLCS
 
-A fenced block "```json FILE" or an indented `cat > FILE <<'END'` makes a file. An indented line `$ dlcs ...` is run in a
-folder with these files and with deploy/ and tests/ of the project. The lines below it must be in the output, in this order;
-lines of the output may be missing. Numbers agree to a millionth, or to 1e-9 where they are small; times are not compared.
+A fenced block "```json FILE" or an indented `cat > FILE <<'END'` makes a file. An indented line `$ dlcs ...` is run in
+a folder with these files and with deploy/ and tests/ of the project. The lines below it must be in the output, in this
+order; lines of the output may be missing. Numbers agree to a millionth, or in the digits that are shown.
 """
 
 import pathlib

@@ -24,17 +24,26 @@ def generate_stubs():
     files = ["dlcs/v1/solver.proto", "google/rpc/error_details.proto", "google/rpc/status.proto"]
     plugin = subprocess.run(["which", "grpc_python_plugin"], check=True, capture_output=True, text=True).stdout.strip()
     subprocess.run(
-        ["protoc", f"--proto_path={PROTO}", f"--python_out={STUBS.name}", f"--grpc_out={STUBS.name}",
-         f"--plugin=protoc-gen-grpc={plugin}", *files],
-        check=True)
+        [
+            "protoc",
+            f"--proto_path={PROTO}",
+            f"--python_out={STUBS.name}",
+            f"--grpc_out={STUBS.name}",
+            f"--plugin=protoc-gen-grpc={plugin}",
+            *files,
+        ],
+        check=True,
+    )
     sys.path.insert(0, STUBS.name)
     # google is a package of the system's protobuf already; let it find ours too.
     import google
+
     google.__path__.append(str(pathlib.Path(STUBS.name) / "google"))
 
 
 generate_stubs()
 import grpc  # noqa: E402
+
 pb = importlib.import_module("dlcs.v1.solver_pb2")
 services = importlib.import_module("dlcs.v1.solver_pb2_grpc")
 status_pb = importlib.import_module("google.rpc.status_pb2")
@@ -42,7 +51,9 @@ details_pb = importlib.import_module("google.rpc.error_details_pb2")
 
 
 def dense(rows):
-    return pb.Matrix(dense=pb.DenseMatrix(rows=len(rows), columns=len(rows[0]), values=[v for row in rows for v in row]))
+    return pb.Matrix(
+        dense=pb.DenseMatrix(rows=len(rows), columns=len(rows[0]), values=[v for row in rows for v in row])
+    )
 
 
 def formulas(*texts):
@@ -58,7 +69,8 @@ def example_four_one():
         f=formulas("1.2*sin(10*t)", "0"),
         g=formulas("0", "0", "0", "0"),
         x0=[0, 1],
-        horizon=1)
+        horizon=1,
+    )
 
 
 def exact(t):
@@ -68,8 +80,12 @@ def exact(t):
 class ForeignClientTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.server = subprocess.Popen([DLCSD, "--listen", "127.0.0.1:0", "--reflection"], stdout=subprocess.PIPE,
-                                      stderr=subprocess.DEVNULL, text=True)
+        cls.server = subprocess.Popen(
+            [DLCSD, "--listen", "127.0.0.1:0", "--reflection"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
         line = cls.server.stdout.readline()
         assert line.startswith("dlcsd listening on "), line
         cls.address = line.split()[-1]
@@ -84,7 +100,9 @@ class ForeignClientTest(unittest.TestCase):
         cls.server.stdout.close()
 
     def test_solves_example_four_one(self):
-        request = pb.SolveRequest(problem=example_four_one(), options=pb.SolveOptions(steps=4000, method=pb.METHOD_LAPLACE_ITERATION))
+        request = pb.SolveRequest(
+            problem=example_four_one(), options=pb.SolveOptions(steps=4000, method=pb.METHOD_LAPLACE_ITERATION)
+        )
         events = list(self.stub.Solve(request, timeout=60))
         kinds = [event.WhichOneof("kind") for event in events]
         self.assertEqual(kinds[:2], ["accepted", "analysis"])
@@ -108,9 +126,9 @@ class ForeignClientTest(unittest.TestCase):
         self.assertEqual(len(times), 4001)
         self.assertEqual(summary.times, 4001)
         for k, t in enumerate(times):
-            for computed, expected in zip(states[2 * k:2 * k + 2], exact(t)):
+            for computed, expected in zip(states[2 * k : 2 * k + 2], exact(t)):
                 self.assertAlmostEqual(computed, expected, delta=1e-6)
-            self.assertEqual(multipliers[4 * k + 1:4 * k + 3], [0, 0])  # the least element
+            self.assertEqual(multipliers[4 * k + 1 : 4 * k + 3], [0, 0])  # the least element
         self.assertEqual(len(slacks), len(multipliers))
         for y, w in zip(multipliers, slacks):
             self.assertAlmostEqual(min(y, w), 0, delta=1e-11)
@@ -126,7 +144,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertTrue(any(y > 0 for y, w in pairs) and any(w > 0 for y, w in pairs))
         for chunk in chunks:
             for k in range(len(chunk.times)):
-                (x1, x2), y, w = chunk.x[2 * k:2 * k + 2], chunk.y[4 * k:4 * k + 4], chunk.w[4 * k:4 * k + 4]
+                (x1, x2), y, w = chunk.x[2 * k : 2 * k + 2], chunk.y[4 * k : 4 * k + 4], chunk.w[4 * k : 4 * k + 4]
                 for computed, expected in zip(w, (y[0] - x1, x2 - y[2], x2 - y[1], x1 + y[3])):
                     self.assertAlmostEqual(computed, expected, delta=1e-7)
 
@@ -173,10 +191,15 @@ class ForeignClientTest(unittest.TestCase):
 
     def test_reflection_describes_the_services_that_it_lists(self):
         # The messages by hand: field 4 of the request is the symbol, and the answer holds the names of files.
-        ask = self.channel.stream_stream("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
-                                         request_serializer=bytes, response_deserializer=bytes)
-        for service, file in [(b"dlcs.v1.SolverService", b"dlcs/v1/solver.proto"),
-                              (b"grpc.health.v1.Health", b"grpc/health/v1/health.proto")]:
+        ask = self.channel.stream_stream(
+            "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+            request_serializer=bytes,
+            response_deserializer=bytes,
+        )
+        for service, file in [
+            (b"dlcs.v1.SolverService", b"dlcs/v1/solver.proto"),
+            (b"grpc.health.v1.Health", b"grpc/health/v1/health.proto"),
+        ]:
             answers = list(ask(iter([b"\x22" + bytes([len(service)]) + service]), timeout=60))
             self.assertIn(file, answers[0])
 
@@ -198,8 +221,13 @@ class ForeignClientTest(unittest.TestCase):
 
     def test_lists_all_solutions_of_an_lcp(self):
         # y_1 + y_2 = 1, y >= 0: two basic solutions and what lies between them.
-        request = pb.SolveLcpRequest(m=dense([[1, 1], [1, 1]]), q=[-1, -1], rule=pb.SOLUTION_RULE_MINIMIZER,
-                                     selector=pb.Selector(c=dense([[1, 0]]), b=[0.25]), all_basic_solutions=True)
+        request = pb.SolveLcpRequest(
+            m=dense([[1, 1], [1, 1]]),
+            q=[-1, -1],
+            rule=pb.SOLUTION_RULE_MINIMIZER,
+            selector=pb.Selector(c=dense([[1, 0]]), b=[0.25]),
+            all_basic_solutions=True,
+        )
         response = self.stub.SolveLcp(request, timeout=60)
         self.assertAlmostEqual(response.y[0], 0.25, delta=1e-12)
         self.assertAlmostEqual(response.y[1], 0.75, delta=1e-12)
@@ -216,12 +244,12 @@ class ForeignClientTest(unittest.TestCase):
         self.assertTrue(solved.solved)
         self.assertEqual(solved.unique.answer, pb.ANSWER_UNKNOWN)
         for k, t in enumerate(solved.v.times):
-            for value in solved.v.values[3 * k:3 * k + 3]:
+            for value in solved.v.values[3 * k : 3 * k + 3]:
                 self.assertAlmostEqual(value, t / 4, delta=1e-14)
         other = pb.PiecewiseLinearPath(times=[0])
         values = [[0, 0, 0]]
         for k in range(-30, 1):
-            s = 2.0 ** k
+            s = 2.0**k
             row = [0, 0, 0]
             row[k % 3], row[(k - 1) % 3], row[(k - 2) % 3] = s / 7, 4 * s / 7, 2 * s / 7
             other.times.append(s)
@@ -262,7 +290,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertAlmostEqual(chunk.x[0], 2 * math.exp(-0.5), delta=1e-6)
         x, y = chunk.x[1], chunk.y[1]
         self.assertGreater(y, 0)
-        self.assertAlmostEqual(y + y ** 3 + x - 1, 0, delta=1e-9)
+        self.assertAlmostEqual(y + y**3 + x - 1, 0, delta=1e-9)
 
 
 if __name__ == "__main__":

@@ -34,8 +34,19 @@ def install(name, *components):
 
 def configure(prefix, program, *options):
     folder = ROOT / f"{program}-of-{prefix.name}"
-    command = [CMAKE, "-S", SOURCES, "-B", folder, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DPROGRAM={program}",
-               f"-DCMAKE_CXX_COMPILER={CXX}", *options]
+    command = [
+        CMAKE,
+        "-S",
+        SOURCES,
+        "-B",
+        folder,
+        "-G",
+        "Ninja",
+        f"-DCMAKE_PREFIX_PATH={prefix}",
+        f"-DPROGRAM={program}",
+        f"-DCMAKE_CXX_COMPILER={CXX}",
+        *options,
+    ]
     return folder, subprocess.run([str(word) for word in command], capture_output=True, text=True)
 
 
@@ -53,8 +64,12 @@ class InstalledPackage(unittest.TestCase):
         cls.everything = install("everything", "core", "client", "programs")
 
     def test_engine_needs_no_grpc(self):
-        program = build(self.engine, "solve_here", "-DCMAKE_DISABLE_FIND_PACKAGE_gRPC=ON",
-                        "-DCMAKE_DISABLE_FIND_PACKAGE_Protobuf=ON")
+        program = build(
+            self.engine,
+            "solve_here",
+            "-DCMAKE_DISABLE_FIND_PACKAGE_gRPC=ON",
+            "-DCMAKE_DISABLE_FIND_PACKAGE_Protobuf=ON",
+        )
         self.assertAlmostEqual(float(run(program)), math.exp(-1) - 1, delta=1e-6)
         libraries = run("ldd", program)
         self.assertIn("libtbb", libraries)
@@ -69,8 +84,11 @@ class InstalledPackage(unittest.TestCase):
     def test_client_gets_the_bits_of_the_engine(self):
         here = build(self.everything, "solve_here")
         there = build(self.everything, "solve_there")
-        server = subprocess.Popen([self.everything / "bin" / "dlcsd", "--listen", "127.0.0.1:0", "--log-level", "off"],
-                                  stdout=subprocess.PIPE, text=True)
+        server = subprocess.Popen(
+            [self.everything / "bin" / "dlcsd", "--listen", "127.0.0.1:0", "--log-level", "off"],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         try:
             address = server.stdout.readline().removeprefix("dlcsd listening on ").strip()
             self.assertEqual(run(there, address), run(here))

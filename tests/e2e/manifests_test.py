@@ -38,8 +38,11 @@ def is_within(selector, labels):
 def server(role):
     """The address of a dlcsd in this role, which waits for a database."""
     store = "postgresql://nobody@localhost:1/nothing"
-    process = subprocess.Popen([DLCSD, "--listen", "127.0.0.1:0", "--role", role, "--store", store, "--log-level", "off"],
-                               stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [DLCSD, "--listen", "127.0.0.1:0", "--role", role, "--store", store, "--log-level", "off"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         yield process.stdout.readline().removeprefix("dlcsd listening on ").strip()
     finally:
@@ -86,7 +89,9 @@ class KubernetesTest(unittest.TestCase):
         return {one["metadata"]["name"]: one for one in self.all if one["kind"] == kind}
 
     def labels_of_pods(self):
-        return [{**one["spec"]["template"]["metadata"]["labels"], **self.common} for one in self.of("Deployment").values()]
+        return [
+            {**one["spec"]["template"]["metadata"]["labels"], **self.common} for one in self.of("Deployment").values()
+        ]
 
     def containers(self):
         for deployment in self.of("Deployment").values():
@@ -131,8 +136,11 @@ class KubernetesTest(unittest.TestCase):
 
     def test_selects_pods_that_are_there(self):
         for deployment in self.of("Deployment").values():
-            self.assertTrue(is_within(deployment["spec"]["selector"]["matchLabels"],
-                                      deployment["spec"]["template"]["metadata"]["labels"]))
+            self.assertTrue(
+                is_within(
+                    deployment["spec"]["selector"]["matchLabels"], deployment["spec"]["template"]["metadata"]["labels"]
+                )
+            )
         selectors = [one["spec"]["selector"] for one in self.of("Service").values()]
         selectors += [one["spec"]["selector"]["matchLabels"] for one in self.of("PodDisruptionBudget").values()]
         selectors += [one["spec"]["podSelector"]["matchLabels"] for one in self.of("NetworkPolicy").values()]
