@@ -235,15 +235,19 @@ TEST_F(JobManagerTest, TheGracePeriodLetsJobsEnd) {
 TEST_F(JobManagerTest, CoresWorkOnWhileJobsAreBroughtToTheirEnd) {
   std::mutex mutex;
   std::condition_variable changed;
-  JobId held;
+  JobId held;  // the first job, as soon as its name is known; the second may be brought to its end before it
   bool may_end = false;
   store_.before_finish = [&](const Lease& lease) {
     std::unique_lock lock(mutex);
-    if (held.empty()) held = lease.job;
-    if (lease.job == held) changed.wait(lock, [&] { return may_end; });
+    changed.wait(lock, [&] { return !held.empty() && (lease.job != held || may_end); });
   };
   const auto manager = Start(Fast("one", 1));
   const JobId first = Submit(*manager, "2 1 0");
+  {
+    const std::lock_guard lock(mutex);
+    held = first;
+  }
+  changed.notify_all();
   const JobId second = Submit(*manager, "2 1 0");
   EXPECT_EQ(Wait(*manager, second).state, JobState::kSucceeded);
   EXPECT_EQ(StateOf(first), JobState::kRunning);
