@@ -160,11 +160,10 @@ std::string Explain(std::string_view text, std::size_t offset) {
   if (lower == "true" || lower == "false" || lower == "none") {
     return fmt::format("{} is Python; JSON writes true, false and null", word);
   }
-  if (!word.empty())
-    return fmt::format("{} is not a JSON value; text, formulas too, stands in double quotes", word);
+  if (!word.empty()) return fmt::format("{} is not a JSON value; text, formulas too, needs double quotes", word);
   if (offset >= text.size()) return "the file ends in the middle; is a bracket or a quote missing?";
   const char found = text[offset];
-  if (found == '\'') return "text stands in double quotes in JSON, not in single ones";
+  if (found == '\'') return "text in JSON needs double quotes, not single ones";
   if (found == '/' || found == '#') return "JSON has no comments; put notes into the key \"about\"";
   if (found == ']' || found == '}') {
     const std::size_t previous = text.substr(0, offset).find_last_not_of(" \t\r\n");

@@ -103,8 +103,7 @@ Format ReadFormat(Words& words) {
   const std::string symmetry = word(4, "symmetry", {"general", "symmetric", "skew-symmetric"});
   format.symmetric = symmetry == "symmetric";
   format.skew = symmetry == "skew-symmetric";
-  if (format.pattern && !format.coordinate)
-    throw Fault{1, "a pattern is told by coordinates, not by an array"};
+  if (format.pattern && !format.coordinate) throw Fault{1, "a pattern needs the format \"coordinate\", not \"array\""};
   if (format.pattern && format.skew) throw Fault{1, "a pattern has no signs, and is not skew-symmetric"};
   return format;
 }
@@ -184,7 +183,7 @@ v1::SparseMatrix ReadCoordinates(Words& words, const Format& format) {
 v1::DenseMatrix ReadArray(Words& words, const Format& format, std::size_t most_entries) {
   const auto [rows, columns] = ReadShape(words, format);
   if (static_cast<std::uint64_t>(rows) > 2 * most_entries / static_cast<std::uint64_t>(columns)) {
-    throw Fault{words.line(), fmt::format("{} x {} values do not stand in this file", rows, columns)};
+    throw Fault{words.line(), fmt::format("this file does not have {} x {} values", rows, columns)};
   }
   v1::DenseMatrix matrix;
   matrix.set_rows(static_cast<std::int32_t>(rows));

@@ -177,7 +177,7 @@ std::string BadServerCertificate(long verdict, const ConnectionOptions& options,
       return "its certificate is not valid yet; is the clock of this machine right?";
     case X509_V_ERR_HOSTNAME_MISMATCH:
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
-      return fmt::format("its certificate is not for {}; call it by a name that stands in the certificate", host);
+      return fmt::format("its certificate is not for {}; use a name that is in the certificate", host);
     default:
       return fmt::format(
           "its certificate is not of an authority in {} ({})",

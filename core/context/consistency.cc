@@ -131,7 +131,7 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
   if (jump.verdict != LcpStatus::kSolved) {
     return context.Fail(Termination::kInfeasible, time,
                         "LCP(N x + g, M) " + at + " has no solution (" + WorstEntry(q) +
-                            "), and no jump of the state along B can mend it.");
+                            "), and no jump of the state along B can make it consistent.");
   }
   const Vector dx = problem.B * jump.p;
   // Then N x + g itself is complementary to a multiplier: what failed was the LCP solver.

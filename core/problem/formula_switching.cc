@@ -409,7 +409,7 @@ class Search {
             is_narrow ? "within " + FormatNumber((range.hi - range.lo) / 2) + " of t = " + FormatNumber(CenterOf(range))
                       : "between t = " + FormatNumber(range.lo) + " and " + FormatNumber(range.hi);
         result_.warnings.push_back("switching times " + where +
-                                   " could not be told apart; declare them as break points "
+                                   " could not be distinguished; declare them as break points "
                                    "with pieces between them");
       }
     }

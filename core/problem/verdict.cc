@@ -42,8 +42,7 @@ void AddConcerns(const Solution& solution, Verdict& verdict) {
     if (!(measure.relative() > kConcern)) continue;
     if (measure.relative() > kNoSuccess && measure.is_of_nodes) verdict.success = false;
     verdict.concerns.push_back(std::string(1, static_cast<char>(measure.what[0] - 'a' + 'A')) + (measure.what + 1) +
-                               " is " + Figure(measure.relative()) +
-                               " of its size: shorter steps would resolve what is there.");
+                               " is " + Figure(measure.relative()) + " of its size: shorter steps would resolve it.");
   }
 }
 

@@ -93,7 +93,7 @@ absl::StatusOr<Caller> Access::Identify(std::optional<std::string_view> authoriz
   if (const User* user = users->WithCertificate(certificate_names)) return Caller{user->name, user->right};
   if (!certificate_names.empty()) {
     return absl::UnauthenticatedError(
-        "The client certificate is of nobody whom this server knows, and no token came with the call "
+        "This server knows no user with the name of the client certificate, and the call has no token "
         "(authorization: Bearer TOKEN).");
   }
   return absl::UnauthenticatedError("This server wants a token with every call (authorization: Bearer TOKEN).");

@@ -85,7 +85,7 @@ std::string TerminationLabel(v1::Termination termination) {
 jobs::SolveFunction WithTelemetry(Metrics& metrics, jobs::SolveFunction solve) {
   return [&metrics, solve = std::move(solve)](jobs::JobRun& run) {
     const auto begin = steady_clock::now();
-    jobs::JobEnd end{absl::InternalError("an exception, which the log tells of"), ""};
+    jobs::JobEnd end{absl::InternalError("an exception; the log has it"), ""};
     try {
       end = solve(run);
     } catch (...) {

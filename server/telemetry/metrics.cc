@@ -136,7 +136,7 @@ struct Metrics::Families {
   Histogram& lag = AddHistogram(registry, "dlcs_event_lag_seconds",
                                 "From when an event of a running job came about to when it was sent to a watcher.")
                        .Add({}, kShortSeconds);
-  Family<Counter>& gaps = AddCounter(registry, "dlcs_event_gaps_total", "Gaps that readers were told of, by reason.");
+  Family<Counter>& gaps = AddCounter(registry, "dlcs_event_gaps_total", "Gaps that readers received, by reason.");
   Family<Counter>& dropped =
       AddCounter(registry, "dlcs_events_dropped_total", "Events that readers did not get, a gap in their place.");
   Family<Counter>& solves =

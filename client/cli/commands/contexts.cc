@@ -69,7 +69,7 @@ absl::StatusOr<Contexts> ReadContexts() {
     return contexts;
   } catch (const Json::exception& error) {
     return absl::InvalidArgumentError(
-        fmt::format("{}: is not what dlcs context writes; mend or remove it ({})", path, error.what()));
+        fmt::format("{}: is not what dlcs context writes; correct or remove it ({})", path, error.what()));
   }
 }
 

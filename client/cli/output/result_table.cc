@@ -126,7 +126,7 @@ void PrintContours(const v1::Summary& summary, std::FILE* out) {
                Count(kernel.blocks_by_contour(), "block"), kernel.blocks_by_recursion(),
                Count(kernel.contours(), "contour"), Count(kernel.factorizations(), "factorization"),
                kernel.contour_error());
-    if (!kernel.fallback().empty()) fmt::print(out, "  contours given up: {}\n", kernel.fallback());
+    if (!kernel.fallback().empty()) fmt::print(out, "  contours not used: {}\n", kernel.fallback());
   }
   if (!summary.has_contour()) return;
   const v1::ContourRecord& contour = summary.contour();

@@ -81,7 +81,7 @@ TEST(MatrixMarketTest, NamesTheLineAndWhatIsWrong) {
       {coordinate + "2 2 1\n1 1 1\n2 2 2\n", "line 4: \"2\" stands behind the last entry"},
       {"%%MatrixMarket matrix coordinate real symmetric\n2 3 0\n", "must be square"},
       {"%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n1 1 5\n", "on its diagonal"},
-      {"%%MatrixMarket matrix array real general\n2000000000 2000000000\n", "do not stand in this file"},
+      {"%%MatrixMarket matrix array real general\n2000000000 2000000000\n", "this file does not have"},
   };
   for (const auto& [text, rule] : cases) {
     const auto matrix = ParseMatrixMarket(text, "a.mtx");

@@ -101,7 +101,7 @@ TEST(FormulaSwitchingTest, PassesTangentialZeros) {
   EXPECT_EQ(LimitsOf("(t - 1)**2 > 0", 10, 1).right, 1);
   EXPECT_EQ(LimitsOf("(t == 3)*7", 10, 3).right, 0);
   // Two times that rounding hides, and may yet be two.
-  EXPECT_THAT(SwitchingOf("t**2 - 2*t + 1 > 0", 10).warnings, ElementsAre(HasSubstr("could not be told apart")));
+  EXPECT_THAT(SwitchingOf("t**2 - 2*t + 1 > 0", 10).warnings, ElementsAre(HasSubstr("could not be distinguished")));
 }
 
 TEST(FormulaSwitchingTest, KeepsBothLimits) {

@@ -90,7 +90,7 @@ TEST_F(AccessTest, AMethodWithoutARuleIsRefused) {
 TEST_F(AccessTest, ACertificateIsAsGoodAsATokenButATokenComesFirst) {
   EXPECT_TRUE(Call(kGet, std::nullopt, {"monitor"}).ok());
   EXPECT_THAT(std::string(Call(kGet, std::nullopt, {"alice"}).message()),
-              HasSubstr("of nobody whom this server knows"));
+              HasSubstr("knows no user with the name of the client certificate"));
   EXPECT_EQ(Call(kGet, "Bearer wrong", {"monitor"}).code(), absl::StatusCode::kUnauthenticated);
   const std::vector<std::string> monitor = {"monitor"};
   EXPECT_EQ(access_->Identify("Bearer token", monitor)->user, "alice");

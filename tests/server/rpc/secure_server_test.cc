@@ -332,7 +332,8 @@ TEST_F(SecureServerTest, WithClientAuthoritiesClientsProveWhoTheyAre) {
   const ConnectionOptions no_token = Encrypted(authority_);
   EXPECT_TRUE(Ask(Showing(authority_.Issue("sensor"), no_token)).ok());
   EXPECT_TRUE(Ask(Showing(authority_.Issue("someone", 30, "DNS:sensor.example"), no_token)).ok());
-  EXPECT_THAT(Refusal(Showing(authority_.Issue("someone"), no_token)), HasSubstr("of nobody whom this server knows"));
+  EXPECT_THAT(Refusal(Showing(authority_.Issue("someone"), no_token)),
+              HasSubstr("knows no user with the name of the client certificate"));
   EXPECT_TRUE(Ask(Showing(authority_.Issue("someone"), without)).ok());
 }
 
