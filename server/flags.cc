@@ -35,7 +35,8 @@ constexpr const char* kFooter =
     "max-steps = 1000. The flag counts before the variable, the variable before the file.\n\n"
     "Prints one line on standard output when it is ready: dlcsd listening on HOST:PORT.\n"
     "SIGTERM and SIGINT end it: no new solves, running ones get the grace period, then they are stopped and deliver\n"
-    "their summary. A second signal skips the rest of the grace period. SIGHUP looks for changed certificates and tokens\n"
+    "their summary. A second signal skips the rest of the grace period. SIGHUP looks for changed certificates and "
+    "tokens\n"
     "at once.\n"
     "Exit status: 0 after a signal, 2 for a bad setting, 3 when it cannot listen.\n\n"
     "Examples:\n"
@@ -73,7 +74,8 @@ void AddJobFlags(CLI::App& app, ServerConfig& config) {
   app.add_option("--max-job-core-seconds", config.max_job_core_seconds, "Largest job, as predicted");
   app.add_option("--max-queued-jobs", config.max_queued_jobs, "Most jobs waiting");
   app.add_option("--max-queued-jobs-per-user", config.max_queued_jobs_per_user, "Most jobs of one user waiting");
-  app.add_option("--max-queued-core-seconds", config.max_queued_core_seconds, "All jobs waiting together, as predicted");
+  app.add_option("--max-queued-core-seconds", config.max_queued_core_seconds,
+                 "All jobs waiting together, as predicted");
   app.add_option("--max-job-attempts", config.max_job_attempts,
                  "A job that was started this often without progress fails");
   AddAge(app, "--keep-finished", config.keep_finished_s, "How long a job that has ended is kept: 90s, 30m, 12h, 7d");
@@ -252,9 +254,10 @@ class SettingsFile final : public CLI::ConfigBase {
       const std::string place = fmt::format("{}:{}", path, setting.line);
       const CLI::Option* const option = app_.get_option_no_throw("--" + setting.key);
       if (option == nullptr || !option->get_configurable()) {
-        throw CLI::ConfigError(fmt::format("{}: {}: there is no such setting{}", place,
-                                           TruncateUtf8(setting.key, kMaxShownBytes), Proposal(setting.key, KeysOf(app_))),
-                               CLI::ExitCodes::ConfigError);
+        throw CLI::ConfigError(
+            fmt::format("{}: {}: there is no such setting{}", place, TruncateUtf8(setting.key, kMaxShownBytes),
+                        Proposal(setting.key, KeysOf(app_))),
+            CLI::ExitCodes::ConfigError);
       }
       if (option->count() > 0 || IsSet(option->get_envname())) continue;
       origins_[setting.key] = place;

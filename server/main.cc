@@ -30,9 +30,9 @@ using std::chrono::milliseconds;
 constexpr milliseconds kDelivery{5000};
 
 // The handler leaves the number of each signal here. A handler, because libraries start threads before main() that
-// block no signals: a mask would leave those threads to die of them. That of dlcs (client/cli/commands/interrupt) is for the
-// same reason, and not the same: it stops one thing, ends the process at the second signal and goes when its command is
-// done. What the two could share is a write to a descriptor.
+// block no signals: a mask would leave those threads to die of them. That of dlcs (client/cli/commands/interrupt) is
+// for the same reason, and not the same: it stops one thing, ends the process at the second signal and goes when its
+// command is done. What the two could share is a write to a descriptor.
 std::array<int, 2> signal_pipe;
 
 extern "C" void OnSignal(int number) {

@@ -245,7 +245,8 @@ std::optional<std::string> OptionOfValue(const CLI::App& current, const std::str
   for (const CLI::Option* option : current.get_options()) {
     std::istringstream words(option->get_type_name());
     for (std::string word; std::getline(words, word, '|');) {
-      if (word == value && !option->get_lnames().empty()) return fmt::format("--{} {}", option->get_lnames().front(), word);
+      if (word == value && !option->get_lnames().empty())
+        return fmt::format("--{} {}", option->get_lnames().front(), word);
     }
   }
   return std::nullopt;
@@ -280,7 +281,9 @@ std::string OnlyFor(v1::Method method) { return "Only " + Word(method); }
 std::string GroupOf(const std::string& flag) {
   static const std::map<std::string, std::vector<std::string>> kGroups = {
       {kEveryday, {"--format", "--output", "--quiet", "--verbose", "--deadline", "--help", "--title", "--wait"}},
-      {kServer, {"--server", "--context", "--local", "--token-file", "--tls", "--tls-ca", "--tls-cert", "--tls-key", "--patience"}},
+      {kServer,
+       {"--server", "--context", "--local", "--token-file", "--tls", "--tls-ca", "--tls-cert", "--tls-key",
+        "--patience"}},
   };
   if (const SolveOption* row = FindSolveOption(flag)) {
     if (row->method != v1::METHOD_UNSPECIFIED) return OnlyFor(row->method);
@@ -303,13 +306,13 @@ void Group(CLI::App& app) {
   }
 }
 
-// The groups in the order in which they are wanted, not in that of the options; of an option its names and its value, not what it
-// goes with, which is said to who gives the two.
+// The groups in the order in which they are wanted, not in that of the options; of an option its names and its value,
+// not what it goes with, which is said to who gives the two.
 class GroupedHelp : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
-    return make_description(app) + make_usage(app, name) + make_positionals(app) + Groups(*app) + make_subcommands(app, mode) +
-           '\n' + make_footer(app);
+    return make_description(app) + make_usage(app, name) + make_positionals(app) + Groups(*app) +
+           make_subcommands(app, mode) + '\n' + make_footer(app);
   }
 
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override {

@@ -22,7 +22,8 @@ constexpr const char* kJobNames =
     "A job: the name that submit printed, or its first letters, as many as no other job has.";
 
 constexpr const char* kSubmitExamples =
-    "Prints the name of the job, jobs/..., and nothing else. The job outlives this terminal, cuts and restarts of the server.\n"
+    "Prints the name of the job, jobs/..., and nothing else. The job outlives this terminal, cuts and restarts of the "
+    "server.\n"
     "\n"
     "Examples:\n"
     "  dlcsd --store jobs.db &                           a server that takes jobs\n"
@@ -177,8 +178,8 @@ void AddResult(CLI::App& main, ResultCommand& command) {
       app, "--stride", "N", Whole("a whole number of at least 1", 1),
       [&command](double v) { command.stride = static_cast<std::int64_t>(v); }, "Only every N-th time (1)");
   AddNumber(
-      app, "--from", "T", {"a number", std::numeric_limits<double>::lowest()}, [&command](double v) { command.from = v; },
-      "From this time on (0)");
+      app, "--from", "T", {"a number", std::numeric_limits<double>::lowest()},
+      [&command](double v) { command.from = v; }, "From this time on (0)");
   AddNumber(
       app, "--to", "T", {"a number", std::numeric_limits<double>::lowest()}, [&command](double v) { command.to = v; },
       "Up to this time (the end)");

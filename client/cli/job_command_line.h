@@ -20,7 +20,8 @@ struct JobCommands {
   ResultCommand result;
 };
 
-// Adds submit, watch, get, list, cancel, delete, result, upload and problems, which fill `commands`; it must outlive `main`.
+// Adds submit, watch, get, list, cancel, delete, result, upload and problems, which fill `commands`; it must outlive
+// `main`.
 void AddJobCommands(CLI::App& main, JobCommands& commands);
 
 }  // namespace dlcs::client

@@ -9,7 +9,8 @@ void AddServer(CLI::App& app, ServerTarget& target, const std::string& help) {
                                      [&target](const std::string& address) {
                                        if (address.empty()) {
                                          throw CLI::ValidationError(
-                                             "--server", "is empty; must be HOST:PORT. Is a variable of your script unset?");
+                                             "--server",
+                                             "is empty; must be HOST:PORT. Is a variable of your script unset?");
                                        }
                                        target.address = address;
                                        target.typed = true;

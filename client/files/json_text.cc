@@ -27,9 +27,9 @@ constexpr std::size_t kMaxLists = std::size_t{1} << 23;
 
 constexpr std::size_t kMaxShownBytes = 200;  // of text that is shown: not all of what a file of any size holds
 
-// Makes the value as it is read, and stops at once where nlohmann's own reader would go on and we do not: at a key given
-// twice and at deep nesting. (A callback of that reader could stop it too; but then it looks at all elements of a list again
-// at the end of each that is a list or an object.)
+// Makes the value as it is read, and stops at once where nlohmann's own reader would go on and we do not: at a key
+// given twice and at deep nesting. (A callback of that reader could stop it too; but then it looks at all elements of a
+// list again at the end of each that is a list or an object.)
 class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   nlohmann::json& value() { return root_; }
@@ -347,10 +347,10 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   if (reader.syntax_error()) return absl::InvalidArgumentError(Describe(text, source, *reader.syntax_error()));
   const StrictReader::TooLarge& found = reader.too_large();
   const Place place = PlaceOf(text, text.rfind(found.number, found.read));
-  return absl::InvalidArgumentError(fmt::format("{}, line {}, column {}: {} is too large; every number must be finite in "
-                                                "double precision",
-                                                source, place.line, place.column,
-                                                TruncateUtf8(found.number, kMaxShownBytes)));
+  return absl::InvalidArgumentError(
+      fmt::format("{}, line {}, column {}: {} is too large; every number must be finite in "
+                  "double precision",
+                  source, place.line, place.column, TruncateUtf8(found.number, kMaxShownBytes)));
 }
 
 }  // namespace dlcs::client

@@ -23,10 +23,10 @@ absl::StatusOr<std::string> ReadTextFile(const std::string& path, std::size_t li
 // How a file is called in messages: its path, or "standard input" for `-`.
 std::string SourceName(const std::string& path);
 
-// Parses one JSON value. Stricter than the usual reader: a key given twice in one object, nesting deeper
-// than 32, more than 8,388,608 lists and objects, and numbers beyond the range of double are errors. NaN, Infinity, comments, single quotes and
-// trailing commas, which other writers let through, are named for what they are.
-// `source` is the file's name for messages. Errors: InvalidArgument with source, line and column.
+// Parses one JSON value. Stricter than the usual reader: a key given twice in one object, nesting deeper than 32, more
+// than 8,388,608 lists and objects, and numbers beyond the range of double are errors. NaN, Infinity, comments, single
+// quotes and trailing commas, which other writers let through, are named for what they are. `source` is the file's name
+// for messages. Errors: InvalidArgument with source, line and column.
 absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::string& source);
 
 }  // namespace dlcs::client

@@ -96,10 +96,10 @@ absl::StatusOr<Members> ReadTable(const std::string& text, const std::string& so
     const auto numbers = NumbersOf(line);
     if (!numbers && number == 1) continue;  // the names of the columns
     if (!numbers) {
-      return absl::InvalidArgumentError(
-          fmt::format("{}, line {}: is no line of numbers between commas, an initial state; nor is the file JSON, which "
-                      "begins with [ or {{",
-                      source, number));
+      return absl::InvalidArgumentError(fmt::format(
+          "{}, line {}: is no line of numbers between commas, an initial state; nor is the file JSON, which "
+          "begins with [ or {{",
+          source, number));
     }
     members.emplace_back().mutable_x0()->Add(numbers->begin(), numbers->end());
   }

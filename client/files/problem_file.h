@@ -22,7 +22,8 @@ struct ProblemFile {
   nlohmann::json annotations;  // the keys that say something about the problem and are not part of it
 };
 
-// Whether two functions of `size` components are the same for a problem (client/local/agreement.h), which takes an engine.
+// Whether two functions of `size` components are the same for a problem (client/local/agreement.h), which takes an
+// engine.
 using AgreementCheck = std::function<bool(const v1::TimeFunction& one, const v1::TimeFunction& other, int size,
                                           const v1::Problem& problem)>;
 

@@ -24,8 +24,8 @@ struct ModeledProblem {
 // rule" per line.
 absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source);
 
-// The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its structure: some 2 MB for 65,025 states.
-// Errors: InvalidArgument with one "--option: rule" per line.
+// The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its
+// structure: some 2 MB for 65,025 states. Errors: InvalidArgument with one "--option: rule" per line.
 absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon);
 
 }  // namespace dlcs::client

@@ -92,7 +92,8 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     }
     const grpc::Status ended = reader->Finish();
     status = ended.ok() ? absl::OkStatus() : connection_.Describe(ended);
-    const bool goes_on = !solve.job().empty() && !collector.has_summary() && IsTransient(ended) && !limits.stop.stop_requested();
+    const bool goes_on =
+        !solve.job().empty() && !collector.has_summary() && IsTransient(ended) && !limits.stop.stop_requested();
     if (goes_on) {
       if (notice_) notice_(fmt::format("{}; going on with {}", ended.error_message(), solve.job()));
       CallLimits left = limits;

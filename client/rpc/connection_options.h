@@ -24,8 +24,8 @@ struct ConnectionOptions {
   // The certificate by which the server knows the client, and its key; both or none.
   std::string tls_cert;
   std::string tls_key;
-  // When calls that may be repeated are repeated where no answer comes: from the first on; only once the server has answered one,
-  // since a cut passes and a wrong address does not; not at all.
+  // When calls that may be repeated are repeated where no answer comes: from the first on; only once the server has
+  // answered one, since a cut passes and a wrong address does not; not at all.
   enum class Repeat { kAlways, kAfterAnswer, kNever };
   Repeat repeat = Repeat::kAlways;
   // Goes with every call, and without encryption to this machine only (127.0.0.0/8, ::1, localhost).

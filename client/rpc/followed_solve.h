@@ -27,8 +27,8 @@ class ResumableSolve {
   // The name of its job; empty where it is none, or is not known yet.
   const std::string& job() const { return job_; }
 
-  // Takes the rest from the job, from behind what was taken: its events, its trajectory, its summary. Errors: of JobClient; that
-  // of a job that failed without a summary.
+  // Takes the rest from the job, from behind what was taken: its events, its trajectory, its summary. Errors: of
+  // JobClient; that of a job that failed without a summary.
   absl::Status Resume(JobClient& jobs, const CallLimits& limits);
 
  private:

@@ -21,9 +21,9 @@
 
 namespace dlcs::client {
 
-// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls block. An
-// object may be used from several threads at once. Errors: as Backend; and NotFound, AlreadyExists, FailedPrecondition as in
-// dlcs/v1/jobs.proto.
+// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls
+// block. An object may be used from several threads at once. Errors: as Backend; and NotFound, AlreadyExists,
+// FailedPrecondition as in dlcs/v1/jobs.proto.
 class JobClient {
  public:
   // As Client::Connect(). `notice` may be empty.

@@ -19,8 +19,8 @@
 
 namespace dlcs::client {
 
-// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls block. An
-// object may be used from several threads at once. Errors: as Backend; and NotFound, FailedPrecondition as in
+// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls
+// block. An object may be used from several threads at once. Errors: as Backend; and NotFound, FailedPrecondition as in
 // dlcs/v1/problems.proto.
 class ProblemClient {
  public:

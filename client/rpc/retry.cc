@@ -24,7 +24,8 @@ using std::chrono::steady_clock;
 
 constexpr Seconds kFirstPause{0.1};
 constexpr Seconds kLongestPause{5};
-// For a first answer: long enough for a server that was started by the command before, short enough not to be waited for.
+// For a first answer: long enough for a server that was started by the command before, short enough not to be waited
+// for.
 constexpr Seconds kForFirstAnswer{1};
 
 // Between half and all of `pause`: so that clients that were cut at the same moment do not come back at the same
@@ -54,8 +55,8 @@ void Pause(Seconds duration, const std::stop_token& stop) {
   changed.wait_for(lock, stop, duration, [&] { return stop.stop_requested(); });
 }
 
-// Returns when there is a connection, `stop` is requested, or it has taken so long. After a cut gRPC lets some time go by
-// before it connects again, and meanwhile fails every call at once.
+// Returns when there is a connection, `stop` is requested, or it has taken so long. After a cut gRPC lets some time go
+// by before it connects again, and meanwhile fails every call at once.
 void WaitForConnection(grpc::Channel& channel, Seconds most, const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kBetweenLooksAtStop{100};
   const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(most);
@@ -114,7 +115,8 @@ absl::Status Retry::UntilDeadline(const CallLimits& limits, const Attempt& attem
     left.deadline = end_of_call - steady_clock::now();
     bool made_progress = false;
     const grpc::Status status = attempt(left, made_progress);
-    if (status.ok() || made_progress || (Connection::IsAnswer(status) && status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED)) {
+    if (status.ok() || made_progress ||
+        (Connection::IsAnswer(status) && status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED)) {
       connection_.NoteAnswer();
     }
     if (status.ok()) return absl::OkStatus();
@@ -123,7 +125,8 @@ absl::Status Retry::UntilDeadline(const CallLimits& limits, const Attempt& attem
     if (made_progress) pause = kFirstPause;
     const Seconds wait = std::max(Jittered(pause), RetryDelay(status).value_or(Seconds(0)));
     const bool in_time = steady_clock::now() + wait < end;
-    if (!IsTransient(status) || repeat == Repeat::kNever || !in_time || limits.stop.stop_requested()) return connection_.Describe(status);
+    if (!IsTransient(status) || repeat == Repeat::kNever || !in_time || limits.stop.stop_requested())
+      return connection_.Describe(status);
     if (const auto never = connection_.PermanentFailure(status)) return *never;
     if (notice_ && known) notice_(fmt::format("{}; again in {:.1f} s", WhatHappened(status), wait.count()));
     Pause(wait, limits.stop);

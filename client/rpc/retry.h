@@ -20,11 +20,11 @@ namespace dlcs::client {
 // Told of every repetition: what happened, and when it goes on. Must not throw.
 using Notice = std::function<void(const std::string& text)>;
 
-// Where no answer comes (UNAVAILABLE, a cut stream), a call is repeated after 0.1 s, 0.2 s, ... at most 5 s, and when there is
-// a connection again, for which it waits as long once more, until its deadline; what RetryInfo asks for is kept to, and what will
-// not pass by itself (a wrong certificate) ends it. Before the first answer of a server a second of that is all, unless the
-// options of the connection say otherwise. For calls of which a repetition does nothing twice. May be used from several threads
-// at once.
+// Where no answer comes (UNAVAILABLE, a cut stream), a call is repeated after 0.1 s, 0.2 s, ... at most 5 s, and when
+// there is a connection again, for which it waits as long once more, until its deadline; what RetryInfo asks for is
+// kept to, and what will not pass by itself (a wrong certificate) ends it. Before the first answer of a server a second
+// of that is all, unless the options of the connection say otherwise. For calls of which a repetition does nothing
+// twice. May be used from several threads at once.
 class Retry {
  public:
   // `notice` may be empty.
@@ -32,14 +32,16 @@ class Retry {
 
   const Connection& connection() const { return connection_; }
 
-  // One attempt, within the time that is left. Sets `made_progress` where it brought something: then pauses begin small again.
+  // One attempt, within the time that is left. Sets `made_progress` where it brought something: then pauses begin small
+  // again.
   using Attempt = std::function<grpc::Status(const CallLimits& left, bool& made_progress)>;
   // `attempt` until it succeeds, fails for good, or the time is over. Errors: as Connection::Describe().
   absl::Status UntilDeadline(const CallLimits& limits, const Attempt& attempt) const;
 
   // The same for a call with one answer, a method of `stub`.
   template <typename Stub, typename Request, typename Response>
-  absl::StatusOr<Response> Ask(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+  absl::StatusOr<Response> Ask(Stub& stub,
+                               grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                                const Request& request, const CallLimits& limits) const {
     Response response;
     const absl::Status status = UntilDeadline(limits, [&](const CallLimits& left, bool&) {

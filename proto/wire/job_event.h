@@ -8,8 +8,8 @@
 
 namespace dlcs {
 
-// What a solve tells of an event of its job, with the same number; absent for what it does not tell: states and checkpoints, and
-// the end, of which more is to be said.
+// What a solve tells of an event of its job, with the same number; absent for what it does not tell: states and
+// checkpoints, and the end, of which more is to be said.
 std::optional<v1::SolveEvent> AsSolveEvent(const v1::JobEvent& event);
 
 }  // namespace dlcs

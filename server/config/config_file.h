@@ -24,8 +24,8 @@ struct Setting {
 //     max-steps = 1000000
 //     store = "/var/lib/dlcs/the # of jobs.db"   # quotes, double or single, keep everything between them
 //
-// Errors: InvalidArgument with `path`, the line, what it says and the rule; a key may be given
-// once, and neither the file (1 MB) nor a line (4096 bytes) may be of any length. What keys there are is not known here.
+// Errors: InvalidArgument with `path`, the line, what it says and the rule; a key may be given once, and neither the
+// file (1 MB) nor a line (4096 bytes) may be of any length. What keys there are is not known here.
 absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std::string& path);
 
 // `key = value` as ReadSettings() reads it.

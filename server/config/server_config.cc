@@ -66,7 +66,8 @@ absl::Status ValidateJobs(const ServerConfig& config) {
   if (!is_time(config.keep_finished_s)) {
     return OutOfRange("--keep-finished", config.keep_finished_s, "above 0 and at most 100 years, in seconds");
   }
-  if (config.keep_finished_bytes < 0) return OutOfRange("--keep-finished-bytes", config.keep_finished_bytes, "at least 0");
+  if (config.keep_finished_bytes < 0)
+    return OutOfRange("--keep-finished-bytes", config.keep_finished_bytes, "at least 0");
   // A database takes no larger value in one piece.
   if (config.max_upload_bytes < 1 || config.max_upload_bytes > 1'000'000'000) {
     return OutOfRange("--max-upload-bytes", config.max_upload_bytes, "between 1 and 1000000000");

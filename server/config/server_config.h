@@ -50,21 +50,22 @@ struct ServerConfig {
   // "all": takes calls and runs jobs. "front": takes calls, and leaves jobs to others. "worker": runs jobs and takes no
   // calls. The latter two need a shared store.
   std::string role = "all";
-  // Of this server among those that share the store, the same after a restart, so that it takes up its own jobs at once.
-  // Empty: the machine's name and the port.
+  // Of this server among those that share the store, the same after a restart, so that it takes up its own jobs at
+  // once. Empty: the machine's name and the port.
   std::string worker_name;
   // The jobs of a server that was not heard of for so long are taken up by others.
   std::int64_t lease_ms = 30'000;
   // What a running job has found is stored about so often.
   std::int64_t checkpoint_ms = 1000;
 
-  // Jobs, where there is a store. What is refused above them names the limit; the first never, the others until there is room.
+  // Jobs, where there is a store. What is refused above them names the limit; the first never, the others until there
+  // is room.
   double max_job_core_seconds = 24 * 3600;  // predicted
   int max_queued_jobs = 1000;
   int max_queued_jobs_per_user = 200;
   double max_queued_core_seconds = 24 * 3600;  // predicted, of all
-  // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a server may
-  // also be killed for other reasons before a job gets on.
+  // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a
+  // server may also be killed for other reasons before a job gets on.
   int max_job_attempts = 20;
   // Jobs that have ended are forgotten when they are older, or when those that ended later hold so much.
   double keep_finished_s = 7 * 24 * 3600;

@@ -70,8 +70,8 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   // it. `closed` says that the last of them is the summary. Forgets what is in memory, so nobody may be appending.
   // Does nothing when this log has come as far itself.
   void AdvanceArchive(std::int64_t through, bool closed);
-  // A passing event of the server that runs the job, with the number that it has there; the kept events up to `kept_before` are
-  // in the store, and there are none between the two. Ignored unless it is newer than all others.
+  // A passing event of the server that runs the job, with the number that it has there; the kept events up to
+  // `kept_before` are in the store, and there are none between the two. Ignored unless it is newer than all others.
   void AppendRelayed(Event event, std::int64_t kept_before);
   // Somebody else goes on with the job: forgets what no watcher can have seen.
   void Abandon();
@@ -106,8 +106,8 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   bool OverLimits() const;
   void Evict();
   void RestartAfter(std::int64_t sequence);
-  // Whether the waker is to be called, since a watcher waits; for a passing event, since one waits that could have it or
-  // does not know yet when.
+  // Whether the waker is to be called, since a watcher waits; for a passing event, since one waits that could have it
+  // or does not know yet when.
   bool NeedsWake();
   bool NeedsWakeForPassing();
   void WakeIf(bool needed);

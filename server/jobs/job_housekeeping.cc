@@ -105,7 +105,8 @@ void JobManager::FollowOthers() {
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(logs_, [](const auto& entry) { return entry.second.expired(); });
-    std::erase_if(watched_elsewhere_, [now = clock_.Elapsed()](const auto& entry) { return entry.second.until <= now; });
+    std::erase_if(watched_elsewhere_,
+                  [now = clock_.Elapsed()](const auto& entry) { return entry.second.until <= now; });
     for (const auto& [id, weak] : logs_) {
       const auto log = weak.lock();
       if (log != nullptr && !log->closed() && !active_.contains(id)) others.push_back(id);

@@ -32,12 +32,13 @@
 
 namespace dlcs::jobs {
 
-// How an attempt ended, as the solve function tells it:
-//   OK          the work is done: SUCCEEDED, even if a stop came at the last moment;
-//   CANCELLED   it stopped because it was told to: what becomes of the job depends on who told it;
-//   UNAVAILABLE it could not read from the store what it needs, and told nothing yet: called again, until it can or is told to stop;
-//   any other   FAILED.
-// `summary` is the payload of the last event, where there is one to tell.
+// How an attempt ended, as the solve function reports it:
+//   OK           the work is done: SUCCEEDED, even if a stop came at the last moment;
+//   CANCELLED    it was stopped; what becomes of the job depends on who stopped it;
+//   UNAVAILABLE  it could not read what it needs from the store, and has emitted nothing yet: it is called again,
+//                until it can or is stopped;
+//   any other    FAILED.
+// `summary` is the payload of the last event, if there is one.
 struct JobEnd {
   absl::Status status;
   std::string summary;
@@ -69,7 +70,8 @@ struct JobManagerOptions {
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
   Duration poll = std::chrono::seconds(1);    // how soon what other servers did is seen where the store does not tell
   Duration probe = std::chrono::seconds(5);   // how soon a store that broke, or came back, is noticed
-  Duration ask = std::chrono::seconds(5);     // how often others are asked to tell what passes in jobs that are watched here
+  // How often others are asked to tell what passes in jobs that are watched here.
+  Duration ask = std::chrono::seconds(5);
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
   // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a
@@ -82,17 +84,17 @@ struct JobManagerOptions {
 class JobManager {
  public:
   // Takes up at once the jobs that an earlier life of this worker left, and starts threads that run jobs, as many as
-  // limits.cores and those lent and some whose jobs wait for the store at their end (options.runs_jobs). All references must
-  // outlive it. `solve` is called from those threads; it may throw.
+  // limits.cores and those lent and some whose jobs wait for the store at their end (options.runs_jobs). All references
+  // must outlive it. `solve` is called from those threads; it may throw.
   JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve, const Clock& clock);
   // Drain(0).
   ~JobManager();
 
   // What Submit() would say of a new job, and what it is predicted to need; takes nothing.
   absl::StatusOr<Demand> Check(const Submission& submission) const;
-  // What Submit() would say at once to a new job of `owner`, whatever it is: that there is no place for it (RESOURCE_EXHAUSTED
-  // with RefusalOf()), or UNAVAILABLE while draining. Costs nothing, and so refuses what need not even be read. Does not
-  // block.
+  // What Submit() would say at once to a new job of `owner`, whatever it is: that there is no place for it
+  // (RESOURCE_EXHAUSTED with RefusalOf()), or UNAVAILABLE while draining. Costs nothing, and so refuses what need not
+  // even be read. Does not block.
   absl::Status CheckPlaces(const std::string& owner) const;
   // OK: the job is in the store. Errors: of `cost`; RESOURCE_EXHAUSTED with RefusalOf(); ALREADY_EXISTS; UNAVAILABLE
   // while draining.

@@ -154,8 +154,8 @@ bool Scheduler::Fits(const Demand& demand) const {
 
 double Scheduler::Savings(const Owner& owner) const {
   if (!owner.queue.empty()) return owner.deficit;
-  // What the others were given at once, as their jobs began, one may have saved as well: it has to last until those end. Not
-  // for large jobs, which leave cores to the others.
+  // What the others were given at once, as their jobs began, one may have saved as well: it has to last until those
+  // end. Not for large jobs, which leave cores to the others.
   double most = limits_.max_saved_core_seconds;
   for (const auto& [id, running] : running_) {
     const Demand& demand = running.request.demand;

@@ -28,15 +28,15 @@ struct SchedulerLimits {
   int max_queued_jobs_per_user = 200;
   double max_queued_core_seconds = 24 * 3600;
 
-  // A user who was idle has saved as much as its share would have been, up to this, or to the largest job that runs: it need
-  // not wait for the turns of those who always want more.
+  // A user who was idle has saved as much as its share would have been, up to this, or to the largest job that runs: it
+  // need not wait for the turns of those who always want more.
   double max_saved_core_seconds = 5;
   // Jobs above large_core_seconds leave so many cores to the others, so that small jobs stay fast beside them.
   double large_core_seconds = 30;
   int cores_kept_for_small = 0;
-  // Jobs that run are not interrupted for others; but a job of at most small_core_seconds need not wait for the end of one:
-  // so many threads of such jobs run beside full cores, where their user has saved what they cost and has nothing else
-  // running. The machine then shares its time between them and the others.
+  // Jobs that run are not interrupted for others; but a job of at most small_core_seconds need not wait for the end of
+  // one: so many threads of such jobs run beside full cores, where their user has saved what they cost and has nothing
+  // else running. The machine then shares its time between them and the others.
   double small_core_seconds = 1;
   int burst_cores = 0;
   // A job whose turn it is but that needs more memory or cores than are free is passed over for so long; then nothing
@@ -68,8 +68,8 @@ class Scheduler {
   // `clock` must outlive it.
   Scheduler(const SchedulerLimits& limits, const Clock& clock) : limits_(limits), clock_(clock) {}
 
-  // Whether there is no place in the queue for a further job of `owner`, whatever it needs: cheap, to be asked before anything
-  // is found out about it.
+  // Whether there is no place in the queue for a further job of `owner`, whatever it needs: cheap, to be asked before
+  // anything is found out about it.
   std::optional<Refusal> RefuseForPlaces(const std::string& owner) const;
   // Which limit speaks against the job now; nothing where it would be taken.
   std::optional<Refusal> Refuse(const Request& request) const;

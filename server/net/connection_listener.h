@@ -16,8 +16,8 @@
 
 namespace dlcs {
 
-// gRPC 1.51 counts no connections, and once a process is out of descriptors its own listener is deaf for good: whoever can
-// connect, a thousand times by default, ends the service. This one closes connections that would take the last
+// gRPC 1.51 counts no connections, and once a process is out of descriptors its own listener is deaf for good: whoever
+// can connect, a thousand times by default, ends the service. This one closes connections that would take the last
 // kKeptDescriptors, which the store, its files and the probes need, as they come, and never gives up.
 class ConnectionListener {
  public:
@@ -28,8 +28,8 @@ class ConnectionListener {
   static absl::StatusOr<std::unique_ptr<ConnectionListener>> Open(ListenAddress& address);
   ~ConnectionListener();
 
-  // Hands connections to `acceptor`, from a thread, until it is destroyed, which is to be before the server shuts down. Call
-  // it once.
+  // Hands connections to `acceptor`, from a thread, until it is destroyed, which is to be before the server shuts down.
+  // Call it once.
   void Start(std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor);
 
  private:

@@ -55,7 +55,8 @@ class EventMailbox {
     kEnd,      // all was delivered; status() tells how it ended
   };
   Got Next(v1::SolveEvent& event);
-  // Whether another event waits behind those that Next() gave, and whether there will never be one: it gave all of a solve.
+  // Whether another event waits behind those that Next() gave, and whether there will never be one: it gave all of a
+  // solve.
   bool has_more() const;
   bool delivered() const;
 

@@ -31,7 +31,8 @@ struct PreparedEnsemble {
   std::int64_t held_bytes = 0;  // what suffices to keep the threads at work and a reader too; no less than any member's
 };
 
-// Converts and checks `request`, whose problem `find` finds where it is named. Errors: as ParseAndValidate() and `find`, and ResourceExhausted when a member is above a limit.
+// Converts and checks `request`, whose problem `find` finds where it is named. Errors: as ParseAndValidate() and
+// `find`, and ResourceExhausted when a member is above a limit.
 absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
                                                  const ProblemResolver& find = {});
 

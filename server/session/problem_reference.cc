@@ -40,7 +40,8 @@ absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
 // Where the request has a field for a linear problem and one for a name.
 template <typename Request>
 absl::StatusOr<Request> WithLinearProblem(const Request& request, const ProblemResolver& find) {
-  if (request.has_problem()) return InvalidRequest({{kField, "the request holds a problem as well; say one of the two"}});
+  if (request.has_problem())
+    return InvalidRequest({{kField, "the request holds a problem as well; say one of the two"}});
   absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
   if (!body.ok()) return body.status();
   if (!body->has_problem()) {
@@ -77,7 +78,8 @@ absl::StatusOr<v1::SolveRequest> ResolveProblem(const v1::SolveRequest& request,
   return whole;
 }
 
-absl::StatusOr<v1::SolveEnsembleRequest> ResolveProblem(const v1::SolveEnsembleRequest& request, const ProblemResolver& find) {
+absl::StatusOr<v1::SolveEnsembleRequest> ResolveProblem(const v1::SolveEnsembleRequest& request,
+                                                        const ProblemResolver& find) {
   return WithLinearProblem(request, find);
 }
 

@@ -19,17 +19,19 @@ std::string InWords(const jobs::Refusal& refusal) {
                        refusal.value);
   }
   if (refusal.limit.starts_with("max_uploaded")) {
-    return fmt::format("With this problem {} would be {:.10g}, and this server allows {:.10g}. Delete problems that are not "
-                       "needed any more.",
-                       refusal.limit, refusal.asked, refusal.value);
+    return fmt::format(
+        "With this problem {} would be {:.10g}, and this server allows {:.10g}. Delete problems that are not "
+        "needed any more.",
+        refusal.limit, refusal.asked, refusal.value);
   }
   if (refusal.retry_after) {
     return fmt::format("The queue is full: with this job {} would be {:.10g}, and this server allows {:.10g}.",
                        refusal.limit, refusal.asked, refusal.value);
   }
-  return fmt::format("The job is predicted to need {} = {:.10g}, and this server allows {:.10g}. Ask for less, or run a "
-                     "server with a higher limit.",
-                     refusal.limit, refusal.asked, refusal.value);
+  return fmt::format(
+      "The job is predicted to need {} = {:.10g}, and this server allows {:.10g}. Ask for less, or run a "
+      "server with a higher limit.",
+      refusal.limit, refusal.asked, refusal.value);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 namespace dlcs {
 
-// A refusal of the scheduler or of the store (jobs/refusal.h) with the details that the wire has for it; any other status as it
-// is.
+// A refusal of the scheduler or of the store (jobs/refusal.h) with the details that the wire has for it; any other
+// status as it is.
 absl::Status WithDetails(const absl::Status& status);
 
 }  // namespace dlcs

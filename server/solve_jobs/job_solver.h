@@ -28,8 +28,8 @@ class JobSolver {
             std::chrono::milliseconds checkpoint_every)
       : limits_(limits), setups_(setups), store_(store), library_(library), checkpoint_every_(checkpoint_every) {}
 
-  // What the job of `owner` with this body will need: a model to a factor of ten for time, three for memory; the scheduler
-  // corrects by what jobs really took. Errors: as PrepareSolve().
+  // What the job of `owner` with this body will need: a model to a factor of ten for time, three for memory; the
+  // scheduler corrects by what jobs really took. Errors: as PrepareSolve().
   absl::StatusOr<jobs::Demand> Predict(const std::string& owner, const std::string& body) const;
 
   // One attempt: goes on behind what is stored, and ends with the summary. Safe from several threads.

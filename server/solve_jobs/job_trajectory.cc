@@ -85,7 +85,8 @@ absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store,
                                                           const jobs::JobId& id,
                                                           const v1::ReadTrajectoryRequest& request) {
   TrajectoryReader reader(store, std::move(owner), id, request);
-  if (request.stride() < 0) return InvalidRequest({{"stride", fmt::format("{}; must not be negative", request.stride())}});
+  if (request.stride() < 0)
+    return InvalidRequest({{"stride", fmt::format("{}; must not be negative", request.stride())}});
   const std::string& token = request.resume_token();
   if (token.empty()) return reader;
   const auto [stop, error] = std::from_chars(token.data(), token.data() + token.size(), reader.next_part_);

@@ -63,7 +63,8 @@ ProblemResolver ProblemLibrary::Of(std::string owner) const {
     const absl::StatusOr<std::string> stored = store_.ReadProblem(owner, *id);
     if (!stored.ok()) return stored.status();
     v1::ProblemBody body;
-    if (!body.ParseFromString(*stored)) return absl::DataLossError("The stored problem cannot be read: upload it again.");
+    if (!body.ParseFromString(*stored))
+      return absl::DataLossError("The stored problem cannot be read: upload it again.");
     return body;
   };
 }

@@ -35,12 +35,12 @@ class ProblemLibrary {
   // Those of `owner`. Must not outlive this object.
   ProblemResolver Of(std::string owner) const;
 
-  // What is known of a problem that is there, after what would forbid to upload one of `bytes` was ruled out: for who is about
-  // to. NotFound says go ahead. Errors: ResourceExhausted naming the limit.
+  // What is known of a problem that is there, after what would forbid to upload one of `bytes` was ruled out: for who
+  // is about to. NotFound says go ahead. Errors: ResourceExhausted naming the limit.
   absl::StatusOr<v1::StoredProblem> Expect(const std::string& owner, const jobs::ProblemId& id,
                                            std::int64_t bytes) const;
-  // Errors: InvalidArgument with every violation where `body` is no ProblemBody or its problem breaks a rule; ResourceExhausted
-  // naming the limit.
+  // Errors: InvalidArgument with every violation where `body` is no ProblemBody or its problem breaks a rule;
+  // ResourceExhausted naming the limit.
   absl::StatusOr<v1::UploadProblemResponse> Add(const std::string& owner, const jobs::ProblemId& id,
                                                 std::string body) const;
 

@@ -21,7 +21,8 @@ absl::StatusOr<std::optional<v1::UploadProblemResponse>> Upload::Begin(const v1:
   std::vector<Violation> violations;
   if (start.bytes() < 1) violations.push_back({"start.bytes", fmt::format("{}; must be at least 1", start.bytes())});
   if (start.sha256().size() != ContentHash("").size()) {
-    violations.push_back({"start.sha256", fmt::format("has {} bytes; must be the 32 of a SHA-256", start.sha256().size())});
+    violations.push_back(
+        {"start.sha256", fmt::format("has {} bytes; must be the 32 of a SHA-256", start.sha256().size())});
   }
   if (!violations.empty()) return InvalidRequest(violations);
   absl::StatusOr<v1::StoredProblem> there = library_.Expect(owner_, Hex(start.sha256()), start.bytes());
@@ -53,7 +54,8 @@ absl::StatusOr<v1::UploadProblemResponse> Upload::Store() {
     return InvalidRequest({{"data", fmt::format("ended after {} of {} bytes", data_.size(), bytes_)}});
   }
   if (const std::string found = ContentHash(data_); found != sha256_) {
-    return InvalidRequest({{"data", fmt::format("has the SHA-256 {}, and `start` announced {}", Hex(found), Hex(sha256_))}});
+    return InvalidRequest(
+        {{"data", fmt::format("has the SHA-256 {}, and `start` announced {}", Hex(found), Hex(sha256_))}});
   }
   return library_.Add(owner_, Hex(sha256_), std::move(data_));
 }

@@ -86,7 +86,8 @@ struct JobChange {
     kUnknown,     // of any jobs, anything
     // By servers (JobStore::Tell):
     kWatched,  // somebody watches it where it does not run, and wants `detail`
-    kPassing,  // `event`, which is not in the store; the last kept event before it has the number `kept_before`, or a lower one
+    // `event`, which is not in the store; the last kept event before it has the number `kept_before`, or a lower one.
+    kPassing,
   };
   What what = What::kUnknown;
   JobId job = {};  // empty for kUnknown
@@ -154,16 +155,17 @@ class JobStore {
   // as all stay within `max_bytes`.
   virtual absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) = 0;
 
-  // Deletes finished jobs that are too old or too many, and problems that nobody has used for long. Returns how many; a call
-  // deletes at most a few hundred.
+  // Deletes finished jobs that are too old or too many, and problems that nobody has used for long. Returns how many; a
+  // call deletes at most a few hundred.
   virtual absl::StatusOr<int> Expire(const Expiry& expiry) = 0;
 
-  // From now on `heard` is told of changes, soon after they were made by whichever server, from a thread that should not
-  // be held up. An empty function ends that; when it returns no call is under way. Nothing is promised: what was not heard
-  // of is found by looking. Stores that cannot tell never do.
+  // From now on `heard` is told of changes, soon after they were made by whichever server, from a thread that should
+  // not be held up. An empty function ends that; when it returns no call is under way. Nothing is promised: what was
+  // not heard of is found by looking. Stores that cannot tell never do.
   virtual void Listen(std::function<void(const JobChange& change)> heard) { static_cast<void>(heard); }
 
-  // Lets those who listen hear of `change`: kWatched, kPassing. Nothing is promised, and nothing is kept. Blocks as the others do.
+  // Lets those who listen hear of `change`: kWatched, kPassing. Nothing is promised, and nothing is kept. Blocks as the
+  // others do.
   virtual void Tell(const JobChange& change) { static_cast<void>(change); }
 
   // What the last function that touched the disk found.

@@ -38,7 +38,8 @@ class JobTable {
   // Not locked.
   virtual std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) = 0;
 
-  // The owner's uploaded problem is used now, and stays until the transaction ends. False when there is none of that id.
+  // The owner's uploaded problem is used now, and stays until the transaction ends. False when there is none of that
+  // id.
   virtual bool UseProblem(const std::string& owner, const std::string& id) = 0;
   // The row, locked, of a new job and its body: QUEUED, with no events. Nothing when its request_id was used meanwhile.
   virtual std::optional<JobRow> Insert(const NewJob& job) = 0;

@@ -45,10 +45,11 @@ struct ProblemQuota {
   int max_problems = 100;
 };
 
-// A problem belongs to the user who uploaded it, and is there for nobody else; two users who upload the same have one each.
+// A problem belongs to the user who uploaded it, and is there for nobody else; two users who upload the same have one
+// each.
 //
-// One that nobody has used for Expiry::max_unused_problem_age goes with JobStore::Expire(), unless a job that has not ended names
-// it (NewJob::problem): such a job holds it. Durability, threads and further errors as JobStore.
+// One that nobody has used for Expiry::max_unused_problem_age goes with JobStore::Expire(), unless a job that has not
+// ended names it (NewJob::problem): such a job holds it. Durability, threads and further errors as JobStore.
 class ProblemStore {
  public:
   struct Added {
@@ -58,8 +59,8 @@ class ProblemStore {
 
   virtual ~ProblemStore() = default;
 
-  // Stores it whole or not at all; one that is there is used, and costs nothing. Errors: RESOURCE_EXHAUSTED with RefusalOf(), by
-  // the quota's max_uploaded_bytes_per_user or max_uploaded_problems_per_user.
+  // Stores it whole or not at all; one that is there is used, and costs nothing. Errors: RESOURCE_EXHAUSTED with
+  // RefusalOf(), by the quota's max_uploaded_bytes_per_user or max_uploaded_problems_per_user.
   virtual absl::StatusOr<Added> AddProblem(const NewProblem& problem, const ProblemQuota& quota) = 0;
 
   // Errors of all that follow: NOT_FOUND.

@@ -10,9 +10,9 @@
 
 namespace dlcs {
 
-// Holds a file of jobs for this process, for as long as it lives: a second server would take the running jobs of the first for
-// those of an earlier life of its own. What is locked is a file beside it, PATH.lock, which stays; a server that was killed
-// holds nothing. The address of a database, and no store, need no lock.
+// Holds a file of jobs for this process, for as long as it lives: a second server would take the running jobs of the
+// first for those of an earlier life of its own. What is locked is a file beside it, PATH.lock, which stays; a server
+// that was killed holds nothing. The address of a database, and no store, need no lock.
 class StoreLock {
  public:
   // Errors: FailedPrecondition where another process holds it, or it cannot be made; with the path.

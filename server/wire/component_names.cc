@@ -91,7 +91,8 @@ class NameCheck {
   void Check(const std::vector<std::string>& names, const char* field, char letter, Index size, const char* each) {
     if (names.empty()) return;
     if (static_cast<Index>(names.size()) != size) {
-      violations_.push_back({field, fmt::format("{} names; must be {}, one for each {}, or none", names.size(), size, each)});
+      violations_.push_back(
+          {field, fmt::format("{} names; must be {}, one for each {}, or none", names.size(), size, each)});
       return;
     }
     for (std::size_t i = 0; i < names.size(); ++i) {

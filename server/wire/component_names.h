@@ -38,8 +38,8 @@ void SetNames(const ComponentNames& names, Message& message) {
   message.mutable_pair_names()->Add(names.pairs.begin(), names.pairs.end());
 }
 
-// The parameters by their names. Appends to `violations`, as parameters.NAME, a name that is none or is given twice, and a value
-// that is not finite.
+// The parameters by their names. Appends to `violations`, as parameters.NAME, a name that is none or is given twice,
+// and a value that is not finite.
 FormulaParameters ParametersFromProto(const google::protobuf::RepeatedPtrField<v1::Parameter>& parameters,
                                       const std::string& field, std::vector<Violation>& violations);
 
@@ -47,8 +47,8 @@ FormulaParameters ParametersFromProto(const google::protobuf::RepeatedPtrField<v
 void ChangeParameters(const google::protobuf::RepeatedPtrField<v1::Parameter>& changes, const std::string& field,
                       FormulaParameters& parameters, std::vector<Violation>& violations);
 
-// Appends to `violations` what is wrong with the names of a problem with m states and n pairs, as states[1] and pairs[0]: their
-// number, what the language of formulas has already, and names that stand for two things.
+// Appends to `violations` what is wrong with the names of a problem with m states and n pairs, as states[1] and
+// pairs[0]: their number, what the language of formulas has already, and names that stand for two things.
 void CheckNames(const ComponentNames& names, const FormulaParameters& parameters, Index m, Index n,
                 std::vector<Violation>& violations);
 

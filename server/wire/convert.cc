@@ -152,9 +152,10 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
     default:
       break;
   }
-  violations.push_back({"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
-                                            "2 least element, 3 hidden least element, 4 least norm, 5 minimizer, 6 sparsest)",
-                                            static_cast<int>(rule))});
+  violations.push_back(
+      {"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
+                           "2 least element, 3 hidden least element, 4 least norm, 5 minimizer, 6 sparsest)",
+                           static_cast<int>(rule))});
   return SolutionRule::kAuto;
 }
 
@@ -162,9 +163,10 @@ Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Vi
   // Before a matrix is made of a shape that may be any.
   const WireShape shape = ShapeOf(selector.c());
   if (shape.rows != selector.b_size() || shape.columns != n) {
-    violations.push_back({"selector.C", fmt::format("{} x {}; must have a row for each of the {} entries of b and {} columns, "
-                                                    "one for each pair",
-                                                    shape.rows, shape.columns, selector.b_size(), n)});
+    violations.push_back(
+        {"selector.C", fmt::format("{} x {}; must have a row for each of the {} entries of b and {} columns, "
+                                   "one for each pair",
+                                   shape.rows, shape.columns, selector.b_size(), n)});
     return {};
   }
   return {MatrixFromProto(selector.c(), "selector.C", violations), VectorFromProto(selector.b())};
@@ -186,7 +188,8 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
   result.horizon = problem.horizon();
   result.break_points.assign(problem.break_points().begin(), problem.break_points().end());
   result.rule = RuleFromProto(problem.rule(), violations);
-  if (problem.has_selector()) result.selector = SelectorFromProto(problem.selector(), DeclaredRows(problem.m()), violations);
+  if (problem.has_selector())
+    result.selector = SelectorFromProto(problem.selector(), DeclaredRows(problem.m()), violations);
   return result;
 }
 

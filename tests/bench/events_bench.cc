@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of a whole solve by event location, from problem to answer, at several tolerances. The error stands beside it, and a
-// solve whose error is above the tolerance counts as none.
+// Time of a whole solve by event location, from problem to answer, at several tolerances. The error stands beside it,
+// and a solve whose error is above the tolerance counts as none.
 
 #include <benchmark/benchmark.h>
 

@@ -105,10 +105,12 @@ std::vector<Family> StructuredFamilies(const std::function<std::vector<Index>(st
        options(Method::kTimeStepping, PropagatorKind::kSparseStepping, kSteps)},
       // The same for each of some two hundred nodes.
       {"m, sparse/contour, exponential-integrator", sizes({400, 900, 1'600, 3'600, 6'400, 10'000}), 1.5, 1,
-       [=](Index size) { return grid(size, 10); }, options(Method::kExponentialIntegrator, PropagatorKind::kContour, kSteps)},
+       [=](Index size) { return grid(size, 10); },
+       options(Method::kExponentialIntegrator, PropagatorKind::kContour, kSteps)},
       // A solve for each column of M^h, an n by n matrix.
       {"n, sparse/time-stepping", sizes({30, 60, 125, 250, 500, 1'000}), 1, 2,
-       [=](Index size) { return grid(2'025, size); }, options(Method::kTimeStepping, PropagatorKind::kSparseStepping, 20)},
+       [=](Index size) { return grid(2'025, size); },
+       options(Method::kTimeStepping, PropagatorKind::kSparseStepping, 20)},
   };
 }
 

@@ -92,8 +92,8 @@ double LogErrorBound(const History& history, Index k, double distance_of_start) 
 int Main(int argc, char** argv) {
   if (argc < 6) throw std::invalid_argument("usage: iterates SYSTEM METHOD STEPS COUNT PREFIX [K...]");
   const Problem problem = ReadSystem(argv[1]);
-  const Method method =
-      std::string(argv[2]) == MethodName(Method::kWuChenIteration) ? Method::kWuChenIteration : Method::kLaplaceIteration;
+  const Method method = std::string(argv[2]) == MethodName(Method::kWuChenIteration) ? Method::kWuChenIteration
+                                                                                     : Method::kLaplaceIteration;
   const Index steps = std::stol(argv[3]), count = std::stol(argv[4]);
   const std::string prefix = argv[5];
   std::set<Index> kept;

@@ -19,8 +19,8 @@ Matrix SampleObstacle(const Problem& problem, Index steps);
 
 // What the two forms share: x⁺ = R (x + h B (y + ψ)), R = (I - hA)⁻¹, with y from LCP(N R (x + h B ψ) + g, M^h). Mode
 // (a, b) of the grid, a along x1 and b along x2, is multiplied by R_ab. Both are spared what they could be made to pay
-// for: M^h is formed by sine transforms, and its LCPs are solved by tridiagonal ones (core/lcp/structured/splitting_solver.h), as
-// the march does. Throws std::runtime_error where an LCP is not solved.
+// for: M^h is formed by sine transforms, and its LCPs are solved by tridiagonal ones
+// (core/lcp/structured/splitting_solver.h), as the march does. Throws std::runtime_error where an LCP is not solved.
 class SignoriniEuler {
  public:
   SignoriniEuler(const Problem& problem, Index steps);

@@ -21,11 +21,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::map<Index, Solution> SolveAll(const Problem& base, const std::vector<EnsembleMember>& members, const Options& options,
-                                   SetupCache* setups = nullptr) {
+std::map<Index, Solution> SolveAll(const Problem& base, const std::vector<EnsembleMember>& members,
+                                   const Options& options, SetupCache* setups = nullptr) {
   std::map<Index, Solution> solutions;
   const absl::Status status = SolveEnsemble(
-      base, members, options, [&](Index k, Solution solution) { solutions.emplace(k, std::move(solution)); }, {}, setups);
+      base, members, options, [&](Index k, Solution solution) { solutions.emplace(k, std::move(solution)); }, {},
+      setups);
   EXPECT_TRUE(status.ok()) << status;
   return solutions;
 }
@@ -43,7 +44,8 @@ std::vector<EnsembleMember> Variations(const Problem& base) {
 // Whatever is shared, each member has the bits of its own solve, on any number of threads.
 TEST(EnsembleTest, MembersHaveTheBitsOfTheirOwnSolves) {
   for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration, Method::kTimeStepping}) {
-    for (const Problem& base : {testing::FourVariableEasy(), *MakeSignoriniProblem({.cells = 12, .coefficient = 2e-3})}) {
+    for (const Problem& base :
+         {testing::FourVariableEasy(), *MakeSignoriniProblem({.cells = 12, .coefficient = 2e-3})}) {
       const std::vector<EnsembleMember> members = Variations(base);
       Options options;
       options.num_steps = 64;
@@ -204,7 +206,9 @@ TEST(SetupCacheTest, NullIsNotKept) {
   SetupCache cache(1e6);
   int asked = 0;
   for (int k = 0; k < 2; ++k) {
-    EXPECT_EQ(cache.Get<int>(SetupKey("x"), [&]() -> SetupCache::Made<int> { return ++asked, SetupCache::Made<int>{}; }), nullptr);
+    EXPECT_EQ(
+        cache.Get<int>(SetupKey("x"), [&]() -> SetupCache::Made<int> { return ++asked, SetupCache::Made<int>{}; }),
+        nullptr);
   }
   EXPECT_EQ(asked, 2);
   EXPECT_EQ(cache.statistics().values, 0);
@@ -230,7 +234,8 @@ TEST(SetupCacheTest, KeysTellStructuresApart) {
   EXPECT_NE(key(sparse), key(dense));
   EXPECT_NE(key(KroneckerSum{{sparse}}), key(sparse));
   EXPECT_EQ(key(dense), key(Matrix(dense)));
-  EXPECT_NE(SetupKey("m").Add(Matrix(Matrix::Zero(2, 3))).bytes(), SetupKey("m").Add(Matrix(Matrix::Zero(3, 2))).bytes());
+  EXPECT_NE(SetupKey("m").Add(Matrix(Matrix::Zero(2, 3))).bytes(),
+            SetupKey("m").Add(Matrix(Matrix::Zero(3, 2))).bytes());
 }
 
 }  // namespace

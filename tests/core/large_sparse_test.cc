@@ -30,7 +30,8 @@ Options With(Method method, PropagatorKind propagator) {
 
 TEST(LargeSparseTest, MarchesAndIteratesOnContoursAsWithDenseMatrices) {
   const Problem problem = AdvectedGrid({.side = 9, .constraints = 4, .speed = 0.4});
-  const Solution dense = SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialIntegrator, PropagatorKind::kDense));
+  const Solution dense =
+      SolveToEnd(WithDenseMatrices(problem), With(Method::kExponentialIntegrator, PropagatorKind::kDense));
   ASSERT_GT(MaxAbs(dense.y), 0.1);
   for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration}) {
     const Solution solution = SolveToEnd(problem, With(method, PropagatorKind::kContour));
@@ -118,8 +119,8 @@ TEST(LargeSparseTest, RefusesWhatNeedsDenseMatrices) {
   newton.step_solver = StepSolver::kNewton;
   for (const Options& options :
        {With(Method::kWuChenIteration, PropagatorKind::kAuto), With(Method::kEventDriven, PropagatorKind::kAuto),
-        With(Method::kExponentialIntegrator, PropagatorKind::kDense), With(Method::kTimeStepping, PropagatorKind::kDense),
-        newton}) {
+        With(Method::kExponentialIntegrator, PropagatorKind::kDense),
+        With(Method::kTimeStepping, PropagatorKind::kDense), newton}) {
     const Solution solution = SolveWith(TooLarge(), options);
     EXPECT_EQ(solution.termination, Termination::kUnsupported) << MethodName(options.method);
     EXPECT_NE(solution.message.find("m = 90000"), std::string::npos) << solution.message;

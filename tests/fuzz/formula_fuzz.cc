@@ -48,7 +48,8 @@ void Try(const std::string& input) {
   const auto& [times, inside, gaps, refusal, warnings] = (*analyzed)->switching;
   Require(std::is_sorted(times.begin(), times.end()) && (times.empty() || (times.front() > 0 && times.back() < kEnd)),
           "switching times are inside");
-  Require(!refusal.empty() || inside.empty() || inside.size() == times.size() + 1, "every smooth interval has a time inside");
+  Require(!refusal.empty() || inside.empty() || inside.size() == times.size() + 1,
+          "every smooth interval has a time inside");
   Formula decided(*analyzed, {kEnd, times});
   for (const double t : {0.0, 0.7, times.empty() ? kEnd : times.front()}) decided.Evaluate(t, x, y, Side::kLeft);
 

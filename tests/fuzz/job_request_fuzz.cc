@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What clients say about jobs: names, pages, tokens, parts of trajectories, times; against a real store that holds a few jobs.
+// What clients say about jobs: names, pages, tokens, parts of trajectories, times; against a real store that holds a
+// few jobs.
 #include <optional>
 #include <string>
 

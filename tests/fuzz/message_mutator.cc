@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How libFuzzer changes an input that is a message: a field set, cleared, grown, copied from another input. Bytes changed at
-// random would mostly be no message any more.
+// How libFuzzer changes an input that is a message: a field set, cleared, grown, copied from another input. Bytes
+// changed at random would mostly be no message any more.
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
@@ -38,8 +38,24 @@ Value OneOf(Random& random, const std::array<Value, size>& values) {
 
 double AnyNumber(Random& random) {
   constexpr double kLargest = std::numeric_limits<double>::max();
-  static constexpr std::array kNumbers = {0.0,      -0.0,      1.0,      -1.0,  2.0,   0.5,   -3.0,  1e-3, 1e-12, 1e-300,
-                                          1e9,      9.3e18,    1e19,     1e300, -1e300, 5e-324, kLargest, -kLargest,
+  static constexpr std::array kNumbers = {0.0,
+                                          -0.0,
+                                          1.0,
+                                          -1.0,
+                                          2.0,
+                                          0.5,
+                                          -3.0,
+                                          1e-3,
+                                          1e-12,
+                                          1e-300,
+                                          1e9,
+                                          9.3e18,
+                                          1e19,
+                                          1e300,
+                                          -1e300,
+                                          5e-324,
+                                          kLargest,
+                                          -kLargest,
                                           std::numeric_limits<double>::infinity(),
                                           std::numeric_limits<double>::quiet_NaN()};
   switch (Below(random, 3)) {
@@ -96,7 +112,8 @@ void SetAny(Message& message, const FieldDescriptor* field, Random& random) {
       DLCS_SET(Bool, Below(random, 2) == 1);
     case FieldDescriptor::CPPTYPE_ENUM:
       // One more than there are: an enumerator of a newer version.
-      DLCS_SET(EnumValue, static_cast<int>(Below(random, static_cast<std::size_t>(field->enum_type()->value_count()) + 1)));
+      DLCS_SET(EnumValue,
+               static_cast<int>(Below(random, static_cast<std::size_t>(field->enum_type()->value_count()) + 1)));
     case FieldDescriptor::CPPTYPE_STRING:
       DLCS_SET(String, AnyText(random, add ? "" : reflection.GetString(message, field)));
 #undef DLCS_SET
@@ -147,7 +164,8 @@ void Change(Message& root, Random& random) {
   Message& message = *all[Below(random, all.size())];
   const auto& type = *message.GetDescriptor();
   if (type.field_count() == 0) return;
-  const FieldDescriptor* field = type.field(static_cast<int>(Below(random, static_cast<std::size_t>(type.field_count()))));
+  const FieldDescriptor* field =
+      type.field(static_cast<int>(Below(random, static_cast<std::size_t>(type.field_count()))));
   if (field->is_repeated()) return ChangeRepeated(message, field, random);
   if (message.GetReflection()->HasField(message, field) && Below(random, 5) == 0)
     return message.GetReflection()->ClearField(&message, field);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages of the contract as inputs of fuzz targets: a first line "# proto-message: dlcs.v1.SolveRequest", then the text format.
-// People can read them, and libFuzzer changes their fields instead of their bytes (message_mutator.cc).
+// Messages of the contract as inputs of fuzz targets: a first line "# proto-message: dlcs.v1.SolveRequest", then the
+// text format. People can read them, and libFuzzer changes their fields instead of their bytes (message_mutator.cc).
 
 #ifndef DLCS_TESTS_FUZZ_MESSAGE_TEXT_H_
 #define DLCS_TESTS_FUZZ_MESSAGE_TEXT_H_

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tries every file of the given folders, and every given file, in the order of their names: what was found once, on every
-// machine and with every compiler.
+// Tries every file of the given folders, and every given file, in the order of their names: what was found once, on
+// every machine and with every compiler.
 //
 //     formula_fuzz FILE_OR_FOLDER...
 

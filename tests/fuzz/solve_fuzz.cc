@@ -17,8 +17,8 @@
 namespace dlcs::fuzz {
 namespace {
 
-// Some tiny problems ask for hundreds of thousands of steps (a tolerance, events without end): as a caller with a deadline
-// would, this stops them.
+// Some tiny problems ask for hundreds of thousands of steps (a tolerance, events without end): as a caller with a
+// deadline would, this stops them.
 class Deadline {
  public:
   Deadline() : timer_([this](const std::stop_token& over) { Wait(over); }) {}
@@ -51,7 +51,8 @@ class CheckingSink final : public SolveSink {
     if (event.has_trajectory()) {
       finite_ = finite_ && AllFinite(event.trajectory().x()) && AllFinite(event.trajectory().y());
     }
-    if (event.has_summary()) Require(finite_ || event.summary().termination() != v1::TERMINATION_REACHED_END, "no silent NaN");
+    if (event.has_summary())
+      Require(finite_ || event.summary().termination() != v1::TERMINATION_REACHED_END, "no silent NaN");
     ended_ = event.has_summary();
   }
   bool ended() const { return ended_; }

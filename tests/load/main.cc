@@ -16,8 +16,8 @@ int main(int argc, char** argv) {
   bool held = true;
 
   CutsQuestion cuts;
-  CLI::App* command =
-      app.add_subcommand("cuts", "Connections of clients are cut: is an event missing, or a job or an event there twice?");
+  CLI::App* command = app.add_subcommand(
+      "cuts", "Connections of clients are cut: is an event missing, or a job or an event there twice?");
   command->add_option("--cuts", cuts.cuts, "How many");
   command->add_option("--seed", cuts.seed, "Of their moments and kinds");
   command->add_option("--watchers", cuts.watchers, "At the same time");

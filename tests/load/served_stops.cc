@@ -181,7 +181,8 @@ std::optional<ServedStop> Overrun(client::JobClient& client, v1::CreateSolveJobR
   ServedStop stop;
   stop.until_over = 1e3 * (job.stored() - deadline);
   stop.until_told = 1e3 * (job.told() - deadline);
-  stop.is_sound = job.state() == v1::JOB_STATE_FAILED && job.stored() >= deadline && job.termination() == v1::TERMINATION_DEADLINE;
+  stop.is_sound =
+      job.state() == v1::JOB_STATE_FAILED && job.stored() >= deadline && job.termination() == v1::TERMINATION_DEADLINE;
   return stop;
 }
 

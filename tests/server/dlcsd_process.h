@@ -12,7 +12,8 @@
 
 namespace dlcs::testing {
 
-// Starts with `flags` and, beside those of this process, the variables `environment` ("NAME=value"); is killed when it is destroyed, unless it has ended.
+// Starts with `flags` and, beside those of this process, the variables `environment` ("NAME=value"); is killed when it
+// is destroyed, unless it has ended.
 class DlcsdProcess {
  public:
   explicit DlcsdProcess(const std::vector<std::string>& flags, const std::vector<std::string>& environment = {});

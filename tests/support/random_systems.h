@@ -10,9 +10,10 @@
 
 namespace dlcs::testing {
 
-// M positive definite, an indefinite P-matrix, an M-matrix, or skew, singular and zero; where it does not make y a function of x
-// the system is passive (N = Bᵀ, A stable), so that x is unique. Up to 5 states and 4 pairs over T between 1 and 10; f and g are
-// waves, every fourth with a kink that is not declared. It begins where no jump is needed.
+// M positive definite, an indefinite P-matrix, an M-matrix, or skew, singular and zero; where it does not make y a
+// function of x the system is passive (N = Bᵀ, A stable), so that x is unique. Up to 5 states and 4 pairs over T
+// between 1 and 10; f and g are waves, every fourth with a kink that is not declared. It begins where no jump is
+// needed.
 Problem RandomSystem(LcpGenerator& random);
 
 // The largest error over times and components of x, and of B y and w where `y_counts`, relative to the largest value of

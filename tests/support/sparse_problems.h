@@ -16,10 +16,10 @@ struct GridShape {
   double diffusion = 0.05;
 };
 
-// Heat carried over a square or a cube by diffusion and a flow, central differences, zero at the boundary. A heater at each of
-// `constraints` points keeps the mean of a small patch from falling below a level that rises and falls: y is its power,
-// w = N x + g + M y, M tridiagonal (-1, 4, -1) and so a P-matrix. Constant cooling, f = lift · 1, a warm start. All matrices are
-// sparse; T = 1.
+// Heat carried over a square or a cube by diffusion and a flow, central differences, zero at the boundary. A heater at
+// each of `constraints` points keeps the mean of a small patch from falling below a level that rises and falls: y is
+// its power, w = N x + g + M y, M tridiagonal (-1, 4, -1) and so a P-matrix. Constant cooling, f = lift · 1, a warm
+// start. All matrices are sparse; T = 1.
 Problem AdvectedGrid(const GridShape& shape);
 
 // The same numbers in dense matrices.

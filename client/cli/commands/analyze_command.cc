@@ -26,7 +26,10 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
     fmt::print(out, "{}\n", JsonLine(analysis));
   } else {
     const bool there = IsProblemName(command.problem_path);
-    const Asked asked = {.source = command.problem_path, .server = there && command.server.typed ? command.server.address : "", .rule = command.rule, .grid = command.grid};
+    const Asked asked = {.source = command.problem_path,
+                         .server = there && command.server.typed ? command.server.address : "",
+                         .rule = command.rule,
+                         .grid = command.grid};
     PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out),
                        out);
   }

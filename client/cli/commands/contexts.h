@@ -13,8 +13,8 @@
 
 namespace dlcs::client {
 
-// The file is a JSON object, contexts.json in $XDG_CONFIG_HOME/dlcs, else in ~/.config/dlcs. Tokens are not in it, only the
-// names of their files.
+// The file is a JSON object, contexts.json in $XDG_CONFIG_HOME/dlcs, else in ~/.config/dlcs. Tokens are not in it, only
+// the names of their files.
 struct Contexts {
   std::string current;  // empty: none
   std::map<std::string, ServerTarget> targets;

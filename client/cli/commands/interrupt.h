@@ -9,10 +9,10 @@
 
 namespace dlcs::client {
 
-// While it lives, the first SIGINT or SIGTERM requests the stop, and the second one ends the process at once with the exit code
-// of a program that it killed, 128 and its number. A signal that was ignored when the program began, as the shell's `&` and
-// nohup arrange it, stays ignored. Which thread the system gives a signal to does not matter: libraries start some before
-// main(). One object at a time.
+// While it lives, the first SIGINT or SIGTERM requests the stop, and the second one ends the process at once with the
+// exit code of a program that it killed, 128 and its number. A signal that was ignored when the program began, as the
+// shell's `&` and nohup arrange it, stays ignored. Which thread the system gives a signal to does not matter: libraries
+// start some before main(). One object at a time.
 class Interrupt {
  public:
   Interrupt();

@@ -105,7 +105,8 @@ absl::StatusOr<std::string> TheOne(const std::string& typed, const char* what, c
   constexpr std::size_t kMostShown = 5;
   if (found.size() == 1) return found.front().first;
   if (found.empty()) {
-    return absl::InvalidArgumentError(fmt::format("no {} has a name that begins with \"{}\"; dlcs {} shows them", what, typed, list));
+    return absl::InvalidArgumentError(
+        fmt::format("no {} has a name that begins with \"{}\"; dlcs {} shows them", what, typed, list));
   }
   std::string text = fmt::format("\"{}\" begins the names of {} {}s:", typed, found.size(), what);
   for (std::size_t k = 0; k < std::min(found.size(), kMostShown); ++k) {
@@ -121,9 +122,11 @@ constexpr const char* kLettersOfJobs = "abcdefghijklmnopqrstuvwxyz234567";
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits) {
   constexpr std::size_t kMost = 1'000'000;
   const std::string letters = typed.starts_with("jobs/") ? typed.substr(5) : typed;
-  if (letters.empty() || letters.size() > kJobLetters || letters.find_first_not_of(kLettersOfJobs) != std::string::npos) {
+  if (letters.empty() || letters.size() > kJobLetters ||
+      letters.find_first_not_of(kLettersOfJobs) != std::string::npos) {
     return absl::InvalidArgumentError(
-        fmt::format("\"{}\" is no name of a job; must be jobs/ and {} of a-z2-7, or the first of these letters", typed, kJobLetters));
+        fmt::format("\"{}\" is no name of a job; must be jobs/ and {} of a-z2-7, or the first of these letters", typed,
+                    kJobLetters));
   }
   const std::string name = "jobs/" + letters;
   if (letters.size() == kJobLetters) return name;

@@ -37,15 +37,15 @@ std::string AgeText(const google::protobuf::Timestamp& time);
 // Without control characters: whoever wrote it, a terminal shows it.
 std::string Harmless(std::string text);
 
-// The whole name of the job that `typed` is, with or without jobs/ in front: its letters or the first of them, as many as no other
-// job has; the server is asked for its jobs where they are not all. Errors: InvalidArgument where none or several begin so, with
-// them; those of List().
+// The whole name of the job that `typed` is, with or without jobs/ in front: its letters or the first of them, as many
+// as no other job has; the server is asked for its jobs where they are not all. Errors: InvalidArgument where none or
+// several begin so, with them; those of List().
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits);
 // The same of an uploaded problem, "problems/41cb".
 absl::StatusOr<std::string> ProblemResolver(ProblemClient& client, const std::string& typed, const CallLimits& limits);
 
-// Shows what happens until the job `command.name`, a whole name, has ended, and exits as solve would. A stop ends the watching and
-// not the job.
+// Shows what happens until the job `command.name`, a whole name, has ended, and exits as solve would. A stop ends the
+// watching and not the job.
 ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits);
 
 // Says on standard error how a job that has ended did, and exits as solve would.

@@ -20,13 +20,15 @@ namespace dlcs::client {
 
 class ProblemInput {
  public:
-  // Reads the file at `path`, `-` for standard input. A `path` that is problems/ and 64 characters of 0-9a-f is the name of an
-  // uploaded problem, of which FetchUploaded() is to ask the server. `rule`, where given, overrides the file's. Errors:
-  // InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be overridden.
+  // Reads the file at `path`, `-` for standard input. A `path` that is problems/ and 64 characters of 0-9a-f is the
+  // name of an uploaded problem, of which FetchUploaded() is to ask the server. `rule`, where given, overrides the
+  // file's. Errors: InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be
+  // overridden.
   static absl::StatusOr<ProblemInput> Read(const std::string& path, const ServerTarget& server,
                                            const std::optional<v1::SolutionRule>& rule);
 
-  // Asks the server what is to be known of an uploaded problem; nothing else needs that. Errors: as ProblemClient::Get().
+  // Asks the server what is to be known of an uploaded problem; nothing else needs that. Errors: as
+  // ProblemClient::Get().
   absl::Status FetchUploaded(const CallLimits& limits);
 
   // What messages call it.

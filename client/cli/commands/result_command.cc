@@ -76,7 +76,8 @@ class Nearest {
   static v1::TrajectoryChunk Column(const v1::TrajectoryChunk& chunk, int k) {
     v1::TrajectoryChunk column;
     column.add_times(chunk.times(k));
-    const auto copy = [&](const google::protobuf::RepeatedField<double>& from, google::protobuf::RepeatedField<double>& to) {
+    const auto copy = [&](const google::protobuf::RepeatedField<double>& from,
+                          google::protobuf::RepeatedField<double>& to) {
       const int per_time = from.size() / chunk.times_size();
       to.Assign(from.begin() + k * per_time, from.begin() + (k + 1) * per_time);
     };
@@ -127,8 +128,8 @@ absl::Status ReadAnalysis(JobClient& client, const std::string& name, const Call
 }
 
 // A CSV goes to `out` as it comes, the rest into `result`.
-absl::Status ReadPages(JobClient& client, const std::string& name, const ResultCommand& command, const CallLimits& limits, std::FILE* out,
-                       SolveResult& result) {
+absl::Status ReadPages(JobClient& client, const std::string& name, const ResultCommand& command,
+                       const CallLimits& limits, std::FILE* out, SolveResult& result) {
   v1::ReadTrajectoryRequest request;
   request.set_name(name);
   request.set_stride(command.stride);

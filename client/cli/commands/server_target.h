@@ -31,9 +31,9 @@ inline ServerTarget ServerAt(const std::string& address) {
   return target;
 }
 
-// Takes what was not typed from, in this order: the context of --context; DLCS_SERVER, an address; the context that DLCS_CONTEXT
-// names; the current one (contexts.h). What was typed beside a context counts before it. Errors: InvalidArgument with the option
-// or the variable, and the rule.
+// Takes what was not typed from, in this order: the context of --context; DLCS_SERVER, an address; the context that
+// DLCS_CONTEXT names; the current one (contexts.h). What was typed beside a context counts before it. Errors:
+// InvalidArgument with the option or the variable, and the rule.
 absl::Status Complete(ServerTarget& target);
 
 // With the token. Errors: InvalidArgument with the option, the file and the rule.

@@ -25,7 +25,8 @@
 namespace dlcs::client {
 namespace {
 
-// Rows below their headers, each column as wide as its widest cell; the one called TITLE is cut where the line would be too long.
+// Rows below their headers, each column as wide as its widest cell; the one called TITLE is cut where the line would be
+// too long.
 void PrintRows(const std::vector<std::vector<std::string>>& rows) {
   const auto width_of = [&rows](std::size_t column) {
     std::size_t width = 0;
@@ -40,7 +41,8 @@ void PrintRows(const std::vector<std::vector<std::string>>& rows) {
   const auto room = static_cast<std::size_t>(std::max(WidthOf(stdout), 60));
   constexpr std::size_t kShortestTitle = 8;
   std::size_t& of_title = widths[static_cast<std::size_t>(title)];
-  if (total > room) of_title = std::max(std::min(of_title, kShortestTitle), of_title - std::min(of_title, total - room));
+  if (total > room)
+    of_title = std::max(std::min(of_title, kShortestTitle), of_title - std::min(of_title, total - room));
   for (const auto& row : rows) {
     std::string line;
     for (std::size_t i = 0; i < columns; ++i) {
@@ -161,8 +163,9 @@ ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallL
   std::vector<v1::JobState> states = command.states;
   std::erase_if(states, [](v1::JobState state) { return !HasEnded(state); });
   if (states.empty() && !command.states.empty()) {
-    return PrintError(absl::InvalidArgumentError("--state: only jobs that have ended can be deleted: succeeded, failed, cancelled"),
-                    kBadInput);
+    return PrintError(
+        absl::InvalidArgumentError("--state: only jobs that have ended can be deleted: succeeded, failed, cancelled"),
+        kBadInput);
   }
   if (states.empty()) states = {v1::JOB_STATE_SUCCEEDED, v1::JOB_STATE_FAILED, v1::JOB_STATE_CANCELLED};
   const auto jobs = client.List(states, kMost, limits);
@@ -225,8 +228,9 @@ ExitCode Run(const EndJobCommand& command) {
   if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
   const bool ended_before = job->state() == v1::JOB_STATE_SUCCEEDED || job->state() == v1::JOB_STATE_FAILED;
   fmt::print(stderr, "dlcs: {} {}\n", job->name(),
-             ended_before ? fmt::format("has {} already: there is nothing to cancel", JobStateWord(job->state()))
-                          : fmt::format("is {}", job->state() == v1::JOB_STATE_CANCELLING ? "being cancelled" : "cancelled"));
+             ended_before
+                 ? fmt::format("has {} already: there is nothing to cancel", JobStateWord(job->state()))
+                 : fmt::format("is {}", job->state() == v1::JOB_STATE_CANCELLING ? "being cancelled" : "cancelled"));
   return kSolved;
 }
 

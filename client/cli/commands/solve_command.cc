@@ -102,7 +102,8 @@ absl::Status Deliver(const SolveCommand& command, const std::string& name, const
   const absl::Status committed = whole ? file->Commit() : file->CommitPartial();
   if (!committed.ok()) return committed;
   if (!whole) {
-    fmt::print(stderr, "dlcs: wrote {}, what there is of the trajectory; {} is as it was\n", file->path(), command.output);
+    fmt::print(stderr, "dlcs: wrote {}, what there is of the trajectory; {} is as it was\n", file->path(),
+               command.output);
   } else if (!command.quiet) {
     fmt::print(stderr, "dlcs: wrote {}\n", file->path());
   }
@@ -144,7 +145,9 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
 }  // namespace
 
 ExitCode Run(const SolveCommand& command) {
-  auto reading = !command.quiet && command.problem_path != "-" ? std::make_unique<WaitView>("reads " + command.problem_path) : nullptr;
+  auto reading = !command.quiet && command.problem_path != "-"
+                     ? std::make_unique<WaitView>("reads " + command.problem_path)
+                     : nullptr;
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
@@ -177,7 +180,8 @@ ExitCode Run(const SolveCommand& command) {
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();
-    for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear())) PrintNotice(line);
+    for (const std::string& line : OptionsWithoutEffect(command.options, used, input->is_nonlinear()))
+      PrintNotice(line);
   }
   PrintVerdict(command, result->summary);
   if (!result->job.empty()) {

@@ -105,7 +105,8 @@ ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLim
 
 ExitCode Run(const WatchCommand& command) {
   if (command.values && command.format != OutputFormat::kJson) {
-    return PrintError(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"), kBadInput);
+    return PrintError(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"),
+                      kBadInput);
   }
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);

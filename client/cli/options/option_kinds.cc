@@ -42,17 +42,19 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
   const std::size_t second = std::min(entry.find(':', first + 1), entry.size());
   const double begin = CheckedNumber(entry.substr(0, first), rule, option);
   const double step = CheckedNumber(entry.substr(first + 1, second - first - 1), Positive(), option);
-  const double end =
-      CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "", {"the end of a range begin:step:end", rule.least}, option);
+  const double end = CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "",
+                                   {"the end of a range begin:step:end", rule.least}, option);
   const double steps = (end - begin) / step;
   if (!(steps >= 0 && steps <= kMostTimes)) {
     throw CLI::ValidationError(
-        option, fmt::format("\"{}\" is no range begin:step:end with an end behind its begin and at most {} steps", entry, kMostTimes));
+        option, fmt::format("\"{}\" is no range begin:step:end with an end behind its begin and at most {} steps",
+                            entry, kMostTimes));
   }
   const double nearest = std::round(steps);
   const bool meets_end = std::abs(steps - nearest) <= 1e-9 * std::max(1.0, nearest);
   const double last = meets_end ? nearest : std::floor(steps);
-  for (double k = 0; k <= last; ++k) times.push_back(meets_end && last > 0 ? (begin * (last - k) + end * k) / last : begin + k * step);
+  for (double k = 0; k <= last; ++k)
+    times.push_back(meets_end && last > 0 ? (begin * (last - k) + end * k) / last : begin + k * step);
 }
 
 }  // namespace
@@ -109,7 +111,8 @@ double ParseBytes(const std::string& text, const std::string& option) {
   for (const auto& [name, bytes] : kUnits) {
     if (absl::EqualsIgnoreCase(unit, name)) return bytes * CheckedNumber(number, rule, option);
   }
-  throw CLI::ValidationError(option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
+  throw CLI::ValidationError(
+      option, fmt::format("\"{}\" has an unknown unit, {}; must be in bytes, kB, MB, GB or TB", text, unit));
 }
 
 std::string LongName(const std::string& names) { return names.substr(names.rfind(',') + 1); }

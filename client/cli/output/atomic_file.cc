@@ -76,8 +76,9 @@ absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
                                                        std::initializer_list<std::string> inputs) {
   if (IsStandardOutput(path)) return nullptr;
   if (path == "table" || path == "json" || path == "csv") {
-    return absl::InvalidArgumentError(fmt::format(
-        "--output {}: would be a file of that name; did you mean --format {}? Write ./{} for the file", path, path, path));
+    return absl::InvalidArgumentError(
+        fmt::format("--output {}: would be a file of that name; did you mean --format {}? Write ./{} for the file",
+                    path, path, path));
   }
   for (const std::string& input : inputs) {
     std::error_code ignored;

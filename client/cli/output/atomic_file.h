@@ -31,7 +31,8 @@ class AtomicFile {
 
   // Errors: Internal when the content could not be written (disk full); then nothing has changed.
   absl::Status Commit();
-  // The same under the path with ".partial" behind it, which path() then is: what is not whole does not get the name of what is.
+  // The same under the path with ".partial" behind it, which path() then is: what is not whole does not get the name of
+  // what is.
   absl::Status CommitPartial();
 
  private:

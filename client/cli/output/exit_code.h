@@ -11,7 +11,8 @@ namespace dlcs::client {
 
 enum ExitCode : int {
   kSolved = 0,         // T was reached, and nothing says that the answer is wrong (Verdict.success)
-  kNoAnswer = 1,       // the mathematics has no answer, the method did not find it, or its estimated error is above 30 %
+  // The mathematics has no answer, the method did not find it, or its estimated error is above 30 %.
+  kNoAnswer = 1,
   kBadInput = 2,       // a file, an option or the problem breaks a rule
   kServiceFailed = 3,  // the service failed, or the solve was cancelled on the server or ran out of time
   kInterrupted = 130,  // 128 + SIGINT, as shells have it: Ctrl-C

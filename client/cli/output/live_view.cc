@@ -110,8 +110,9 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
   PrintText(fmt::format("method {}: {}", Word(analysis.method()), analysis.reason()));
   if (analysis.steps() == 0) {
-    PrintLine(settings_.default_error ? "steps as short as an error of 1e-06 needs (the default; choose with --tolerance or --steps)"
-                                      : "steps as short as the error that is allowed needs");
+    PrintLine(settings_.default_error
+                  ? "steps as short as an error of 1e-06 needs (the default; choose with --tolerance or --steps)"
+                  : "steps as short as the error that is allowed needs");
   } else {
     PrintLine(fmt::format("{} of at most {:.4g}", Count(analysis.steps(), "step"), analysis.step()));
   }
@@ -196,7 +197,8 @@ void LiveView::PrintText(const std::string& text) {
 std::string LiveView::Phase() const {
   if (queued_) return "waits for its turn on the server";
   if (iterate_.iteration() > 0) {
-    return fmt::format("window {}, iteration {}, change {:.0e}", iterate_.window(), iterate_.iteration(), iterate_.change());
+    return fmt::format("window {}, iteration {}, change {:.0e}", iterate_.window(), iterate_.iteration(),
+                       iterate_.change());
   }
   if (tries_steps_ && reached_ > 0) return "tries shorter and shorter steps";
   if (reached_ >= settings_.horizon) return settings_.estimates ? "estimates the error" : "checks the result";

@@ -31,11 +31,11 @@ class LineBudget {
   Clock::time_point last_{};
 };
 
-// Shows what events say. On a terminal: the analysis, rejected windows, and below them a bar that is redrawn, with what is
-// being done, for how long, and how long it will take; with `verbose` iterates as well. In a log: the analysis, a line per
-// iterate (iteration, change, bound, residual, seconds), rejected windows, and now and then how far it is. A solve that iterates
-// faster than people read is condensed to the last iterate of a window, now and then, and the rest is counted. To be called from
-// one thread.
+// Shows what events say. On a terminal: the analysis, rejected windows, and below them a bar that is redrawn, with what
+// is being done, for how long, and how long it will take; with `verbose` iterates as well. In a log: the analysis, a
+// line per iterate (iteration, change, bound, residual, seconds), rejected windows, and now and then how far it is. A
+// solve that iterates faster than people read is condensed to the last iterate of a window, now and then, and the rest
+// is counted. To be called from one thread.
 class LiveView {
  public:
   struct Settings {

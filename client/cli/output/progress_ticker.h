@@ -18,8 +18,8 @@ namespace dlcs::client {
 // Whether lines of the terminal behind `stream` can be redrawn: it is one, and TERM is not "dumb".
 bool CanRedraw(std::FILE* stream);
 
-// Shows what `line` returns from a third of a second on, so that what is quick shows nothing, and takes it away at the end. It
-// is cut to the terminal's width, `width` letters. `line` is called from another thread.
+// Shows what `line` returns from a third of a second on, so that what is quick shows nothing, and takes it away at the
+// end. It is cut to the terminal's width, `width` letters. `line` is called from another thread.
 class Ticker {
  public:
   Ticker(std::FILE* out, int width, std::function<std::string()> line);

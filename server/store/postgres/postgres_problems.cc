@@ -129,8 +129,8 @@ absl::StatusOr<int> PostgresJobStore::ExpireProblems(const Expiry& expiry) {
   const absl::StatusOr<std::vector<std::int64_t>> unused =
       database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<std::int64_t>> {
         const PostgresRows rows = connection.Run(
-            "SELECT number FROM problems WHERE used < dlcs_now() - $1 AND NOT " DLCS_HELD " ORDER BY used LIMIT $2", age,
-            kMostDeletedAtOnce);
+            "SELECT number FROM problems WHERE used < dlcs_now() - $1 AND NOT " DLCS_HELD " ORDER BY used LIMIT $2",
+            age, kMostDeletedAtOnce);
         std::vector<std::int64_t> numbers;
         for (int row = 0; row < rows.size(); ++row) numbers.push_back(rows.Int(row, 0));
         return numbers;
@@ -141,7 +141,8 @@ absl::StatusOr<int> PostgresJobStore::ExpireProblems(const Expiry& expiry) {
     const absl::Status status = database_.Write([&](PostgresConnection& connection) {
       // What was used since the list was made, or is being used at this moment, stays.
       const PostgresRows locked = connection.Run(
-          "SELECT number FROM problems WHERE number = $1 AND used < dlcs_now() - $2 FOR UPDATE SKIP LOCKED", number, age);
+          "SELECT number FROM problems WHERE number = $1 AND used < dlcs_now() - $2 FOR UPDATE SKIP LOCKED", number,
+          age);
       if (locked.empty()) return absl::OkStatus();
       deleted += static_cast<int>(
           connection.Run("DELETE FROM problems WHERE number = $1 AND NOT " DLCS_HELD, number).changed());

@@ -11,8 +11,8 @@
 
 namespace dlcs::jobs {
 
-// Where other servers, and this one, are told of changes: the payload is a letter and a job's id. Servers tell more there
-// (postgres_notice.h).
+// Where other servers, and this one, are told of changes: the payload is a letter and a job's id. Servers tell more
+// there (postgres_notice.h).
 inline constexpr const char* kPostgresChannel = "dlcs_jobs";
 inline constexpr char kPostgresQueued = 'q';
 inline constexpr char kPostgresEvents = 'e';

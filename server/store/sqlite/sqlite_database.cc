@@ -120,7 +120,8 @@ bool SqliteDatabase::TryTogether(const std::vector<Part*>& parts) {
   } catch (const SqliteError& error) {
     const absl::Status status = Failed(error, writer_);
     for (Part* const part : parts) part->status = status;
-    // That nothing was committed is known where the error came before the commit, and of a disk that has no room for it.
+    // That nothing was committed is known where the error came before the commit, and of a disk that has no room for
+    // it.
     const bool is_undone = in_part || (error.code() & 0xff) == SQLITE_FULL;
     return parts.size() == 1 || !is_undone;
   } catch (...) {

@@ -43,9 +43,9 @@ struct SqliteDatabaseOptions {
 // file is made when there is none at the beginning; one that goes missing later is *not* made anew, since what it held
 // was acknowledged: calls fail until it is back.
 //
-// Group commit: a commit costs a flush of the disk, some ms on many, and one write is under way at a time. Writes that come
-// meanwhile wait, and go into the next transaction together, each under a savepoint of its own: the number of writes a
-// second does not hang on the disk, and a write waits for at most two flushes.
+// Group commit: a commit costs a flush of the disk, some ms on many, and one write is under way at a time. Writes that
+// come meanwhile wait, and go into the next transaction together, each under a savepoint of its own: the number of
+// writes a second does not hang on the disk, and a write waits for at most two flushes.
 //
 // Safe from any thread.
 class SqliteDatabase {
@@ -58,9 +58,9 @@ class SqliteDatabase {
   ~SqliteDatabase();
 
   // The result of `body(SqliteConnection&)`, an absl::Status or absl::StatusOr, in a transaction that is committed,
-  // durably, when it is OK, and rolled back otherwise. `body` may run on another thread that writes at the same time, and
-  // once more where that was rolled back: it changes nothing but the database. Errors of its own: UNAVAILABLE, DATA_LOSS,
-  // FAILED_PRECONDITION (Migrate()), INTERNAL for broken SQL.
+  // durably, when it is OK, and rolled back otherwise. `body` may run on another thread that writes at the same time,
+  // and once more where that was rolled back: it changes nothing but the database. Errors of its own: UNAVAILABLE,
+  // DATA_LOSS, FAILED_PRECONDITION (Migrate()), INTERNAL for broken SQL.
   template <typename Body>
   auto Write(Body&& body, const char* operation = __builtin_FUNCTION())
       -> std::invoke_result_t<Body, SqliteConnection&> {
@@ -112,8 +112,8 @@ class SqliteDatabase {
   // Writes `part` with those that wait, or has whoever does so write it. Throws what its `write` threw.
   absl::Status Join(Part& part);
   void WriteGroup(const std::vector<Part*>& parts);
-  // Fills what the parts have to say. False where nothing was written because of one of them, so that each is to be tried for
-  // itself.
+  // Fills what the parts have to say. False where nothing was written because of one of them, so that each is to be
+  // tried for itself.
   bool TryTogether(const std::vector<Part*>& parts);
   // In one transaction. Throws SqliteError; `in_part` then says whether a part did.
   void WriteTogether(const std::vector<Part*>& parts, bool& in_part);

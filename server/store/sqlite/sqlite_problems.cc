@@ -116,8 +116,8 @@ absl::StatusOr<ProblemPage> SqliteJobStore::ListProblems(const std::string& owne
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);
   if (!below.ok()) return below.status();
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<ProblemPage> {
-    const auto query = connection.Prepare("SELECT " DLCS_PROBLEM_COLUMNS
-                                          " FROM problems WHERE owner = ?1 AND number < ?2 ORDER BY number DESC LIMIT ?3");
+    const auto query = connection.Prepare(
+        "SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = ?1 AND number < ?2 ORDER BY number DESC LIMIT ?3");
     // One more than asked for tells whether there is a next page.
     query->Bind(owner, *below, page_size + std::int64_t{1});
     ProblemPage page;

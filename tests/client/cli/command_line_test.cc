@@ -56,9 +56,9 @@ std::string Refused(const std::vector<const char*>& arguments) {
 }
 
 TEST(CommandLineTest, TakesPropagatorAccelerationAndMemory) {
-  const v1::SolveOptions options =
-      Solve({"--propagator", "sparse-stepping", "--acceleration", "4", "--windows-in-flight", "3", "--max-memory", "1.5GB"})
-          .options;
+  const v1::SolveOptions options = Solve({"--propagator", "sparse-stepping", "--acceleration", "4",
+                                          "--windows-in-flight", "3", "--max-memory", "1.5GB"})
+                                       .options;
   EXPECT_EQ(options.propagator(), v1::PROPAGATOR_KIND_SPARSE_STEPPING);
   EXPECT_EQ(options.acceleration(), 4);
   EXPECT_EQ(options.windows_in_flight(), 3);
@@ -253,8 +253,10 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
 }
 
 TEST(CommandLineTest, RefusesWhatIsMissing) {
-  EXPECT_THAT(Refused({}),
-              HasSubstr("solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs submit, watch"));
+  EXPECT_THAT(
+      Refused({}),
+      HasSubstr(
+          "solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs submit, watch"));
   EXPECT_THAT(Refused({"solve"}), HasSubstr("PROBLEM"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step"}), HasSubstr("--step"));
   EXPECT_THAT(Refused({"dcp", "d.json", "--step", "-1"}), HasSubstr("\"-1\" is not a number above 0"));
@@ -281,7 +283,8 @@ TEST(CommandLineTest, ExplainsItself) {
 }
 
 TEST(CommandLineTest, ProposesWhatWasMeant) {
-  EXPECT_THAT(Refused({"solve", "p.json", "--method", "integrator"}), HasSubstr("did you mean exponential-integrator?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "integrator"}),
+              HasSubstr("did you mean exponential-integrator?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "RK45"}), HasSubstr("did you mean event-driven?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "implicit_euler"}), HasSubstr("did you mean time-stepping?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--method", "quux"}), Not(HasSubstr("did you mean")));

@@ -49,7 +49,8 @@ TEST(DlcsEnsembleTest, GivesProgramsALineForEachMemberOrTime) {
   // The problem is homogeneous of degree one: half the voltage, half the charge.
   EXPECT_NEAR(x1[1], 0.5 * x1[0], 1e-12);
 
-  const ProgramOutcome csv = RunDlcs(kRectifierEnsemble + "--steps 10 --no-estimate-error --at 0,1 --format csv --quiet");
+  const ProgramOutcome csv =
+      RunDlcs(kRectifierEnsemble + "--steps 10 --no-estimate-error --at 0,1 --format csv --quiet");
   EXPECT_EQ(csv.code, 0);
   EXPECT_EQ(csv.err, "");
   EXPECT_THAT(csv.out, AllOf(HasSubstr("member,label,t,x1,y1,w1\n"), HasSubstr("\n2,charged before,0,8,")));

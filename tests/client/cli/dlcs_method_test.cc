@@ -52,7 +52,8 @@ TEST(DlcsMethodTest, SolvesStepsByNewtonsMethodAndShowsItsRate) {
   EXPECT_GE(newton["summary"]["newton"]["residuals"].size(), 2U);
   EXPECT_NEAR(newton["trajectory"]["x"][0].get<double>(), substitution["trajectory"]["x"][0].get<double>(), 1e-12);
   // The averaged scheme is another one, of second order.
-  EXPECT_GT(std::abs(root("--average-y")["trajectory"]["x"][0].get<double>() - substitution["trajectory"]["x"][0].get<double>()),
+  EXPECT_GT(std::abs(root("--average-y")["trajectory"]["x"][0].get<double>() -
+                     substitution["trajectory"]["x"][0].get<double>()),
             1e-6);
 }
 

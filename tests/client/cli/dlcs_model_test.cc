@@ -57,9 +57,11 @@ TEST(DlcsModelTest, MakesASignoriniProblemThatItThenSolves) {
   // The same system with every entry written down.
   nlohmann::json dense = problem;
   const auto rows = [](const nlohmann::json& sparse) {
-    nlohmann::json all(sparse["rows"].get<std::size_t>(), std::vector<double>(sparse["columns"].get<std::size_t>(), 0.0));
+    nlohmann::json all(sparse["rows"].get<std::size_t>(),
+                       std::vector<double>(sparse["columns"].get<std::size_t>(), 0.0));
     for (std::size_t k = 0; k < sparse["values"].size(); ++k) {
-      all[sparse["row_indices"][k].get<std::size_t>()][sparse["column_indices"][k].get<std::size_t>()] = sparse["values"][k];
+      all[sparse["row_indices"][k].get<std::size_t>()][sparse["column_indices"][k].get<std::size_t>()] =
+          sparse["values"][k];
     }
     return all;
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problem files that are meant to hurt, given to the built `dlcs`: each is refused as bad input, with few words, soon, and
-// for no more memory than its own bytes take while they are read.
+// Problem files that are meant to hurt, given to the built `dlcs`: each is refused as bad input, with few words, soon,
+// and for no more memory than its own bytes take while they are read.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -73,8 +73,8 @@ TEST_F(HostileFileTest, ManySmallListsAndObjects) {
   ExpectRefused("solve " + File(R"({"about": [)", R"({"a":[]},)", kFileBytes, "[]]}"), many, 12);
   // Fewer: it is read to its end, in a time that grows with its length and not with the square.
   ExpectRefused("solve " + File(R"({"about": [)", R"({"a":[]},)", kFileBytes / 10, "[]]}"), "\"A\" is missing", 12);
-  ExpectRefused("ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' " + File("[", "{},", kFileBytes / 100, "1]"), "members[",
-                2);
+  ExpectRefused("ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' " + File("[", "{},", kFileBytes / 100, "1]"),
+                "members[", 2);
 }
 
 TEST_F(HostileFileTest, LongTexts) {
@@ -95,8 +95,10 @@ TEST_F(HostileFileTest, ShapesThatNobodyCanHold) {
   const std::string row = R"({"rows": 1, "columns": )" + most + R"(, "entries": []})";
   const std::string column = R"({"rows": )" + most + R"(, "columns": 1, "entries": []})";
   const std::string small = R"("x0": [1], "T": 4)";
-  std::ofstream(folder_.File("many.mtx")) << "%%MatrixMarket matrix coordinate real general\n" << most << ' ' << most << " 0\n";
-  std::ofstream(folder_.File("dense.mtx")) << "%%MatrixMarket matrix array real general\n" << most << ' ' << most << "\n1\n";
+  std::ofstream(folder_.File("many.mtx")) << "%%MatrixMarket matrix coordinate real general\n"
+                                          << most << ' ' << most << " 0\n";
+  std::ofstream(folder_.File("dense.mtx")) << "%%MatrixMarket matrix array real general\n"
+                                           << most << ' ' << most << "\n1\n";
   struct Case {
     std::string a, b, n, m, words;
   };

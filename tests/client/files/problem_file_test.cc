@@ -85,9 +85,11 @@ TEST(ProblemFileTest, ReadsPolynomialsLowestDegreeFirst) {
 }
 
 TEST(ProblemFileTest, ReplacesSourcesByPieces) {
-  const auto file = ParseProblem(
-      Example({{"f", nullptr}, {"g", nullptr}, {"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
-      "p.json");
+  const auto file =
+      ParseProblem(Example({{"f", nullptr},
+                            {"g", nullptr},
+                            {"pieces", {{{"t0", 0}, {"f", {"t", 1}}, {"g", {2}}}, {{"t0", 0.5}, {"g", {"t"}}}}}}),
+                   "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   const v1::Problem& problem = file->problem;
   ASSERT_EQ(problem.f().pieces_size(), 2);

@@ -21,7 +21,8 @@ std::string Written(Values... values) {
 
 TEST(StateArchiveTest, ReadsWhatWasWritten) {
   const Matrix matrix = Matrix::Constant(2, 3, 0.1);
-  const std::string bytes = Written(matrix, std::vector<Index>{1, 2}, std::string("text"), std::optional<double>(0.5), true);
+  const std::string bytes =
+      Written(matrix, std::vector<Index>{1, 2}, std::string("text"), std::optional<double>(0.5), true);
   StateArchive archive(bytes);
   Matrix read;
   std::vector<Index> list;
@@ -49,7 +50,8 @@ TEST(StateArchiveTest, ReadsMatricesWithoutEntriesAtTheEnd) {
 
 TEST(StateArchiveTest, RefusesMatricesThatCannotBeThere) {
   const Index huge = Index{1} << 61;
-  for (const auto& [rows, columns] : std::vector<std::pair<Index, Index>>{{huge, 8}, {8, huge}, {-1, 0}, {0, -1}, {2, 2}}) {
+  for (const auto& [rows, columns] :
+       std::vector<std::pair<Index, Index>>{{huge, 8}, {8, huge}, {-1, 0}, {0, -1}, {2, 2}}) {
     const std::string bytes = Written(rows, columns, 1.0, 2.0, 3.0);
     StateArchive archive(bytes);
     Matrix matrix;

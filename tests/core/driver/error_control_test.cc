@@ -82,7 +82,8 @@ INSTANTIATE_TEST_SUITE_P(Pulses, PulseTest,
                                            Pulse{"0", "0.1-max(0,0.3-abs(t-3.6))", 0.04},
                                            Pulse{"0", "1-2*(3.3<t)*(t<3.9)", 0.6}));
 
-// y is a thousandth of g, which is steep: what t is rounded by is more of y than the last tolerance, and the figure may say so.
+// y is a thousandth of g, which is steep: what t is rounded by is more of y than the last tolerance, and the figure may
+// say so.
 TEST(EventToleranceTest, IsKeptWhereSourcesAreSteep) {
   Problem problem = IntegralOf("0", "0.999-sin(50*t)");
   problem.horizon = 6;
@@ -94,7 +95,8 @@ TEST(EventToleranceTest, IsKeptWhereSourcesAreSteep) {
     }
     EXPECT_EQ(solution.cost.marched_steps, 0);
     EXPECT_LT(solution.cost.steps, 1000);
-    EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), integral, std::max(tolerance, solution.accuracy.error) * integral);
+    EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), integral,
+                std::max(tolerance, solution.accuracy.error) * integral);
   }
 }
 

@@ -157,7 +157,8 @@ TEST_P(RoundedDataFigureTest, KnowsWhatTheDataDoNotDetermine) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, RoundedDataFigureTest,
-                         ::testing::Values(Method::kExponentialIntegrator, Method::kTimeStepping), [](const auto& test) {
+                         ::testing::Values(Method::kExponentialIntegrator, Method::kTimeStepping),
+                         [](const auto& test) {
                            return std::string(test.param == Method::kTimeStepping ? "stepping" : "march");
                          });
 

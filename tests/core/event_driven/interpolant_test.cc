@@ -145,7 +145,8 @@ TEST(InterpolantTest, KeepsTheOrderOfTheMethodBetweenNodes) {
     }
     return largest;
   };
-  EXPECT_NEAR(std::log2(error(Method::kExponentialIntegrator, 97) / error(Method::kExponentialIntegrator, 388)) / 2, 2, 0.2);
+  EXPECT_NEAR(std::log2(error(Method::kExponentialIntegrator, 97) / error(Method::kExponentialIntegrator, 388)) / 2, 2,
+              0.2);
   EXPECT_NEAR(std::log2(error(Method::kTimeStepping, 97) / error(Method::kTimeStepping, 388)) / 2, 1, 0.2);
 }
 

@@ -151,8 +151,9 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
       const double t = length * (1 + GetLegendreBasis().nodes[j]) / 2;
       values(0, j) = -lambda * std::cos(3 * t) - 3 * std::sin(3 * t);
     }
-    const LegendreSeries x =
-        ModeStepper(ModeOf(Matrix::Constant(1, 1, lambda)), length).Solve(Vector::Ones(1), InterpolateAtNodes(values)).x;
+    const LegendreSeries x = ModeStepper(ModeOf(Matrix::Constant(1, 1, lambda)), length)
+                                 .Solve(Vector::Ones(1), InterpolateAtNodes(values))
+                                 .x;
     for (const double s : {-0.9, -0.3, 0.4, 1.0}) {
       EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13)
           << lambda << " at " << s;
@@ -161,8 +162,9 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
 }
 
 TEST(ModeStepTest, DampsWhatItDoesNotResolve) {
-  const LegendreSeries x =
-      ModeStepper(ModeOf(Matrix::Constant(1, 1, -1e9)), 1).Solve(Vector::Ones(1), LegendreSeries::Zero(1, kLegendreSize)).x;
+  const LegendreSeries x = ModeStepper(ModeOf(Matrix::Constant(1, 1, -1e9)), 1)
+                               .Solve(Vector::Ones(1), LegendreSeries::Zero(1, kLegendreSize))
+                               .x;
   EXPECT_LT(std::abs(x.sum()), 1e-6);
   EXPECT_GT(EstimateTail(x)[0], 0.1);  // and says that it did not
 }

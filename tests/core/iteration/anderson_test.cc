@@ -10,7 +10,8 @@
 namespace dlcs {
 namespace {
 
-// For u = T u + c with T of order 6 as many steps as it has eigenvalues are enough, as with GMRES, although T does not contract.
+// For u = T u + c with T of order 6 as many steps as it has eigenvalues are enough, as with GMRES, although T does not
+// contract.
 TEST(AndersonTest, SolvesLinearFixedPointsInAsManySteps) {
   std::srand(4);
   const Matrix T = 2 * Matrix::Random(6, 6);

@@ -41,7 +41,8 @@ std::vector<Matrix> Examples() {
   examples.push_back(scattered - scattered.transpose());
   examples.push_back(1e150 * scattered);
   examples.push_back(1e-150 * scattered);
-  examples.push_back(Vector::LinSpaced(20, -8, 8).unaryExpr([](double x) { return std::pow(10, x); }).asDiagonal() * scattered);
+  examples.push_back(Vector::LinSpaced(20, -8, 8).unaryExpr([](double x) { return std::pow(10, x); }).asDiagonal() *
+                     scattered);
   return examples;
 }
 

@@ -176,8 +176,8 @@ TEST(StopScopeTest, StoppedFromTheBeginningIsCancelledAndEmpty) {
   std::stop_source stop;
   stop.request_stop();
   Observer nobody;
-  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kWuChenIteration, Method::kExponentialIntegrator,
-                              Method::kTimeStepping, Method::kEventDriven}) {
+  for (const Method method : {Method::kAuto, Method::kLaplaceIteration, Method::kWuChenIteration,
+                              Method::kExponentialIntegrator, Method::kTimeStepping, Method::kEventDriven}) {
     Options options;
     options.method = method;
     const auto solution = Solve(testing::FourVariableEasy(), options, nobody, stop.get_token());

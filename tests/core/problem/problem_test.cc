@@ -142,7 +142,8 @@ TEST(ProblemTest, AbbreviatesLongFormulasInMessages) {
   EXPECT_THAT(ComplaintsAfter([&](Problem& p) {
                 p.f = TimeFunction::Formulas({"0", sum});
               }),
-              ElementsAre("f[1]: \"" + sum.substr(0, 80) + "...\" has no finite value at t = 0: it grows beyond all bounds there"));
+              ElementsAre("f[1]: \"" + sum.substr(0, 80) +
+                          "...\" has no finite value at t = 0: it grows beyond all bounds there"));
 }
 
 // 0.3 is not among the 257 even times.
@@ -158,12 +159,14 @@ TEST(ProblemTest, FindsPolesWhereverTheyAre) {
               IsEmpty());
   TimeFunction left = TimeFunction::Formulas({"1/(t - 0.3)", "0"});
   left.pieces.push_back({time, ConstantFunction{Vector::Zero(2)}});
-  EXPECT_THAT(ComplaintsAfter([&](Problem& p) { p.f = left; }),
-              ElementsAre("f.pieces[0][0]: \"1/(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
+  EXPECT_THAT(
+      ComplaintsAfter([&](Problem& p) { p.f = left; }),
+      ElementsAre("f.pieces[0][0]: \"1/(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
   TimeFunction right = TimeFunction::Zero(2);
   right.pieces.push_back({time, FormulaFunction{{"0", "log(t - 0.3)"}}});
-  EXPECT_THAT(ComplaintsAfter([&](Problem& p) { p.f = right; }),
-              ElementsAre("f.pieces[1][1]: \"log(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
+  EXPECT_THAT(
+      ComplaintsAfter([&](Problem& p) { p.f = right; }),
+      ElementsAre("f.pieces[1][1]: \"log(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
 }
 
 TEST(ProblemTest, FindsPolynomialsThatOverflow) {

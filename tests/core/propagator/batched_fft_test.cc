@@ -21,7 +21,8 @@ ComplexMatrix BySums(const ComplexMatrix& x) {
   ComplexMatrix turn(length, length);
   for (Index k = 0; k < length; ++k) {
     for (Index j = 0; j < length; ++j) {
-      turn(k, j) = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(j * k % length) / static_cast<double>(length));
+      turn(k, j) =
+          std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(j * k % length) / static_cast<double>(length));
     }
   }
   return turn * x;

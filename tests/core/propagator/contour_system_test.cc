@@ -174,7 +174,8 @@ TEST(ContourSystemTest, ServesRandomStableMatrices) {
 
 TEST(ContourSystemTest, ServesSlowGrowthAndDefectiveEigenvalues) {
   Problem growing = AdvectedGrid({.side = 8, .constraints = 3});
-  growing.A = StructuredMatrix(SparseMatrix(growing.A.Sparse() + 1.5 * SparseMatrix(Matrix::Identity(64, 64).sparseView())));
+  growing.A =
+      StructuredMatrix(SparseMatrix(growing.A.Sparse() + 1.5 * SparseMatrix(Matrix::Identity(64, 64).sparseView())));
   ExpectServes(growing, 0.02, 50, Hold::kLinear, "growing");
 
   Problem defective = AdvectedGrid({.side = 8, .constraints = 3});
@@ -283,7 +284,8 @@ TEST(SectorTest, IsNarrowForHeatAndHoldsAFlow) {
   // Every v*Av of a random v must lie inside.
   const Matrix A = AdvectedGrid({.side = 20, .speed = 1}).A.Dense();
   for (unsigned seed = 0; seed < 50; ++seed) {
-    const Eigen::VectorXcd v = RandomMatrix(400, 1, seed) + std::complex<double>(0, 1) * RandomMatrix(400, 1, seed + 100);
+    const Eigen::VectorXcd v =
+        RandomMatrix(400, 1, seed) + std::complex<double>(0, 1) * RandomMatrix(400, 1, seed + 100);
     const std::complex<double> value = v.dot(A * v) / v.squaredNorm();
     EXPECT_LE(std::abs(std::arg(flow->shift - value)), flow->angle);
   }

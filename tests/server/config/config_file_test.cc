@@ -66,7 +66,8 @@ TEST(ConfigFileTest, RefusesWhatIsTooLongToBeSettings) {
   const std::string url = "store = x://" + std::string(1'000, 'a');
   EXPECT_TRUE(Read(url).ok());
   for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
-           {"threads = 1\nx://" + std::string(900'000, 'a'), "dlcsd.conf:2: has 900004 bytes; a line must have at most 4096"},
+           {"threads = 1\nx://" + std::string(900'000, 'a'),
+            "dlcsd.conf:2: has 900004 bytes; a line must have at most 4096"},
            {std::string(2'000'000, '\n'), "dlcsd.conf: has more than 1000000 bytes"}}) {
     const auto settings = Read(text);
     EXPECT_EQ(settings.status().code(), absl::StatusCode::kInvalidArgument);

@@ -123,7 +123,8 @@ TEST_F(DlcsdSettingsTest, NamesThatAreNoneAreToldWithTheNearestOne) {
   const Ended variable = RunDlcsd({"--check-config"}, {"DLCSD_MAX_STEP=3", "DLCSD_PORT=tcp://10.0.0.1:50051",
                                                        "DLCSD_SERVICE_HOST=10.0.0.1", "DLCSD_THREADS=1"});
   EXPECT_EQ(variable.exit_status, 0);
-  EXPECT_THAT(variable.errors, HasSubstr("DLCSD_MAX_STEP is set, but there is no such setting; did you mean DLCSD_MAX_STEPS?"));
+  EXPECT_THAT(variable.errors,
+              HasSubstr("DLCSD_MAX_STEP is set, but there is no such setting; did you mean DLCSD_MAX_STEPS?"));
   EXPECT_THAT(variable.errors, Not(HasSubstr("DLCSD_PORT")));
   EXPECT_THAT(variable.errors, Not(HasSubstr("DLCSD_SERVICE")));
   EXPECT_THAT(variable.errors, Not(HasSubstr("DLCSD_THREADS")));

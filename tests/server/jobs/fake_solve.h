@@ -41,8 +41,8 @@ inline std::string Trajectory(JobStore& store, const JobId& id) {
   return text;
 }
 
-// "windows iterates microseconds-per-iterate", or "throw", or "wait" for until it is stopped, or "unreachable" for a store that
-// cannot be read by the first two calls of all.
+// "windows iterates microseconds-per-iterate", or "throw", or "wait" for until it is stopped, or "unreachable" for a
+// store that cannot be read by the first two calls of all.
 inline JobEnd FakeSolve(JobRun& run) {
   if (run.body() == "throw") throw std::runtime_error("the engine broke");
   if (run.body() == "unreachable") {

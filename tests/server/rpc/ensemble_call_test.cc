@@ -165,7 +165,8 @@ TEST_F(EnsembleCallTest, NearTheDeadlineWhatFinishedArrivesAndTheRestIsCounted) 
   // A member that has reached T is not stopped while its error is estimated.
   v1::SolveEnsembleRequest request = Starts(1000, 15'000'000 / testing::kSlowness);
   request.mutable_options()->set_estimate_error(false);
-  request.mutable_options()->add_output_times(request.problem().horizon());  // little to deliver, however busy the machine
+  // Little to deliver, however busy the machine.
+  request.mutable_options()->add_output_times(request.problem().horizon());
   const Outcome outcome = SolveAll(*stub_, request, seconds(2));
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   const v1::EnsembleSummary& summary = outcome.summary();
@@ -173,7 +174,8 @@ TEST_F(EnsembleCallTest, NearTheDeadlineWhatFinishedArrivesAndTheRestIsCounted) 
   EXPECT_GT(summary.not_begun(), 0);
   EXPECT_EQ(summary.solved() + summary.reached() + summary.failed() + summary.stopped() + summary.not_begun(), 1000);
   EXPECT_THAT(summary.message(), HasSubstr("deadline"));
-  EXPECT_EQ(static_cast<std::int64_t>(StatesOf(outcome.events).size()), summary.solved() + summary.reached() + summary.stopped());
+  EXPECT_EQ(static_cast<std::int64_t>(StatesOf(outcome.events).size()),
+            summary.solved() + summary.reached() + summary.stopped());
 }
 
 TEST_F(EnsembleCallTest, CancelEndsTheMembersAlsoWhereTheyWaitForTheReader) {

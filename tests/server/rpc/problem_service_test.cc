@@ -190,7 +190,8 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
   named.mutable_changes()->add_x0(1);
   EXPECT_THAT(std::string(backend->Solve(named, {}, {}).status().message()), HasSubstr("x0"));
   changed.mutable_changes()->add_x0(1);
-  EXPECT_THAT(std::string(backend->Solve(changed, {}, {}).status().message()), HasSubstr("changes: go with problem_name"));
+  EXPECT_THAT(std::string(backend->Solve(changed, {}, {}).status().message()),
+              HasSubstr("changes: go with problem_name"));
 }
 
 TEST_F(ProblemServiceTest, WhatIsThereNeedNotBeSent) {

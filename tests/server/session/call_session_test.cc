@@ -118,7 +118,8 @@ TEST(RunLcpTest, RefusesASelectorWhoseShapeIsNotThatOfTheProblem) {
   request.set_rule(v1::SOLUTION_RULE_MINIMIZER);
   request.mutable_selector()->add_b(0);
   v1::SparseMatrix& c = *request.mutable_selector()->mutable_c()->mutable_sparse();
-  for (const auto& [rows, columns] : {std::pair{2'147'483'647, 0}, {2'147'483'647, 2}, {1, 60'000'000}, {-1, 2}, {0, 2}}) {
+  for (const auto& [rows, columns] :
+       {std::pair{2'147'483'647, 0}, {2'147'483'647, 2}, {1, 60'000'000}, {-1, 2}, {0, 2}}) {
     c.set_rows(rows);
     c.set_columns(columns);
     EXPECT_THAT(Fields(RunLcp(request, SessionLimits(), {}).status()), ElementsAre("selector.c"));

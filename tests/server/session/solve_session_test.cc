@@ -228,9 +228,10 @@ class StoppingCollector final : public SolveSink {
 };
 
 TEST(SolveSessionTest, TheCauseOfAStopIsTold) {
-  for (const auto& [cause, termination, words] : {std::tuple(StopCause::kCancelled, v1::TERMINATION_CANCELLED, "caller"),
-                                                  std::tuple(StopCause::kDeadline, v1::TERMINATION_DEADLINE, "deadline"),
-                                                  std::tuple(StopCause::kShutdown, v1::TERMINATION_CANCELLED, "shutting down")}) {
+  for (const auto& [cause, termination, words] :
+       {std::tuple(StopCause::kCancelled, v1::TERMINATION_CANCELLED, "caller"),
+        std::tuple(StopCause::kDeadline, v1::TERMINATION_DEADLINE, "deadline"),
+        std::tuple(StopCause::kShutdown, v1::TERMINATION_CANCELLED, "shutting down")}) {
     SolveControl control;
     StoppingCollector sink(control, cause);
     const absl::Status status =

@@ -18,8 +18,8 @@ std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events);
 // Events that no watcher may miss: state changes, the analysis, checkpoints and the end.
 bool IsKeptEvent(const v1::JobEvent& event);
 
-// Whether `events`, seen by somebody who was cut and came back, hold every kept event of `all`, watched without a cut. Returns what is
-// missing, or an empty text.
+// Whether `events`, seen by somebody who was cut and came back, hold every kept event of `all`, watched without a cut.
+// Returns what is missing, or an empty text.
 std::string WhatIsMissing(const std::vector<v1::JobEvent>& events, const std::vector<v1::JobEvent>& all);
 
 }  // namespace dlcs::testing

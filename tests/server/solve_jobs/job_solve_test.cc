@@ -133,7 +133,8 @@ TEST_F(JobSolveTest, TheDeadlineLeavesAnAnswer) {
   request.mutable_options()->add_output_times(10);  // how long a large trajectory takes is another question
   const Outcome outcome = testing::Solve(*stub_, AsJob(request), milliseconds(1500));
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
-  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_DEADLINE) << outcome.events.back().summary().message();
+  EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_DEADLINE)
+      << outcome.events.back().summary().message();
 }
 
 TEST_F(JobSolveTest, ACutDoesNotEndItAndCancelDoes) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every JobStore and every ProblemStore must do. An implementation instantiates the suites with a function that makes its
-// stores:
+// What every JobStore and every ProblemStore must do. An implementation instantiates the suites with a function that
+// makes its stores:
 //
 //     INSTANTIATE_TEST_SUITE_P(Sqlite, JobStoreContractTest, ::testing::Values(MakeSqliteStores));
 //     INSTANTIATE_TEST_SUITE_P(Sqlite, ProblemStoreContractTest, ::testing::Values(MakeSqliteStores));

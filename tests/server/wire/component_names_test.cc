@@ -56,7 +56,8 @@ TEST(CheckNamesTest, RefusesWhatFormulasKnowAndWhatStandsForTwoThings) {
   EXPECT_THAT(FaultOf({{"iL", "w1"}, {}}), HasSubstr("states[1]: \"w1\""));
   EXPECT_THAT(FaultOf({{"iL", "iL"}, {}}), HasSubstr("states[1]: \"iL\"; is the name of states[0] already"));
   EXPECT_THAT(FaultOf({{"iL", "vC"}, {"vC"}}), HasSubstr("pairs[0]: \"vC\"; is the name of states[1] already"));
-  EXPECT_THAT(FaultOf({{"R", "vC"}, {}}, {{"R", 1}}), HasSubstr("states[0]: \"R\"; is the name of parameters.R already"));
+  EXPECT_THAT(FaultOf({{"R", "vC"}, {}}, {{"R", 1}}),
+              HasSubstr("states[0]: \"R\"; is the name of parameters.R already"));
 }
 
 TEST(ParametersTest, AreNumbersWithNamesOfTheirOwn) {
@@ -101,7 +102,8 @@ TEST(NamesInFormulasTest, ReadNumbersForNames) {
 TEST(WithNamesTest, PutsNamesBehindIndices) {
   EXPECT_EQ(WithNames("(N x + g)[0] = -1 at t = 0", kNames), "(N x + g)[0] (D1) = -1 at t = 0");
   EXPECT_EQ(WithNames("x0[1]", kNames), "x0[1] (vC)");
-  EXPECT_EQ(WithNames("f[0], \"1/t\", is inf; x[1] and y[0]", kNames), "f[0] (iL), \"1/t\", is inf; x[1] (vC) and y[0] (D1)");
+  EXPECT_EQ(WithNames("f[0], \"1/t\", is inf; x[1] and y[0]", kNames),
+            "f[0] (iL), \"1/t\", is inf; x[1] (vC) and y[0] (D1)");
   EXPECT_EQ(WithNames("max[0] members[1] x[7] x[a] x[", kNames), "max[0] members[1] x[7] x[a] x[");
   EXPECT_EQ(WithNames("x[1]", {}), "x[1]");
 }

@@ -110,8 +110,8 @@ TEST_F(InterruptTest, WhatWasIgnoredStaysIgnored) {
 TEST_F(InterruptTest, APartOfAResultDoesNotGetTheNameOfTheWhole) {
   const std::string path = folder_.File("easy.csv");
   std::ofstream(path) << "before";
-  RunningProgram program({"solve", problem_, "--method", "exponential-integrator", "--steps", "20000000", "--format", "csv",
-                          "--no-estimate-error", "--output", path});
+  RunningProgram program({"solve", problem_, "--method", "exponential-integrator", "--steps", "20000000", "--format",
+                          "csv", "--no-estimate-error", "--output", path});
   program.AwaitErrorText("20000000 steps");
   program.Send({SIGTERM});
   const ProgramOutcome outcome = program.Await();

@@ -22,7 +22,8 @@ using ::testing::Not;
 
 // M = 0 and N B = 0: refused by the mathematics.
 constexpr const char* kUnsupported =
-    R"json({"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], "T": 4, "f": [0, -1], "g": [0]})json";
+    R"json({"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]],
+            "x0": [1, 0], "T": 4, "f": [0, -1], "g": [0]})json";
 
 class JobCommandsTest : public ::testing::Test {
  protected:

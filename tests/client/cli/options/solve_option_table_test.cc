@@ -53,7 +53,8 @@ TEST(SolveOptionTableTest, WhatIsTypedSetsTheFieldsAndFollowsFromThem) {
       {"--method", "time-stepping", "--steps", "100", "--theta", "0.5", "--step-solver", "newton", "--average-y"},
       {"--tolerance", "1e-09", "--at", "0.1,0.5,2", "--max-memory", "1500000000", "--threads", "3"},
       {"--step", "0.01", "--no-estimate-error", "--iteration-tolerance", "1e-10", "--max-iterations", "20"},
-      {"--grid", "0.25,1", "--window", "whole", "--windows-in-flight", "3", "--acceleration", "4", "--kernel", "contour"},
+      {"--grid", "0.25,1", "--window", "whole", "--windows-in-flight", "3", "--acceleration", "4", "--kernel",
+       "contour"},
       {"--estimate-error", "--project-initial-state", "--inelastic-impact", "--window", "7"},
       {"--interpolation", "cubic-spline", "--contour", "theorem-2-2", "--contour-nodes", "20", "--contour-gamma", "0.5",
        "--contour-mu", "3", "--contour-step", "0.25", "--contour-initial-state"}};
@@ -67,7 +68,8 @@ TEST(SolveOptionTableTest, WhatIsTypedSetsTheFieldsAndFollowsFromThem) {
 }
 
 TEST(SolveOptionTableTest, SaysWhichOptionsHadNoEffect) {
-  const v1::SolveOptions options = Parse({"--theta", "0.5", "--contour-nodes", "20", "--inelastic-impact", "--steps", "10"});
+  const v1::SolveOptions options =
+      Parse({"--theta", "0.5", "--contour-nodes", "20", "--inelastic-impact", "--steps", "10"});
   EXPECT_THAT(OptionsWithoutEffect(options, v1::METHOD_TIME_STEPPING, false),
               ElementsAre("--contour-nodes had no effect: it is for wu-chen-iteration, and time-stepping solved"));
   EXPECT_THAT(OptionsWithoutEffect(options, v1::METHOD_UNSPECIFIED, true),

@@ -120,7 +120,9 @@ TEST(MessageJsonTest, GivesBackTheSameBits) {
   ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(text, &message).ok());
   ASSERT_EQ(read.size(), result.x.size());
   for (std::size_t k = 0; k < result.x.size(); ++k) {
-    const auto same = [&](double number) { return std::bit_cast<std::uint64_t>(number) == std::bit_cast<std::uint64_t>(result.x[k]); };
+    const auto same = [&](double number) {
+      return std::bit_cast<std::uint64_t>(number) == std::bit_cast<std::uint64_t>(result.x[k]);
+    };
     EXPECT_TRUE(same(read[k].get<double>()) && same(message.trajectory().x(static_cast<int>(k)))) << result.x[k];
   }
 }

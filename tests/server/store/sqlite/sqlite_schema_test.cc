@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A database of an earlier program goes on being of use. version-1.db was made by a server with schema version 1, which was
-// killed: one job had ended, one was running, one was queued.
+// A database of an earlier program goes on being of use. version-1.db was made by a server with schema version 1, which
+// was killed: one job had ended, one was running, one was queued.
 #include "server/store/sqlite/sqlite_schema.h"
 
 #include <gmock/gmock.h>
