@@ -77,6 +77,38 @@ TEST(VerdictTest, IsNotGoodWhereResidualsAreLarge) {
   EXPECT_FALSE(JudgeSolution(solution).success);
 }
 
+TEST(VerdictTest, IsNotGoodWhereAContinuousYMissesItsConditionsBetweenNodes) {
+  Solution solution = Reached(AccuracySource::kCompared, 1e-4, 0);
+  solution.certificate.midpoint_residual = 5;
+  solution.certificate.lcp_scale = 10;
+  EXPECT_TRUE(JudgeSolution(solution).success);  // y may jump between nodes
+  solution.accuracy.errors_By = Vector::Constant(1, 1e-4);
+  EXPECT_FALSE(JudgeSolution(solution).success);
+}
+
+// A spring of 30 rad/s against a stop: steps of 0.2 are nearly its period, and so are twice and four times that. All grids
+// see the same slow motion.
+TEST(VerdictTest, StepsThatAliasAreNoSuccess) {
+  Problem problem;
+  problem.A = Matrix{{0, 1}, {-900, 0}};
+  problem.B = Matrix{{0}, {1}};
+  problem.N = Matrix{{1, 0}};
+  problem.M = Matrix{{0.01}};
+  problem.f = TimeFunction::Zero(2);
+  problem.g = TimeFunction::Zero(1);
+  problem.x0 = Vector{{1, 0}};
+  problem.horizon = 2;
+  for (const Method method : {Method::kExponentialIntegrator, Method::kLaplaceIteration}) {
+    Options options;
+    options.method = method;
+    options.num_steps = 10;
+    const Solution solution = testing::SolveToEnd(problem, options);
+    EXPECT_FALSE(JudgeSolution(solution).success) << MethodName(method);
+    options.num_steps = 2000;
+    EXPECT_TRUE(JudgeSolution(testing::SolveToEnd(problem, options)).success) << MethodName(method);
+  }
+}
+
 // What everybody types first.
 TEST(DefaultErrorTest, IsControlledWithoutBeingAskedFor) {
   const Solution solution = testing::SolveToEnd(testing::ExampleFourOne(), {});
