@@ -9,7 +9,6 @@
 #include "core/analysis/class_section.h"
 #include "core/analysis/index_one_section.h"
 #include "core/analysis/laplace_section.h"
-#include "core/analysis/relative_degree_section.h"
 #include "core/analysis/solution_section.h"
 #include "core/analysis/time_stepping_section.h"
 #include "core/driver/propagator_choice.h"

@@ -30,8 +30,8 @@ struct Analysis {
 
 // Analyses `problem`; `options` give what the caller has chosen already (a step, a tolerance, a method), for which the
 // bounds are stated. Solves LCPs at single times, small linear programs, and the trials of Recommend().
-// Errors: InvalidArgument as Solve(). `stop` is looked at as Solve() does; a stopped analysis holds the sections that were
-// finished, and a warning.
+// Errors: InvalidArgument as Solve(). `stop` is looked at as Solve() does; a stopped analysis holds the sections that
+// were finished, and a warning.
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop);
 
 }  // namespace dlcs

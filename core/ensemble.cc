@@ -8,7 +8,7 @@
 
 #include "core/context/shared_setup.h"
 #include "core/matrix_classes/matrix_class.h"
-#include "core/parallel/own_threads.h"
+#include "core/parallel/parallel.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/problem_checks.h"
 #include "core/problem/validate.h"
@@ -36,8 +36,8 @@ bool IsOwn(const EnsembleMember& member, const std::string& field) {
          (member.horizon && field == "T") || (member.break_points && begins("break_points"));
 }
 
-// What is wrong with the problem and the options as `member` has them. Where it differs in its initial state alone nothing else is
-// looked at again: an ensemble may have a hundred thousand.
+// What is wrong with the problem and the options as `member` has them. Where it differs in its initial state alone
+// nothing else is looked at again: an ensemble may have a hundred thousand.
 std::vector<Violation> MemberViolations(const Problem& base, const EnsembleMember& member, const Options& options) {
   const bool has_own_times = member.f || member.g || member.horizon || member.break_points;
   if (has_own_times) return AllViolations(MemberProblem(base, member), options);

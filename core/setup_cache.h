@@ -34,8 +34,8 @@ class SetupKey {
   std::string bytes_;
 };
 
-// Values by their keys, the least recently used dropped when they exceed a bound. A value that several threads ask for at once
-// is made by one of them; the others wait for it. Values are never changed: who holds one keeps it alive.
+// Values by their keys, the least recently used dropped when they exceed a bound. A value that several threads ask for
+// at once is made by one of them; the others wait for it. Values are never changed: who holds one keeps it alive.
 // Threads: all calls are safe at once.
 class SetupCache {
  public:

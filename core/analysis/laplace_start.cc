@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/discretization/grid.h"
-#include "core/discretization/propagation.h"
+#include "core/discretization/scheme.h"
 #include "core/discretization/sources.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/lcp/batch.h"

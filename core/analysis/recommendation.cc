@@ -92,7 +92,8 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
       continue;
     }
     last = *std::move(solution);
-    if (!tries_steps || last.termination == Termination::kUnsupported || last.termination == Termination::kCancelled) break;
+    if (!tries_steps || last.termination == Termination::kUnsupported || last.termination == Termination::kCancelled)
+      break;
     spent += last.cost.seconds_total;
     if (last.termination == Termination::kReachedEnd) {
       if (trials.finest > 0) {
@@ -119,8 +120,9 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
   } else if (!std::isnan(last.accuracy.error)) {
     recommendation.predicted_error = last.accuracy.error;
     if (last.accuracy.source == AccuracySource::kControlled) {
-      recommendation.reasons.push_back("It takes " + std::to_string(last.cost.steps) + " steps; its error in x should be about " +
-                                       FormatNumber(last.accuracy.error) + " of its size.");
+      recommendation.reasons.push_back("It takes " + std::to_string(last.cost.steps) +
+                                       " steps; its error in x should be about " + FormatNumber(last.accuracy.error) +
+                                       " of its size.");
     }
   }
   return recommendation;

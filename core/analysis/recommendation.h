@@ -28,13 +28,13 @@ struct Recommendation {
   std::optional<double> predicted_error;
 };
 
-// Recommends options for `problem` (sound), keeping what `options` set already: method, step and all else. Where neither steps
-// nor an error are set it is what a solve does by itself: Options::kDefaultErrorTolerance.
+// Recommends options for `problem` (sound), keeping what `options` set already: method, step and all else. Where
+// neither steps nor an error are set it is what a solve does by itself: Options::kDefaultErrorTolerance.
 //
-// Where event location serves, and where something is set, the problem is solved once. Elsewhere the cost comes from trial solves
-// with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p, the finer errs by d / (2^p - 1), and the
-// number of steps for the error follows. Trials end when it is reached or their time (about half a second) is used up. An
-// inconsistent start is taken with its jump, and that is said.
+// Where event location serves, and where something is set, the problem is solved once. Elsewhere the cost comes from
+// trial solves with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p, the finer errs by d
+// / (2^p - 1), and the number of steps for the error follows. Trials end when it is reached or their time (about half a
+// second) is used up. An inconsistent start is taken with its jump, and that is said.
 // Errors: InvalidArgument as Solve(). `stop` ends the trials.
 absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop);
 

@@ -5,14 +5,45 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/analysis/interior_point.h"
 #include "core/discretization/grid.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
+#include "core/matrix_classes/relative_degree.h"
 #include "core/stepping/newton_bounds.h"
 
 namespace dlcs {
+
+AnalysisSection RelativeDegreeSection(const Problem& problem, Selection selection) {
+  const auto degrees = RelativeDegrees(problem.A, problem.B, problem.N, problem.M);
+  const std::vector<Index> rows = ImpulsiveRows(degrees);
+  std::vector<Index> unreached;
+  for (std::size_t i = 0; i < degrees.size(); ++i) {
+    if (!degrees[i]) unreached.push_back(static_cast<Index>(i));
+  }
+
+  Finding finding{"at-most-one", "y acts on every constraint through at most one integration", {}, ""};
+  finding.fact.answer = rows.empty() && unreached.empty() ? Answer::kYes : Answer::kNo;
+  finding.fact.why = rows.empty() ? "no constraint has a higher relative degree" : DescribeRows(rows, degrees);
+  if (!unreached.empty()) finding.fact.why = "y never reaches " + DescribeRows(unreached, degrees);
+  finding.fact.witness.indices = rows.empty() ? unreached : rows;
+
+  AnalysisSection section{"relative-degree", "Relative degree", {}, {}, {}};
+  section.findings.push_back(std::move(finding));
+  if (IsAlwaysLipschitz(selection)) return section;  // M y is there, whatever the state does
+  if (!rows.empty()) {
+    section.warnings.push_back("y reaches " + DescribeRows(rows, degrees) +
+                               " through two or more integrations only: where active, solutions need impulses.");
+  }
+  if (!unreached.empty()) {
+    section.warnings.push_back("y never reaches " + DescribeRows(unreached, degrees) +
+                               ": A, f, g and x0 alone decide whether N x + g >= 0 holds there.");
+  }
+  return section;
+}
+
 namespace {
 
 std::string Source(const char* statement) { return std::string(statement) + " of [Chen & Xiang 2013]"; }

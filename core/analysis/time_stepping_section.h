@@ -19,6 +19,10 @@ namespace dlcs {
 AnalysisSection TimeSteppingSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                     Selection selection);
 
+// The section "relative-degree", for M with zero rows: the degree of each such constraint, with warnings from degree
+// two on and where y never reaches it (core/matrix_classes/relative_degree.h), unless y is a function of x.
+AnalysisSection RelativeDegreeSection(const Problem& problem, Selection selection);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_ANALYSIS_TIME_STEPPING_SECTION_H_

@@ -27,8 +27,8 @@ class CertificateBuilder {
   // × n and n × n matrices with as many columns as steps. Measures rows too.
   void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, const Scheme& scheme, Index begin, Index end);
 
-  // The parts of Add(), for smooth intervals whose states are not kept: y and w at nodes; both, and what the interpolation of
-  // f misses, at midpoints; and a state with its slope A x + B y + f.
+  // The parts of Add(), for smooth intervals whose states are not kept: y and w at nodes; both, and what the
+  // interpolation of f misses, at midpoints; and a state with its slope A x + B y + f.
   void AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w);
   void AddMidpoints(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, double ode_defect);
   void AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope);

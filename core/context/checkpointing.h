@@ -8,7 +8,7 @@
 
 #include "absl/status/status.h"
 #include "core/discretization/state_archive.h"
-#include "core/problem/checkpoint.h"
+#include "core/problem/observer.h"
 
 namespace dlcs {
 
@@ -41,8 +41,8 @@ class Checkpointing {
   // All is filed up to `time`: makes a checkpoint if the observer wants one.
   void Offer(SolveContext& context, double time, const CarryMethod& carry);
 
-  // Of a solve that was `stopped`, perhaps before it came as far as to resume, or that was not. Errors: InvalidArgument where
-  // the resume point does not belong to this solve, or the method cannot go on from one.
+  // Of a solve that was `stopped`, perhaps before it came as far as to resume, or that was not. Errors: InvalidArgument
+  // where the resume point does not belong to this solve, or the method cannot go on from one.
   absl::Status status(bool stopped) const;
 
  private:

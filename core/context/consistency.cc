@@ -17,9 +17,9 @@ namespace {
 // At a break point the state has the rounding of all steps before.
 constexpr double kToleranceBehindSteps = 16 * kLcpTolerance;
 
-// Raises context.row_size to what w is summed from at the start of a smooth interval; the first time also to what |g| comes
-// to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there is seen by the
-// steps.
+// Raises context.row_size to what w is summed from at the start of a smooth interval; the first time also to what |g|
+// comes to on [0, T], seen at its kinks and, where it has formulas, at ProbeTimes(). What is not finite there is seen
+// by the steps.
 void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, const Eigen::Ref<const Vector>& x,
                   const Eigen::Ref<const Vector>& y) {
   constexpr std::size_t kMostKinks = 256;

@@ -23,7 +23,8 @@ namespace dlcs {
 //
 // Rows of N x + g that are negative by less than kLcpTolerance of their size (behind steps a little more) are zero, and
 // a jump that moves them by less is none. Their size is the largest over the solve as far as it is known,
-// context.row_size: of |N||x| + |g| + |M||y| at the starts of smooth intervals, `y` being that of the smooth interval before, and of
+// context.row_size: of |N||x| + |g| + |M||y| at the starts of smooth intervals, `y` being that of the smooth interval
+// before, and of
 // |g| in a look over [0, T].
 //
 // Returns false when the solve has ended. Sets `y_is_solution` to whether y was found; otherwise y is zero.

@@ -25,8 +25,8 @@ class CoupledStep {
   // The next solve starts from the basis of `y`, whatever was solved before.
   void StartFrom(const Eigen::Ref<const Vector>& y);
 
-  // Solves for `y`, starting from the basis of the step before; `size` is that of the numbers that q was summed from. Counts
-  // what it finds in `departures`; a linear y off the selection is kInfeasible.
+  // Solves for `y`, starting from the basis of the step before; `size` is that of the numbers that q was summed from.
+  // Counts what it finds in `departures`; a linear y off the selection is kInfeasible.
   LcpStatus Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y);
 
  private:

@@ -23,7 +23,8 @@ class Recorder {
   // begin..end.
   void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, Index begin, Index end);
 
-  // The same for a smooth interval whose states were made at some nodes only: begins at `first_node` with its right limits, ...
+  // The same for a smooth interval whose states were made at some nodes only: begins at `first_node` with its right
+  // limits, ...
   void Begin(Index first_node, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w);
   // ... and goes on to `node`, the next output node.
   void Take(Index node, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,

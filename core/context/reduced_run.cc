@@ -226,7 +226,8 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
     if (run.kernel) run.free = system.Move(x, run.sources, hold, context.workers, context.stop);
     if (context.stop.stop_requested()) return context.FailCancelled(begin);
     if (!std::isfinite(MaxAbs(run.free.nodes))) {
-      return context.Fail(Termination::kNonFinite, begin, "The state grows beyond all numbers after t = " + FormatNumber(begin) + ".");
+      return context.Fail(Termination::kNonFinite, begin,
+                          "The state grows beyond all numbers after t = " + FormatNumber(begin) + ".");
     }
     run.y.resize(y.size(), run.steps() + 1);
     run.y.col(0) = y;

@@ -13,7 +13,8 @@
 
 namespace dlcs {
 
-// The run between two states: what a method needs in order to find y. Columns are the nodes 0..J, or the middles of the steps.
+// The run between two states: what a method needs in order to find y. Columns are the nodes 0..J, or the middles of the
+// steps.
 struct ReducedRun {
   const Run& run;
   RunSources sources;
@@ -34,9 +35,9 @@ struct ReducedRun {
   Vector Sizes() const;
 };
 
-// Goes from run to run of the grid with context.propagator: samples the sources, starts smooth intervals, lets `solve` find y
-// of a run, files certificate and output, and makes the states that are asked for, and the one that the next run starts
-// from. `carry` carries what `solve` keeps from run to run (core/context/checkpointing.h). `solve` begins behind
+// Goes from run to run of the grid with context.propagator: samples the sources, starts smooth intervals, lets `solve`
+// find y of a run, files certificate and output, and makes the states that are asked for, and the one that the next run
+// starts from. `carry` carries what `solve` keeps from run to run (core/context/checkpointing.h). `solve` begins behind
 // run.first_step, counts its steps in the cost and returns the number of those done; fewer than all where it has ended
 // the solve. Returns whether the end was reached. Memory: some 8 n J numbers for the longest run, besides the states of
 // the output.

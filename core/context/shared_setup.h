@@ -12,8 +12,8 @@
 
 namespace dlcs {
 
-// The scheme `kind` ("exp-PL", "theta 0", ...) of the context's problem for `step`: that of the cache, or the one that `make`
-// makes. The bits are the same.
+// The scheme `kind` ("exp-PL", "theta 0", ...) of the context's problem for `step`: that of the cache, or the one that
+// `make` makes. The bits are the same.
 Scheme SharedScheme(const SolveContext& context, const std::string& kind, double step,
                     const std::function<Scheme(double step)>& make);
 

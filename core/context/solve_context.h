@@ -52,11 +52,12 @@ struct SolveContext {
   // LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
-  // The error was not asked for: event_driven may miss it, and takes no more than the work of Options::kMostDefaultSteps steps.
+  // The error was not asked for: event_driven may miss it, and takes no more than the work of
+  // Options::kMostDefaultSteps steps.
   bool error_by_default = false;
 
-  // The largest sizes, over the solve as far as it is known, of the numbers that the rows of N x + g are summed from; empty
-  // before the first StartInterval().
+  // The largest sizes, over the solve as far as it is known, of the numbers that the rows of N x + g are summed from;
+  // empty before the first StartInterval().
   Vector row_size = {};
 
   // time_stepping: in two stages of second order (core/discretization/sparse_step.h) instead of what the options say.

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/discretization/grid.h"
 #include "core/problem/options.h"
 #include "core/types.h"
 
@@ -50,6 +51,27 @@ Grid Halve(const Grid& grid);
 // that stays as it is shows nothing. Output nodes that are few among many stay nodes. All nodes are output nodes, up to
 // `most_outputs`; of more, those at even distances and those of `grid` that are left.
 Grid WithOtherSteps(const Grid& grid, Index factor, Index most_outputs);
+
+// Sources may jump where runs meet, so such a node has two columns, the last of one run and the first of the next.
+class NodeColumns {
+ public:
+  // `grid` must outlive it.
+  explicit NodeColumns(const Grid& grid) : grid_(grid) {}
+
+  Index Of(size_t run, Index step) const { return grid_.runs[run].first_node + static_cast<Index>(run) + step; }
+  Index First(size_t run) const { return Of(run, 0); }
+  Index Count(size_t run) const { return grid_.runs[run].steps + 1; }
+  Index CountAll() const { return First(grid_.runs.size() - 1) + Count(grid_.runs.size() - 1); }
+
+  double Time(Index column) const {
+    size_t run = grid_.runs.size() - 1;
+    while (run > 0 && column < First(run)) --run;
+    return grid_.times[grid_.runs[run].first_node + column - First(run)];
+  }
+
+ private:
+  const Grid& grid_;
+};
 
 }  // namespace dlcs
 

@@ -4,6 +4,8 @@
 #ifndef DLCS_CORE_DISCRETIZATION_SCHEME_H_
 #define DLCS_CORE_DISCRETIZATION_SCHEME_H_
 
+#include "core/discretization/scheme.h"
+#include "core/discretization/segment.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
 
@@ -56,6 +58,10 @@ Scheme ThetaScheme(const Problem& problem, double step, double theta);
 // Second order where y is Lipschitz, and to be used there only, as ExponentialPiecewiseLinear().
 // A singular I - hA/2 gives non-finite matrices. Cost: one LU of m × m.
 Scheme AveragedScheme(const Problem& problem, double step);
+
+// Fills the columns 1.. of x of `segment` from its first column, y and f, by the recursion of an exp-PL `scheme`. All
+// four hold segment.steps + 1 columns.
+void Propagate(const Scheme& scheme, Segment& segment);
 
 }  // namespace dlcs
 

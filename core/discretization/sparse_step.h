@@ -16,15 +16,17 @@ namespace dlcs {
 enum class SparseRule {
   // (1.3) of [Chen & Xiang], R = (I - h(1-θ)A)⁻¹:  x_j = R (x_{j-1} + hθ A x_{j-1} + h f_j) + h R B y_j.
   kTheta,
-  // The trapezoidal rule, R = (I - hA/2)⁻¹:  x_j = R (x_{j-1} + h/2 A x_{j-1} + h/2 (f_{j-1} + B y_{j-1} + f_j)) + h/2 R B y_j.
+  // The trapezoidal rule, R = (I - hA/2)⁻¹:
+  //     x_j = R (x_{j-1} + h/2 A x_{j-1} + h/2 (f_{j-1} + B y_{j-1} + f_j)) + h/2 R B y_j.
   // Second order where y is Lipschitz; fast components ring, since the rule is not L-stable.
   kAveraged,
-  // Two implicit stages, γ = 1 - 1/√2, R = (I - γhA)⁻¹; the first at t = t_{j-1} + γh, with the Y of its own LCP, N X + g(t) + M Y:
+  // Two implicit stages, γ = 1 - 1/√2, R = (I - γhA)⁻¹; the first at t = t_{j-1} + γh, with the Y of its own LCP,
+  // N X + g(t) + M Y:
   //     X   = R (x_{j-1} + γh f(t)) + γh R B Y,
   //     x_j = R (x_{j-1} + (1-γ)/γ (X - x_{j-1}) + γh f_j) + γh R B y_j.
-  // Second order where y is Lipschitz, also across its kinks, and L-stable: what is fast is gone after a step. Between nodes f
-  // and g are linear. Source: [Alexander 1977] R. Alexander. Diagonally implicit Runge-Kutta methods for stiff O.D.E.'s. SIAM J.
-  // Numer. Anal. 14, 1006-1021.
+  // Second order where y is Lipschitz, also across its kinks, and L-stable: what is fast is gone after a step. Between
+  // nodes f and g are linear. Source: [Alexander 1977] R. Alexander. Diagonally implicit Runge-Kutta methods for stiff
+  // O.D.E.'s. SIAM J. Numer. Anal. 14, 1006-1021.
   kTwoStages,
 };
 
@@ -38,14 +40,14 @@ class SparseStep {
   // How x and y are meant between nodes; without matrices.
   Scheme Description() const;
 
-  // The three parts of a step: the columns 1.. of x get what f says of them; then x_j gets all the rest but for y_j; and last that.
-  // `stage` is a finished first stage, looked at with has_stage() only.
+  // The three parts of a step: the columns 1.. of x get what f says of them; then x_j gets all the rest but for y_j;
+  // and last that. `stage` is a finished first stage, looked at with has_stage() only.
   void StartWithSources(Segment& segment) const;
   void AddBefore(Segment& segment, Index j, const Segment& stage) const;
   void AddAfter(Segment& segment, Index j) const;
 
-  // Whether a step has a first stage. StartStage() makes it the step 1 of `stage`: its sources, and all of X but for Y, which
-  // AddAfter() adds.
+  // Whether a step has a first stage. StartStage() makes it the step 1 of `stage`: its sources, and all of X but for Y,
+  // which AddAfter() adds.
   bool has_stage() const { return rule_ == SparseRule::kTwoStages; }
   void StartStage(const Segment& segment, Index j, Segment& stage) const;
 

@@ -42,8 +42,8 @@ class StepCache {
     return *value;
   }
 
-  // For checkpoints: the lengths that are kept, of which the first run that had one decides the last bits. Values are made again when
-  // they are asked for.
+  // For checkpoints: the lengths that are kept, of which the first run that had one decides the last bits. Values are
+  // made again when they are asked for.
   friend void CarryFields(StateArchive& state, StepCache& cache) {
     std::vector<double> lengths;
     for (const auto& [length, value] : cache.values_) lengths.push_back(length);
@@ -52,7 +52,8 @@ class StepCache {
     cache.values_.clear();
     for (const double length : lengths) cache.values_.emplace_back(length, nullptr);
   }
-  // Calls visit(length, value) for each, the one used last last; the value is null where it has not been asked for again.
+  // Calls visit(length, value) for each, the one used last last; the value is null where it has not been asked for
+  // again.
   template <typename Visit>
   void ForEach(const Visit& visit) {
     for (auto& [length, value] : values_) visit(length, value.get());

@@ -159,7 +159,8 @@ absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid
 SystemSolves SolvesOf(Task& task, Observer& observer) {
   const bool y_counts = IsAlwaysLipschitz(task.plan.selection);
   const bool impacts = task.plan.method.inelastic_impact;
-  const bool lags = task.plan.method.method == Method::kExponentialIntegrator && !y_counts && !task.plan.propagator.system;
+  const bool lags =
+      task.plan.method.method == Method::kExponentialIntegrator && !y_counts && !task.plan.propagator.system;
   SystemSolves system{
       .horizon = task.problem.horizon,
       .break_points = BreakPoints(task.problem),

@@ -38,8 +38,8 @@ struct Task {
   bool lost_least_element = false;  // by the last solve: see SolveContext
 };
 
-// Solves by the method and propagator of task.plan, from `resume` on where that is given. Errors: InvalidArgument where a
-// source cannot be evaluated, or `resume` is not of this solve.
+// Solves by the method and propagator of task.plan, from `resume` on where that is given. Errors: InvalidArgument where
+// a source cannot be evaluated, or `resume` is not of this solve.
 absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer,
                                      const ResumePoint* resume = nullptr);
 

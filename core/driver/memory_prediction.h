@@ -11,8 +11,8 @@
 
 namespace dlcs {
 
-// Bytes held at the same time: matrices or factors of the propagator, the kernel, the columns of a run, the trajectory. A model
-// to a factor of about two; the sparse factors of steps are taken to be those of a grid in the plane.
+// Bytes held at the same time: matrices or factors of the propagator, the kernel, the columns of a run, the trajectory.
+// A model to a factor of about two; the sparse factors of steps are taken to be those of a grid in the plane.
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator);
 
 }  // namespace dlcs

@@ -54,9 +54,9 @@ struct StepControl {
   bool whole_horizon = false;  // is one iteration: where it does not converge, shorter steps do not help
 };
 
-// What is solved with the data rounded otherwise (core/event_driven/rounded_data.h) differs from what it is compared with by
-// so many ulps: of two solves on one grid, the figure is what some ulps make, and of the coarsest of three grids, whose
-// difference counts a quarter.
+// What is solved with the data rounded otherwise (core/event_driven/rounded_data.h) differs from what it is compared
+// with by so many ulps: of two solves on one grid, the figure is what some ulps make, and of the coarsest of three
+// grids, whose difference counts a quarter.
 inline constexpr double kRoundedUlps = 4;
 inline constexpr double kRoundedUlpsOfCoarsest = 16;
 

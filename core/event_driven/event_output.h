@@ -36,7 +36,8 @@ class EventOutput {
   // A step of the coupled march: x linear, y constant. `w` and `g` are those at the end.
   void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                   const Vector& w, const Vector& g);
-  // The left limits at the end of a smooth interval, where sources and state may jump. Gives the nodes of the smooth interval.
+  // The left limits at the end of a smooth interval, where sources and state may jump. Gives the nodes of the smooth
+  // interval.
   SmoothInterval EndInterval(double end, const Vector& x, const Vector& y, const Vector& w);
   // The nodes of a smooth interval that has not come to its end; no steps where there are less than two.
   SmoothInterval Finish() const;

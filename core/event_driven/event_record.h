@@ -33,8 +33,8 @@ struct EventRecord {
   double accumulated_error = 0;
   Vector errors_x;  // of each component
 
-  // What it took, in steps of an exponential integrator of the same system with `num_states`, as measured: by counts, so that
-  // it does not depend on the machine.
+  // What it took, in steps of an exponential integrator of the same system with `num_states`, as measured: by counts,
+  // so that it does not depend on the machine.
   Index Work(Index num_states) const;
 
   // `next` begins where the last interval ends, and lengthens it where nothing changes.

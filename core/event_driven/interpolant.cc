@@ -23,7 +23,8 @@ absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const So
   const bool dense = solution.dense_output || !solution.pieces.empty();
   if (!dense || solution.times.size() < 2) {
     return absl::InvalidArgumentError(
-        "the solution is not dense: solve without output_times_only, without splines, and by event_driven with keep_pieces");
+        "the solution is not dense: solve without output_times_only, without splines, and by event_driven with "
+        "keep_pieces");
   }
   if (solution.x.rows() != problem.num_states() || solution.y.rows() != problem.num_constraints()) {
     return absl::InvalidArgumentError("the solution is not one of this problem");

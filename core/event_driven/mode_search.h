@@ -47,8 +47,8 @@ class ModeSearch {
   // the numbers of an event are as small as the rounding of the LCP, that guess is as good a solution as any.
   void GuessBehind(const Mode& mode, Index guard);
 
-  // `mode`, which a proposal held, drawn back to its constraints (core/event_driven/mode.h) as fast as rounding takes a state
-  // of the sizes `x` off, for sources of the sizes `f` and `g`; no row gets larger terms than it has.
+  // `mode`, which a proposal held, drawn back to its constraints (core/event_driven/mode.h) as fast as rounding takes a
+  // state of the sizes `x` off, for sources of the sizes `f` and `g`; no row gets larger terms than it has.
   const Mode& DrawnBack(const Mode& mode, const Vector& x, const Vector& f, const Vector& g);
 
   Index lcps() const { return lcps_; }

@@ -10,11 +10,12 @@
 
 namespace dlcs {
 
-// Anderson's acceleration of u = G(u): of the last `depth` + 1 iterates the affine combination whose residual G(u) - u is least
-// in ‖·‖₂, rows in units of their size, and the same combination of their images. For a linear G that is GMRES; for a
-// piecewise linear one it is so once the pieces are settled.
+// Anderson's acceleration of u = G(u): of the last `depth` + 1 iterates the affine combination whose residual G(u) - u
+// is least in ‖·‖₂, rows in units of their size, and the same combination of their images. For a linear G that is
+// GMRES; for a piecewise linear one it is so once the pieces are settled.
 // Cost: 2 `depth` products with an iterate, and a least squares problem of as many unknowns.
-// Source: [Walker & Ni 2011] H. F. Walker, P. Ni. Anderson acceleration for fixed-point iterations. SIAM J. Numer. Anal. 49.
+// Source: [Walker & Ni 2011] H. F. Walker, P. Ni. Anderson acceleration for fixed-point iterations. SIAM J. Numer.
+// Anal. 49.
 class AndersonAcceleration {
  public:
   explicit AndersonAcceleration(int depth) : depth_(depth) {}

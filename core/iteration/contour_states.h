@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/context/solve_context.h"
-#include "core/discretization/node_columns.h"
+#include "core/discretization/grid.h"
 #include "core/iteration/interpolation.h"
 #include "core/laplace/contour.h"
 #include "core/laplace/spectrum_split.h"

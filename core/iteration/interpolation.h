@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/discretization/grid.h"
-#include "core/discretization/node_columns.h"
 #include "core/problem/options.h"
 
 namespace dlcs {

@@ -24,8 +24,8 @@ namespace dlcs {
 //
 // Windows start with L κ W h near 1, are halved when the iteration diverges or leaves the feasible set,
 // and grow again on success; a single step that still fails is marched with LCP(M + K_0). With a fixed width or the
-// whole horizon in the options, the failure ends the solve instead (kDiverged; kIterationLimit, with the last iterate as
-// trajectory of the window).
+// whole horizon in the options, the failure ends the solve instead (kDiverged; kIterationLimit, with the last iterate
+// as trajectory of the window).
 // Requires a Lipschitz y (P-matrix, or Z-matrix with the least element). Returns whether the end was reached.
 // Threads: those of context.workers; same bits for any number.
 bool LaplaceIteration(SolveContext& context);

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/discretization/propagation.h"
+#include "core/discretization/scheme.h"
 #include "core/lcp/basis/tolerance.h"
 
 namespace dlcs {

@@ -31,8 +31,8 @@ inline constexpr Index kMostIterationsOfShrinking = 300;
 inline constexpr Index kMostIterationsOfFixed = 1000;
 
 // How wide windows are where that is chosen. A window of W steps and k iterations costs k (W + 16) / W a step, since an
-// iteration of one step takes about as long as one of sixteen (the lanes of core/lcp/structured/policy_iteration.h, and what is
-// done once an iteration). How k grows with W depends on the system: hardly where the iteration is superlinear,
+// iteration of one step takes about as long as one of sixteen (the lanes of core/lcp/structured/policy_iteration.h, and
+// what is done once an iteration). How k grows with W depends on the system: hardly where the iteration is superlinear,
 // linearly in the hump, like √W where diffusion carries y to y. So where windows take few iterations they are doubled,
 // where some they are kept, and where many the width moves by factors of two as long as the cost falls, and back where
 // it rises.

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/discretization/node_columns.h"
+#include "core/discretization/grid.h"
 #include "core/discretization/scheme.h"
 #include "core/iteration/contour_states.h"
 #include "core/iteration/jump_test.h"
@@ -28,7 +28,8 @@ namespace {
 
 // A convergent iteration may grow first, like (Lt)^k/k!. What grows by more than this loses the digits that remain.
 constexpr double kMostGrowth = 1e10;
-// One that grows by less is back where it began after this many iterations: Lt = ln 1e10 = 23, and (Lt)^k/k! = 1 at k = 60.
+// One that grows by less is back where it began after this many iterations: Lt = ln 1e10 = 23, and (Lt)^k/k! = 1 at k =
+// 60.
 constexpr Index kMostInVain = 100;
 
 class Iteration {
@@ -81,11 +82,11 @@ class Iteration {
       }
       if (k - iteration_of_least >= kMostInVain) {
         Keep();
-        return context_.Fail(Termination::kIterationLimit, horizon,
-                             "The change has not fallen below " + FormatNumber(least_change) + " for " +
-                                 std::to_string(kMostInVain) +
-                                 " iterations; the trajectory is the last iterate. The whole horizon is one window here; "
-                                 "laplace-iteration takes shorter ones.");
+        return context_.Fail(
+            Termination::kIterationLimit, horizon,
+            "The change has not fallen below " + FormatNumber(least_change) + " for " + std::to_string(kMostInVain) +
+                " iterations; the trajectory is the last iterate. The whole horizon is one window here; "
+                "laplace-iteration takes shorter ones.");
       }
       const double contraction = k > 1 ? change / last_change : 1;
       const double tolerance = context_.options.iteration_tolerance * size;

@@ -15,8 +15,8 @@
 namespace dlcs {
 
 // φ of (2.1b), measured: sup |z| ‖(zI - A)⁻¹‖_∞ over the nodes z_p/t of the contour for all t in `times` (each > 0). It
-// varies slowly with t and tends to 1 for t -> 0. NaN where `stop` was requested, looked at before every node. Cost: O(P m³) for
-// each time.
+// varies slowly with t and tends to 1 for t -> 0. NaN where `stop` was requested, looked at before every node. Cost:
+// O(P m³) for each time.
 double ResolventFactor(const Contour& contour, const Resolvent& resolvent, const std::vector<double>& times,
                        const std::stop_token& stop = {});
 

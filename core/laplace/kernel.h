@@ -11,13 +11,38 @@
 
 #include "core/discretization/scheme.h"
 #include "core/laplace/contour_blocks.h"
-#include "core/laplace/hat_response.h"
 #include "core/laplace/toeplitz_convolution.h"
 #include "core/parallel/parallel.h"
 #include "core/problem/problem.h"
 #include "core/problem/solution.h"
+#include "core/types.h"
 
 namespace dlcs {
+
+// R h φ_2 B,  R h E^{k-1} φ_1² B (k = 1, 2, ...), one after the other: what a hat of y at a node does to R x at
+// that node and at later ones. R = N gives the blocks of the kernel, R = vᵀN one combination of their rows.
+class HatResponse {
+ public:
+  // `scheme` (ExponentialPiecewiseLinear) must outlive it.
+  HatResponse(const Matrix& rows, const Scheme& scheme)
+      : scheme_(scheme), rows_(rows), response_(scheme.state * scheme.y_after + scheme.y_before) {}
+
+  Index next() const { return next_; }  // k
+
+  // Cost: 2 m² for each row.
+  Matrix Next() {
+    if (next_++ == 0) return rows_ * scheme_.y_after;
+    Matrix response = rows_ * response_;
+    rows_ = (rows_ * scheme_.state).eval();
+    return response;
+  }
+
+ private:
+  const Scheme& scheme_;
+  Matrix rows_;      // R E^{k-1} for the next k
+  Matrix response_;  // h φ_1² B
+  Index next_ = 0;
+};
 
 // The blocks  K_0 = N h φ_2 B,  K_k = N E^{k-1} (E h φ_2 + h(φ_1 - φ_2)) B = N h E^{k-1} φ_1² B  (k >= 1)
 // of an exp-PL step (φ at hA, E = φ_0): a hat function of y at node l moves q = N x + g at node j >= l by
@@ -44,8 +69,8 @@ class Kernel {
   // Makes blocks up to `window` - 1 available, fewer where `stop` is requested (looked at every block).
   void Reserve(Index window, const std::stop_token& stop);
 
-  // The windows that Reserve() was called with and made blocks for. The bits of later blocks depend on them, since contours serve a
-  // range of blocks: the same calls in the same order give the same kernel.
+  // The windows that Reserve() was called with and made blocks for. The bits of later blocks depend on them, since
+  // contours serve a range of blocks: the same calls in the same order give the same kernel.
   const std::vector<Index>& reservations() const { return reservations_; }
 
   // Longest window worth taking: where the blocks would fill the memory (kMaxDoubles in all), or where they have

@@ -42,7 +42,8 @@ struct RangeContour {
 std::optional<RangeContour> FindRangeContour(double begin, double least_end, double accuracy,
                                              const Eigen::VectorXcd& eigenvalues);
 
-// The same from `begin` to `end`, for a spectrum, or a field of values, in the sector |arg(σ - λ)| <= `angle`, σ = `shift` >= 0.
+// The same from `begin` to `end`, for a spectrum, or a field of values, in the sector |arg(σ - λ)| <= `angle`, σ =
+// `shift` >= 0.
 std::optional<RangeContour> FindSectorContour(double begin, double end, double accuracy, double angle, double shift);
 
 }  // namespace dlcs

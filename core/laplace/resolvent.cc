@@ -23,7 +23,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Resolvent::Resolvent(const Matrix& A) {
   std::optional<SchurForm> form = ComputeSchurForm(A);
-  if (!form) form = SchurForm{ComplexMatrix::Constant(A.rows(), A.cols(), kNaN), ComplexMatrix::Identity(A.rows(), A.cols())};
+  if (!form)
+    form = SchurForm{ComplexMatrix::Constant(A.rows(), A.cols(), kNaN), ComplexMatrix::Identity(A.rows(), A.cols())};
   to_ = form->vectors.adjoint();
   T_ = std::move(form->triangle);
   from_ = std::move(form->vectors);

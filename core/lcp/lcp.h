@@ -68,8 +68,8 @@ std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& 
 
 // The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on
 // M: the returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found
-// (core/lcp/dense/coupled_least_element.h, core/lcp/dense/coupled_selection.h). kInfeasible only when LCP(q, M + K) has no
-// solution. Nothing is asked of M + K.
+// (core/lcp/dense/coupled_least_element.h, core/lcp/dense/coupled_selection.h). kInfeasible only when LCP(q, M + K) has
+// no solution. Nothing is asked of M + K.
 std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice);
 
 }  // namespace dlcs

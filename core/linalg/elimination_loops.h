@@ -25,7 +25,8 @@ inline void SubtractMultiple(Index count, double factor, const double* x, double
 void SubtractProduct(Index rows, Index columns, Index depth, const double* L, Index L_stride, const double* U,
                      Index U_stride, double* A, Index A_stride);
 
-// w += Σ_k x_k (column columns[k] of M), k increasing; M column-major, its columns `rows` apart. The second for many rows.
+// w += Σ_k x_k (column columns[k] of M), k increasing; M column-major, its columns `rows` apart. The second for many
+// rows.
 void AddLongColumns(Index rows, std::span<const Index> columns, const double* x, const double* M, double* w);
 inline void AddColumns(Index rows, std::span<const Index> columns, const double* x, const double* M, double* w) {
   if (rows >= kLongLoop) return AddLongColumns(rows, columns, x, M, w);
@@ -34,9 +35,10 @@ inline void AddColumns(Index rows, std::span<const Index> columns, const double*
   }
 }
 
-// Gaussian elimination in the columns [begin, end) of the size × size matrix `LU`, columns LU_stride apart, those before
-// being done: each pivot is the largest entry of its column, rows are exchanged in all columns and in `source`, multipliers
-// take the place of zeros. inverse[p] becomes 1 over pivot p. False where a pivot is not larger than `zero`.
+// Gaussian elimination in the columns [begin, end) of the size × size matrix `LU`, columns LU_stride apart, those
+// before being done: each pivot is the largest entry of its column, rows are exchanged in all columns and in `source`,
+// multipliers take the place of zeros. inverse[p] becomes 1 over pivot p. False where a pivot is not larger than
+// `zero`.
 bool EliminateColumns(Index begin, Index end, Index size, double zero, double* LU, Index LU_stride, double* inverse,
                       Index* source);
 

@@ -26,8 +26,8 @@ CoinPackedMatrix Packed(const Matrix& rows) {
     }
     starts.push_back(static_cast<CoinBigIndex>(values.size()));
   }
-  return CoinPackedMatrix(/*colordered=*/true, static_cast<int>(rows.rows()), static_cast<int>(rows.cols()), starts.back(),
-                          values.data(), row_of.data(), starts.data(), /*lengths=*/nullptr);
+  return CoinPackedMatrix(/*colordered=*/true, static_cast<int>(rows.rows()), static_cast<int>(rows.cols()),
+                          starts.back(), values.data(), row_of.data(), starts.data(), /*lengths=*/nullptr);
 }
 
 // Ends the simplex method, between two of its iterations, when a stop is asked for. Nothing may be thrown through CLP.

@@ -15,7 +15,8 @@ namespace dlcs {
 // The larger of two numbers; NaN if either is.
 inline double NanMax(double a, double b) { return a > b || std::isnan(a) ? a : b; }
 
-// max |entry| of `rows` × `cols` numbers, columns of which are `stride` apart; 0 where there are none, NaN if any is NaN.
+// max |entry| of `rows` × `cols` numbers, columns of which are `stride` apart; 0 where there are none, NaN if any is
+// NaN.
 double MaxAbsOfColumns(const double* values, Index rows, Index cols, Index stride);
 
 // max |entry|; 0 for an empty expression, NaN if any entry is NaN.

@@ -15,7 +15,8 @@ namespace {
 
 constexpr Index kLanes = 16;
 
-// |value| as an integer, in the same order; NaN is the largest. So a maximum of these sees NaN, and takes one instruction.
+// |value| as an integer, in the same order; NaN is the largest. So a maximum of these sees NaN, and takes one
+// instruction.
 DLCS_WIDE inline std::int64_t SizeBits(double value) {
   return std::bit_cast<std::int64_t>(value) & std::numeric_limits<std::int64_t>::max();
 }
@@ -25,7 +26,8 @@ struct Lanes {
   std::int64_t size[kLanes] = {};
 };
 
-// Raises `lanes` to the first `count` pairs, a multiple of kLanes, and returns Σ y_i w_i. A NaN is seen in the size alone.
+// Raises `lanes` to the first `count` pairs, a multiple of kLanes, and returns Σ y_i w_i. A NaN is seen in the size
+// alone.
 double MeasureWhole(const double* y, const double* w, Index count, Lanes& lanes) {
   double products[kLanes];
   RunWide([=, &lanes, &products]() DLCS_WIDE {

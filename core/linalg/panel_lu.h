@@ -10,9 +10,9 @@
 
 namespace dlcs {
 
-// Overwrites the square `matrix` with L (below the diagonal; ones on it) and U, rows exchanged for the largest pivot: row p
-// of L U is row source[p] of what the matrix was. A column without a pivot leaves zeros or NaN on the diagonal of U. Looks
-// for a stop every ten milliseconds or so (core/parallel/stop_scope.h). Cost: 2/3 n³ operations.
+// Overwrites the square `matrix` with L (below the diagonal; ones on it) and U, rows exchanged for the largest pivot:
+// row p of L U is row source[p] of what the matrix was. A column without a pivot leaves zeros or NaN on the diagonal of
+// U. Looks for a stop every ten milliseconds or so (core/parallel/stop_scope.h). Cost: 2/3 n³ operations.
 void FactorInPanels(Eigen::Ref<Matrix> matrix, std::vector<Index>& source);
 
 // What FactorInPanels() makes, kept.
@@ -23,9 +23,9 @@ class PanelLu {
   // matrix⁻¹ columns; not finite where the matrix is singular.
   Matrix Solve(const Eigen::Ref<const Matrix>& columns) const;
 
-  // An estimate of 1/(‖matrix‖₁ ‖matrix⁻¹‖₁), hardly ever more than three times too large; 0 where the matrix is singular
-  // or not finite. Cost: some 10 n². Source: [Higham 2002] N. J. Higham. Accuracy and Stability of Numerical Algorithms.
-  // SIAM. Algorithm 15.1.
+  // An estimate of 1/(‖matrix‖₁ ‖matrix⁻¹‖₁), hardly ever more than three times too large; 0 where the matrix is
+  // singular or not finite. Cost: some 10 n². Source: [Higham 2002] N. J. Higham. Accuracy and Stability of Numerical
+  // Algorithms. SIAM. Algorithm 15.1.
   double ReciprocalCondition() const;
 
  private:

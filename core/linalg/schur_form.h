@@ -16,10 +16,10 @@ struct SchurForm {
   Eigen::MatrixXcd vectors;
 };
 
-// By Householder's reduction to Hessenberg form and the QR algorithm with single shifts [Golub & Van Loan 2013, 7.4-7.5],
-// as Eigen::ComplexSchur, whose hours for a large matrix nothing ends. Looks for a stop (core/parallel/stop_scope.h) before
-// every reflection and rotation. Absent where the iteration does not converge, as for entries that are not finite.
-// Cost: some 100 m³.
+// By Householder's reduction to Hessenberg form and the QR algorithm with single shifts [Golub & Van Loan 2013,
+// 7.4-7.5], as Eigen::ComplexSchur, whose hours for a large matrix nothing ends. Looks for a stop
+// (core/parallel/stop_scope.h) before every reflection and rotation. Absent where the iteration does not converge, as
+// for entries that are not finite. Cost: some 100 m³.
 // Source: [Golub & Van Loan 2013] G. H. Golub, C. F. Van Loan. Matrix Computations. Johns Hopkins University Press.
 std::optional<SchurForm> ComputeSchurForm(const Matrix& A);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of doubles, for loops that the compiler does not vectorize by itself (core/linalg/simd_dispatch.h is for those that
-// it does), compiled once for each width of registers.
+// Vectors of doubles, for loops that the compiler does not vectorize by itself (core/linalg/simd_dispatch.h is for
+// those that it does), compiled once for each width of registers.
 
 #ifndef DLCS_CORE_LINALG_SIMD_H_
 #define DLCS_CORE_LINALG_SIMD_H_

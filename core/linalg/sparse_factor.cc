@@ -8,13 +8,13 @@
 #include <optional>
 
 #include "core/linalg/norms.h"
-#include "core/linalg/symmetry.h"
+#include "core/linalg/structured_matrix.h"
 
 namespace dlcs {
 namespace {
 
-// Pivots on the diagonal keep the order that was chosen for their sake. Growth is bounded by its inverse a column, and does
-// not come near that for matrices whose diagonal is not small.
+// Pivots on the diagonal keep the order that was chosen for their sake. Growth is bounded by its inverse a column, and
+// does not come near that for matrices whose diagonal is not small.
 constexpr double kPivotThreshold = 0.01;
 
 template <typename Scalar>

@@ -13,13 +13,13 @@
 
 namespace dlcs {
 
-// An order of the unknowns that keeps the factors of a matrix with this pattern, or that of its transpose, sparse: row and
-// column `order[k]` come k-th. Approximate minimum degree on the pattern of A + Aᵀ; source: [Amestoy, Davis, Duff 1996] An
-// approximate minimum degree ordering algorithm. SIAM J. Matrix Anal. Appl. 17, 886-905.
+// An order of the unknowns that keeps the factors of a matrix with this pattern, or that of its transpose, sparse: row
+// and column `order[k]` come k-th. Approximate minimum degree on the pattern of A + Aᵀ; source: [Amestoy, Davis, Duff
+// 1996] An approximate minimum degree ordering algorithm. SIAM J. Matrix Anal. Appl. 17, 886-905.
 Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A);
 
-// The factors of zI - sA, in an order from SparseOrder(): LU with pivots off the diagonal only where those on it are smaller
-// than a hundredth of the column. Real z and s with a symmetric, positive definite zI - sA: Cholesky.
+// The factors of zI - sA, in an order from SparseOrder(): LU with pivots off the diagonal only where those on it are
+// smaller than a hundredth of the column. Real z and s with a symmetric, positive definite zI - sA: Cholesky.
 //
 // Cost: for a grid of m points in the plane some 30 m log m numbers and m^{3/2} work, in space m^{4/3} and m².
 template <typename Scalar>

@@ -10,14 +10,15 @@
 #include <variant>
 #include <vector>
 
+#include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-// F_1 ⊕ F_2 ⊕ ... = F_1 ⊗ I ⊗ ... + I ⊗ F_2 ⊗ ... + ..., all factors square, the index of the last running fastest: what
-// differences in one direction each make of a grid. Of size Π rows(F_i).
+// F_1 ⊕ F_2 ⊕ ... = F_1 ⊗ I ⊗ ... + I ⊗ F_2 ⊗ ... + ..., all factors square, the index of the last running fastest:
+// what differences in one direction each make of a grid. Of size Π rows(F_i).
 struct KroneckerSum {
   std::vector<SparseMatrix> factors;  // at least one
 
@@ -72,8 +73,8 @@ class StructuredMatrix {
   // |A| v for v >= 0.
   Vector AbsTimes(const Eigen::Ref<const Vector>& v) const;
 
-  // The product with a few columns. Cost: the nonzeros, times the columns; of a Kronecker sum those of its factors, times
-  // the size of the others.
+  // The product with a few columns. Cost: the nonzeros, times the columns; of a Kronecker sum those of its factors,
+  // times the size of the others.
   template <class Derived>
   auto operator*(const Eigen::MatrixBase<Derived>& right) const {
     using Product = Eigen::Matrix<double, Eigen::Dynamic, Derived::ColsAtCompileTime>;
@@ -95,6 +96,9 @@ class StructuredMatrix {
 };
 
 double InfinityNorm(const StructuredMatrix& matrix);
+
+// Whether M = Mᵀ, to the bit; not where an entry is NaN. Cost: the nonzeros.
+bool IsSymmetric(const SparseMatrix& M);
 
 }  // namespace dlcs
 

@@ -24,8 +24,8 @@ struct ClassProfile {
   SemicopositiveClasses semicopositive;  // strictly and weakly: ClassifySemicopositive()
   CopositiveClasses copositive;          // strictly and not: ClassifyCopositive()
   Fact type_one, type_two, type_three;   // section 4 of [Shen & Pang 2007]: TestSemicopositiveTypeI()
-  // What follows for LCP(q, M) from the classes above, with their witness; where nothing follows, by definition for small n
-  // (core/matrix_classes/exact_classes.h).
+  // What follows for LCP(q, M) from the classes above, with their witness; where nothing follows, by definition for
+  // small n (core/matrix_classes/exact_classes.h).
   Fact r0;  // y = 0 is the only solution of LCP(0, M): nondegenerate or strictly semicopositive
   Fact q;   // LCP(q, M) has a solution for every q: P or strictly semicopositive; never where M is not S
   Fact q0;  // every feasible LCP(q, M) has a solution: Q, Z, or positive semidefinite

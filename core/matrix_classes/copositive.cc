@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/matrix_classes/positive_semidefinite.h"
 #include "core/matrix_classes/semicopositive.h"
-#include "core/matrix_classes/symmetric_sum.h"
 
 namespace dlcs {
 namespace {

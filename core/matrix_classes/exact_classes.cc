@@ -281,8 +281,8 @@ Fact Covers(const Matrix& M, bool feasible_only) {
       std::move(q));
 }
 
-// X of the choice `alpha` (core/matrix_classes/hidden_z_choices.h), by the alternative: w >= 0, Σw = 1, and multipliers a, b
-// >= 0 with Gᵀw = Σ_{i != j} (a_ij e_i + b_ij M_i) for every j.
+// X of the choice `alpha` (core/matrix_classes/hidden_z_choices.h), by the alternative: w >= 0, Σw = 1, and multipliers
+// a, b >= 0 with Gᵀw = Σ_{i != j} (a_ij e_i + b_ij M_i) for every j.
 std::optional<BigMatrix> ExactXForChoice(const BigMatrix& M, unsigned alpha) {
   const std::size_t n = M.size();
   const auto G = [&](std::size_t l, std::size_t k) -> BigInteger {

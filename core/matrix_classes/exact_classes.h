@@ -35,8 +35,8 @@ Fact ExactlyR0(const Matrix& M);
 Fact ExactlyQ(const Matrix& M);
 Fact ExactlyQ0(const Matrix& M);
 
-// (4.10) of [Chen & Xiang]; X is the witness of a yes. By the choices of core/matrix_classes/hidden_z_choices.h, 2ⁿ linear
-// programs.
+// (4.10) of [Chen & Xiang]; X is the witness of a yes. By the choices of core/matrix_classes/hidden_z_choices.h, 2ⁿ
+// linear programs.
 Fact ExactlyHiddenZ(const Matrix& M);
 
 }  // namespace dlcs

@@ -24,7 +24,8 @@ struct Witness {
   Vector r, s;                  // rᵀX + sᵀY > 0, the same
 
   bool empty() const {
-    return indices.empty() && !value && z.size() == 0 && X.size() == 0 && Y.size() == 0 && r.size() == 0 && s.size() == 0;
+    return indices.empty() && !value && z.size() == 0 && X.size() == 0 && Y.size() == 0 && r.size() == 0 &&
+           s.size() == 0;
   }
 };
 

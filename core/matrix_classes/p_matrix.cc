@@ -11,7 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/matrix_classes/m_matrix.h"
 #include "core/matrix_classes/positive_semidefinite.h"
-#include "core/matrix_classes/tracked_matrix.h"
+#include "core/matrix_classes/principal_minors.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

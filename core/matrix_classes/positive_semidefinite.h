@@ -36,6 +36,16 @@ struct QuadraticFormClasses {
 // + Mᵀ)/2)_SS. O(n³), or O(2ⁿ) at the boundary.
 QuadraticFormClasses ClassifyQuadraticForm(const Matrix& M);
 
+// M + Mᵀ with every entry rounded downwards, and whether none of them had to be.
+struct SymmetricSum {
+  Matrix below;
+  bool exact = true;
+};
+SymmetricSum SymmetricSumBelow(const Matrix& M);
+
+// Whether zᵀMz < 0 beyond the rounding of its own sum.
+bool FormIsClearlyNegative(const Matrix& M, const Vector& z);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_MATRIX_CLASSES_POSITIVE_SEMIDEFINITE_H_

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/matrix_classes/tracked_matrix.h"
 #include "core/parallel/stop_scope.h"
 
 namespace dlcs {

@@ -12,7 +12,7 @@
 
 namespace dlcs {
 
-// (4.6) of [Chen & Xiang 2013], core/README.md:
+// (4.6) of [Chen & Xiang 2013], core/analysis/PAPERS.md:
 //     x' = A x + B y + f(t),   0 <= y ⟂ (I - C) y - x >= 0,   x(0) = demand:
 // the supply y covers the demand x and what production itself uses up, C y.
 struct InputOutputModel {

@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-// (4.3), (4.4) of [Wu & Chen], core/README.md, on the unit square with the membrane on x1 = 0:
+// (4.3), (4.4) of [Wu & Chen], core/analysis/PAPERS.md, on the unit square with the membrane on x1 = 0:
 //     V_t = c ΔV inside,   0 <= ∂V/∂ν ⟂ V - ψ(x2, t) >= 0 on the membrane,   V = 0 on the other sides,
 //     V(x, 0) = 20 x1 x2 (1 - x1)(1 - x2).
 // The initial value and ψ are hardly legible in print; the defaults of ψ are what can be read of (4.7).
@@ -29,7 +29,8 @@ struct SignoriniModel {
 //     A = c/Δx² (I⊗D + D⊗I),   B = c/Δx² (I⊗e_1),   f = B ψ,
 //     N = -2 (I⊗e_1ᵀ),         M = 2I - D,          g = M ψ.
 // M is a symmetric M-matrix, A symmetric negative definite; w = 2Δx ∂V/∂ν + O(Δx³) where V is steady.
-// A is a Kronecker sum, B, N and M are sparse, f and g are lifts of the Q functions ψ. Errors: InvalidArgument, one line per broken rule.
+// A is a Kronecker sum, B, N and M are sparse, f and g are lifts of the Q functions ψ. Errors: InvalidArgument, one
+// line per broken rule.
 absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model);
 
 }  // namespace dlcs

@@ -111,7 +111,8 @@ absl::StatusOr<Solution> SolveWithinError(NonlinearTask& task, bool by_default, 
   };
   system.trials.fits = [&](const Grid& grid) {
     const double steps = 2 * static_cast<double>(grid.num_steps());
-    return 2 * PredictBytes(task.problem, steps, static_cast<double>(grid.output_nodes.size())) <= task.options.max_memory;
+    return 2 * PredictBytes(task.problem, steps, static_cast<double>(grid.output_nodes.size())) <=
+           task.options.max_memory;
   };
   constexpr Index kMostTrialSteps = Index{1} << 20;
   std::vector<double> wanted;
@@ -123,7 +124,8 @@ absl::StatusOr<Solution> SolveWithinError(NonlinearTask& task, bool by_default, 
 }
 
 // On the grid that was given, with an estimate of the error where it is wanted and fits.
-absl::StatusOr<Solution> SolveOnGivenSteps(NonlinearTask& task, NonlinearFunctions functions, const Grid& grid, Observer& observer) {
+absl::StatusOr<Solution> SolveOnGivenSteps(NonlinearTask& task, NonlinearFunctions functions, const Grid& grid,
+                                           Observer& observer) {
   Solution solution = SolveOnGrid(task, std::move(functions), grid, observer);
   if (solution.termination != Termination::kReachedEnd) return solution;
   if (!task.options.estimate_error) {
@@ -201,10 +203,11 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
 
   const std::vector<Index> free = functions->ConstraintsAbsentFromG();
   if (selection == Selection::kAny && !free.empty()) {
-    return Refused(problem, report,
-                   "y" + std::to_string(free.front() + 1) +
-                       " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
-                       "(5.2) cannot start: only a step that couples x and y means anything here.");
+    return Refused(
+        problem, report,
+        "y" + std::to_string(free.front() + 1) +
+            " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
+            "(5.2) cannot start: only a step that couples x and y means anything here.");
   }
   NonlinearTask task{.problem = problem,
             .options = options,

@@ -19,8 +19,8 @@ namespace dlcs {
 //     0 <= y^{k+1}(t_j) ⟂ g(t_j, x^k(t_j), y^{k+1}(t_j)) >= 0       all j at once, in parallel (JosephyNewton),
 //     (x^{k+1})' = W x^{k+1} + s^k,   s^k = f(t, x^k, y^{k+1}) - W x^k   linear between nodes, solved exactly,
 //
-// the linear system by the matrices that invert its Laplace transform (core/discretization/scheme.h, exp-PL). The first x is
-// the solution with s frozen at the start. Windows shrink where the iteration does not converge and grow where
+// the linear system by the matrices that invert its Laplace transform (core/discretization/scheme.h, exp-PL). The first
+// x is the solution with s frozen at the start. Windows shrink where the iteration does not converge and grow where
 // it does; a single step that fails is solved with x and y together, and cost.marched_steps counts it. Second order,
 // whatever W is: W decides how fast the iteration converges, and how the error of the step looks.
 //
@@ -31,7 +31,8 @@ namespace dlcs {
 // Where an error is asked for or no step is given, the step comes from trials (core/driver/error_control.h).
 //
 // Verdicts and errors as Solve(); a formula without a finite value ends the solve as kNonFinite with the formula and
-// the time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y). Threads: the result has the same bits for any number.
+// the time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y). Threads: the result has the same
+// bits for any number.
 absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                         std::stop_token stop);
 

@@ -7,15 +7,19 @@
 #include <chrono>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "core/context/recorder.h"
 #include "core/discretization/grid.h"
+#include "core/discretization/scheme.h"
+#include "core/discretization/segment.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/nonlinear/functions.h"
 #include "core/parallel/parallel.h"
 #include "core/problem/nonlinear_problem.h"
 #include "core/problem/observer.h"
 #include "core/problem/solution.h"
+#include "core/types.h"
 
 namespace dlcs {
 
@@ -53,6 +57,22 @@ struct NonlinearContext {
 // costs. Returns whether T was reached; otherwise context.Fail() has been called. Sets solution.reason to the
 // choice of W.
 bool SplittingIteration(NonlinearContext& context);
+
+// Raises `certificate` (all NaN before the first segment) by the nodes and midpoints of `segment`, with f and g
+// evaluated anew at x and y. segment.f holds the sources s = f - W x that the states follow by `scheme`; `times` the
+// node times. Returns g(t, x, y) at the nodes, a column for each. At midpoints x solves x' = W x + s with s linear over
+// the step, and y is linear. Not for the inner loop.
+Matrix AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, const Matrix& W, const Segment& segment,
+                        const std::vector<double>& times, Certificate& certificate);
+
+// The derivative of x ↦ f(t, x, y(x)) with y(x) the solution of 0 <= y ⟂ g(t, x, y) >= 0 near `y`:
+//
+//     f_x - f_yS (g_y)_SS⁻¹ g_xS,   S = { i : y_i > 0, y_i >= g_i },
+//
+// what is left of f - W x is then of second order in x - x_a, and the iteration contracts in proportion to the distance
+// from x_a. f_x alone where (g_y)_SS is singular. Not finite where a formula has no derivative.
+// Cost: the Jacobians and O(m² n).
+Matrix ReducedJacobian(NonlinearFunctions& functions, double t, const Vector& x, const Vector& y);
 
 }  // namespace dlcs
 

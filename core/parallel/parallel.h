@@ -23,8 +23,8 @@ class Workers {
   // [0, count), in any order and on any thread, and returns when all are done. Blocks depend on the
   // arguments alone, never on the number of threads: work that keeps state per block, or sums per block and
   // then over blocks in order, has the same bits on any machine. One block runs on the calling thread.
-  // The StopScope of the caller is that of all bodies, and looked at before each. They throw nothing but Stopped, which is
-  // thrown again here when those that were begun are done.
+  // The StopScope of the caller is that of all bodies, and looked at before each. They throw nothing but Stopped, which
+  // is thrown again here when those that were begun are done.
   void ForBlocks(Index count, Index block_size,
                  const std::function<void(Index block, Index begin, Index end)>& body);
 
@@ -34,6 +34,12 @@ class Workers {
   struct Arena;
   std::unique_ptr<Arena> arena_;
 };
+
+// Calls body(k) once for each k of [0, count), begun in this order, on `num_threads` threads (0: one for each
+// processor), the calling one included, and returns when all are done. The threads are made for this call: unlike those
+// of Workers, which all solves of a process share, one that waits keeps nobody from working. What a body throws is
+// thrown again here, and no further ones are begun.
+void ForEachOnOwnThreads(Index count, int num_threads, const std::function<void(Index)>& body);
 
 }  // namespace dlcs
 

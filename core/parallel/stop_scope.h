@@ -13,8 +13,8 @@ namespace dlcs {
 // catch it, and so do methods that have something to keep; nobody else should.
 struct Stopped {};
 
-// While it lives, LookForStop() on this thread means `stop`. Scopes nest. Workers carry the scope of whoever calls them to
-// all their threads.
+// While it lives, LookForStop() on this thread means `stop`. Scopes nest. Workers carry the scope of whoever calls them
+// to all their threads.
 class StopScope {
  public:
   explicit StopScope(std::stop_token stop) : own_(std::move(stop)), outer_(current_) { current_ = &own_; }

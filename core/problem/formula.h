@@ -12,8 +12,8 @@
 // through min and max.
 //
 // Where its switching times are known (core/problem/formula_switching.h), comparisons, sign, floor and ceil are
-// decided once for the smooth interval between two of them. So a formula has both its limits at a switching time, and keeps
-// them where that time is rounded.
+// decided once for the smooth interval between two of them. So a formula has both its limits at a switching time, and
+// keeps them where that time is rounded.
 
 #ifndef DLCS_CORE_PROBLEM_FORMULA_H_
 #define DLCS_CORE_PROBLEM_FORMULA_H_

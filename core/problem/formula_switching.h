@@ -27,8 +27,8 @@ struct FormulaSwitching {
   // Inside (begin, end) of the search, increasing. Between two of them every switch that depends on t alone is decided,
   // but at isolated times where its operand touches zero.
   std::vector<double> times = {};
-  // One more: a time of each smooth interval at which its switches are decided; NaN where they could not be told apart, and the
-  // formula is evaluated as it stands.
+  // One more: a time of each smooth interval at which its switches are decided; NaN where they could not be told apart,
+  // and the formula is evaluated as it stands.
   std::vector<double> inside = {};
   std::vector<FormulaGap> gaps = {};
   // Why the formula can not be taken, as in "has no finite value at t = 2: it grows beyond all bounds there"; or empty.
@@ -37,13 +37,13 @@ struct FormulaSwitching {
   std::vector<std::string> warnings = {};
 };
 
-// Searches [begin, end] by bisection. Where the enclosure (core/problem/formula_enclosure.h) of a switch's operand excludes
-// zero nothing switches; where that of its slope does there is at most one time, found to the last bit; else the
-// interval is cut. Where rounding of the operand alone hides its sign, whatever the interval, one switching time stands
-// for all that may be there: none is lost that lies further from the next than that; where the operand may jump it is
-// said. A formula in t alone is searched for times without finite value too: poles are told from gaps by the growth of
-// enclosures on the way there. Cost: for smooth formulas one enclosure or a few; some 10 µs a switching time; a second at
-// most.
+// Searches [begin, end] by bisection. Where the enclosure (core/problem/formula_enclosure.h) of a switch's operand
+// excludes zero nothing switches; where that of its slope does there is at most one time, found to the last bit; else
+// the interval is cut. Where rounding of the operand alone hides its sign, whatever the interval, one switching time
+// stands for all that may be there: none is lost that lies further from the next than that; where the operand may jump
+// it is said. A formula in t alone is searched for times without finite value too: poles are told from gaps by the
+// growth of enclosures on the way there. Cost: for smooth formulas one enclosure or a few; some 10 µs a switching time;
+// a second at most.
 FormulaSwitching FindSwitchingTimes(const FormulaTree& tree, double begin, double end);
 
 struct AnalyzedFormula {

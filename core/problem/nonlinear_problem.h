@@ -25,7 +25,7 @@ struct NonlinearProblem {
   double horizon = 0;                // T > 0
   std::vector<double> break_points;  // times in (0, T) where f or g jumps or has a kink in t
   // The matrix of the splitting (5.2), m × m; zero gives the iteration of Picard. Absent: chosen from the
-  // Jacobians of f and g at the start of each window (core/nonlinear/splitting.h).
+  // Jacobians of f and g at the start of each window (core/nonlinear/splitting_iteration.h).
   std::optional<Matrix> W;
   FormulaParameters parameters = {};  // numbers that the formulas call by a name
 
@@ -38,8 +38,8 @@ struct NonlinearProblem {
 // W[i][j] parameters.NAME. Values of formulas are not looked at: where one has none is for the solve to say.
 std::vector<Violation> Validate(const NonlinearProblem& problem);
 
-// The break points of the (sound) problem and the switching times of those parts of its formulas that depend on t alone,
-// merged as those of a linear problem (core/problem/problem.h).
+// The break points of the (sound) problem and the switching times of those parts of its formulas that depend on t
+// alone, merged as those of a linear problem (core/problem/problem.h).
 std::vector<double> BreakPoints(const NonlinearProblem& problem);
 // What the search for the latter could not find out.
 std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);

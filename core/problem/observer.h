@@ -9,11 +9,30 @@
 #include <string>
 #include <vector>
 
-#include "core/problem/checkpoint.h"
 #include "core/problem/options.h"
+#include "core/problem/solution.h"
 #include "core/types.h"
 
 namespace dlcs {
+
+// What stands fast of a solve under way. Made at the end of windows, and of blocks of steps in marches.
+struct Checkpoint {
+  double time;  // solved up to here
+  // Columns first ... first + count - 1 of `solution` (times, x, y, w, left_limits) have come since the checkpoint
+  // before and will not change any more. Perhaps none.
+  const Solution& solution;
+  Index first;
+  Index count;
+  std::string state;  // for ResumePoint
+};
+
+// Where to go on: the state of a checkpoint, and the columns of the trajectory up to it, perhaps more.
+struct ResumePoint {
+  std::string state;
+  Matrix x;  // m × columns
+  Matrix y;  // n × columns
+  Matrix w;  // n × columns
+};
 
 // What was found out about the problem before the first step.
 struct AnalysisReport {
@@ -47,9 +66,11 @@ struct IterateReport {
   double seconds = 0;        // since the solve began
 };
 
-// The function y of an iterate, on loan: the memory is the method's, and goes on to the next iterate when the call returns.
+// The function y of an iterate, on loan: the memory is the method's, and goes on to the next iterate when the call
+// returns.
 struct IterateValues {
-  std::span<const double> times;  // increasing; twice where y has two limits (wu_chen_iteration, where runs of the grid meet)
+  // Increasing; twice where y has two limits (wu_chen_iteration, where runs of the grid meet).
+  std::span<const double> times;
   Eigen::Ref<const Matrix> y;     // n × times.size()
 };
 
@@ -72,8 +93,8 @@ class Observer {
   virtual void OnIterate(const IterateReport&, const IterateValues&) {}
   virtual void OnWindowFinished(const WindowOutcome&) {}
 
-  // Asked wherever a solve could go on from later; a checkpoint costs a copy of what came since the last one. Answers may
-  // depend on the clock: the bits of the solution do not depend on them.
+  // Asked wherever a solve could go on from later; a checkpoint costs a copy of what came since the last one. Answers
+  // may depend on the clock: the bits of the solution do not depend on them.
   virtual bool WantsCheckpoint() { return false; }
   virtual void OnCheckpoint(const Checkpoint&) {}
 };

@@ -21,21 +21,22 @@ enum class StepSolver { kSubstitution, kNewton };
 // function N (zI - A)⁻¹ B inverted on contours. Left to itself it takes the cheaper.
 enum class KernelSource { kAuto, kPhiFunctions, kContour };
 
-// How x0, f and y are carried to N x (core/README.md, "Propagators"). Left to itself the engine chooses by the structure and
-// the size of A; one that the problem does not admit is refused.
+// How x0, f and y are carried to N x (core/propagator/README.md). Left to itself the engine chooses by the
+// structure and the size of A; one that the problem does not admit is refused.
 enum class PropagatorKind {
   kAuto,
-  kDense,           // the matrix functions of A written down: any A of moderate size
-  kKroneckerSum,    // A diagonalized factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
-  kContour,         // N (zI - A)⁻¹ B inverted on contours, one sparse factorization a node: large sparse A, few constraints
+  kDense,         // the matrix functions of A written down: any A of moderate size
+  kKroneckerSum,  // A diagonalized factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
+  kContour,  // N (zI - A)⁻¹ B inverted on contours, one sparse factorization a node: large sparse A, few constraints
   kSparseStepping,  // one sparse factorization of I - h(1-θ)A a length of step; time_stepping only
 };
 
 // What wu_chen_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
 enum class Interpolation { kLinear, kCubicSpline };
 
-// Whose parameters the contour (2.2) has that wu_chen_iteration integrates over: those of Theorem 2.2, or those that Remark 2.4
-// leaves to be chosen for the sector of the spectrum. Left to itself it takes Theorem 2.2's where the sector allows.
+// Whose parameters the contour (2.2) has that wu_chen_iteration integrates over: those of Theorem 2.2, or those that
+// Remark 2.4 leaves to be chosen for the sector of the spectrum. Left to itself it takes Theorem 2.2's where the sector
+// allows.
 enum class ContourChoice { kAuto, kTheorem22, kRemark24 };
 
 struct Options {
@@ -47,17 +48,18 @@ struct Options {
   static constexpr Index kDefaultSteps = 1000;
   // A step length instead of a number of steps: T / step is rounded up. At most one of the two is set.
   double step = 0;
-  // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length: a grid that is fine where the
-  // solution needs it. 0, T, break points and output times are added. Steps of equal length that follow one
+  // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length: a grid that is fine where
+  // the solution needs it. 0, T, break points and output times are added. Steps of equal length that follow one
   // another are recognized: one matrix function serves all steps of a length, so a grid of J different lengths
   // costs J of them.
   std::vector<double> grid_times;
 
-  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T], and
-  // of B y where y is a Lipschitz function of x. event_driven controls its steps by it; for other methods the step comes
-  // from trial solves (core/driver/step_control.h), and the solution holds the error that was estimated, or says that it
-  // was not reached. A grid beside it says only where output is wanted. 0: with a grid its steps are taken; without one
-  // the error is kDefaultErrorTolerance, for at most the work of kMostDefaultSteps steps, and missing it is no failure.
+  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T],
+  // and of B y where y is a Lipschitz function of x. event_driven controls its steps by it; for other methods the step
+  // comes from trial solves (core/driver/step_control.h), and the solution holds the error that was estimated, or says
+  // that it was not reached. A grid beside it says only where output is wanted. 0: with a grid its steps are taken;
+  // without one the error is kDefaultErrorTolerance, for at most the work of kMostDefaultSteps steps, and missing it is
+  // no failure.
   double error_tolerance = 0;
   static constexpr double kDefaultErrorTolerance = 1e-6;
   static constexpr Index kMostDefaultSteps = 20'000;
@@ -90,9 +92,9 @@ struct Options {
   Index window_steps = 0;
   static constexpr Index kWholeHorizon = -1;
 
-  // laplace_iteration: windows that are iterated on at the same time, 1 to 64. A window begins while the one before it still
-  // converges, from where that one stands, and is accepted after it: fewer iterations one after the other, with more LCPs each.
-  // One at a time where y is no Lipschitz function of x, and with acceleration.
+  // laplace_iteration: windows that are iterated on at the same time, 1 to 64. A window begins while the one before it
+  // still converges, from where that one stands, and is accepted after it: fewer iterations one after the other, with
+  // more LCPs each. One at a time where y is no Lipschitz function of x, and with acceleration.
   Index windows_in_flight = 1;
 
   // laplace_iteration: by φ-functions or by contours. Contours are checked, and given up where they do not serve the
@@ -103,8 +105,8 @@ struct Options {
   int acceleration = 0;
 
   PropagatorKind propagator = PropagatorKind::kAuto;
-  // What a solve may allocate, in bytes: beyond it the problem is refused before anything is allocated. The trajectory asked
-  // for counts.
+  // What a solve may allocate, in bytes: beyond it the problem is refused before anything is allocated. The trajectory
+  // asked for counts.
   double max_memory = 8e9;
 
   // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (wu_chen_iteration)
@@ -122,20 +124,20 @@ struct Options {
   double contour_step = 0;
   // wu_chen_iteration: e^{At} x0 by the hyperbola of Remark 2.3 instead of a matrix exponential.
   bool contour_for_initial_state = false;
-  // wu_chen_iteration: cubic splines through the nodes between two break points are of fourth order where y and f are smooth,
-  // and no better than straight lines across a kink of y.
+  // wu_chen_iteration: cubic splines through the nodes between two break points are of fourth order where y and f are
+  // smooth, and no better than straight lines across a kink of y.
   Interpolation interpolation = Interpolation::kLinear;
 
   // An inconsistent state, at 0 or at a break point, is projected (the state jumps) instead of refused.
   bool project_initial_state = false;
 
-  // Systems of relative degree two (M = 0, N B = 0: y acts on N x + g through two integrations, as a contact force acts on
-  // a gap) are refused, because their solutions need impulses. With this, they are solved as inelastic impacts
+  // Systems of relative degree two (M = 0, N B = 0: y acts on N x + g through two integrations, as a contact force acts
+  // on a gap) are refused, because their solutions need impulses. With this, they are solved as inelastic impacts
   // (core/stepping/inelastic_impact.h), which is a law of its own and not part of the system.
   bool inelastic_impact = false;
 
-  // Where steps are given: estimate the error by solves of twice and four times the step (core/error_estimate.h), for three
-  // quarters of the cost. Where memory does not allow it, the solution says so.
+  // Where steps are given: estimate the error by solves of twice and four times the step (core/driver/error_control.h),
+  // for three quarters of the cost. Where memory does not allow it, the solution says so.
   bool estimate_error = true;
 
   // Upper limit of threads; 0 takes all. The bits of the result do not depend on it.

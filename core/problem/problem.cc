@@ -41,8 +41,8 @@ std::string Quoted(const std::string& formula) {
 
 // How component `i` of a piece is called, f.pieces[2][0].
 std::string NameOf(const TimeFunction& function, const std::string& field, std::size_t piece, Index i) {
-  return field + (function.pieces.size() > 1 ? ".pieces[" + std::to_string(piece) + "]" : "") + "[" + std::to_string(i) +
-         "]";
+  return field + (function.pieces.size() > 1 ? ".pieces[" + std::to_string(piece) + "]" : "") + "[" +
+         std::to_string(i) + "]";
 }
 
 const std::string& FormulaOf(const TimeFunction& function, const AnalyzedComponent& component) {

@@ -53,17 +53,17 @@ struct Problem {
 
 // Every rule that `problem` breaks, in the order of the fields above; empty when it is sound. Shapes (m is
 // the number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside
-// (0, T), formulas that do not parse, and, where nothing else is wrong, formulas with a pole or without a finite value in
-// [0, T] or with more than kMostSwitchingTimes, and components of f and g without a finite value at one of 257 even times
-// or on one side of a break point (with the first such time).
+// (0, T), formulas that do not parse, and, where nothing else is wrong, formulas with a pole or without a finite value
+// in [0, T] or with more than kMostSwitchingTimes, and components of f and g without a finite value at one of 257 even
+// times or on one side of a break point (with the first such time).
 //
 // Fields are named A B N M f g x0 T break_points selector.C selector.b, with [row][column] or [component],
 // those inside f and g as core/problem/time_function.h says. At most 200 are listed; one more entry counts the rest.
 // Cost: that of AnalyzeFormulas(), and 257 values of every component.
 std::vector<Violation> Validate(const Problem& problem);
 
-// All break points of f, g, their formulas and the (sound) problem itself, as MergeBreakPoints() makes them of those that
-// the problem declares and those of f and g.
+// All break points of f, g, their formulas and the (sound) problem itself, as MergeBreakPoints() makes them of those
+// that the problem declares and those of f and g.
 std::vector<double> BreakPoints(const Problem& problem);
 TimeAxis AxisOf(const Problem& problem);
 // What the search for switching times of f and g could not find out, with field and formula.

@@ -42,14 +42,14 @@ struct Certificate {
   // The largest ‖x‖_∞.
   double x_scale = std::numeric_limits<double>::quiet_NaN();
 
-  // Row by row, each in its own size: units do not matter. NaN where states are not kept, or a method does not measure them.
-  // max over pairs of |min(y_i / size of y_i, w_i / size of w_i)|; sizes are the largest |y_i|, and the largest sum of absolute
-  // values that w_i is summed from, over the solve.
+  // Row by row, each in its own size: units do not matter. NaN where states are not kept, or a method does not measure
+  // them. max over pairs of |min(y_i / size of y_i, w_i / size of w_i)|; sizes are the largest |y_i|, and the largest
+  // sum of absolute values that w_i is summed from, over the solve.
   double node_residual_of_rows = std::numeric_limits<double>::quiet_NaN();
   double midpoint_residual_of_rows = std::numeric_limits<double>::quiet_NaN();
-  // max over states and nodes of |x_i(t) - x_i(0) - ∫ (A x + B y + f)_i| / max |x_i|, jumps left out, the integral by Simpson's
-  // rule on each step: independent of how the steps were made. Of the states that the steps resolve: fast ones, and those
-  // that follow others at once, are left out.
+  // max over states and nodes of |x_i(t) - x_i(0) - ∫ (A x + B y + f)_i| / max |x_i|, jumps left out, the integral by
+  // Simpson's rule on each step: independent of how the steps were made. Of the states that the steps resolve: fast
+  // ones, and those that follow others at once, are left out.
   double drift_of_rows = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -60,14 +60,15 @@ enum class AccuracySource {
   kControlled,  // steps were chosen by it
 };
 
-// How far the trajectory is from the solution, as far as that is known. Errors are the largest over the times, relative to the
-// largest value of the component on [0, T], and at least kLeastError.
+// How far the trajectory is from the solution, as far as that is known. Errors are the largest over the times, relative
+// to the largest value of the component on [0, T], and at least kLeastError.
 struct Accuracy {
   static constexpr double kLeastError = 16 * std::numeric_limits<double>::epsilon();
 
   AccuracySource source = AccuracySource::kNotEstimated;
   double error = std::numeric_limits<double>::quiet_NaN();  // the largest of those below; NaN where it is not known
-  // What the steps were chosen for; 0 where they were given. By default: nobody asked for it (Options::error_tolerance).
+  // What the steps were chosen for; 0 where they were given. By default: nobody asked for it
+  // (Options::error_tolerance).
   double asked = 0;
   bool asked_by_default = false;
   Vector errors_x;   // of each state; empty where `error` alone is known
@@ -109,7 +110,8 @@ enum class SwitchingKind {
   kCoupledStepsEnd,
 };
 
-// Where indices enter or leave the active set (w_i = 0 while y_i may be positive); at 0 those enter that are active at the start.
+// Where indices enter or leave the active set (w_i = 0 while y_i may be positive); at 0 those enter that are active at
+// the start.
 struct SwitchingTime {
   double time = 0;
   std::vector<Index> entering;  // active from here on, increasing; none is during coupled steps
@@ -134,7 +136,7 @@ struct PropagatorRecord {
   std::string reason;
   Index terms = 0;           // exponentials for each slow mode, or nodes of all contours; 0 for dense matrices
   Index factorizations = 0;  // sparse ones
-  double error = 0;          // what replacing the transfer function by them may change in N x, relative to its largest value
+  double error = 0;  // what replacing the transfer function by them may change in N x, relative to its largest value
 };
 
 struct Cost {
@@ -161,7 +163,8 @@ struct NewtonRecord {
   // hκ for the longest step: H of (3.1) contracts with this rate (Lemma 3.1). Absent where no κ is known.
   std::optional<double> contraction;
 
-  // ‖F(u^{k+1})‖ / ‖F(u^k)‖, k = 0, 1, ..., as long as ‖F(u^k)‖ > 0; superlinear convergence is quotients that fall to 0.
+  // ‖F(u^{k+1})‖ / ‖F(u^k)‖, k = 0, 1, ..., as long as ‖F(u^k)‖ > 0; superlinear convergence is quotients that fall to
+  // 0.
   std::vector<double> Quotients() const;
 };
 
@@ -171,7 +174,7 @@ struct KernelRecord {
   Index blocks_by_contour = 0;
   Index contours = 0;
   Index factorizations = 0;       // of zI - A, one for each node of a contour
-  double contour_error = 0;       // largest difference between contours and recursion found, relative to the largest block
+  double contour_error = 0;  // largest difference between contours and recursion found, relative to the largest block
   std::string fallback;           // why contours were given up; empty where they were not
 };
 
@@ -208,8 +211,8 @@ struct Solution {
   Matrix w;  // n × times
   std::vector<StateJump> jumps;
   std::vector<LeftLimit> left_limits;  // in the order of time; none at 0
-  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or wu_chen_iteration with splines; and
-  // of event_driven, whose polynomials between the nodes are in `pieces`.
+  // Absent where the trajectory is not dense: output times only, a nonlinear problem, or wu_chen_iteration with
+  // splines; and of event_driven, whose polynomials between the nodes are in `pieces`.
   std::optional<DenseOutput> dense_output;
   std::vector<TrajectoryPiece> pieces;  // one after the other from 0 on; with Options::keep_pieces
 

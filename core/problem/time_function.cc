@@ -82,7 +82,8 @@ class Finder {
 absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::string& text,
                                                                  const FormulaParameters& parameters,
                                                                  const SmoothInterval& interval, double horizon) {
-  return AnalyzeFormula(text, {.parameters = parameters}, std::max(0.0, interval.start), std::min(horizon, interval.end));
+  return AnalyzeFormula(text, {.parameters = parameters}, std::max(0.0, interval.start),
+                        std::min(horizon, interval.end));
 }
 
 // The compiled forms of the four kinds of pieces; each writes its value at t to `out`.

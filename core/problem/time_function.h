@@ -3,8 +3,8 @@
 //
 // A TimeFunction is data: a list of pieces, each holding from its start to the next one's, and each a
 // constant, samples on a grid, a piecewise polynomial, or one formula per component. At the start of a
-// piece the value is the right limit. Where few functions make many components, f(t) = lift ψ(t), the pieces are those of ψ.
-// A TimeFunctionEvaluator is the compiled form.
+// piece the value is the right limit. Where few functions make many components, f(t) = lift ψ(t), the pieces are those
+// of ψ. A TimeFunctionEvaluator is the compiled form.
 
 #ifndef DLCS_CORE_PROBLEM_TIME_FUNCTION_H_
 #define DLCS_CORE_PROBLEM_TIME_FUNCTION_H_
@@ -101,8 +101,8 @@ class TimeFunctionEvaluator {
 // looked at; Validate(Problem) does that at sample times.
 // Fields are named, with `field` = "f": f[1] for a component of a constant or its formula, f.times[3],
 // f.values[1][3], f.breaks[2], f.coefficients[2][1][0] (polynomial, component, power). Where there is more
-// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start. Of a lifted function
-// f.lift is the matrix, and f.of takes the place of f in all of these.
+// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start. Of a lifted
+// function f.lift is the matrix, and f.of takes the place of f in all of these.
 std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field);
 // The same, appended to a longer list.
 void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list);
@@ -113,7 +113,8 @@ struct AnalyzedComponent {
   Index component;  // the first one with this text
   std::shared_ptr<const AnalyzedFormula> formula;
 };
-// Each formula of each piece of the sound `function` once; no more behind the eighth that is refused. Cost: core/problem/formula_switching.h the first time.
+// Each formula of each piece of the sound `function` once; no more behind the eighth that is refused. Cost:
+// core/problem/formula_switching.h the first time.
 std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon);
 
 // The times strictly inside (0, horizon) where a piece or a polynomial of the sound `function` starts or a formula

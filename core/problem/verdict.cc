@@ -26,15 +26,16 @@ struct Measure {
   double relative() const { return value > 0 ? value / size : 0; }  // 0/0 is no misfit
 };
 
-// A measure by rows, each against its own size, where it was taken; the largest of all against the largest size elsewhere.
+// A measure by rows, each against its own size, where it was taken; the largest of all against the largest size
+// elsewhere.
 Measure ByRows(const char* what, double of_rows, double value, double size, bool shows_error) {
   return std::isnan(of_rows) ? Measure{what, value, size, shows_error} : Measure{what, of_rows, 1, shows_error};
 }
 
 void AddConcerns(const Solution& solution, Verdict& verdict) {
   const Certificate& c = solution.certificate;
-  // The error of B y is estimated where y is a Lipschitz function of x: then y jumps only at break points, which are nodes.
-  // Grids whose steps all miss the same motion agree with each other, so that this may be the only sign of it.
+  // The error of B y is estimated where y is a Lipschitz function of x: then y jumps only at break points, which are
+  // nodes. Grids whose steps all miss the same motion agree with each other, so that this may be the only sign of it.
   const bool y_is_continuous = solution.accuracy.errors_By.size() > 0;
   for (const Measure& measure :
        {ByRows("the residual of the LCP at nodes", c.node_residual_of_rows, c.node_residual, c.lcp_scale, true),

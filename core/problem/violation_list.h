@@ -21,7 +21,8 @@ class ViolationList {
 
   // Every entry of `matrix` that is not finite, as field[row][column]; of `vector`, as field[row].
   void AddNonFiniteEntries(const Matrix& matrix, const std::string& field);
-  // The same of a matrix with structure; entries of the factors of a Kronecker sum are field.kronecker_sum.factors[k][row][column].
+  // The same of a matrix with structure; entries of the factors of a Kronecker sum are
+  // field.kronecker_sum.factors[k][row][column].
   void AddNonFiniteEntries(const StructuredMatrix& matrix, const std::string& field);
   void AddNonFiniteComponents(const Vector& vector, const std::string& field);
 

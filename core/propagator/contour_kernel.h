@@ -15,8 +15,8 @@
 
 namespace dlcs {
 
-// With p far nodes a step of a march costs 2 n² p multiplications, however many went before; a response to a whole window one
-// convolution with blocks where those fit (n² W numbers), else as many steps.
+// With p far nodes a step of a march costs 2 n² p multiplications, however many went before; a response to a whole
+// window one convolution with blocks where those fit (n² W numbers), else as many steps.
 class ContourKernel final : public ReducedKernel {
  public:
   // `longest` steps are the longest march and window.

@@ -11,7 +11,8 @@
 
 namespace dlcs {
 
-// Two contours for steps of length one: one for times 1/2 to 2, with poles at zero allowed, and one for all times from 1/2 on.
+// Two contours for steps of length one: one for times 1/2 to 2, with poles at zero allowed, and one for all times from
+// 1/2 on.
 struct StepContours {
   std::vector<ContourNode> near;
   std::vector<ContourNode> far;
@@ -56,7 +57,8 @@ class ContourResponse {
 
   Hold hold_;
   std::vector<Complex> far_nodes_;
-  // n × c. At a node: of its own s, of the one before, of s_0 at node 1. At a middle: of s at the end, at the start, of s_0.
+  // n × c. At a node: of its own s, of the one before, of s_0 at node 1. At a middle: of s at the end, at the start, of
+  // s_0.
   Matrix now_, before_, start_;
   Matrix middle_now_, middle_before_, middle_start_;
   // n × 2cp: real part and negative imaginary part of each value, so that a product with FarAsReal() is Re Σ.

@@ -4,26 +4,70 @@
 #ifndef DLCS_CORE_PROPAGATOR_CONTOUR_SYSTEM_H_
 #define DLCS_CORE_PROPAGATOR_CONTOUR_SYSTEM_H_
 
+#include <complex>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/linalg/sparse_factor.h"
 #include "core/problem/options.h"
 #include "core/propagator/contour_kernel.h"
 #include "core/propagator/propagator.h"
 #include "core/propagator/sector.h"
-#include "core/propagator/sparse_resolvent.h"
 #include "core/shared_setups.h"
 
 namespace dlcs {
+
+// One factorization for each z, kept for the next visit while they fill no more than `kept_bytes`.
+// Threads: all functions may be called at once; the numbers do not depend on what was kept.
+class SparseResolvent {
+ public:
+  using Complex = std::complex<double>;
+  using Factor = SparseFactor<Complex>;
+
+  SparseResolvent(SparseMatrix A, double kept_bytes)
+      : A_(std::move(A)), order_(SparseOrder(A_)), free_bytes_(kept_bytes) {}
+
+  Index size() const { return A_.rows(); }
+  Index factorizations() const {
+    const std::scoped_lock lock(mutex_);
+    return factorizations_;
+  }
+
+  std::shared_ptr<const Factor> At(Complex z) {
+    {
+      const std::scoped_lock lock(mutex_);
+      const auto found = kept_.find({z.real(), z.imag()});
+      if (found != kept_.end()) return found->second;
+    }
+    auto factor = std::make_shared<const Factor>(A_, order_, z, 1.0);
+    const std::scoped_lock lock(mutex_);
+    ++factorizations_;
+    if (factor->bytes() <= free_bytes_ && kept_.emplace(std::pair(z.real(), z.imag()), factor).second) {
+      free_bytes_ -= factor->bytes();
+    }
+    return factor;
+  }
+
+ private:
+  const SparseMatrix A_;
+  const Factor::Order order_;
+  mutable std::mutex mutex_;
+  std::map<std::pair<double, double>, std::shared_ptr<const Factor>> kept_;
+  double free_bytes_;
+  Index factorizations_ = 0;
+};
 
 // K_k = N (zI - A)⁻¹ B, and with it all that a reduced solve needs, inverted on two contours for each length of step
 // (core/propagator/contour_response.h): some 30 nodes for the first steps, and some 60 to 120 for all later ones,
 // however many. Each is one sparse factorization of zI - A, and a solve for each column of B, of the lift of f, and x0,
 // all in one visit. What is not known then, another start or the states at output nodes, takes further visits, with the
-// same factors as far as Options::max_memory lets them be kept. The values for B and the lift, some megabytes, do not depend on
-// the start: solves of the same matrices share them, and with another start visit the nodes for one column.
+// same factors as far as Options::max_memory lets them be kept. The values for B and the lift, some megabytes, do not
+// depend on the start: solves of the same matrices share them, and with another start visit the nodes for one column.
 //
 // The contours enclose a sector that is proved to hold the field of values (core/propagator/sector.h).
 class ContourSystem final : public Propagator {
@@ -59,13 +103,14 @@ class ContourSystem final : public Propagator {
   };
 
   // `needed_bytes` are used at any time, `kept_bytes` at most are kept of factors.
-  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes, SetupCache* setups);
+  ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes,
+                SetupCache* setups);
 
   StepContours MakeContours(double step, Index steps) const;
   // Null where `stop` was requested.
   const StepValues* At(double step, Index steps, Workers& workers, const std::stop_token& stop);
-  // N (zI - A)⁻¹ columns at all nodes, weighted, for each of `groups`; what it is for one group does not depend on the others.
-  // Empty where `stop` was requested.
+  // N (zI - A)⁻¹ columns at all nodes, weighted, for each of `groups`; what it is for one group does not depend on the
+  // others. Empty where `stop` was requested.
   std::vector<TransferValues> Visit(double step, const StepContours& contours, const std::vector<Matrix>& groups,
                                     Workers& workers, const std::stop_token& stop);
   Sources Split(const RunSources& sources) const;

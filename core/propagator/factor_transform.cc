@@ -10,7 +10,7 @@
 
 #include "core/linalg/simd_dispatch.h"
 #include "core/linalg/simd_pack.h"
-#include "core/linalg/symmetry.h"
+#include "core/linalg/structured_matrix.h"
 
 namespace dlcs {
 namespace {
@@ -43,7 +43,8 @@ struct SineTables {
   const double *sines, *turn_re, *turn_im;
 };
 
-// The real sequence of length N whose transform holds that of the sines, its even elements in `re` and its odd ones in `im`.
+// The real sequence of length N whose transform holds that of the sines, its even elements in `re` and its odd ones in
+// `im`.
 template <Index lanes>
 void Fold(const SineTables& tables, const double* x, double* re_out, double* im_out) {
   const Index half = tables.half, length = 2 * half;
@@ -138,8 +139,9 @@ std::optional<FactorTransform> FactorTransform::Create(const SparseMatrix& facto
 }
 
 // x_k = √(2/N) Σ_j sin(πjk/N) x_j, N = q + 1, its own inverse, by one real FFT of length N: of the sequence
-// sin(πj/N) (x_j + x_{N-j}) + (x_j - x_{N-j})/2 the imaginary parts are the even components, and the real parts are the differences
-// of the odd ones [Press et al., Numerical Recipes, section 12.4]. The real FFT is a complex one of half the length.
+// sin(πj/N) (x_j + x_{N-j}) + (x_j - x_{N-j})/2 the imaginary parts are the even components, and the real parts are the
+// differences of the odd ones [Press et al., Numerical Recipes, section 12.4]. The real FFT is a complex one of half
+// the length.
 void FactorTransform::SineTransform(double* x, Work& work) const {
   const Index half = fourier_.length();
   work.parts.resize(4 * half);
@@ -237,7 +239,8 @@ void FactorTransform::BackwardRows(Eigen::Ref<Matrix> X) const {
   X = (X * Q_.transpose()).eval();
 }
 
-// Of sines, 2/N Σ_k sin(πki/N) v_k sin(πkj/N) = t_{i-j} - t_{i+j} with t_d = 1/N Σ_k v_k cos(πkd/N), even and of period 2N.
+// Of sines, 2/N Σ_k sin(πki/N) v_k sin(πkj/N) = t_{i-j} - t_{i+j} with t_d = 1/N Σ_k v_k cos(πkd/N), even and of period
+// 2N.
 Matrix FactorTransform::Function(const Vector& values) const {
   const Index q = size(), length = q + 1;
   if (!is_fast_) return Q_ * values.asDiagonal() * Q_.transpose();

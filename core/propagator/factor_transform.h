@@ -13,9 +13,9 @@
 
 namespace dlcs {
 
-// F = Q Λ Qᵀ. For F = tridiag(b, a, b), second differences with fixed ends, Q is the sine transform, made by an FFT where its
-// length has small prime factors only (columns side by side, core/propagator/batched_fft.h); for all others it is computed
-// (9 q³) and applied as a dense product. A column has the same bits alone and among others.
+// F = Q Λ Qᵀ. For F = tridiag(b, a, b), second differences with fixed ends, Q is the sine transform, made by an FFT
+// where its length has small prime factors only (columns side by side, core/propagator/batched_fft.h); for all others
+// it is computed (9 q³) and applied as a dense product. A column has the same bits alone and among others.
 class FactorTransform {
  public:
   // Absent where F is not symmetric.
@@ -31,7 +31,8 @@ class FactorTransform {
   // In place.
   void ForwardColumns(Eigen::Ref<Matrix> X) const;
   void BackwardColumns(Eigen::Ref<Matrix> X) const;
-  // Q diag(`values`) Qᵀ, the function of F with these values at the eigenvalues. Cost: 2 q² where the transform is fast.
+  // Q diag(`values`) Qᵀ, the function of F with these values at the eigenvalues. Cost: 2 q² where the transform is
+  // fast.
   Matrix Function(const Vector& values) const;
   // Row by row, in place: X Q and X Qᵀ.
   void ForwardRows(Eigen::Ref<Matrix> X) const;

@@ -7,7 +7,6 @@
 
 #include "core/linalg/norms.h"
 #include "core/propagator/mode_history.h"
-#include "core/propagator/scalar_phi.h"
 
 namespace dlcs {
 namespace {

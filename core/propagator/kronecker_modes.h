@@ -12,14 +12,13 @@
 #include "core/problem/problem.h"
 #include "core/propagator/factor_transform.h"
 #include "core/propagator/outer_product.h"
-#include "core/propagator/separable_matrix.h"
 #include "core/propagator/sum_of_exponentials.h"
 
 namespace dlcs {
 
-// A = F ⊕ R, F along one axis of the grid and R across it, both symmetric; B = b ⊗ C and N = nᵀ ⊗ D act on the axis through
-// one vector each, as a wall does. With F = Q_F diag(μ) Q_Fᵀ and R = Q_R diag(λ) Q_Rᵀ, mode r across the axis is driven by
-// û_r = (Q_Rᵀ C y)_r alone and answers
+// A = F ⊕ R, F along one axis of the grid and R across it, both symmetric; B = b ⊗ C and N = nᵀ ⊗ D act on the axis
+// through one vector each, as a wall does. With F = Q_F diag(μ) Q_Fᵀ and R = Q_R diag(λ) Q_Rᵀ, mode r across the axis
+// is driven by û_r = (Q_Rᵀ C y)_r alone and answers
 //
 //     ẑ_r(t) = Σ_a n̂_a b̂_a ∫_0^t e^{(μ_a + λ_r)(t - τ)} û_r(τ) dτ,     N x = D Q_R ẑ,
 //
@@ -36,8 +35,8 @@ struct KroneckerModes {
   SeparableMatrix D;                         // n × p
   SumOfExponentials response;           // the short sum
   ExponentialBasis basis;               // of e^{μ_a t}
-  // A has no negative entry beside its diagonal, B none of another sign than the rest, and N neither: then no block of the kernel
-  // has entries of both signs.
+  // A has no negative entry beside its diagonal, B none of another sign than the rest, and N neither: then no block of
+  // the kernel has entries of both signs.
   bool keeps_sign = false;
 
   Index num_modes() const { return lambda.size(); }
@@ -48,7 +47,8 @@ struct KroneckerModes {
   Matrix ToModes(Matrix u) const;
   Matrix FromModes(Matrix z) const;
   // Q_Rᵀ E u, such as û = Q_Rᵀ C y, and N x = D Q_R ẑ, for columns side by side, in parallel.
-  void Drive(const SeparableMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs, Workers& workers) const;
+  void Drive(const SeparableMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs,
+             Workers& workers) const;
   Matrix Observe(Matrix z, Workers& workers) const;
   void AddObserved(Eigen::Ref<Matrix> z, Eigen::Ref<Matrix> N_x, Workers& workers) const;  // uses up `z`
   // One column of ToModes() and FromModes(), fast and without allocation where R has one factor.

@@ -9,13 +9,13 @@
 #include "core/linalg/elimination_loops.h"
 #include "core/linalg/low_rank.h"
 #include "core/linalg/norms.h"
-#include "core/propagator/scalar_phi.h"
+#include "core/propagator/kronecker_kernel.h"
 
 namespace dlcs {
 namespace {
 
-// Exponentials that are nothing beside 1. Left as they come, products with them are subnormal, and each of those takes a
-// processor some hundred cycles.
+// Exponentials that are nothing beside 1. Left as they come, products with them are subnormal, and each of those takes
+// a processor some hundred cycles.
 constexpr double kNothing = 1e-100;
 Vector WithoutNothing(const Vector& exponentials) { return (exponentials.array() > kNothing).select(exponentials, 0); }
 
@@ -152,7 +152,8 @@ void AddResponses(const ExponentialSteps& steps, const Matrix& inputs, Hold hold
 
 }  // namespace
 
-std::unique_ptr<KroneckerSystem> KroneckerSystem::Create(const Problem& problem, std::string& why_not, SetupCache* setups) {
+std::unique_ptr<KroneckerSystem> KroneckerSystem::Create(const Problem& problem, std::string& why_not,
+                                                         SetupCache* setups) {
   SharedSetups shared(setups, kOwnSetupBytes);
   SetupKey matrices("Kronecker");
   matrices.Add(problem.A).Add(problem.B).Add(problem.N);
@@ -270,7 +271,8 @@ FreeMotion KroneckerSystem::Move(const Vector& x, const RunSources& sources, Hol
     const auto kernel = Kernel(sources.step, Hold::kLinear);
     if (hold == Hold::kLinear) {  // the middles wait for y, which enters as the sources do
       Matrix no_middles;
-      kernel->RespondInModes(inputs, KroneckerKernel::Result::kAdds, motion.nodes.rightCols(steps), no_middles, workers);
+      kernel->RespondInModes(inputs, KroneckerKernel::Result::kAdds, motion.nodes.rightCols(steps), no_middles,
+                             workers);
     } else {
       kernel->RespondInModes(inputs, KroneckerKernel::Result::kAdds, nodes, middles, workers);
       motion.nodes.rightCols(steps) = nodes;

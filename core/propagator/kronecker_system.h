@@ -15,22 +15,26 @@
 
 namespace dlcs {
 
-// core/propagator/kronecker_modes.h. Sources that act as y does, f = b ⊗ C' ψ, cost a kernel's response; others are carried in all
-// m modes.
+// core/propagator/kronecker_modes.h. Sources that act as y does, f = b ⊗ C' ψ, cost a kernel's response; others are
+// carried in all m modes.
 class KroneckerSystem final : public Propagator {
  public:
-  // Null, and `why_not` for people, where A is no symmetric Kronecker sum or B and N do not act through one vector along one
-  // axis. `setups`, which must outlive it, lends and keeps modes and kernels for other solves of the same A, B and N; null: the
-  // system keeps its own. Cost: an eigenvalue problem for each factor that is not a second difference.
-  static std::unique_ptr<KroneckerSystem> Create(const Problem& problem, std::string& why_not, SetupCache* setups = nullptr);
+  // Null, and `why_not` for people, where A is no symmetric Kronecker sum or B and N do not act through one vector
+  // along one axis. `setups`, which must outlive it, lends and keeps modes and kernels for other solves of the same A,
+  // B and N; null: the system keeps its own. Cost: an eigenvalue problem for each factor that is not a second
+  // difference.
+  static std::unique_ptr<KroneckerSystem> Create(const Problem& problem, std::string& why_not,
+                                                 SetupCache* setups = nullptr);
 
   // Cost: p exponentials for each term, and a transform of C. `longest_window` is of no account.
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
                                                   const std::stop_token& stop) override;
-  // Cost: p r (q + 2J) multiplications, r = basis.kept, and for sources those of a kernel; 3 m J where the sources are general.
+  // Cost: p r (q + 2J) multiplications, r = basis.kept, and for sources those of a kernel; 3 m J where the sources are
+  // general.
   FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
                   const std::stop_token& stop) override;
-  // Cost: p r J multiplications, and for each output p r q and the transforms of a state; 3 m J where the sources are general.
+  // Cost: p r J multiplications, and for each output p r q and the transforms of a state; 3 m J where the sources are
+  // general.
   Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold, const std::vector<Index>& nodes,
                 Workers& workers, const std::stop_token& stop) override;
   PropagatorRecord record() const override;
@@ -39,14 +43,15 @@ class KroneckerSystem final : public Propagator {
   // How f enters.
   enum class SourceForm { kNone, kAlongWall, kGeneral };
 
-  KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, SetupKey matrices, SharedSetups setups, const Problem& problem);
+  KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, SetupKey matrices, SharedSetups setups,
+                  const Problem& problem);
 
   // That of the set-ups, made where there is none.
   std::shared_ptr<const KroneckerKernel> Kernel(double step, Hold hold);
   // StateToModes(x), kept for the next call: Move() and States() ask for the same.
   const Matrix& ModesOf(const Vector& x);
-  // The modes of lift ψ in all m coordinates, carried from rest: calls visit(j, node, middle of step j) for j = 1, 2, .... With
-  // kGeneral.
+  // The modes of lift ψ in all m coordinates, carried from rest: calls visit(j, node, middle of step j) for j = 1, 2,
+  // .... With kGeneral.
   void CarrySources(const RunSources& sources, const std::stop_token& stop,
                     const std::function<void(Index, const Matrix&, const Matrix&)>& visit) const;
 

@@ -41,8 +41,8 @@ class ModeTile {
 
   // Carries over the steps to the inputs û of all modes, one a column, at most kSteps of them.
   void Carry(const Eigen::Ref<const Matrix>& inputs, Sums sums);
-  // Stores node_j and middle_j of those steps in the rows of the tile in `values`, one step a column, or adds them to what is
-  // there.
+  // Stores node_j and middle_j of those steps in the rows of the tile in `values`, one step a column, or adds them to
+  // what is there.
   void StoreNodes(Eigen::Ref<Matrix> values) const { Store(nodes_, values); }
   void StoreMiddles(Eigen::Ref<Matrix> values) const { Store(middles_, values); }
   void AddNodes(Eigen::Ref<Matrix> values) const { Add(nodes_, values); }

@@ -11,6 +11,25 @@
 
 namespace dlcs {
 
+// A sparse matrix, quick where it is diagonal: with one constraint at each point of a wall, in their order.
+class SeparableMatrix {
+ public:
+  SeparableMatrix() = default;
+  explicit SeparableMatrix(SparseMatrix matrix);
+
+  const SparseMatrix& sparse() const { return matrix_; }
+  bool is_diagonal() const { return diagonal_.size() > 0; }
+
+  // product = matrix · values; in place (both the same) where it is diagonal.
+  void Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const;
+  // sum += matrix · values
+  void AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const;
+
+ private:
+  SparseMatrix matrix_;
+  Vector diagonal_;  // empty where there are other entries
+};
+
 // The rows of a matrix as points of a grid: row (s · length + a) · faster + f.
 struct Axis {
   Index length = 1;  // of the axis, a

@@ -52,8 +52,8 @@ struct ResponseScratch {
   Matrix inputs, outputs;
 };
 
-// The response of N x to y on steps of one length: the blocks K_0, K_1, ... of core/laplace/kernel.h in whatever form is
-// cheapest. Immutable: many solves may share one.
+// The response of N x to y on steps of one length: the blocks K_0, K_1, ... of core/laplace/kernel.h in whatever form
+// is cheapest. Immutable: many solves may share one.
 class ReducedKernel {
  public:
   virtual ~ReducedKernel() = default;
@@ -70,7 +70,8 @@ class ReducedKernel {
                            Eigen::Ref<Matrix> q) const;
   // The response at the middles of the steps 1..W to y_0 ... y_W (n × W + 1), from rest: n × W.
   virtual Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const = 0;
-  // All of the motion under y_0 ... y_W (n × W + 1), W <= J: `free` and the response to y at nodes and middles, formed anew.
+  // All of the motion under y_0 ... y_W (n × W + 1), W <= J: `free` and the response to y at nodes and middles, formed
+  // anew.
   virtual Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const;
   // max_k ‖K_k‖_∞ / h for k < window, or a bound of it.
   virtual double Bound(Index window) const = 0;
@@ -87,12 +88,12 @@ class Propagator {
  public:
   virtual ~Propagator() = default;
 
-  // The kernel for steps of this length, kept for the next call. Blocks for windows up to `longest_window` where it is made of
-  // blocks. Null where `stop` was requested.
+  // The kernel for steps of this length, kept for the next call. Blocks for windows up to `longest_window` where it is
+  // made of blocks. Null where `stop` was requested.
   virtual std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window,
                                                           Workers& workers, const std::stop_token& stop) = 0;
-  // From `x`, the state at the start of the run; `hold` is that of the y to come. May stop early (then of no use) where `stop` is
-  // requested.
+  // From `x`, the state at the start of the run; `hold` is that of the y to come. May stop early (then of no use) where
+  // `stop` is requested.
   virtual FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
                           const std::stop_token& stop) = 0;
   // The states at `nodes` (increasing, in 1..J) from the state `x` at node 0, the sources, and y_0 ... y_J: m × nodes.

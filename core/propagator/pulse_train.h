@@ -13,22 +13,25 @@
 
 namespace dlcs {
 
-// A signal s is made of pulses: hats of width two, s linear between nodes (of the value s_0 at the start only the falling half), or
-// boxes on (t_{l-1}, t_l]. With steps of length one, the response of a system with the transfer function H to the pulse of node l is
+// A signal s is made of pulses: hats of width two, s linear between nodes (of the value s_0 at the start only the
+// falling half), or boxes on (t_{l-1}, t_l]. With steps of length one, the response of a system with the transfer
+// function H to the pulse of node l is
 //
 //     1/(2πi) ∫ P_t(z) H(z) dz,     t = j - l steps later,
 //
-// where e^{-tz} P_t does not depend on t once the pulse is over ("far": no pole at zero either), and P_t has a pole of order one or two at
-// zero while it is felt ("near"). The contour must serve the times given.
+// where e^{-tz} P_t does not depend on t once the pulse is over ("far": no pole at zero either), and P_t has a pole of
+// order one or two at zero while it is felt ("near"). The contour must serve the times given.
 using Complex = std::complex<double>;
 
-// P_t while the pulse lasts and a step beyond. Linear: -1 < t <= 1, times t + 1 and t > 0; constant: -1 < t <= 0, times t + 1.
+// P_t while the pulse lasts and a step beyond. Linear: -1 < t <= 1, times t + 1 and t > 0; constant: -1 < t <= 0, times
+// t + 1.
 Complex NearPulse(Hold hold, Complex z, double t);
 // The same for the falling half at the start, 0 < t <= 1, times t.
 Complex NearStart(Complex z, double t);
 // Whether a pulse of node l is far at node j = l + 1; if not, it is two steps after.
 inline bool IsFarAtNextNode(Hold hold) { return hold == Hold::kConstant; }
-// e^{-tz} P_t when the pulse is over. Linear: (2 sinh(z/2)/z)², times t - 1 to t + 1; constant: (e^z - 1)/z, times t and t + 1.
+// e^{-tz} P_t when the pulse is over. Linear: (2 sinh(z/2)/z)², times t - 1 to t + 1; constant: (e^z - 1)/z, times t
+// and t + 1.
 Complex FarPulse(Hold hold, Complex z);
 // e^{-(t-1)z} P_t for the falling half at the start, times t - 1 and t: (1 + (z - 1) e^z)/z².
 Complex FarStart(Complex z);

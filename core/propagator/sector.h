@@ -17,14 +17,15 @@ struct Sector {
   double factor_nonzeros = 0;  // of the Cholesky factor that proved it
 };
 
-// A sector that holds the field of values { v*Av : ‖v‖₂ = 1 }, and so the spectrum, of A, with the contour of fewest nodes for times
-// up to `horizon` (core/laplace/range_contour.h). It is proved, by Cholesky factors: with S and K the symmetric and the skew part, the
-// two half-planes whose intersection is the sector hold the field of values exactly if
+// A sector that holds the field of values { v*Av : ‖v‖₂ = 1 }, and so the spectrum, of A, with the contour of fewest
+// nodes for times up to `horizon` (core/laplace/range_contour.h). It is proved, by Cholesky factors: with S and K the
+// symmetric and the skew part, the two half-planes whose intersection is the sector hold the field of values exactly if
 //
 //     σ I - S ± i cot(α) K     (one the conjugate of the other; σ I - S for symmetric A, where α = 0)
 //
-// are positive semidefinite [Johnson 1978, Numerical determination of the field of values. SIAM J. Numer. Anal. 15, 595-602]. On what is
-// outside the sector ‖(zI - A)⁻¹‖₂ is at most one over the distance, so that no A is too far from normal.
+// are positive semidefinite [Johnson 1978, Numerical determination of the field of values. SIAM J. Numer. Anal. 15,
+// 595-602]. On what is outside the sector ‖(zI - A)⁻¹‖₂ is at most one over the distance, so that no A is too far from
+// normal.
 //
 // Empty where no σ <= 3 / horizon and α <= 1.35 serve: A grows too much, or turns too often for its decay.
 // Cost: some ten factorizations.

@@ -22,10 +22,11 @@ struct PivotedFactor {
   std::vector<Index> pivots;  // rows `pivots` of L are lower triangular
 };
 
-// L with L Lᵀ = P, P_ik = b_i b_k / (d_i + d_k), up to a rest whose diagonal is at most `negligible` of that of P. Schur
-// complements of a Cauchy matrix are Cauchy matrices with u_i = b_i Π_p (d_i - d_p)/(d_i + d_p) in place of b, p the pivots so far:
-// nothing is subtracted, and the smallest columns are as accurate as the first.
-// Source: [Demmel 1999] J. Demmel. Accurate singular value decompositions of structured matrices. SIAM J. Matrix Anal. Appl. 21.
+// L with L Lᵀ = P, P_ik = b_i b_k / (d_i + d_k), up to a rest whose diagonal is at most `negligible` of that of P.
+// Schur complements of a Cauchy matrix are Cauchy matrices with u_i = b_i Π_p (d_i - d_p)/(d_i + d_p) in place of b, p
+// the pivots so far: nothing is subtracted, and the smallest columns are as accurate as the first.
+// Source: [Demmel 1999] J. Demmel. Accurate singular value decompositions of structured matrices. SIAM J. Matrix Anal.
+// Appl. 21.
 PivotedFactor FactorGramian(const Vector& d, const Vector& b, double negligible) {
   constexpr Index kMostColumns = 200;
   const Index size = d.size();

@@ -135,8 +135,8 @@ class Impacts {
     return true;
   }
 
-  // Moves `x` along A B, which changes positions as B does velocities, out of what a gap has overshot since its impact. Where no
-  // such move mends all gaps, none is made.
+  // Moves `x` along A B, which changes positions as B does velocities, out of what a gap has overshot since its impact.
+  // Where no such move mends all gaps, none is made.
   void PushOut(const Eigen::Ref<const Vector>& g, Vector& gap, Vector& x) {
     const Vector tolerance = kZero * SizeOfSums(problem_.N, x, g);
     std::vector<Index> overshot;
@@ -152,8 +152,8 @@ class Impacts {
     gap += impulse_response_ * p;
   }
 
-  // Lets the gaps that are `closed` and closing collide: `x` jumps by B p. Then sets the contacts. `size` is that of the
-  // numbers that the velocity was summed from.
+  // Lets the gaps that are `closed` and closing collide: `x` jumps by B p. Then sets the contacts. `size` is that of
+  // the numbers that the velocity was summed from.
   bool Collide(double time, const Eigen::Array<bool, Eigen::Dynamic, 1>& closed, Vector velocity, const Vector& size,
                Vector& x) {
     const Vector tolerance = kZero * SizeOfSums(NA_, x, size);

@@ -20,7 +20,8 @@ namespace {
 Index Chunk(const Problem& problem) {
   const Index m = problem.num_states(), n = problem.num_constraints();
   const Index operations = n * n + (problem.A.is_dense() ? m * m : m);
-  return std::clamp<Index>(std::min((Index{1} << 21) / m, (Index{1} << 23) / operations), problem.A.is_dense() ? 8 : 1, 256);
+  return std::clamp<Index>(std::min((Index{1} << 21) / m, (Index{1} << 23) / operations), problem.A.is_dense() ? 8 : 1,
+                           256);
 }
 
 }  // namespace

@@ -58,8 +58,8 @@ class Stepper {
   // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
   // done, fewer than all also where `stop` was requested (looked at every step). Counts what it finds in `departures`;
   // a scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
-  // Its bits depend on the segment alone, not on what was marched before: the first LCP starts from the basis of y in column 0.
-  // Cost: 2m² + 3mn and one warm LCP a step.
+  // Its bits depend on the segment alone, not on what was marched before: the first LCP starts from the basis of y in
+  // column 0. Cost: 2m² + 3mn and one warm LCP a step.
   LcpStatus March(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved);
 
  private:
@@ -93,8 +93,8 @@ class Stepper {
 Stepper MakeStepper(const SolveContext& context, const std::string& kind, double step,
                     const SchemeFactory& make_scheme);
 
-// Marches the whole grid with the schemes of `make_scheme`, shared under the name `kind`, by Newton's method where `newton`, its account, is
-// given. Returns whether the end was reached; otherwise the solution says why not.
+// Marches the whole grid with the schemes of `make_scheme`, shared under the name `kind`, by Newton's method where
+// `newton`, its account, is given. Returns whether the end was reached; otherwise the solution says why not.
 bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton = nullptr);
 // The same with sparse steps.

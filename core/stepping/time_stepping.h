@@ -11,12 +11,12 @@
 
 namespace dlcs {
 
-// Whether the steps are solved by sparse factors: where that was asked for, or A is not dense and of some size. Newton's
-// method and inelastic impacts need dense matrices.
+// Whether the steps are solved by sparse factors: where that was asked for, or A is not dense and of some size.
+// Newton's method and inelastic impacts need dense matrices.
 bool StepsSparsely(const Problem& problem, const Options& options);
 
-// The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule; and the same
-// for sparse A, where it may also be `two_stages`. `problem` must outlive them.
+// The scheme that `options` ask of time_stepping: the θ-scheme (1.3), or with average_y the trapezoidal rule; and the
+// same for sparse A, where it may also be `two_stages`. `problem` must outlive them.
 Scheme TimeSteppingScheme(const Problem& problem, const Options& options, double step);
 std::unique_ptr<const SparseStep> TimeSteppingStep(const Problem& problem, const Options& options, bool two_stages,
                                                    double step);

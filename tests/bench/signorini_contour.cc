@@ -6,7 +6,7 @@
 
 #include "core/laplace/contour.h"
 #include "core/linalg/simd_dispatch.h"
-#include "core/propagator/scalar_phi.h"
+#include "core/propagator/kronecker_kernel.h"
 
 namespace dlcs::bench {
 namespace {

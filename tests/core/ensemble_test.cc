@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "core/models/signorini.h"
-#include "core/parallel/own_threads.h"
+#include "core/parallel/parallel.h"
 #include "core/solve.h"
 #include "tests/support/problems.h"
 #include "tests/support/solving.h"

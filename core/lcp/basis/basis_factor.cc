@@ -67,7 +67,8 @@ bool BasisFactor::Eliminate(Index size) {
     if (!EliminateColumns(begin, end, size, 0, lu_.data(), stride, inverse_.data(), source_.data())) return false;
     if (behind == 0) break;
     for (Index j = end; j < size; ++j) SubstituteForward(end - begin, &lu_(begin, begin), stride, &lu_(begin, j));
-    SubtractProduct(behind, behind, end - begin, &lu_(end, begin), stride, &lu_(begin, end), stride, &lu_(end, end), stride);
+    SubtractProduct(behind, behind, end - begin, &lu_(end, begin), stride, &lu_(begin, end), stride, &lu_(end, end),
+                    stride);
   }
   return PivotsAreClear(size);
 }

@@ -26,7 +26,8 @@ namespace dlcs {
 // That is sufficient, not necessary (S may have other y'): where no ε passes, the quadratic program over the whole
 // solution set decides (core/lcp/dense/nearest_point.h). Where IsPlainlyUnique() nothing of this is needed.
 //
-// The least-norm solution need not depend continuously on q: see TestInteriorPoint() in core/lcp/basis/solution_function.h.
+// The least-norm solution need not depend continuously on q: see TestInteriorPoint() in
+// core/lcp/basis/solution_function.h.
 //
 // Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity problem.
 // Academic Press. Theorem 5.6.2 (the limit).
@@ -48,8 +49,8 @@ class LeastNormSolver final : public LcpSolver {
   LcpStats account_;
 };
 
-// Whether the solution `y` of LCP(q, M), M positive semidefinite, is the only one because M_JJ is nonsingular and, where it
-// is degenerate, the Schur complement of M_JJ on K is a P-matrix. (It may be the only one otherwise.)
+// Whether the solution `y` of LCP(q, M), M positive semidefinite, is the only one because M_JJ is nonsingular and,
+// where it is degenerate, the Schur complement of M_JJ on K is a P-matrix. (It may be the only one otherwise.)
 bool IsPlainlyUnique(const Matrix& M, const Vector& q, const Vector& y);
 
 }  // namespace dlcs

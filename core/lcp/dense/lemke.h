@@ -14,8 +14,8 @@ namespace dlcs {
 enum class LemkeEnd { kBasis, kRay, kPivotLimit };
 
 // Follows the path of w - M y - e z₀ = q from z₀ = ∞ with a dense tableau of the nonbasic columns; ties in the ratio
-// test are broken lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix, positive
-// semidefinite (copositive-plus) or strictly semicopositive, and for many other matrices.
+// test are broken lexicographically, so it cannot cycle. Finds a solution wherever there is one if M is a P-matrix,
+// positive semidefinite (copositive-plus) or strictly semicopositive, and for many other matrices.
 //
 // Source: [Cottle, Pang & Stone 1992] R. W. Cottle, J.-S. Pang, R. E. Stone. The linear complementarity
 // problem.

@@ -13,8 +13,8 @@
 namespace dlcs {
 
 // For positive semidefinite M the solutions are a polyhedron, and the minimizer is the nearest point of it
-// (core/lcp/dense/nearest_point.h). For other M, n <= kMaxSolutionEnumeration, they are a union of polyhedra, of which most
-// are points: all are looked at (core/lcp/dense/basic_solutions.h), so a solve costs 2ⁿ factorizations.
+// (core/lcp/dense/nearest_point.h). For other M, n <= kMaxSolutionEnumeration, they are a union of polyhedra, of which
+// most are points: all are looked at (core/lcp/dense/basic_solutions.h), so a solve costs 2ⁿ factorizations.
 //
 // Several solutions may attain the minimum. Then the one of least norm is taken, of these the first in the order of
 // bases, and IsOnlyChoice() is false: as a function of q the solution may jump there.

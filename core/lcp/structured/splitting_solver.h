@@ -24,9 +24,9 @@ struct BandSplitting {
 // Splits the square matrix `K` where that serves: its entries in the band of B are clearly those of an M-matrix B' but
 // for positive ones off the diagonal, which are left to R, and the rate is at most `largest_rate` < 1. Then K is an
 // H-matrix with a positive diagonal, so that its LCP has one solution. Not where the diagonal says that rows or columns
-// have units of their own: what is rounding in one may count in another. The band is as narrow as a rate of 3e-4 allows.
-// B is B' with what is left out of each row added to the diagonal: smooth y, for which B' is least like K, have the
-// same image then. Cost: n² and a few n b².
+// have units of their own: what is rounding in one may count in another. The band is as narrow as a rate of 3e-4
+// allows. B is B' with what is left out of each row added to the diagonal: smooth y, for which B' is least like K, have
+// the same image then. Cost: n² and a few n b².
 std::optional<BandSplitting> SplitOffBand(const Matrix& K, double largest_rate = 0.5);
 
 enum class SplittingVerdict {

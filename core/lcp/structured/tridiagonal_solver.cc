@@ -1,12 +1,102 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/structured/tridiagonal_solver.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include "core/lcp/structured/tridiagonal_growth.h"
+#include <vector>
 
 namespace dlcs {
+
+namespace {
+
+// A run of neighbors in S as seen from outside: y, and the entries of (M_SS)⁻¹, at its first and last index.
+struct Run {
+  Index first = 0, last = -1;
+  double y_first = 0, y_last = 0;
+  double first_first = 0, first_last = 0, last_first = 0, last_last = 0;
+};
+
+class Growth {
+ public:
+  Growth(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
+         Basis& basis)
+      : M_(M), q_(q), tolerance_(tolerance), basis_(basis), runs_(M.size()) {}
+
+  Index Grow() {
+    Index entered = 0;
+    for (Index j = 0; j < M_.size(); ++j) {
+      candidates_.push_back(j);
+      while (!candidates_.empty()) {
+        const Index candidate = candidates_.back();
+        candidates_.pop_back();
+        if (!IsViolated(candidate)) continue;
+        ++entered;
+        Enter(candidate);
+      }
+    }
+    return entered;
+  }
+
+ private:
+  // The runs that end before and begin behind j; empty ones where there are none.
+  Run LeftOf(Index j) const { return j > 0 && basis_[j - 1] ? runs_[j - 1] : Run{}; }
+  Run RightOf(Index j) const { return j + 1 < M_.size() && basis_[j + 1] ? runs_[j + 1] : Run{}; }
+
+  bool IsViolated(Index j) const {
+    constexpr double kRounding = 1e-14;
+    if (j < 0 || j >= M_.size() || basis_[j]) return false;
+    const double from_left = M_.below[j] * LeftOf(j).y_last;
+    const double from_right = M_.above[j] * RightOf(j).y_first;
+    const double size = std::abs(q_[j]) + std::abs(from_left) + std::abs(from_right);
+    return q_[j] + from_left + from_right < -(tolerance_[j] + kRounding * size);
+  }
+
+  // Joins j and the runs beside it, by bordering: s is the Schur complement of j. What y_j = 1 adds at the
+  // first index is `to_first`, what a right-hand side of 1 there adds to the equation of j is -`from_first`;
+  // likewise for the last.
+  void Enter(Index j) {
+    const Run left = LeftOf(j), right = RightOf(j);
+    const bool has_left = left.last >= left.first, has_right = right.last >= right.first;
+    const double above_left = has_left ? M_.above[j - 1] : 0, below_right = has_right ? M_.below[j + 1] : 0;
+    const double s = M_.diagonal[j] - M_.below[j] * left.last_last * above_left -
+                     M_.above[j] * right.first_first * below_right;
+    const double y = -(q_[j] + M_.below[j] * left.y_last + M_.above[j] * right.y_first) / s;
+    const double to_first = has_left ? -left.first_last * above_left : 1;
+    const double to_last = has_right ? -right.last_first * below_right : 1;
+    const double from_first = has_left ? -M_.below[j] * left.last_first : 1;
+    const double from_last = has_right ? -M_.above[j] * right.first_last : 1;
+
+    Run joined;
+    joined.first = has_left ? left.first : j;
+    joined.last = has_right ? right.last : j;
+    joined.y_first = left.y_first + to_first * y;
+    joined.y_last = right.y_last + to_last * y;
+    joined.first_first = left.first_first + to_first * from_first / s;
+    joined.first_last = to_first * from_last / s;
+    joined.last_first = to_last * from_first / s;
+    joined.last_last = right.last_last + to_last * from_last / s;
+    basis_[j] = 1;
+    runs_[joined.first] = runs_[joined.last] = joined;
+    candidates_.push_back(joined.last + 1);
+    candidates_.push_back(joined.first - 1);
+  }
+
+  const Tridiagonal& M_;
+  const Eigen::Ref<const Vector>& q_;
+  const Eigen::Ref<const Vector>& tolerance_;
+  Basis& basis_;
+  std::vector<Run> runs_;  // at the first and the last index of each
+  std::vector<Index> candidates_;
+};
+
+}  // namespace
+
+void GrowLeastBasis(const Tridiagonal& M, const Eigen::Ref<const Vector>& q,
+                    const Eigen::Ref<const Vector>& tolerance, Basis& basis, Index& pivots) {
+  std::fill(basis.begin(), basis.end(), std::uint8_t{0});
+  pivots += Growth(M, q, tolerance, basis).Grow();
+}
 
 std::optional<Tridiagonal> DiagonalsForPolicyIteration(const Matrix& M, const SolutionChoice& choice) {
   if (choice.selection != Selection::kUnique && choice.selection != Selection::kLeastElement) return std::nullopt;

@@ -106,14 +106,16 @@ TEST_F(HostileFileTest, ShapesThatNobodyCanHold) {
            {"[[-1]]", row, column, square, "g is missing, and zero in 2147483647 components"},
            {square, column, row, "[[1]]", "f is missing, and zero in 2147483647 components"},
            {R"({"kronecker_sum": [)" + square + ", " + square + "]}", column, row, "[[1]]", "f is missing"},
-           {R"({"rows": 2147483648, "columns": 1, "entries": []})", "[[1]]", "[[1]]", "[[1]]", "whole number from 1 to"},
+           {R"({"rows": 2147483648, "columns": 1, "entries": []})", "[[1]]", "[[1]]", "[[1]]",
+            "whole number from 1 to"},
            {R"({"rows": 2000000000, "columns": 2000000000, "diagonals": {"0": 1}})", "[[1]]", "[[1]]", "[[1]]",
             "more than 67108864 entries"},
            {R"({"matrix_market": "many.mtx"})", "[[1]]", "[[1]]", "[[1]]", "f is missing"},
            {R"({"matrix_market": "dense.mtx"})", "[[1]]", "[[1]]", "[[1]]", "do not stand in this file"}}) {
     SCOPED_TRACE(one.a);
-    const std::string file = File(
-        R"({"A": )" + one.a + R"(, "B": )" + one.b + R"(, "N": )" + one.n + R"(, "M": )" + one.m + ", " + small, "}", 1, "");
+    const std::string file =
+        File(R"({"A": )" + one.a + R"(, "B": )" + one.b + R"(, "N": )" + one.n + R"(, "M": )" + one.m + ", " + small,
+             "}", 1, "");
     for (const std::string command : {"solve ", "analyze ", "submit "}) ExpectRefused(command + file, one.words, 0);
   }
 }

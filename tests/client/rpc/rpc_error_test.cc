@@ -50,8 +50,9 @@ TEST(RpcErrorTest, SaysWhenToComeBack) {
 }
 
 TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
-  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::UNAVAILABLE, "connection refused")),
-              AllOf(HasSubstr("no server answers at host:1"), HasSubstr("Check host and port"), Not(HasSubstr("--listen"))));
+  EXPECT_THAT(
+      Words(grpc::Status(grpc::StatusCode::UNAVAILABLE, "connection refused")),
+      AllOf(HasSubstr("no server answers at host:1"), HasSubstr("Check host and port"), Not(HasSubstr("--listen"))));
   const grpc::Status refused(grpc::StatusCode::UNAVAILABLE, "connection refused");
   EXPECT_THAT(std::string(DescribeRpcError(refused, "localhost:1").message()), HasSubstr("dlcsd --listen localhost:1"));
   google::rpc::ErrorInfo info;

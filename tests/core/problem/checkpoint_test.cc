@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interrupted at every checkpoint and resumed, a solve has the bits of one that was not.
-#include "core/problem/checkpoint.h"
+#include "core/problem/observer.h"
 
 #include <gtest/gtest.h>
 

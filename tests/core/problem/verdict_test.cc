@@ -86,8 +86,8 @@ TEST(VerdictTest, IsNotGoodWhereAContinuousYMissesItsConditionsBetweenNodes) {
   EXPECT_FALSE(JudgeSolution(solution).success);
 }
 
-// A spring of 30 rad/s against a stop: steps of 0.2 are nearly its period, and so are twice and four times that. All grids
-// see the same slow motion.
+// A spring of 30 rad/s against a stop: steps of 0.2 are nearly its period, and so are twice and four times that. All
+// grids see the same slow motion.
 TEST(VerdictTest, StepsThatAliasAreNoSuccess) {
   Problem problem;
   problem.A = Matrix{{0, 1}, {-900, 0}};

@@ -7,7 +7,6 @@
 #include <random>
 #include <string>
 
-#include "core/discretization/propagation.h"
 #include "core/discretization/scheme.h"
 #include "core/linalg/low_rank.h"
 #include "core/linalg/norms.h"

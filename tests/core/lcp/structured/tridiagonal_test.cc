@@ -11,7 +11,6 @@
 
 #include "core/lcp/batch.h"
 #include "core/lcp/dense/complementary_solver.h"
-#include "core/lcp/structured/tridiagonal_growth.h"
 #include "core/lcp/structured/tridiagonal_solver.h"
 #include "core/linalg/norms.h"
 #include "tests/support/lcp_problems.h"
