@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The documents tell the truth: links lead somewhere, and commands whose output a document shows print it.
+"""The documents tell the truth: links lead somewhere, tables of files name files that exist, and commands whose output a
+document shows print it.
 
     documents_test.py PROJECT_FOLDER DLCS
 
@@ -9,6 +10,7 @@ a folder with these files and with deploy/ and tests/ of the project. The lines 
 order; lines of the output may be missing. Numbers agree to a millionth, or in the digits that are shown.
 """
 
+import itertools
 import pathlib
 import re
 import shlex
@@ -64,6 +66,13 @@ def missing(shown, output):
     return None
 
 
+def files_named_in(text):
+    """The names in the first column of tables of files: those headed "file", or by a folder in backticks."""
+    for table in re.findall(r"^\| (?:file|`\w+/`) \|.*\n\|.*\n((?:\|.*\n)*)", text, re.M):
+        for row in table.splitlines():
+            yield from re.findall(r"`([^`]+)`", row.split("|")[1])
+
+
 def anchors_of(text):
     for title in re.findall(r"^#+ (.*)$", text, re.M):
         yield re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
@@ -85,6 +94,13 @@ class DocumentsTest(unittest.TestCase):
                     self.assertTrue(target.exists())
                     if anchor:
                         self.assertIn(anchor, list(anchors_of(target.read_text())))
+
+    def test_tables_of_files_name_what_exists(self):
+        for path in DOCUMENTS:
+            for name in files_named_in(path.read_text()):
+                with self.subTest(path.relative_to(PROJECT), name=name):
+                    found = (path.parent.glob(f"**/{name.rstrip('/')}{end}") for end in ("", ".*"))
+                    self.assertTrue(any(itertools.chain(*found)))
 
     def test_commands_print_what_is_shown(self):
         for path in DOCUMENTS:
