@@ -72,13 +72,14 @@ absl::Status Describe(const absl::Status& status) {
     const bool trajectory = status.message().find("max_result_bytes") != std::string_view::npos;
     const double gigabytes = 1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes);
     if (trajectory) {
-      return absl::ResourceExhaustedError(fmt::format(
-          "a trajectory of so many steps does not fit into the {:.1f} GB of this machine; ask for fewer, or with --at for some times",
-          gigabytes));
+      return absl::ResourceExhaustedError(
+          fmt::format("a trajectory of so many steps does not fit into the {:.1f} GB of this machine; ask for fewer, "
+                      "or with --at for some times",
+                      gigabytes));
     }
-    return absl::InvalidArgumentError(
-        fmt::format("the system has more states or pairs (rows of A or M) than fit into the {:.1f} GB of this machine: at most {}",
-                    gigabytes, LimitsOfThisMachine().max_states));
+    return absl::InvalidArgumentError(fmt::format(
+        "the system has more states or pairs (rows of A or M) than fit into the {:.1f} GB of this machine: at most {}",
+        gigabytes, LimitsOfThisMachine().max_states));
   }
   const auto payload = status.GetPayload("type.googleapis.com/google.rpc.BadRequest");
   google::rpc::BadRequest bad_request;

@@ -46,9 +46,11 @@ std::string WhenToRetry(const Details& details, const std::string& said) {
 // Nobody answers at `address`; gRPC says `said` of it.
 std::string NoAnswer(const std::string& address, const std::string& said) {
   const std::string host = address.substr(0, address.rfind(':'));
-  const bool no_name = said.find("DNS resolution failed") != std::string::npos || said.find("ares") != std::string::npos;
+  const bool no_name =
+      said.find("DNS resolution failed") != std::string::npos || said.find("ares") != std::string::npos;
   if (no_name) {
-    return fmt::format("no machine called \"{}\" is known (DNS has no address for it). Check the spelling of HOST in --server", host);
+    return fmt::format(
+        "no machine called \"{}\" is known (DNS has no address for it). Check the spelling of HOST in --server", host);
   }
   const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
   return fmt::format("no server answers at {} ({}). Check host and port{}", address, WhyNobodyAnswers(said),
@@ -80,8 +82,9 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
           "with --store",
           address, said.empty() ? "" : " (" + said + ")");
     case grpc::StatusCode::UNAUTHENTICATED:
-      return fmt::format("the server at {} does not know who calls: {} Yours is named with --token-file, or is DLCS_TOKEN",
-                         address, said);
+      return fmt::format(
+          "the server at {} does not know who calls: {} Yours is named with --token-file, or is DLCS_TOKEN", address,
+          said);
     case grpc::StatusCode::PERMISSION_DENIED:
       return fmt::format("the server at {} does not allow it: {} Ask who runs the server", address, said);
     case grpc::StatusCode::INTERNAL:

@@ -78,7 +78,8 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
   const Matrix M = MatrixFromProto(request.m(), "M", violations);
   LcpRequest how;
   how.rule = RuleFromProto(request.rule(), violations);
-  if (request.has_selector()) how.selector = SelectorFromProto(request.selector(), ShapeOf(request.m()).rows, violations);
+  if (request.has_selector())
+    how.selector = SelectorFromProto(request.selector(), ShapeOf(request.m()).rows, violations);
   how.all_basic_solutions = request.all_basic_solutions();
   if (!violations.empty()) return InvalidRequest(InRequest(violations, ""));
   const Vector q = Eigen::Map<const Vector>(request.q().data(), request.q_size());

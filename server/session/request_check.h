@@ -75,9 +75,9 @@ int AllowedThreads(int asked, const SessionLimits& limits);
 absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, NonlinearProblem>& system,
                                               const Options& options, const SessionLimits& limits);
 
-// `violations` of a problem and of options, by their paths in the request: "A[0][1]" of "problem" is problem.a[0][1], "steps" is
-// options.steps, "members[3].T" is members[3].horizon. `system` is the field that holds the problem; empty where that is the
-// request itself.
+// `violations` of a problem and of options, by their paths in the request: "A[0][1]" of "problem" is problem.a[0][1],
+// "steps" is options.steps, "members[3].T" is members[3].horizon. `system` is the field that holds the problem; empty
+// where that is the request itself.
 std::vector<Violation> InRequest(std::vector<Violation> violations, const std::string& system);
 
 // The engine's own InvalidArgument ("field: description", one per line) with its violations singly, by their paths as

@@ -17,8 +17,8 @@
 namespace dlcs {
 namespace {
 
-// A chunk of 1/4 MB stays in the second cache while it is made, serialized and sent, and the reader unpacks it while the next is
-// made. The contract says below 1 MB.
+// A chunk of 1/4 MB stays in the second cache while it is made, serialized and sent, and the reader unpacks it while
+// the next is made. The contract says below 1 MB.
 constexpr Index kMaxChunkDoubles = (Index{1} << 18) / sizeof(double);
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,
@@ -135,7 +135,8 @@ FinishedSolve::FinishedSolve(Solution solution, StopCause cause, std::int64_t ne
     : solution_(std::move(solution)), cause_(cause), next_sequence_(next_sequence) {}
 
 v1::Termination FinishedSolve::termination() const {
-  if (solution_.termination == Termination::kCancelled && cause_ == StopCause::kDeadline) return v1::TERMINATION_DEADLINE;
+  if (solution_.termination == Termination::kCancelled && cause_ == StopCause::kDeadline)
+    return v1::TERMINATION_DEADLINE;
   return ToProto(solution_.termination);
 }
 

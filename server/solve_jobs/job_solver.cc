@@ -179,7 +179,8 @@ double CountSteps(const PreparedSolve& prepared) {
   return std::max<double>(Options::kMostDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
 }
 
-absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits, const ProblemResolver& find) {
+absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits,
+                                      const ProblemResolver& find) {
   v1::SolveRequest request;
   if (!request.ParseFromString(body)) return absl::DataLossError("The stored request cannot be read.");
   return PrepareSolve(request, limits, find);

@@ -130,10 +130,11 @@ absl::Status Refused(const std::string& message, const LimitCase& limit,
 }
 
 absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked) {
-  return Refused(fmt::format("The request needs {} = {}, and this server allows {}. Ask for less, or run a server with a "
-                             "higher limit.",
-                             limit, asked, value),
-                 {limit, static_cast<double>(value), static_cast<double>(asked)}, std::nullopt);
+  return Refused(
+      fmt::format("The request needs {} = {}, and this server allows {}. Ask for less, or run a server with a "
+                  "higher limit.",
+                  limit, asked, value),
+      {limit, static_cast<double>(value), static_cast<double>(asked)}, std::nullopt);
 }
 
 absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chrono::milliseconds retry_after) {

@@ -41,8 +41,8 @@ struct LimitCase {
   double asked = 0;
 };
 
-// RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, asked): SERVER_BUSY with RetryInfo where `retry_after` is given,
-// else LIMIT_EXCEEDED. `message` is for people; when to try again is added to it.
+// RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, asked): SERVER_BUSY with RetryInfo where `retry_after` is
+// given, else LIMIT_EXCEEDED. `message` is for people; when to try again is added to it.
 absl::Status Refused(const std::string& message, const LimitCase& limit,
                      std::optional<std::chrono::milliseconds> retry_after);
 
@@ -57,8 +57,8 @@ absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chron
 // UNAVAILABLE with ErrorInfo SHUTTING_DOWN.
 absl::Status ShuttingDown();
 
-// `status` as callers get it: with an ErrorInfo, where it has none that of its code. What the store of jobs says when it does not
-// answer is STORE_UNAVAILABLE, so that nobody takes it for a server that is not there.
+// `status` as callers get it: with an ErrorInfo, where it has none that of its code. What the store of jobs says when
+// it does not answer is STORE_UNAVAILABLE, so that nobody takes it for a server that is not there.
 absl::Status ForCallers(absl::Status status);
 
 // A caller's text as a message may repeat it: in quotes, short, without control characters or bytes that are no UTF-8.

@@ -36,7 +36,8 @@ std::string WithoutRequest(std::string path) {
   const std::size_t begin = member == std::string::npos ? 0 : member + 2;
   const std::size_t end = std::min(path.find_first_of(".[:", begin), path.size());
   const std::string name = path.substr(begin, end - begin);
-  for (const auto& [wire, in_file] : {std::pair("horizon", "T"), std::pair("state_names", "states"), std::pair("pair_names", "pairs")}) {
+  for (const auto& [wire, in_file] :
+       {std::pair("horizon", "T"), std::pair("state_names", "states"), std::pair("pair_names", "pairs")}) {
     if (name == wire) path.replace(begin, name.size(), in_file);
   }
   for (const char* matrix : {"a", "b", "n", "m", "w"}) {

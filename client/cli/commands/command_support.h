@@ -15,8 +15,8 @@
 
 namespace dlcs::client {
 
-// The server at `server`, or this process where that has no address. A server that was not typed is named on standard error,
-// unless `quiet`. Errors: InvalidArgument with the option.
+// The server at `server`, or this process where that has no address. A server that was not typed is named on standard
+// error, unless `quiet`. Errors: InvalidArgument with the option.
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet = false);
 
 // Prints a notice on standard error: a cut that is gone on behind, a repetition.

@@ -32,7 +32,8 @@ TEST(DlcsNamesTest, StandInTheOutputOfASolve) {
 
 TEST(DlcsNamesTest, StandInRefusals) {
   auto root = nlohmann::json::parse(R"json({"A": [["-1/R"]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [0, 1], "T": 1,
-                                        "states": ["vC"], "pairs": ["D1"], "parameters": {"R": 2}, "g": ["1/(t-5)*S"]})json");
+                                        "states": ["vC"], "pairs": ["D1"], "parameters": {"R": 2},
+                                        "g": ["1/(t-5)*S"]})json");
   const auto error_of = [&root] { return SolveText(root.dump(), "--quiet").err; };
   EXPECT_THAT(error_of(), AllOf(HasSubstr("x0: 2 components"), HasSubstr("g[0] (D1)"), HasSubstr("S")));
   root["parameters"]["S"] = 1;

@@ -316,7 +316,7 @@ TEST(EventDrivenTest, SurvivesWhereNoModeLasts) {
   const Solution solution = SolveAt(problem, kNoTolerance, {4, 6, 10});
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
   EXPECT_GT(solution.cost.marched_steps, 0);
-  EXPECT_EQ(solution.switching_times.back().kind, "coupled steps begin");
+  EXPECT_EQ(solution.switching_times.back().kind, SwitchingKind::kCoupledStepsBegin);
   EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-5);
   ASSERT_EQ(solution.warnings.size(), 2u);  // relays that are not passive may leave x open, too
   EXPECT_NE(solution.warnings[1].find("No active set lasted from t = "), std::string::npos) << solution.warnings[1];
@@ -458,9 +458,9 @@ TEST(EventDrivenTest, NamesWhatEntersAndLeaves) {
     EXPECT_EQ(times[k].entering, k % 2 ? none : first);
     EXPECT_EQ(times[k].leaving, k % 2 ? first : none);
   }
-  EXPECT_EQ(times[0].kind, "start");
-  EXPECT_EQ(times[1].kind, "switch");
-  EXPECT_EQ(times[2].kind, "break point");
+  EXPECT_EQ(times[0].kind, SwitchingKind::kStart);
+  EXPECT_EQ(times[1].kind, SwitchingKind::kSwitch);
+  EXPECT_EQ(times[2].kind, SwitchingKind::kBreakPoint);
 }
 
 TEST(EventDrivenTest, EstimatesItsError) {

@@ -465,9 +465,11 @@ INSTANTIATE_TEST_SUITE_P(
                     *r.mutable_problem()->mutable_a() = testing::DenseMatrix(1, 1, {kInfinity});
                   }},
         Malformed{"InitialStateShape", "problem.x0", [](v1::SolveRequest& r) { r.mutable_problem()->add_x0(2); }},
-        Malformed{"InitialStateNaN", "problem.x0[0]", [](v1::SolveRequest& r) { r.mutable_problem()->set_x0(0, kNaN); }},
+        Malformed{"InitialStateNaN", "problem.x0[0]",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->set_x0(0, kNaN); }},
         Malformed{"HorizonZero", "problem.horizon", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(0); }},
-        Malformed{"HorizonInfinite", "problem.horizon", [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(kInfinity); }},
+        Malformed{"HorizonInfinite", "problem.horizon",
+                  [](v1::SolveRequest& r) { r.mutable_problem()->set_horizon(kInfinity); }},
         Malformed{"BreakPointOutside", "problem.break_points[0]",
                   [](v1::SolveRequest& r) { r.mutable_problem()->add_break_points(11); }},
         Malformed{"StateName", "problem.state_names[0]",
@@ -515,7 +517,8 @@ INSTANTIATE_TEST_SUITE_P(
                     r.mutable_options()->add_output_times(1);
                   }},
         Malformed{"Theta", "options.theta", [](v1::SolveRequest& r) { r.mutable_options()->set_theta(1.5); }},
-        Malformed{"Tolerance", "options.iteration_tolerance", [](v1::SolveRequest& r) { r.mutable_options()->set_iteration_tolerance(-1); }},
+        Malformed{"Tolerance", "options.iteration_tolerance",
+                  [](v1::SolveRequest& r) { r.mutable_options()->set_iteration_tolerance(-1); }},
         Malformed{"Threads", "options.threads", [](v1::SolveRequest& r) { r.mutable_options()->set_threads(-1); }},
         Malformed{"ContourNodes", "options.contour.nodes",
                   [](v1::SolveRequest& r) { r.mutable_options()->mutable_contour()->set_nodes(-3); }}),
