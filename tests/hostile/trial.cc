@@ -94,8 +94,8 @@ std::optional<unsigned> ReportedActive(const Solution& solution, double time) {
     if (event.time > time) break;
     for (const Index i : event.entering) active |= 1u << i;
     for (const Index i : event.leaving) active &= ~(1u << i);
-    if (event.kind == "coupled steps begin") is_known = false;
-    if (event.kind == "coupled steps end") is_known = true;
+    if (event.kind == SwitchingKind::kCoupledStepsBegin) is_known = false;
+    if (event.kind == SwitchingKind::kCoupledStepsEnd) is_known = true;
   }
   return is_known ? std::optional<unsigned>(active) : std::nullopt;
 }
@@ -103,7 +103,7 @@ std::optional<unsigned> ReportedActive(const Solution& solution, double time) {
 Reference ReplayOf(const System& system, const Solution& solution, const std::vector<double>& times) {
   Replay replay;
   for (const SwitchingTime& event : solution.switching_times) {
-    if (event.time > 0 && event.time < system.horizon && event.kind != "break point")
+    if (event.time > 0 && event.time < system.horizon && event.kind != SwitchingKind::kBreakPoint)
       replay.decisions.push_back(event.time);
   }
   std::vector<double> ends = replay.decisions;

@@ -272,7 +272,7 @@ TEST(ConvertTest, LeftLimitsTravelWithTheChunkThatHoldsTheirTime) {
 
 TEST(ConvertTest, SwitchingTimesAreToldUpToABound) {
   Solution solution;
-  solution.switching_times.push_back({0.25, {1, 3}, {0}, "switch"});
+  solution.switching_times.push_back({0.25, {1, 3}, {0}, SwitchingKind::kSwitch});
   const v1::Summary one = SummaryToProto(solution);
   ASSERT_EQ(one.switching_times_size(), 1);
   EXPECT_EQ(one.switching_times(0).time(), 0.25);
