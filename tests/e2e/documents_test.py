@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The documents tell the truth: links lead somewhere, tables of files name files that exist, and commands whose output a
-document shows print it.
+"""The documents tell the truth: links lead somewhere, tables of files name files that exist, and commands whose output
+a document shows print it. And no line of the project is longer than 120 columns.
 
     documents_test.py PROJECT_FOLDER DLCS
 
@@ -26,6 +26,8 @@ DOCUMENTS = sorted(
     if top.name not in ("build", ".git")
     for path in ([top] if top.suffix == ".md" else top.rglob("*.md"))
 )
+# Data, files of others, and what cannot be broken: rows of tables.
+MAY_BE_LONG = re.compile(r"\.(json|binpb|db)$|^(LICENSE|proto/google/|tests/fuzz/corpus/|tests/hostile/cases/)")
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.])")
 
 
@@ -94,6 +96,16 @@ class DocumentsTest(unittest.TestCase):
                     self.assertTrue(target.exists())
                     if anchor:
                         self.assertIn(anchor, list(anchors_of(target.read_text())))
+
+    def test_lines_have_at_most_120_columns(self):
+        for folder in (".", ".ci", "core", "proto", "server", "client", "tests", "deploy"):
+            for path in PROJECT.glob(f"{folder}/*" if folder == "." else f"{folder}/**/*"):
+                name = path.relative_to(PROJECT).as_posix()
+                if not path.is_file() or path.suffix == ".pyc" or MAY_BE_LONG.search(name):
+                    continue
+                for number, line in enumerate(path.read_text().splitlines(), 1):
+                    if len(line) > 120 and not (path.suffix == ".md" and line.startswith("|")):
+                        self.fail(f"{name}:{number} has {len(line)} columns")
 
     def test_tables_of_files_name_what_exists(self):
         for path in DOCUMENTS:
