@@ -54,7 +54,7 @@ class ContractGuardTest(unittest.TestCase):
         self.assertIn('RPC "CancelSolveJob"', self.refused("jobs.proto", old, ""))
 
     def test_refuses_a_method_without_a_word_about_it(self):
-        old = "  // What this server can do and its limits.\n"
+        old = "  // Returns the methods and limits of this server.\n"
         self.assertIn('RPC "GetCapabilities"', self.refused("solver.proto", old, ""))
 
     def test_refuses_a_new_value_without_its_prefix(self):

@@ -111,7 +111,7 @@ TEST_F(HostileFileTest, ShapesThatNobodyCanHold) {
            {R"({"rows": 2000000000, "columns": 2000000000, "diagonals": {"0": 1}})", "[[1]]", "[[1]]", "[[1]]",
             "more than 67108864 entries"},
            {R"({"matrix_market": "many.mtx"})", "[[1]]", "[[1]]", "[[1]]", "f is missing"},
-           {R"({"matrix_market": "dense.mtx"})", "[[1]]", "[[1]]", "[[1]]", "do not stand in this file"}}) {
+           {R"({"matrix_market": "dense.mtx"})", "[[1]]", "[[1]]", "[[1]]", "this file does not have"}}) {
     SCOPED_TRACE(one.a);
     const std::string file =
         File(R"({"A": )" + one.a + R"(, "B": )" + one.b + R"(, "N": )" + one.n + R"(, "M": )" + one.m + ", " + small,
