@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/driver/error_control.h"
+#include "core/problem/verdict.h"
 
 namespace dlcs {
 namespace {
@@ -32,10 +33,12 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
   return solution.cost.marched_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
 }
 
-// Where both reached T, the one that erred less.
+// Where both reached T, the one that erred less. What was solved up to a time before T is worth more than an answer at
+// T that may not be used.
 bool IsBetter(const Solution& second, const Solution& first) {
   if (second.termination != Termination::kReachedEnd) return false;
-  return first.termination != Termination::kReachedEnd || second.accuracy.error < first.accuracy.error;
+  if (first.termination != Termination::kReachedEnd) return JudgeSolution(second).success;
+  return second.accuracy.error < first.accuracy.error;
 }
 
 // Solves by the method that `choose_by` lets be chosen, after `first`, which it gives back where nothing serves.
@@ -73,7 +76,11 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     without_events.error_tolerance = 0;
     auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
     if (!stepped.ok()) return stepped;
-    if (IsBetter(*stepped, solution)) solution = *std::move(stepped);
+    if (IsBetter(*stepped, solution)) {
+      solution = *std::move(stepped);
+    } else {
+      solution.warnings.push_back("Steps without events did no better: this is the event-driven solution.");
+    }
   }
   return solution;
 }

@@ -32,12 +32,16 @@ bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, c
   return true;
 }
 
+// What is lost at events falls by leaps: only where steps of so much less error do not help is the rest rounding.
+constexpr double kFarLess = 1e-4;
+
 // Errors grow with the system: how much is known behind the solve. The solve is repeated with as much less as it was
-// missed by.
-double NextTolerance(double tolerance, double wanted, double error) {
+// missed by; with far less where a little did not help.
+double NextTolerance(double tolerance, double wanted, double error, bool no_better) {
   constexpr double kMargin = 0.3;
   constexpr double kMostAtOnce = 1e-6;
-  return std::max(1e-15, tolerance * std::clamp(kMargin * wanted / error, kMostAtOnce, kMargin));
+  const double factor = std::clamp(kMargin * wanted / error, kMostAtOnce, kMargin);
+  return std::max(1e-15, tolerance * (no_better ? std::min(factor, kFarLess) : factor));
 }
 
 }  // namespace
@@ -45,11 +49,13 @@ double NextTolerance(double tolerance, double wanted, double error) {
 bool EventDriven(SolveContext& context) {
   constexpr int kMostSolves = 3;
   constexpr double kNoBetter = 0.7;
+  constexpr double kFirstByDefault = 0.1;  // a second solve would cost more than somewhat shorter steps
   constexpr Index kMostMarchedAgain = 1000;
   const double asked = context.options.error_tolerance;
   const double tolerance = asked > 0 ? std::min(asked, kLargestEventTolerance) : kDefaultEventTolerance;
   Solution& solution = context.solution;
-  double of_steps = tolerance;
+  double of_steps = context.error_by_default ? kFirstByDefault * tolerance : tolerance;
+  double of_steps_before = of_steps;
   double error_before = std::numeric_limits<double>::infinity();
   // What is not asked for is bounded in its work, and leaves something for steps without events.
   const Index num_states = context.problem.num_states();
@@ -68,12 +74,14 @@ bool EventDriven(SolveContext& context) {
     locator.Finish();
     work += record.Work(num_states);
     const double error = record.accumulated_error;
-    is_rounding = solves > 1 && error >= kNoBetter * error_before;
+    const bool no_better = solves > 1 && error >= kNoBetter * error_before;
+    is_rounding = no_better && of_steps <= kFarLess * of_steps_before;
     if (!reached || error <= tolerance || !std::isfinite(error)) break;
     if (solves == kMostSolves || is_rounding || record.marched_steps > kMostMarchedAgain) break;
     if (most_work - work < 2 * record.Work(num_states)) break;
     error_before = error;
-    of_steps = NextTolerance(of_steps, tolerance, error);
+    of_steps_before = of_steps;
+    of_steps = NextTolerance(of_steps, tolerance, error, no_better);
     context.recorder.GoOnFrom(0);
     solution.jumps.clear();
     solution.left_limits.clear();

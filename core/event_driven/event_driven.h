@@ -14,7 +14,7 @@ inline constexpr double kLargestEventTolerance = 0.1;
 
 // Of Options::kMostDefaultSteps, the part that is for event location; the rest is for steps without events where it
 // does not come to T.
-inline constexpr Index kMostDefaultEventWork = 15'900;
+inline constexpr Index kMostDefaultEventWork = 18'900;
 
 // Follows the system from mode to mode. In a mode (core/event_driven/mode.h) the system is a linear differential
 // equation, solved by collocation of degree 12 with the step that the tolerance allows

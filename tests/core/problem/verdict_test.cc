@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -135,6 +136,31 @@ TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   const Solution asked = testing::SolveWith(testing::ExampleFourOne(), options);
   EXPECT_EQ(asked.termination, Termination::kIterationLimit);
   EXPECT_EQ(JudgeSolution(asked).kind, VerdictKind::kNotSolved);
+}
+
+// An undamped spring against a stop of stiffness 100, which keeps its energy: the bound of work ends before T, and steps
+// without events grow beyond all bounds. What the event-driven method found up to there is kept.
+TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
+  Problem problem;
+  problem.A = Matrix{{0, 1}, {-1, 0}};
+  problem.B = Matrix{{0}, {1}};
+  problem.N = Matrix{{1, 0}};
+  problem.M = Matrix{{0.01}};
+  problem.f = TimeFunction::Zero(2);
+  problem.g = TimeFunction::Constant(Vector{{0.5}});
+  problem.x0 = Vector{{1, 0}};
+  problem.horizon = 3000;
+  const Solution solution = testing::SolveWith(problem, {});
+  EXPECT_EQ(solution.method, Method::kEventDriven);
+  EXPECT_FALSE(JudgeSolution(solution).success);
+  EXPECT_GT(solution.failure_time, 100);
+  ASSERT_GT(solution.times.size(), 20);
+  double largest = 0;
+  for (Index k = 0; k < solution.x.cols(); ++k) {
+    const double position = solution.x(0, k), speed = solution.x(1, k), depth = std::max(0.0, -position - 0.5);
+    largest = std::max(largest, std::abs(position * position + speed * speed + 100 * depth * depth - 1));
+  }
+  EXPECT_LT(largest, 1e-4);
 }
 
 // Two pairs share one sum, and B sees one of them. Where B
