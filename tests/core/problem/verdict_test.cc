@@ -138,8 +138,8 @@ TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   EXPECT_EQ(JudgeSolution(asked).kind, VerdictKind::kNotSolved);
 }
 
-// An undamped spring against a stop of stiffness 100, which keeps its energy: the bound of work ends before T, and steps
-// without events grow beyond all bounds. What the event-driven method found up to there is kept.
+// An undamped spring against a stop of stiffness 100, which keeps its energy: the bound of work ends before T, and
+// steps without events grow beyond all bounds. What the event-driven method found up to there is kept.
 TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
   Problem problem;
   problem.A = Matrix{{0, 1}, {-1, 0}};
