@@ -65,6 +65,9 @@ class RoomsTest(unittest.TestCase):
                 with self.subTest(file=str(path)):
                     self.assertIn("/".join(path.parts[2:-1]), ROOMS[path.parts[1]])
 
+    def test_no_header_includes_itself(self):
+        self.assertEqual([str(path) for path in SOURCES if path in includes(path)], [])
+
     def test_no_include_runs_up(self):
         for path in SOURCES:
             top = path.parts[0]

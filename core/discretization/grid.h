@@ -6,7 +6,6 @@
 
 #include <vector>
 
-#include "core/discretization/grid.h"
 #include "core/problem/options.h"
 #include "core/types.h"
 

@@ -4,14 +4,13 @@
 #ifndef DLCS_CORE_DISCRETIZATION_SCHEME_H_
 #define DLCS_CORE_DISCRETIZATION_SCHEME_H_
 
-#include "core/discretization/scheme.h"
 #include "core/discretization/segment.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// Every method of the engine advances the state by
+// Every method with fixed steps advances the state by
 //
 //     x_j = state x_{j-1} + y_before y_{j-1} + y_after y_j + f_before f_{j-1} + f_after f_j,
 //

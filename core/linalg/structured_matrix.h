@@ -10,7 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
 namespace dlcs {

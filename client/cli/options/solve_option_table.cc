@@ -60,7 +60,7 @@ constexpr SolveOption kTable[] = {
      .value = "E",
      .help = "Largest error of each component of x, relative to its largest value (1e-6, unless steps are given). The "
              "steps are chosen to meet it; --step, --steps and --grid then only set the output times",
-     .rule = Within("between 1e-13 and 1", 1e-13, 1),
+     .rule = Within("at least 1e-13 and below 1", 1e-13, 0.9999999999999999),
      .group = kEveryday},
     {.field = "steps",
      .flag = "--steps",
