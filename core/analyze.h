@@ -20,18 +20,17 @@ struct Analysis {
   Index num_states = 0;
   Index num_constraints = 0;
   double horizon = 0;
-  std::string matrix_class;    // of M, for people: "P-matrix (all principal minors positive)"
-  std::string rule;            // the solution that is meant, for people: "least element (M is a Z-matrix)"
+  std::string matrix_class;  // of M, as text: "P-matrix (all principal minors positive)"
+  std::string rule;          // the solution that is meant, as text: "least element (M is a Z-matrix)"
   std::vector<AnalysisSection> sections;
   Recommendation recommendation;
   std::vector<std::string> warnings;  // those of the sections and of the recommendation
   double seconds = 0;
 };
 
-// Analyses `problem`; `options` give what the caller has chosen already (a step, a tolerance, a method), for which the
-// bounds are stated. Solves LCPs at single times, small linear programs, and the trials of Recommend().
-// Errors: InvalidArgument as Solve(). `stop` is looked at as Solve() does; a stopped analysis holds the sections that
-// were finished, and a warning.
+// Analyzes `problem`. The bounds are stated for the step, tolerance and method that `options` set. Solves LCPs at
+// single times, small linear programs, and the trials of Recommend(). Errors: InvalidArgument as Solve(). `stop` is
+// checked as in Solve(); a stopped analysis holds the finished sections and a warning.
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop);
 
 }  // namespace dlcs

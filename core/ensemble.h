@@ -17,7 +17,7 @@
 
 namespace dlcs {
 
-// What a member of an ensemble has in place of the base problem's.
+// The fields of the base problem that a member of an ensemble replaces.
 struct EnsembleMember {
   std::optional<Vector> x0;
   std::optional<TimeFunction> f;
@@ -26,30 +26,30 @@ struct EnsembleMember {
   std::optional<std::vector<double>> break_points;
 };
 
-// The base problem as `member` has it.
+// The base problem with the fields of `member` in place of its own.
 Problem MemberProblem(const Problem& base, const EnsembleMember& member);
 
-// Every rule that the base, the options or a member break; empty when all are sound. Fields of the base and the options
-// as their own Validate() names them; those that are a member's own as members[3].x0[1]; where a member's horizon
-// breaks what the base or the options hold, members[3], and what it breaks in the description. Cost: a Validate() for
-// each member.
+// Every rule that the base, the options or a member break; empty if all are valid. Fields of the base and the options
+// are named as in their own Validate(), fields of a member as members[3].x0[1]. If the horizon of a member contradicts
+// the base or the options, the field is members[3] and the description says what it contradicts. Cost: one Validate()
+// for each member.
 std::vector<Violation> Validate(const Problem& base, const std::vector<EnsembleMember>& members,
                                 const Options& options);
 
 // Called once for each member as it finishes, in any order, one call at a time, from any thread.
 using MemberFinished = std::function<void(Index member, Solution solution)>;
 
-// Asked before each member is begun, from the thread that would solve it, in the order of the members; may wait, for
-// room for the member's solution for example. Where it says no the member is not begun, and nobody hears of it again.
+// Called before each member is started, from the thread that would solve it, in the order of the members. It may block,
+// for example until there is memory for the solution. If it returns false, the member is not solved and not reported.
 using MemberMayBegin = std::function<bool(Index member)>;
 
-// Solves `base` for each of `members`, with `options`; classes, schemes and factors are made once (`setups`, or a cache
-// of its own where that is null). Each solution has the bits of its own Solve(). Errors: InvalidArgument, before
-// anything is solved, when a member, the base or the options break a rule (every violation, as Validate() names it) or
-// M does not admit the rule of the base. A verdict of the mathematics is that member's solution; `stop` ends the
-// members that run, and the others are not begun: their solutions are kCancelled, unless `may_begin` refused them.
-// Threads: options.num_threads members at the same time (0: one for each processor), each on a thread of its own, so
-// that one which waits for `may_begin` or `finished` keeps nobody else's work from being done.
+// Solves `base` for each of `members` with `options`. Classes, schemes and factors are computed once, in `setups` or in
+// an own cache if that is null. Each solution has the same bits as from Solve(). If a member has no solution, its
+// Solution says so. `stop` ends the running members and prevents others from starting; their solutions are kCancelled,
+// except those that `may_begin` refused. Errors: InvalidArgument before anything is solved, if a member, the base or
+// the options break a rule (with every violation, as named by Validate()), or if M does not admit the rule of the base.
+// Threads: options.num_threads members at the same time (0: one per processor), each on its own thread, so that a
+// member that waits in `may_begin` or `finished` does not block other work.
 absl::Status SolveEnsemble(const Problem& base, const std::vector<EnsembleMember>& members, const Options& options,
                            const MemberFinished& finished, const std::stop_token& stop, SetupCache* setups = nullptr,
                            const MemberMayBegin& may_begin = {});

@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// The shortest decimal text that reads back as exactly `value`: "0.1", "1e-06", "nan", "-inf". No locale
-// matters.
+// The shortest decimal text that reads back as exactly `value`: "0.1", "1e-06", "nan", "-inf". Does not depend on the
+// locale.
 std::string NumberText(double value);
 
 // Six significant digits, for sentences about results: "0.333333", "1e-06", "nan".

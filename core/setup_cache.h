@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What solves of the same matrices share: classes, schemes, kernels, factors.
+// A cache of what solves of the same matrices share: classes, schemes, kernels, factors.
 
 #ifndef DLCS_CORE_SETUP_CACHE_H_
 #define DLCS_CORE_SETUP_CACHE_H_
@@ -17,7 +17,8 @@
 
 namespace dlcs {
 
-// The content of what a set-up depends on, byte by byte: equal keys mean equal matrices, and a hash only finds them.
+// The bytes of everything that a set-up depends on: equal keys mean equal matrices. A hash of them is used only for
+// lookup.
 class SetupKey {
  public:
   // `what` names the kind of value.
@@ -34,9 +35,9 @@ class SetupKey {
   std::string bytes_;
 };
 
-// Values by their keys, the least recently used dropped when they exceed a bound. A value that several threads ask for
-// at once is made by one of them; the others wait for it. Values are never changed: who holds one keeps it alive.
-// Threads: all calls are safe at once.
+// Values by their keys; the least recently used are dropped when the size exceeds a bound. If several threads request a
+// value at once, one of them makes it and the others wait. Values are never changed, and stay alive as long as somebody
+// holds them. Safe from any thread.
 class SetupCache {
  public:
   // `max_bytes` counts keys and values.
@@ -47,8 +48,8 @@ class SetupCache {
     std::shared_ptr<const Value> value;
     double bytes = 0;  // what it fills
   };
-  // The value of `key`, made by `make` where there is none. A null value is handed out and not kept, and what `make`
-  // throws is thrown on.
+  // The value of `key`, made by `make` if there is none. A null value is returned but not kept. Exceptions of `make`
+  // are passed on.
   template <class Value>
   std::shared_ptr<const Value> Get(const SetupKey& key, const std::function<Made<Value>()>& make) {
     return std::static_pointer_cast<const Value>(GetAny(key, [&]() -> Made<void> {
@@ -69,18 +70,18 @@ class SetupCache {
  private:
   struct Entry {
     std::string key;
-    std::shared_ptr<const void> value;  // null while it is made
+    std::shared_ptr<const void> value;  // null while it is being made
     double bytes = 0;
   };
   std::shared_ptr<const void> GetAny(const SetupKey& key, const std::function<Made<void>()>& make);
   void DropBeyondBound();
-  // An entry without a value.
+  // Removes an entry that got no value.
   void Forget(std::list<Entry>::iterator entry);
 
   const double max_bytes_;
   mutable std::mutex mutex_;
   std::condition_variable made_;
-  std::list<Entry> entries_;  // the one used last is first
+  std::list<Entry> entries_;  // the most recently used one is first
   std::unordered_map<std::string_view, std::list<Entry>::iterator> by_key_;
   Statistics statistics_;
 };

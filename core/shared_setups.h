@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cache that a propagator keeps its set-ups in.
+// The cache in which a propagator keeps its set-ups.
 
 #ifndef DLCS_CORE_SHARED_SETUPS_H_
 #define DLCS_CORE_SHARED_SETUPS_H_
@@ -10,10 +10,10 @@
 
 namespace dlcs {
 
-// A cache that others share, or one of its own where there is none.
+// A shared cache, or an own one if there is none.
 class SharedSetups {
  public:
-  // `shared` may be null; otherwise it must outlive this. `own_bytes` bounds one of its own.
+  // `shared` may be null; otherwise it must outlive this. `own_bytes` bounds the size of an own cache.
   SharedSetups(SetupCache* shared, double own_bytes)
       : own_(shared ? nullptr : std::make_unique<SetupCache>(own_bytes)), cache_(shared ? shared : own_.get()) {}
 

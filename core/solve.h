@@ -16,26 +16,25 @@ namespace dlcs {
 
 class SetupCache;
 
-// Solves `problem` as `options` say, telling `observer` on the way.
+// Solves `problem` with `options`, reporting events to `observer`.
 //
-// A verdict of the mathematics (no solution, diverged, unsupported class, cancelled, ...) is a Solution with
-// that termination and the trajectory up to there. Errors: InvalidArgument when `problem` or `options` break
-// a rule, with every violation in the message ("field: description", one per line; Validate() gives them
-// singly).
-// Threads: at most options.num_threads, and the result has the same bits for any number.
-// `setups`, where given, lends and keeps what solves of the same matrices share (core/setup_cache.h); the bits are the
-// same without it. `resume`, where given, is a checkpoint that `observer` got from an earlier call with the same
-// problem and options (but for the threads): the solve goes on from there, and the solution is whole and has the same
-// bits. InvalidArgument where it is of another solve or another version of the engine. Methods that leave no
-// checkpoints (wu_chen_iteration, event_driven, trials for a tolerance, inelastic impacts; and where another method may
-// yet have to take over) begin anew. `stop` is looked at every ten milliseconds or so while matrices have at most some
-// thousand rows: between pivots, columns of a factorization and panels of a product (core/parallel/stop_scope.h).
-// `dlcs_load stops` measures it.
-absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer,
-                               std::stop_token stop, SetupCache* setups = nullptr,
-                               const ResumePoint* resume = nullptr);
+// If there is no solution, or the method fails (diverged, unsupported class, cancelled, ...), the result is a Solution
+// with that termination and the trajectory up to that time, not an error. Errors: InvalidArgument when `problem` or
+// `options` break a rule, with every violation in the message ("field: description", one per line; Validate() gives
+// them singly).
+// Threads: at most options.num_threads, and the result has the same bits for any number. `setups` may be null; it
+// shares set-ups between solves of the same matrices (core/setup_cache.h), without changing the bits. `resume` may be
+// null, or a checkpoint that `observer` received in an earlier call with the same problem and options (the number of
+// threads may differ): the solve resumes there, and the solution is complete and has the same bits. InvalidArgument if
+// it belongs to another solve or another version of the engine. Methods without checkpoints (wu_chen_iteration,
+// event_driven, trials for a tolerance, inelastic impacts, and solves that another method may have to replace) start
+// again from 0. `stop` is checked about every ten milliseconds, if matrices have at most some thousand rows: between
+// pivots, columns of a factorization and panels of a product (core/parallel/stop_scope.h). `dlcs_load stops` measures
+// the delay.
+absl::StatusOr<Solution> Solve(const Problem& problem, const Options& options, Observer& observer, std::stop_token stop,
+                               SetupCache* setups = nullptr, const ResumePoint* resume = nullptr);
 
-// The same for a problem and options in which Validate() has found nothing: it is not called again.
+// The same for a problem and options that have passed Validate() already.
 absl::StatusOr<Solution> SolveValidated(const Problem& problem, const Options& options, Observer& observer,
                                         std::stop_token stop, SetupCache* setups = nullptr,
                                         const ResumePoint* resume = nullptr);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The few types that every layer of the engine speaks.
+// The types that every layer of the engine uses.
 
 #ifndef DLCS_CORE_TYPES_H_
 #define DLCS_CORE_TYPES_H_
@@ -13,8 +13,8 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 using Index = Eigen::Index;
 
-// One rule of the input that was broken: `field` as the caller wrote it, with an index where there is one
-// ("M[2][0]", "f[1]", "horizon"), and `description` with the value and the rule.
+// One rule of the input that was broken: `field` as the caller knows it, with an index if there is one ("M[2][0]",
+// "f[1]", "horizon"), and `description` with the value and the rule.
 struct Violation {
   std::string field;
   std::string description;

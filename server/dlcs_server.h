@@ -27,41 +27,41 @@
 
 namespace dlcs {
 
-// SolverService, with a store JobService and ProblemService too, the standard health service and, where it is asked
-// for, reflection behind one listening socket; metrics and probes behind another.
+// Serves SolverService, the standard health service, JobService and ProblemService if there is a store, and optionally
+// reflection on one listening socket; metrics and probes on another.
 class DlcsServer {
  public:
-  // What Start() would say of the settings, and of the files of tokens and certificates. Listens on nothing, opens no
+  // Checks the settings and the files of tokens and certificates as Start() does. Does not listen and does not open the
   // store.
   static absl::Status Check(const ServerConfig& config);
-  // Listens when it returns. Errors: InvalidArgument for a setting or a file that it names, AlreadyExists for a taken
-  // port, and as CheckCanListen().
+  // The server listens when this returns. Errors: InvalidArgument for a setting or a file that it names, AlreadyExists
+  // for a taken port, and as CheckCanListen().
   static absl::StatusOr<std::unique_ptr<DlcsServer>> Start(const ServerConfig& config);
 
   // Stops at once unless Stop() was called before.
   ~DlcsServer();
 
-  // "127.0.0.1:50051", with the port that was picked.
+  // "127.0.0.1:50051", with the actual port.
   const std::string& address() const { return address_; }
-  // The same of /metrics; empty where nothing listens.
+  // The same for /metrics; empty if it is not served.
   std::string metrics_address() const { return http_ ? http_->address() : ""; }
 
-  // Health turns to NOT_SERVING and new calls get UNAVAILABLE; those under way go on.
+  // Health becomes NOT_SERVING and new calls get UNAVAILABLE; running calls continue.
   void Drain();
-  // True when no call computes, at the latest after `timeout`.
+  // Waits at most `timeout` until no call computes; returns whether that is so.
   bool WaitUntilIdle(std::chrono::milliseconds timeout) { return environment_.calls.WaitUntilComputed(timeout); }
-  // Drains, stops all solves and gives them `delivery` to hand over their summaries; gives running jobs back to the
-  // store; then closes all connections. Call it once or more.
+  // Drains, stops all solves, waits up to `delivery` for their summaries to be delivered, releases running jobs to the
+  // store, and closes all connections. May be called more than once.
   void Stop(std::chrono::milliseconds delivery);
 
-  // Reads certificates and tokens again where their files have changed, which otherwise takes up to a second.
+  // Reads changed files of certificates and tokens now; otherwise that takes up to a second.
   void Reload() { access_->Refresh(); }
 
   const SolverService& service() const { return solver_service_; }
 
  private:
   DlcsServer(const ServerConfig& config, std::unique_ptr<Access> access);
-  // Health follows the store.
+  // Keeps the health service up to date with the state of the store.
   void TellHealth(const std::stop_token& stop);
   ServerState State() const;
   HttpPages Pages() const;
@@ -77,13 +77,13 @@ class DlcsServer {
   std::unique_ptr<JobService> job_service_;
   std::unique_ptr<ProblemService> problem_service_;
   SolverService solver_service_;
-  UnimplementedService refusal_;  // in the place of all, where no calls are taken
+  UnimplementedService refusal_;  // instead of all others on a server that serves no calls
   std::string address_;
   std::shared_ptr<grpc::ServerCredentials> credentials_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<ConnectionListener> listener_;
   std::jthread health_;
-  std::unique_ptr<HttpEndpoint> http_;  // null where nothing listens; reads the others
+  std::unique_ptr<HttpEndpoint> http_;  // null if not served; uses the others
 };
 
 }  // namespace dlcs

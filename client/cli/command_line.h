@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command line of `dlcs` in words.
+// Parses the command line of `dlcs`.
 
 #ifndef DLCS_CLIENT_CLI_COMMAND_LINE_H_
 #define DLCS_CLIENT_CLI_COMMAND_LINE_H_
@@ -12,8 +12,8 @@
 
 namespace dlcs::client {
 
-// A command to run, or the exit code when there is nothing more to do: help or the version was printed, or
-// the options break a rule and that was said on standard error.
+// A command to run, or the exit code if there is nothing to run: help or the version was printed, or an error in the
+// options was printed on standard error.
 using ParsedCommandLine =
     std::variant<ExitCode, SolveCommand, EnsembleCommand, AnalyzeCommand, LcpCommand, DcpCommand, ModelCommand,
                  CapabilitiesCommand, HealthCommand, ContextCommand, SubmitCommand, UploadCommand, ListProblemsCommand,

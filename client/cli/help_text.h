@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `--help` says below the options.
+// The text of `--help` below the options.
 
 #ifndef DLCS_CLIENT_CLI_HELP_TEXT_H_
 #define DLCS_CLIENT_CLI_HELP_TEXT_H_

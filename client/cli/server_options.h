@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options that say which server to call, and how. Includes CLI11: for the command line alone.
+// The options that say which server to call, and how. Includes CLI11; only for parsing the command line.
 
 #ifndef DLCS_CLIENT_CLI_SERVER_OPTIONS_H_
 #define DLCS_CLIENT_CLI_SERVER_OPTIONS_H_
@@ -11,7 +11,7 @@
 
 namespace dlcs::client {
 
-// --server, described by `help`, and what goes with it.
+// Adds --server, described by `help`, and the other options of `target`.
 void AddServer(CLI::App& app, ServerTarget& target, const std::string& help);
 
 }  // namespace dlcs::client

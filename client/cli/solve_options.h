@@ -14,7 +14,7 @@
 
 namespace dlcs::client {
 
-// Each adds options to `app` that set what is given beside it, which must outlive `app`.
+// Each function adds options to `app` that set the other arguments, which must outlive `app`.
 
 // All options of the table (solve_option_table.h) and --rule.
 void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& nodes_as_typed,
@@ -28,7 +28,7 @@ void AddProblem(CLI::App& app, std::string& path);
 void AddOutput(CLI::App& app, std::string& output, const char* what);
 // -q, --quiet.
 void AddQuiet(CLI::App& app, bool& quiet, const char* what);
-// -f, --format, one of `words`; -o as well where one of them is "name": what lists things writes no files.
+// -f, --format, one of `words`; Also -o if one of them is "name": commands that list things write no files.
 void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help);
 
 }  // namespace dlcs::client

@@ -14,28 +14,28 @@
 
 namespace dlcs::client {
 
-// The object that `text` holds. Errors: InvalidArgument where it is no JSON, or no object with what it should
-// hold: "the keys M and q".
+// Parses the JSON object `text`. Errors: InvalidArgument if it is not JSON or not an object; the message names the
+// expected contents: "the keys M and q".
 absl::StatusOr<nlohmann::json> ParseObject(const std::string& text, const std::string& source,
                                            const std::string& holds);
 
-// What a file holds, as far as its keys tell.
+// The kind of a file, as far as its keys show it.
 enum class FileKind { kUnknown, kSystem, kLcp, kDcp, kPath, kModel, kMembers };
 FileKind KindOf(const nlohmann::json& root);
-// OK unless `root` is clearly of another kind than `kind`; the error says which command takes it.
+// OK unless `root` is clearly of another kind than `kind`; the error names the command for it.
 absl::Status CheckKind(const nlohmann::json& root, FileKind kind, const std::string& source);
 
-// Each reads a key that must be there; `rule` says what it means. Formulas as ReadAnyMatrix().
+// Each reads a required key; `rule` describes it in messages. Formulas as in ReadAnyMatrix().
 void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std::string& rule, JsonReader& reader,
                    v1::Matrix& matrix, bool may_have_formulas = false);
-void ReadNumbersKey(const nlohmann::json& root, const std::string& key, const std::string& rule,
-                    JsonReader& reader, google::protobuf::RepeatedField<double>& numbers);
+void ReadNumbersKey(const nlohmann::json& root, const std::string& key, const std::string& rule, JsonReader& reader,
+                    google::protobuf::RepeatedField<double>& numbers);
 
 // An object with a number for each name, as in {"omega": 314}.
 void ReadParameters(const nlohmann::json& value, const std::string& path, JsonReader& reader,
                     google::protobuf::RepeatedPtrField<v1::Parameter>& parameters);
 
-// The keys `rule` and `selector` of a problem or an LCP, where there are any.
+// Reads the optional keys `rule` and `selector` of a problem or an LCP.
 void ReadSelectorKey(const nlohmann::json& root, JsonReader& reader, v1::Selector& selector);
 template <typename Request>
 void ReadRuleKeys(const nlohmann::json& root, JsonReader& reader, Request& request) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes a JSON object apart into numbers, vectors and matrices, and collects everything that is wrong with
-// it.
+// Reads numbers, vectors and matrices from a JSON object, and collects all errors.
 
 #ifndef DLCS_CLIENT_FILES_JSON_READER_H_
 #define DLCS_CLIENT_FILES_JSON_READER_H_
@@ -16,9 +15,9 @@
 
 namespace dlcs::client {
 
-// Every Read function returns nothing when the value is not what it should be, having noted path, value and
-// rule ("x0[1] is a string ("abc"); must be a number"). `path` is how the user would write the value's place.
-// Not thread-safe; one reader per file.
+// If a value is wrong, the Read functions return nothing and record an error with path, value and rule ("x0[1] is a
+// string ("abc"); must be a number"). `path` is the place of the value as the user would write it. Not thread-safe; one
+// reader per file.
 class JsonReader {
  public:
   // `source` is the file's name for messages.
@@ -26,45 +25,45 @@ class JsonReader {
 
   const std::string& source() const { return source_; }
 
-  // Notes that `path` breaks a rule, both in the user's words: "x0[1]", "is a string; must be a number".
+  // Records that the value at `path` breaks a rule: "x0[1]", "is a string; must be a number".
   void Refuse(const std::string& path, const std::string& rule);
 
-  // Notes every key of `object` that is not `known`, with the nearest known one. `path` is empty at the top, where the
-  // keys of NoteKeys() are known too. `notes` may stand there besides, and are not told.
-  void RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known,
-                         const std::string& path, const std::vector<std::string>& notes = {});
+  // Records an error for every key of `object` that is not in `known`, with the nearest known one. `path` is empty at
+  // the top level, where the keys of NoteKeys() are allowed too. The keys in `notes` are allowed but not listed in
+  // messages.
+  void RefuseUnknownKeys(const nlohmann::json& object, const std::vector<std::string>& known, const std::string& path,
+                         const std::vector<std::string>& notes = {});
 
-  // The value of a key that must be there, or null and a note.
-  const nlohmann::json* Require(const nlohmann::json& object, const std::string& key,
-                                const std::string& rule);
+  // The value of a required key; null, with an error recorded, if it is missing.
+  const nlohmann::json* Require(const nlohmann::json& object, const std::string& key, const std::string& rule);
 
   std::optional<double> ReadNumber(const nlohmann::json& value, const std::string& path);
   std::optional<std::string> ReadString(const nlohmann::json& value, const std::string& path);
   std::optional<std::vector<double>> ReadNumbers(const nlohmann::json& value, const std::string& path);
-  // A list of rows, all of one length, at least one entry. Texts are entries where `may_have_formulas`.
+  // A list of rows of equal length with at least one entry. Entries may be strings if `may_have_formulas`.
   std::optional<v1::DenseMatrix> ReadMatrix(const nlohmann::json& value, const std::string& path,
                                             bool may_have_formulas = false);
-  // A number, or a formula, for which `formula` is set and 0 returned.
+  // A number; or a formula, for which it sets `formula` and returns 0.
   std::optional<double> ReadEntry(const nlohmann::json& value, const std::string& path, std::string& formula);
-  // One of `words`, with the nearest one where it is none of them.
+  // One of `words`; for another word the error proposes the nearest one.
   std::optional<std::string> ReadWord(const nlohmann::json& value, const std::string& path,
                                       const std::vector<std::string>& words);
   // "auto", "unique", ...
   std::optional<v1::SolutionRule> ReadRule(const nlohmann::json& value, const std::string& path);
 
-  // OK, or InvalidArgument with one "source: path rule" per line. After 20 the rest is only counted.
+  // OK, or InvalidArgument with one "source: path rule" per line. Errors after the 20th are only counted.
   absl::Status status() const;
 
  private:
   std::string source_;
   std::vector<std::string> refusals_;
-  std::size_t more_ = 0;  // refused beyond the ones that are kept
+  std::size_t more_ = 0;  // errors that are only counted
 };
 
-// What every file may say of itself at the top: its name, what it is about, where it comes from, its schema.
+// The keys that every file may have at the top level: its name, description, origin and schema.
 const std::vector<std::string>& NoteKeys();
 
-// "a string ("abc")", "a list (of 3)", "a number (4)": what stands there, shortened.
+// A short description of `value`: "a string ("abc")", "a list (of 3)", "a number (4)".
 std::string DescribeJson(const nlohmann::json& value);
 
 }  // namespace dlcs::client

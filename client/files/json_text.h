@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON text as people write it: read strictly, refused with the place and the reason.
+// A strict JSON parser whose errors name the place and the reason.
 
 #ifndef DLCS_CLIENT_FILES_JSON_TEXT_H_
 #define DLCS_CLIENT_FILES_JSON_TEXT_H_
@@ -25,8 +25,8 @@ std::string SourceName(const std::string& path);
 
 // Parses one JSON value. Stricter than the usual reader: a key given twice in one object, nesting deeper than 32, more
 // than 8,388,608 lists and objects, and numbers beyond the range of double are errors. NaN, Infinity, comments, single
-// quotes and trailing commas, which other writers let through, are named for what they are. `source` is the file's name
-// for messages. Errors: InvalidArgument with source, line and column.
+// quotes and trailing commas get specific error messages. `source` is the file's name for messages. Errors:
+// InvalidArgument with source, line and column.
 absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::string& source);
 
 }  // namespace dlcs::client

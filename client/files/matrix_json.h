@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The forms that a matrix takes in files.
+// The forms of a matrix in files.
 
 #ifndef DLCS_CLIENT_FILES_MATRIX_JSON_H_
 #define DLCS_CLIENT_FILES_MATRIX_JSON_H_
@@ -15,17 +15,15 @@ namespace dlcs::client {
 
 // Reads one of
 //     [[1, 2], [3, 4]]                                                  all entries, row by row
-//     {"rows": 3, "columns": 3, "entries": [[0, 1, 2.5], ...]}          [row, column, value], from 0; zero
-//     elsewhere
-//     {"rows": 3, "columns": 3, "row_indices": [...], "column_indices": [...], "values": [...]}     the same,
-//     shorter
-//     {"rows": 3, "diagonals": {"0": 4, "1": -1, "-1": [-1, -2]}}       above the main one from 1 on; a
-//     number fills one
-//     {"kronecker_sum": [F1, F2]}                                       F1 ⊗ I + I ⊗ F2, each in one of the
-//     forms above
-//     {"matrix_market": "A.mtx"}                                        a file, beside the one that is read
-// `path` is the place for messages. Nothing, and a note, where it is none of them. Where `may_have_formulas` an entry
-// of rows and of "entries" may be a formula, in double quotes.
+//     {"rows": 3, "columns": 3, "entries": [[0, 1, 2.5], ...]}          [row, column, value], from 0; others are 0
+//     {"rows": 3, "columns": 3, "row_indices": [...], "column_indices": [...], "values": [...]}
+//                                                                       the same as three lists
+//     {"rows": 3, "diagonals": {"0": 4, "1": -1, "-1": [-1, -2]}}       1 is above the main diagonal; a number
+//                                                                       fills a diagonal
+//     {"kronecker_sum": [F1, F2]}                                       F1 ⊗ I + I ⊗ F2, each in a form above
+//     {"matrix_market": "A.mtx"}                                        a file, relative to the one that is read
+// `path` is the place for messages. If the value has none of these forms, an error is recorded and nothing returned.
+// If `may_have_formulas`, entries of rows and of "entries" may be formulas, as strings.
 std::optional<v1::Matrix> ReadAnyMatrix(const nlohmann::json& value, const std::string& path, JsonReader& reader,
                                         bool may_have_formulas = false);
 
@@ -33,7 +31,7 @@ std::optional<v1::Matrix> ReadAnyMatrix(const nlohmann::json& value, const std::
 std::optional<std::vector<double>> ReadAnyVector(const nlohmann::json& value, const std::string& path,
                                                  JsonReader& reader);
 
-// The shortest of these forms that keeps the structure of a sound matrix.
+// The shortest of these forms that keeps the structure of a valid matrix.
 nlohmann::ordered_json MatrixJson(const v1::Matrix& matrix);
 
 }  // namespace dlcs::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrix Market files (https://math.nist.gov/MatrixMarket/formats.html): what sparse matrices are kept in.
+// Reads Matrix Market files (https://math.nist.gov/MatrixMarket/formats.html).
 
 #ifndef DLCS_CLIENT_FILES_MATRIX_MARKET_H_
 #define DLCS_CLIENT_FILES_MATRIX_MARKET_H_

@@ -12,10 +12,10 @@
 
 namespace dlcs::client {
 
-// Reads a list of objects, or an object with that list under "members". Each says what its member has in place of the
-// problem's, in the forms of problem files: x0, f, g, pieces (in place of both), T, break_points, parameters; and
-// "label", a name for people. A text that does not begin as JSON is a table: an initial state a line, numbers between
-// commas; a first line of names is passed over.
+// Reads a list of objects, or an object with that list under "members". Each object holds the keys that replace those
+// of the problem, in the forms of problem files: x0, f, g, pieces (instead of f and g), T, break_points, parameters;
+// and "label", a name for the output. A text that is not JSON is a table with one initial state per line, numbers
+// separated by commas; a first line with names is ignored.
 //
 // The problem has m = `states` states and n = `constraints` pairs. `source` is the file's name for messages. Errors:
 // InvalidArgument with one "source: members[3]: place rule" per line.

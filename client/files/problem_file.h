@@ -19,24 +19,22 @@ struct ProblemFile {
   v1::Problem problem;                            // empty where `nonlinear` is set
   std::optional<v1::NonlinearProblem> nonlinear;  // of a file with "kind": "nonlinear"
   std::string name;                               // the key `name`, empty when there is none
-  nlohmann::json annotations;  // the keys that say something about the problem and are not part of it
+  nlohmann::json annotations;  // the key `annotations`: information about the problem that is not part of it
 };
 
-// Whether two functions of `size` components are the same for a problem (client/local/agreement.h), which takes an
-// engine.
+// Whether two functions of `size` components are equal for a problem. Implemented in client/local/agreement.h, since it
+// needs the engine.
 using AgreementCheck = std::function<bool(const v1::TimeFunction& one, const v1::TimeFunction& other, int size,
                                           const v1::Problem& problem)>;
 
 // Reads the keys A B N M x0 T f g states pairs parameters pieces rule selector break_points and the annotations; of a
 // nonlinear problem ("kind": "nonlinear") f g x0 T states pairs parameters W break_points, where f and g are lists of
-// formulas in t, x1, ... and y1,
-// ...
+// formulas in t, x1, ... and y1, ....
 //
-// Matrices take the forms of matrix_json.h, f and g those of time_function_json.h; a source that is missing
-// is zero, and `pieces` stand in place of both; f or g beside them is refused, but where `agrees` says that it is the
-// same. Only what this format promises is judged here: types, equal row lengths, known keys. Whether shapes fit
-// together and formulas make sense is the engine's to say, so that a file is refused with the same words here and by a
-// server.
+// Matrices take the forms of matrix_json.h, f and g those of time_function_json.h; a missing source is zero. `pieces`
+// replaces both; f or g next to it is an error unless `agrees` says that they are equal. Only the format is checked
+// here: types, equal row lengths, known keys. Shapes and formulas are checked by the engine, so that the messages are
+// the same here and from a server.
 //
 // `source` is the file's name for messages. Errors: InvalidArgument with one "source: place rule" per line.
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
@@ -45,7 +43,7 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
 // The same for the file at `path`, `-` for standard input. Errors: as above and as ReadTextFile().
 absl::StatusOr<ProblemFile> ReadProblemFile(const std::string& path, const AgreementCheck& agrees = {});
 
-// The keys of a problem file that ParseProblem() reads as the sound `problem`; its structure is kept.
+// The contents of a problem file that ParseProblem() reads as the valid `problem`; the structure of matrices is kept.
 nlohmann::ordered_json ProblemJson(const v1::Problem& problem);
 
 }  // namespace dlcs::client

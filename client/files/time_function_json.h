@@ -19,15 +19,14 @@ namespace dlcs::client {
 //     "pieces": [{"t0": 0, "f": ..., "g": ...}, ...]    in place of both, never beside them;
 //                                                       each holds from its t0 to the next
 // f and g themselves may also be
-//     {"matrix": F, "of": s}                            F (a matrix as in matrix_json.h) times s, one of the
-//     first three forms
-//     {"pieces": [{"t0": 0, "of": s}, ...]}             pieces of this function alone; with "matrix" F times
-//     them
-// What is missing is zero, of `states` respectively `constraints` components.
-void ReadSources(const nlohmann::json& root, int states, int constraints, JsonReader& reader,
-                 v1::TimeFunction& f, v1::TimeFunction& g);
+//     {"matrix": F, "of": s}                            F (a matrix as in matrix_json.h) times s, which has one
+//                                                       of the first three forms
+//     {"pieces": [{"t0": 0, "of": s}, ...]}             pieces of this function alone; with "matrix", F times them
+// A missing function is zero, with `states` or `constraints` components.
+void ReadSources(const nlohmann::json& root, int states, int constraints, JsonReader& reader, v1::TimeFunction& f,
+                 v1::TimeFunction& g);
 
-// A sound function of `size` components as ReadSources() reads it; null where it is zero.
+// A valid function of `size` components in the form that ReadSources() reads; null if it is zero.
 nlohmann::ordered_json SourceJson(const v1::TimeFunction& function, int size);
 
 }  // namespace dlcs::client

@@ -9,7 +9,7 @@
 namespace dlcs::client {
 
 // Whether `one` and `other`, of `size` components, agree to nine digits of each component at 257 even times inside (0,
-// T) of `problem`, whose parameters their formulas may have. False where one of them is not sound.
+// T) of `problem`, whose parameters their formulas may have. False if one of them is not valid.
 bool SayTheSame(const v1::TimeFunction& one, const v1::TimeFunction& other, int size, const v1::Problem& problem);
 
 }  // namespace dlcs::client

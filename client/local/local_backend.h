@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Solves in this process, with the very session that a server runs.
+// Solves in this process, with the same session code as a server.
 
 #ifndef DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_
 #define DLCS_CLIENT_LOCAL_LOCAL_BACKEND_H_
@@ -9,8 +9,8 @@
 
 namespace dlcs::client {
 
-// No limits but the machine's: a trajectory larger than its memory is ResourceExhausted. Events come from the
-// calling thread, so a slow callback slows the solve.
+// The only limit is the machine: a trajectory larger than its memory is ResourceExhausted. Events come from the calling
+// thread, so a slow callback slows the solve.
 class LocalBackend final : public Backend {
  public:
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Models of whole fields that become problems: what `dlcs model` offers. Needs the engine in the process.
+// The models of `dlcs model`, which generate problem files. Needs the engine in the process.
 
 #ifndef DLCS_CLIENT_LOCAL_MODEL_H_
 #define DLCS_CLIENT_LOCAL_MODEL_H_
@@ -15,13 +15,12 @@ namespace dlcs::client {
 
 struct ModeledProblem {
   nlohmann::ordered_json file;  // a problem file
-  v1::AnalysisSection section;  // what is known of the model
+  v1::AnalysisSection section;  // facts about the model
 };
 
 // The dynamic input-output economy (4.6) of [Chen & Xiang 2013]: x' = A x + B y + f(t),
-// 0 <= y ⟂ (I - C) y - x >= 0, x(0) = d. Reads the keys C A B d T, f (as in a problem file, zero when
-// missing), and name, about and source, which are handed on. Errors: InvalidArgument with one "source: place
-// rule" per line.
+// 0 <= y ⟂ (I - C) y - x >= 0, x(0) = d. Reads the keys C A B d T, f (as in a problem file, zero when missing), and
+// name, about and source, which are copied. Errors: InvalidArgument with one "source: place rule" per line.
 absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source);
 
 // The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What states and pairs are called in tables and headers.
+// The names of states and pairs in tables and headers.
 
 #ifndef DLCS_CLIENT_RESULT_DISPLAY_NAMES_H_
 #define DLCS_CLIENT_RESULT_DISPLAY_NAMES_H_
@@ -11,10 +11,10 @@
 namespace dlcs::client {
 
 struct DisplayNames {
-  std::vector<std::string> states;  // as the problem has them, or none
+  std::vector<std::string> states;  // from the problem; empty if it has none
   std::vector<std::string> pairs;   // likewise
 
-  // What component i, from 0, of x, y or w is called: vC or x2; D1 or y1; w(D1) or w1.
+  // The name of component i, from 0, of x, y or w: vC or x2; D1 or y1; w(D1) or w1.
   std::string OfX(std::size_t i) const { return i < states.size() ? states[i] : "x" + std::to_string(i + 1); }
   std::string OfY(std::size_t i) const { return i < pairs.size() ? pairs[i] : "y" + std::to_string(i + 1); }
   std::string OfW(std::size_t i) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an ensemble gave, put together from its events.
+// Assembles the results of an ensemble from its events.
 
 #ifndef DLCS_CLIENT_RESULT_ENSEMBLE_RESULT_H_
 #define DLCS_CLIENT_RESULT_ENSEMBLE_RESULT_H_
@@ -16,8 +16,8 @@
 
 namespace dlcs::client {
 
-// Puts the events of one ensemble together, in their order, and hands on each member when its summary has come. Not
-// thread-safe.
+// Takes the events of one ensemble in their order, and passes on the result of each member when its summary arrives.
+// Not thread-safe.
 class EnsembleCollector {
  public:
   // `on_member` must outlive it.
@@ -28,8 +28,8 @@ class EnsembleCollector {
   bool accepted() const { return accepted_; }
   bool has_summary() const { return has_summary_; }
 
-  // To be called once. Errors: DataLoss when there was no summary, when a member's events do not join up, or when there
-  // are not as many members as the summary counts.
+  // Call it once. Errors: DataLoss if there was no summary, if events of a member are missing, or if the number of
+  // members differs from that in the summary.
   absl::StatusOr<v1::EnsembleSummary> Finish() &&;
 
   // The summary of an ensemble that ended without one, because of `why`, after `seconds`.
@@ -46,7 +46,7 @@ class EnsembleCollector {
   DisplayNames names_;
   bool keep_trajectory_;
   std::int64_t members_;
-  std::int64_t member_ = -1;  // whose events come
+  std::int64_t member_ = -1;  // the member whose events are arriving
   std::optional<ResultCollector> collector_;
   v1::EnsembleSummary counted_;
   v1::EnsembleSummary summary_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The enumerations of the contract in the words of files, of the command line and of tables: METHOD_TIME_STEPPING is
-// "time-stepping", and the unspecified enumerator is "auto". A word that is newer than this program is its number.
+// The enumerators of the contract as words in files, on the command line and in tables: METHOD_TIME_STEPPING is
+// "time-stepping", and the unspecified enumerator is "auto". An enumerator that this program does not know is printed
+// as its number.
 
 #ifndef DLCS_CLIENT_RESULT_NAMES_H_
 #define DLCS_CLIENT_RESULT_NAMES_H_
@@ -37,13 +38,13 @@ std::vector<std::string> Words() {
 
 // "REACHED_END", "INFEASIBLE", ...
 std::string TerminationName(v1::Termination termination);
-// "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN"; of what was not solved how it ended, "INFEASIBLE".
+// "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN"; if not solved the termination, "INFEASIBLE".
 std::string VerdictName(const v1::Summary& summary);
-// The same for people, with the figure: "SOLVED within an error of 1e-08, estimated error 2e-10".
+// The same with the error: "SOLVED within an error of 1e-08, estimated error 2e-10".
 std::string VerdictText(const v1::Summary& summary);
 // "not estimated", "compared", "controlled".
 std::string AccuracySourceName(v1::AccuracySource source);
-// Whether the answer may be used.
+// Whether the solution may be used.
 bool Succeeded(const v1::Summary& summary);
 // "SOLVED", "INFEASIBLE", ...
 std::string VerdictName(v1::LcpStatus verdict);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solve gave, put together from its events.
+// Assembles the result of a solve from its events.
 
 #ifndef DLCS_CLIENT_RESULT_SOLVE_RESULT_H_
 #define DLCS_CLIENT_RESULT_SOLVE_RESULT_H_
@@ -23,11 +23,11 @@ struct SolveResult {
   std::size_t constraints = 0;
   DisplayNames names;
   std::vector<double> times;
-  std::vector<double> x;  // `states` values per time
-  std::vector<double> y;  // `constraints` values per time; at 0 and at break points the right limit
-  std::vector<double> w;  // as y; empty from servers that do not send it
+  std::vector<double> x;                   // `states` values per time
+  std::vector<double> y;                   // `constraints` values per time; at 0 and at break points the right limit
+  std::vector<double> w;                   // as y; empty from servers that do not send it
   std::vector<v1::LeftLimit> left_limits;  // where they differ, in the order of time
-  std::string job;  // on a server, that keeps this result; empty where there is none
+  std::string job;                         // the job on the server that keeps this result; empty if there is none
 
   std::span<const double> x_at(std::size_t k) const { return {x.data() + k * states, states}; }
   std::span<const double> y_at(std::size_t k) const { return {y.data() + k * constraints, constraints}; }
@@ -37,7 +37,7 @@ struct SolveResult {
   }
 };
 
-// Puts the events of one solve together, in their order. Not thread-safe.
+// Takes the events of one solve in their order. Not thread-safe.
 class ResultCollector {
  public:
   // Without `keep_trajectory` the chunks are checked and counted, and the result holds none of them.
@@ -52,12 +52,12 @@ class ResultCollector {
   bool accepted() const { return accepted_; }
   bool has_summary() const { return has_summary_; }
 
-  // The result; to be called once. Errors: DataLoss when there was no summary, or when the chunks of the
-  // trajectory do not join up to what the summary announces.
+  // The result; call it once. Errors: DataLoss if there was no summary, or if the chunks do not form the trajectory
+  // that the summary describes.
   absl::StatusOr<SolveResult> Finish() &&;
 
-  // The result of a solve that ended without a summary because its caller stopped it or ran out of time
-  // (`termination` CANCELLED or DEADLINE) after `seconds`: what is known, and in the message how far it got.
+  // The result of a solve that ended without a summary because its caller stopped it or ran out of time (`termination`
+  // CANCELLED or DEADLINE) after `seconds`: the parts received so far, and a message with the time reached.
   SolveResult FinishIncomplete(v1::Termination termination, double seconds) &&;
 
  private:
@@ -70,9 +70,9 @@ class ResultCollector {
   std::int64_t asked_times_ = 0;  // 0: all nodes
   bool accepted_ = false;
   bool has_summary_ = false;
-  bool sends_w_ = false;  // the server, from the first chunk on
-  std::string fault_;  // the first chunk that did not fit
-  double reached_ = 0;  // the time up to which windows, or steps, were accepted
+  bool sends_w_ = false;  // whether the server sends w, from the first chunk
+  std::string fault_;     // the first chunk that did not fit
+  double reached_ = 0;    // the time up to which windows, or steps, were accepted
   v1::WindowStarted window_;
   v1::Iterate iterate_;
 };

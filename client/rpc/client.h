@@ -20,13 +20,13 @@ namespace dlcs::client {
 
 class Client final : public Backend {
  public:
-  // The connection is made by the first call, which says so if nobody answers. `notice`, which may be empty, is told of
-  // cuts that a solve goes on behind. Errors: as Connection::Open().
+  // The connection is made by the first call, which fails if no server answers. `notice`, which may be empty, is called
+  // when a solve is resumed after a lost connection. Errors: as Connection::Open().
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const ConnectionOptions& options, Notice notice = {});
 
-  // A solve with a request_id is a job on a server that takes jobs, and outlasts cuts and restarts: it is followed to
-  // its end through new connections, and the job is deleted when the result is here. `limits.stop` cancels the job: the
-  // result is then what it found until that, and the job stays and keeps it.
+  // A solve with a request_id runs as a job if the server has jobs. It survives lost connections and server restarts:
+  // the client reconnects and follows the job to its end, and deletes the job after receiving the result. `limits.stop`
+  // cancels the job; the result is then the part solved so far, and the job is kept.
 
   absl::StatusOr<SolveResult> Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                     const CallLimits& limits) override;

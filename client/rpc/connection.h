@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The connection to a server, and what every call on it carries.
+// The connection to a server, and the metadata and deadline of every call on it.
 
 #ifndef DLCS_CLIENT_RPC_CONNECTION_H_
 #define DLCS_CLIENT_RPC_CONNECTION_H_
@@ -23,22 +23,22 @@ namespace dlcs::client {
 // May be used from several threads at once.
 class Connection {
  public:
-  // The connection is made by the first call. Errors: InvalidArgument with the field of `options` and the rule, where
-  // the address is not HOST:PORT, a file cannot be used, or the token would travel without encryption.
+  // The connection is made by the first call. Errors: InvalidArgument with the field of `options` and the rule, if the
+  // address is not HOST:PORT, a file cannot be used, or the token would be sent without encryption.
   static absl::StatusOr<Connection> Open(const ConnectionOptions& options);
 
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
   const ConnectionOptions& options() const { return options_; }
 
-  // Whether `status` is of the server and not of the way to it.
+  // Whether `status` comes from the server, not from the transport.
   static bool IsAnswer(const grpc::Status& status);
-  // Of all copies of this connection: something came from the server.
+  // Records, for all copies of this connection, that the server has answered.
   void NoteAnswer() const { answered_->store(true); }
   bool has_answered() const { return answered_->load(); }
 
-  // A call that failed, in words. Where no server answers it may connect once more to find out why.
+  // The error of a failed call, with an explanation. If no server answers it may connect once more to find the reason.
   absl::Status Describe(const grpc::Status& status) const;
-  // What stands between both ends and will not pass by itself; nothing where another attempt may succeed.
+  // The reason why further attempts cannot succeed either; absent if another attempt may succeed.
   std::optional<absl::Status> PermanentFailure(const grpc::Status& status) const;
 
  private:
@@ -49,7 +49,7 @@ class Connection {
   std::shared_ptr<std::atomic<bool>> answered_ = std::make_shared<std::atomic<bool>>(false);
 };
 
-// The trace, a token where there is one, a deadline, and a way to be cancelled while the call runs.
+// The context of one call: trace, token if there is one, deadline, and cancellation while it runs.
 class Call {
  public:
   Call(const Connection& connection, const CallLimits& limits);

@@ -21,14 +21,14 @@ struct ConnectionOptions {
   bool tls = false;
   // PEM files. The authorities to trust; empty: those of this machine.
   std::string tls_ca;
-  // The certificate by which the server knows the client, and its key; both or none.
+  // The certificate that identifies the client, and its key; both or none.
   std::string tls_cert;
   std::string tls_key;
-  // When calls that may be repeated are repeated where no answer comes: from the first on; only once the server has
-  // answered one, since a cut passes and a wrong address does not; not at all.
+  // When to repeat idempotent calls that get no answer. kAlways: from the first call on. kAfterAnswer: only after the
+  // server has answered once, since a lost connection may recover but a wrong address does not. kNever: not at all.
   enum class Repeat { kAlways, kAfterAnswer, kNever };
   Repeat repeat = Repeat::kAlways;
-  // Goes with every call, and without encryption to this machine only (127.0.0.0/8, ::1, localhost).
+  // Sent with every call. Without encryption only allowed to this machine (127.0.0.0/8, ::1, localhost).
   std::string token;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solve as its caller sees it, whichever calls its events come from.
+// A solve whose events may come from several calls.
 
 #ifndef DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
 #define DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
@@ -14,21 +14,21 @@
 
 namespace dlcs::client {
 
-// Hands every event to a collector and a callback, each once. Not thread-safe.
+// Passes every event to a collector and a callback exactly once. Not thread-safe.
 class ResumableSolve {
  public:
   // All must outlive it; `on_event` may be empty.
   ResumableSolve(ResultCollector& collector, const EventCallback& on_event)
       : collector_(collector), on_event_(on_event) {}
 
-  // An event of the call that began the solve.
+  // Takes an event of the call that started the solve.
   void Take(const v1::SolveEvent& event);
 
-  // The name of its job; empty where it is none, or is not known yet.
+  // The name of its job; empty if it does not run as a job, or not known yet.
   const std::string& job() const { return job_; }
 
-  // Takes the rest from the job, from behind what was taken: its events, its trajectory, its summary. Errors: of
-  // JobClient; that of a job that failed without a summary.
+  // Reads the remaining events, trajectory and summary from the job. Errors: those of JobClient; that of a job that
+  // failed without a summary.
   absl::Status Resume(JobClient& jobs, const CallLimits& limits);
 
  private:
@@ -39,7 +39,7 @@ class ResumableSolve {
   const EventCallback& on_event_;
   std::string job_;
   std::int64_t last_sequence_ = 0;
-  std::int64_t times_ = 0;  // of the trajectory that were taken
+  std::int64_t times_ = 0;  // number of times of the trajectory received so far
   double last_time_ = 0;
 };
 

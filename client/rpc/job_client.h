@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The client of jobs: calls that outlast cuts of the connection and restarts of the server.
+// The client of jobs, whose calls survive lost connections and server restarts.
 //
 //     auto client = dlcs::client::JobClient::Connect("localhost:50051");
 //     auto job = (*client)->Submit(request, {});
@@ -21,9 +21,9 @@
 
 namespace dlcs::client {
 
-// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls
-// block. An object may be used from several threads at once. Errors: as Backend; and NotFound, AlreadyExists,
-// FailedPrecondition as in dlcs/v1/jobs.proto.
+// A call that gets no answer is repeated until its deadline (retry.h); all calls are idempotent. Calls block. An object
+// may be used from several threads at once. Errors: as Backend; and NotFound, AlreadyExists, FailedPrecondition as in
+// dlcs/v1/jobs.proto.
 class JobClient {
  public:
   // As Client::Connect(). `notice` may be empty.
@@ -32,7 +32,7 @@ class JobClient {
   JobClient(Connection connection, Notice notice)
       : stub_(v1::JobService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
 
-  // Where `request` has no request_id a random one is given to it, so that repeating is safe.
+  // A `request` without request_id gets a random one, so that repeating it is safe.
   absl::StatusOr<v1::SolveJob> Submit(v1::CreateSolveJobRequest request, const CallLimits& limits);
   absl::StatusOr<v1::SolveJob> Get(const std::string& name, const CallLimits& limits);
   // All pages. `states` may be empty.
@@ -41,10 +41,11 @@ class JobClient {
   absl::StatusOr<v1::SolveJob> Cancel(const std::string& name, const CallLimits& limits);
   absl::Status Delete(const std::string& name, const CallLimits& limits);
 
-  // Hands every event to `on_event` as it comes, the one with `finished` last; each once, whatever is cut in between.
+  // Passes every event to `on_event` as it arrives, exactly once in spite of lost connections; the last one has
+  // `finished`.
   absl::Status Watch(const v1::WatchSolveJobRequest& request, const std::function<void(const v1::JobEvent&)>& on_event,
                      const CallLimits& limits);
-  // Hands every page to `on_page`, whose CRC was checked; the last one says whether the job has ended.
+  // Passes every page to `on_page` after checking its CRC; the last one says whether the job has ended.
   absl::Status ReadTrajectory(const v1::ReadTrajectoryRequest& request,
                               const std::function<void(const v1::TrajectoryPage&)>& on_page, const CallLimits& limits);
 

@@ -19,15 +19,15 @@
 
 namespace dlcs::client {
 
-// Every call is repeated where no answer comes, until its deadline (retry.h); repeating does nothing twice. Calls
-// block. An object may be used from several threads at once. Errors: as Backend; and NotFound, FailedPrecondition as in
+// A call that gets no answer is repeated until its deadline (retry.h); all calls are idempotent. Calls block. An object
+// may be used from several threads at once. Errors: as Backend; and NotFound, FailedPrecondition as in
 // dlcs/v1/problems.proto.
 class ProblemClient {
  public:
   // As Client::Connect(). `notice` may be empty.
   static absl::StatusOr<std::unique_ptr<ProblemClient>> Connect(const ConnectionOptions& options, Notice notice = {});
 
-  // In pieces below 1 MB, which a server that has the problem does not wait for.
+  // Sends pieces below 1 MB. A server that has the problem already answers without waiting for them.
   absl::StatusOr<v1::UploadProblemResponse> Upload(const v1::ProblemBody& body, const CallLimits& limits);
   absl::StatusOr<v1::StoredProblem> Get(const std::string& name, const CallLimits& limits);
   // All pages, newest first.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls that outlast cuts of the connection and restarts of the server.
+// Repeats calls after lost connections and server restarts.
 
 #ifndef DLCS_CLIENT_RPC_RETRY_H_
 #define DLCS_CLIENT_RPC_RETRY_H_
@@ -17,14 +17,13 @@
 
 namespace dlcs::client {
 
-// Told of every repetition: what happened, and when it goes on. Must not throw.
+// Called for every repetition with what happened and when the next attempt is. Must not throw.
 using Notice = std::function<void(const std::string& text)>;
 
-// Where no answer comes (UNAVAILABLE, a cut stream), a call is repeated after 0.1 s, 0.2 s, ... at most 5 s, and when
-// there is a connection again, for which it waits as long once more, until its deadline; what RetryInfo asks for is
-// kept to, and what will not pass by itself (a wrong certificate) ends it. Before the first answer of a server a second
-// of that is all, unless the options of the connection say otherwise. For calls of which a repetition does nothing
-// twice. May be used from several threads at once.
+// A call that gets no answer (UNAVAILABLE, a broken stream) is repeated until its deadline, after pauses of 0.1 s, 0.2
+// s, ... up to 5 s; each attempt waits as long again for a connection. The delay in RetryInfo is respected. Permanent
+// failures (a wrong certificate) end the repetition. Before the first answer of the server it only tries for a second,
+// unless the connection options say otherwise. For idempotent calls only. May be used from several threads at once.
 class Retry {
  public:
   // `notice` may be empty.
@@ -32,10 +31,10 @@ class Retry {
 
   const Connection& connection() const { return connection_; }
 
-  // One attempt, within the time that is left. Sets `made_progress` where it brought something: then pauses begin small
+  // One attempt, within the remaining time. Sets `made_progress` if it received something; then pauses start at 0.1 s
   // again.
   using Attempt = std::function<grpc::Status(const CallLimits& left, bool& made_progress)>;
-  // `attempt` until it succeeds, fails for good, or the time is over. Errors: as Connection::Describe().
+  // Repeats `attempt` until it succeeds, fails permanently, or the deadline passes. Errors: as Connection::Describe().
   absl::Status UntilDeadline(const CallLimits& limits, const Attempt& attempt) const;
 
   // The same for a call with one answer, a method of `stub`.
@@ -57,10 +56,10 @@ class Retry {
   Notice notice_;
 };
 
-// 128 random bits in hex: a request_id that nobody else has.
+// 128 random bits in hex, to be used as a request_id.
 std::string NewRequestId();
 
-// Whether another attempt may succeed: for a call that is repeated in a way of its own.
+// Whether another attempt may succeed; for calls with their own way of repetition.
 bool IsTransient(const grpc::Status& status);
 
 }  // namespace dlcs::client

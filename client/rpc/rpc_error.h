@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A failed call in words: what went wrong and what to do next.
+// Describes failed calls: what went wrong and what to do.
 
 #ifndef DLCS_CLIENT_RPC_RPC_ERROR_H_
 #define DLCS_CLIENT_RPC_RPC_ERROR_H_
@@ -20,7 +20,7 @@ std::string DescribeViolations(const google::rpc::BadRequest& bad_request);
 // RetryInfo) into the message; `address` is the server's, for messages.
 absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address);
 
-// Why nobody answers, "Connection refused", of what gRPC says of it, which lists first where it has been.
+// The reason why no server answers ("Connection refused"), extracted from the message of gRPC.
 std::string WhyNobodyAnswers(const std::string& said);
 
 }  // namespace dlcs::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The files of an encrypted connection, checked, and why such a connection does not come about: gRPC says neither.
+// Checks the files of an encrypted connection, and finds out why such a connection fails. gRPC does neither.
 
 #ifndef DLCS_CLIENT_RPC_TLS_H_
 #define DLCS_CLIENT_RPC_TLS_H_
@@ -22,9 +22,8 @@ struct TlsTexts {
 // Errors: InvalidArgument with the field ("tls_ca"), the file and the rule.
 absl::StatusOr<TlsTexts> ReadTls(const ConnectionOptions& options);
 
-// Connects once more, without gRPC, and says what is wrong between both ends where that is TLS: the certificate of the
-// server or of the client, or that one end speaks TLS and the other does not. Nothing where it is something else. Takes
-// at most some seconds.
+// Connects once more without gRPC, and describes the problem if it is one of TLS: the certificate of the server or of
+// the client, or only one end uses TLS. Absent otherwise. Takes at most some seconds.
 std::optional<std::string> DiagnoseTls(const ConnectionOptions& options);
 
 }  // namespace dlcs::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trace that all calls of this program belong to, so that the logs of servers can be searched for them.
+// The trace id of all calls of this program, which can be found in the logs of servers.
 
 #ifndef DLCS_CLIENT_RPC_TRACE_H_
 #define DLCS_CLIENT_RPC_TRACE_H_
@@ -8,8 +8,8 @@
 
 namespace dlcs::client {
 
-// Its id: that of the environment variable TRACEPARENT (W3C Trace Context), where there is a sound one, otherwise one
-// that was made for this program. Safe from any thread.
+// The trace id in the environment variable TRACEPARENT (W3C Trace Context) if that is valid, otherwise a random one.
+// Safe from any thread.
 const std::string& ThisTraceId();
 
 }  // namespace dlcs::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The classes of a matrix for people and programs.
+// The classes of a matrix as a section of an analysis.
 
 #ifndef DLCS_CORE_ANALYSIS_CLASS_SECTION_H_
 #define DLCS_CORE_ANALYSIS_CLASS_SECTION_H_
@@ -9,7 +9,7 @@
 
 namespace dlcs {
 
-// ProfileOf() for people and programs.
+// The result of ProfileOf() as a section: a finding for each class.
 AnalysisSection ClassSection(const Matrix& M);
 
 }  // namespace dlcs

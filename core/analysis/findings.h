@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an analysis says: statements with witnesses and constants with their quality, in sections.
 //
-// Every part of the analysis gives one section. Sections are plain data, so that the wire, the table for people and
-// the JSON for programs need no code of their own for any single finding.
+// Every part of the analysis gives one section. Sections are plain data: the wire format, the printed table and the
+// JSON output need no code for any single finding.
 
 #ifndef DLCS_CORE_ANALYSIS_FINDINGS_H_
 #define DLCS_CORE_ANALYSIS_FINDINGS_H_
@@ -17,17 +17,17 @@ namespace dlcs {
 
 // A statement about the problem: "M is a P-matrix".
 struct Finding {
-  std::string id;      // stable, for programs, unique in its section: "p", "strictly-semicopositive"
-  std::string title;   // for people: "P-matrix"
+  std::string id;     // stable name for programs, unique in its section: "p", "strictly-semicopositive"
+  std::string title;  // for people: "P-matrix"
   Fact fact;
   std::string source;  // "Theorem 9(b) of [Shen & Pang]"; empty where it is common knowledge
 };
 
 // A number or a short vector: "κ = 8".
 struct Constant {
-  std::string id;      // stable, unique in its section: "kappa"
-  std::string symbol;  // "κ"
-  std::string title;   // "Lipschitz constant of the right-hand side"
+  std::string id;               // stable, unique in its section: "kappa"
+  std::string symbol;           // "κ"
+  std::string title;            // "Lipschitz constant of the right-hand side"
   std::optional<double> value;  // absent where it is not known; may be infinite
   ConstantKind kind = ConstantKind::kExact;
   std::string why;     // how it was found, or why it is absent

@@ -17,16 +17,16 @@ struct IndexOneSystem {
   Matrix A, B, C;
 };
 
-// Constants of Theorem 7 for the scheme (6)-(9), all in the ∞-norm. With σ of (3) for CB and h <= h̄,
+// Constants of Theorem 7 for the scheme (6)-(9), all in the ∞-norm. With σ of (3) for CB and h <= h̄:
 //
-//     max_i u_i (C(I - hA)⁻¹B u)_i >= σ/2 ‖u‖²,          since ‖C((I - hA)⁻¹ - I)B‖ <= ‖C‖‖A‖‖B‖ h/(1 -
-//     h‖A‖), (10)  ‖u^{i+1}‖ <= ρ_u ‖x^i‖,                      wherever C x^i >= 0, (11)  ‖x^{i+1} - x^i‖ <=
-//     h ψ_x ‖x^i‖.
+//           max_i u_i (C(I - hA)⁻¹B u)_i >= σ/2 ‖u‖²,     since ‖C((I - hA)⁻¹ - I)B‖ <= ‖C‖‖A‖‖B‖ h/(1 - h‖A‖),
+//     (10)  ‖u^{i+1}‖ <= ρ_u ‖x^i‖,                       wherever C x^i >= 0,
+//     (11)  ‖x^{i+1} - x^i‖ <= h ψ_x ‖x^i‖.
 //
 // (10) takes the one index i that attains (3): 0 = u_i (C(I - hA)⁻¹x)_i + h u_i (C(I - hA)⁻¹Bu)_i. The
 // printed proof sums over all i, which (3) does not bound; the constant 1 in (10) and (11) is not needed.
 struct SteppingBounds {
-  LowerBound sigma;  // of CB; the rest is 0 where this is
+  LowerBound sigma;  // of CB; where it is 0, so are the other fields
   double step = 0;   // h̄: every step in (0, h̄] has a solution; infinite for A = 0
   double rho_u = 0;
   double psi_x = 0;
@@ -41,16 +41,16 @@ double PhiBound(const IndexOneSystem& system, double t);
 // Constants of Theorem 9(a): for all x0 with Cx0 >= 0, every solution has, for t in [0, ε_1],
 // ‖∫_0^t u‖ <= σ_2 ‖x0‖ and ‖x(t)‖ <= σ_1 ‖x0‖.
 struct ShortTimeBounds {
-  LowerBound sigma;     // of type I for CB; the rest is 0 where this is
-  double epsilon1 = 0;  // a time in [0, T] with PhiBound <= σ/2, the largest but for a part in 500
-  double sigma1 = 0;    // of the whole interval
+  LowerBound sigma;     // of type I for CB; where it is 0, so are the other fields
+  double epsilon1 = 0;  // the largest time in [0, T] with PhiBound <= σ/2, to one part in 500
+  double sigma1 = 0;    // for the whole interval
   double sigma2 = 0;
 };
-// Cost: one set of φ-functions and at most 30 products of m × m matrices, in practice about ten; `stop` is looked at
-// before each, and a stop leaves a smaller ε_1 that is true all the same.
+// Cost: one set of φ-functions and at most 30 products of m × m matrices, in practice about ten. `stop` is checked
+// before each product. After a stop ε_1 is smaller but still valid.
 ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double horizon, std::stop_token stop = {});
 
-// Up to when C e^{At} x0 >= 0 is proven, at most `horizon`; 0 where x0 is not known to lie in the
+// The time up to which C e^{At} x0 >= 0 is proven, at most `horizon`. It is 0 if x0 is not known to lie in the
 // semiobservability cone.
 //
 // This is the ε of Theorem 9(b): when CB is of type I, u = 0 and x = e^{At}x0 is the only solution up to
@@ -58,9 +58,9 @@ ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double hori
 // again and again as long as f >= 0. The printed ε_2, the same for every x0, cannot exist: with A = [0 -1; 0
 // 0], B = (1, 0)ᵀ, C = (1, 0) the state (δ, 1) is free until t = δ only.
 //
-// By Taylor at t = 0, |(C e^{At}A^k x0 - C A^k x0)_i| <= ‖C_i‖_1 (e^{‖A‖t} - 1) ‖A^k x0‖_∞, and again from
-// each time reached; the steps shrink like a geometric series toward the true time, and at most 200 are
-// taken. Cost: 19 products of A with a vector a step. `stop` is looked at every step; what was proven till then stands.
+// By Taylor at t = 0, |(C e^{At}A^k x0 - C A^k x0)_i| <= ‖C_i‖_1 (e^{‖A‖t} - 1) ‖A^k x0‖_∞, and again from each time
+// reached; the steps shrink like a geometric series toward the true time, and at most 200 are taken. Cost: 19 products
+// of A with a vector per step. `stop` is checked in every step; what was proven until then is returned.
 double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start, double horizon,
                       std::stop_token stop = {});
 

@@ -11,15 +11,14 @@
 
 namespace dlcs {
 
-// The section "index-one": is NB strictly semicopositive and of type I, the bounds of Theorems 7 and 9,
-// membership of x0 in the semiobservability cone and the unobservable subspace, and what follows for
-// existence and uniqueness. For a sound problem with M = 0. What is stated for f = g = 0
-// only is unknown for others, and says so.
-// A stopped analysis holds smaller times ε_1 and ε_2.
+// The section "index-one": is NB strictly semicopositive and of type I, the bounds of Theorems 7 and 9, membership of
+// x0 in the semiobservability cone and the unobservable subspace, and what follows for existence and uniqueness.
+// `problem` is valid and has M = 0. Statements that hold only for f = g = 0 are answered "unknown" for other sources.
+// If the analysis is stopped, the times ε_1 and ε_2 are smaller.
 AnalysisSection IndexOneSection(const Problem& problem, std::stop_token stop = {});
 
-// Whether `function` is zero for all times as far as its data show it: constants, samples and polynomials of
-// zeros, and formulas that are the number 0.
+// Whether the data of `function` show that it is zero at all times: constants, samples and polynomials whose entries
+// are all zero, and formulas that are the number 0.
 bool IsZeroByItsData(const TimeFunction& function);
 
 }  // namespace dlcs

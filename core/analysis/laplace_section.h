@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known before the iteration by Laplace inversion is run.
+// What is known about the iteration by Laplace inversion before it is run.
 
 #ifndef DLCS_CORE_ANALYSIS_LAPLACE_SECTION_H_
 #define DLCS_CORE_ANALYSIS_LAPLACE_SECTION_H_
@@ -16,8 +16,8 @@ namespace dlcs {
 // error of its quadrature (2.8); for Z-matrices ρ, β, C_0 and T* of Theorem 3.2; κ, window and iterations per window of
 // laplace_iteration.
 //
-// For more than kMaxLaplaceStates states only whether the iterations apply. Quadrature errors for up to
-// kMaxQuadratureStates.
+// With more than kMaxLaplaceStates states, the section says only whether the iterations apply. Quadrature errors are
+// given for up to kMaxQuadratureStates states.
 // Cost: a complex Schur form, 16 (P + 1) resolvents, one set of φ-functions per step length: O(m³) each.
 AnalysisSection LaplaceSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                Selection selection);

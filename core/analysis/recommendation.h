@@ -19,22 +19,23 @@ namespace dlcs {
 struct Recommendation {
   Options options;
   std::vector<std::string> reasons;   // a sentence each for the method, the step, and what else was set
-  std::vector<std::string> warnings;  // what the trial solves met: jumps, an early end, a lost least element
-  // Why the problem cannot be solved on [0, T] by anything here; empty when it can. The options then reach as far as
-  // there is a solution.
+  std::vector<std::string> warnings;  // what the trial solves found: jumps, an early end, a lost least element
+  // Why no method can solve the problem on [0, T]; empty if one can. If it is set, the options solve up to the time
+  // where the solution ends.
   std::string refusal;
-  // The error in x that following it is expected to have, relative to the largest value of each component; absent where
-  // nothing shows it.
+  // The expected error of x with these options, relative to the largest value of each component; absent if the trials
+  // do not show it.
   std::optional<double> predicted_error;
 };
 
-// Recommends options for `problem` (sound), keeping what `options` set already: method, step and all else. Where
-// neither steps nor an error are set it is what a solve does by itself: Options::kDefaultErrorTolerance.
+// Recommends options for the valid `problem`. Fields that `options` set already (method, step, any other) are kept. If
+// neither steps nor an error are set, the error is Options::kDefaultErrorTolerance, as in a solve.
 //
-// Where event location serves, and where something is set, the problem is solved once. Elsewhere the cost comes from
-// trial solves with 64, 128, 256, ... steps: where two of them differ by d and the order seen is p, the finer errs by d
-// / (2^p - 1), and the number of steps for the error follows. Trials end when it is reached or their time (about half a
-// second) is used up. An inconsistent start is taken with its jump, and that is said.
+// If the recommended method is event_driven, or if steps or an error are set, the problem is solved once. Otherwise the
+// cost is that of trial solves with 64, 128, 256, ... steps. If two of them differ by d and the observed order is p,
+// the error of the finer one is d / (2^p - 1); the number of steps for the wanted error follows from it. Trials end
+// when the error is reached or after about half a second. If the initial state is inconsistent, the trials project it,
+// and a warning says so.
 // Errors: InvalidArgument as Solve(). `stop` ends the trials.
 absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop);
 

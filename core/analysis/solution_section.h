@@ -12,13 +12,13 @@
 
 namespace dlcs {
 
-// The section "solution" of the analysis of a sound `problem`, with its class and the selection made on it:
-// constants     lipschitz (𝓛 = L), cube-bound (2.6) for P-matrices, mangasarian-shiau (2.14), basic-solutions, slope;
-// findings      nondegenerate; at t = 0, q = N x0 + g(0): solvable, unique, degenerate, differentiable, interior-point.
+// The section "solution" of the analysis of a valid `problem`, for its matrix class and the selection: constants
+// lipschitz (𝓛 = L), cube-bound (2.6) for P-matrices, mangasarian-shiau (2.14), basic-solutions, slope; findings
+// nondegenerate; at t = 0, q = N x0 + g(0): solvable, unique, degenerate, differentiable, interior-point.
 //               Witnesses hold y, index sets, or the interior point;
 // warnings      several solutions at the start and no rule to choose, ties, a selection that may jump.
 // Cost: that of Classify(), one LCP, one linear program, and for n <= 12 the 2ⁿ bases.
-// `stop` is looked at for every basis.
+// `stop` is checked for every basis.
 AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matrix_class, Selection selection,
                                 const std::stop_token& stop = {});
 

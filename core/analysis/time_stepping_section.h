@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known before time stepping is run.
+// What is known about time stepping before it is run.
 
 #ifndef DLCS_CORE_ANALYSIS_TIME_STEPPING_SECTION_H_
 #define DLCS_CORE_ANALYSIS_TIME_STEPPING_SECTION_H_
@@ -13,8 +13,9 @@ namespace dlcs {
 
 // The section "time-stepping": κ, the step bounds 1/κ and 1/(3κ), γ and γ_1 of the first step on the grid of `options`,
 // (4.1), whether Newton's method is sure to converge with these steps, and T_0 of Theorem 4.1, all of [Chen & Xiang
-// 2013]. For a sound problem of any class: what is not known is absent, with the reason. A longer step is allowed;
-// where Newton's method is asked for, a warning says that nothing is guaranteed.
+// 2013]. The problem is valid, of any class; a constant that is not known is absent, with the reason. A step longer
+// than the bound is allowed; if the options ask for Newton's method, a warning says that its convergence is not
+// guaranteed.
 // Cost: 258 LCPs at x0, up to seven linear programs of n rows.
 AnalysisSection TimeSteppingSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                     Selection selection);

@@ -11,7 +11,8 @@
 
 namespace dlcs {
 
-// What the certificate of rows is made of: so far, for each pair and each state. Empty until a step was added.
+// The running maxima behind Certificate::node_residual_of_rows and drift_of_rows, for each pair and each state. Empty
+// until a step was added.
 struct CertificateRows {
   Vector x_size, y_size, w_size, f_size, g_size;
   Vector node_residual, midpoint_residual;  // relative to these sizes
@@ -23,24 +24,24 @@ class CertificateBuilder {
   explicit CertificateBuilder(const Problem& problem);
 
   // Adds the nodes and midpoints of the steps [begin, end) of `segment`, whose states follow `scheme`; the columns of
-  // `w`, formed anew from x and y whatever way y was found, are the nodes begin..end. Cost: a few products of m × m, m
-  // × n and n × n matrices with as many columns as steps. Measures rows too.
+  // `w`, computed from x and y and not by the method itself, are the nodes begin..end. Updates the maxima of rows too.
+  // Cost: a few products of m × m, m × n and n × n matrices with as many columns as steps.
   void Add(const Segment& segment, const Eigen::Ref<const Matrix>& w, const Scheme& scheme, Index begin, Index end);
 
-  // The parts of Add(), for smooth intervals whose states are not kept: y and w at nodes; both, and what the
-  // interpolation of f misses, at midpoints; and a state with its slope A x + B y + f.
+  // The parts of Add(), for smooth intervals whose states are not kept: y and w at nodes; y, w and the interpolation
+  // error of f at midpoints; a state with its slope A x + B y + f.
   void AddNodes(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w);
   void AddMidpoints(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w, double ode_defect);
   void AddStates(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& slope);
 
-  // Takes the certificate of a method that measures itself.
+  // Sets the certificate, for a method that measures it itself.
   void Replace(const Certificate& certificate) { certificate_ = certificate; }
 
   // NaN throughout until a step was added.
   const Certificate& certificate() const { return certificate_; }
   bool empty() const { return empty_; }
   const CertificateRows& rows() const { return rows_; }
-  // Takes up the certificate of the steps before.
+  // Continues the certificate of the earlier steps.
   void GoOnFrom(const Certificate& certificate, const CertificateRows& rows) {
     certificate_ = certificate;
     rows_ = rows;
@@ -49,7 +50,7 @@ class CertificateBuilder {
 
  private:
   void BeginAtZero();
-  // Raises the sizes by what the columns hold.
+  // Raises the sizes to those of the columns.
   void RaiseSizes(const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& y,
                   const Eigen::Ref<const Matrix>& f, const Eigen::Ref<const Matrix>& g);
   void AddDrift(const Matrix& increments, double step);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a method leaves checkpoints, and goes on from one.
+// How a method makes checkpoints and resumes from one.
 
 #ifndef DLCS_CORE_CONTEXT_CHECKPOINTING_H_
 #define DLCS_CORE_CONTEXT_CHECKPOINTING_H_
@@ -14,7 +14,7 @@ namespace dlcs {
 
 struct SolveContext;
 
-// A method names what it needs to go on, besides what is in the context, in one function that carries it both ways:
+// A method lists the state that it needs to resume, besides the context, in one function for both writing and reading:
 //
 //     const auto carry = [&](StateArchive& state) { state(run, done, x, y); };
 //     if (!context.checkpointing.Resume(context, carry)) return false;
@@ -23,26 +23,26 @@ struct SolveContext;
 //       context.checkpointing.Offer(context, time, carry);
 //     }
 //
-// Offers depend on step numbers alone; whether one is taken is the observer's wish and may depend on the clock, since a
-// checkpoint changes nothing.
+// When Offer() is called depends on step numbers alone. Whether a checkpoint is then made is the observer's decision,
+// and may depend on the clock, since a checkpoint does not change the result.
 class Checkpointing {
  public:
   using CarryMethod = std::function<void(StateArchive& state)>;
 
-  // Makes none, and resumes nothing.
+  // Makes no checkpoints and does not resume.
   Checkpointing() = default;
-  // Goes on from `resume` where that is not null; it must outlive this. Without `makes` no checkpoints are made.
+  // Resumes from `resume` if it is not null; it must outlive this object. Checkpoints are made only if `makes`.
   Checkpointing(const ResumePoint* resume, bool makes) : resume_(resume), makes_(makes) {}
 
   bool resumes() const { return resume_ != nullptr; }
-  // Where there is a state to go on from, sets the context and the method to it. To be called once, before the first
-  // step. Returns false, and status() says why, where the state is not one of this solve.
+  // If there is a state to resume from, sets the context and the method to it. Call it once, before the first step.
+  // Returns false if the state does not belong to this solve; status() then says why.
   bool Resume(SolveContext& context, const CarryMethod& carry);
-  // All is filed up to `time`: makes a checkpoint if the observer wants one.
+  // To be called when certificate and output are complete up to `time`. Makes a checkpoint if the observer wants one.
   void Offer(SolveContext& context, double time, const CarryMethod& carry);
 
-  // Of a solve that was `stopped`, perhaps before it came as far as to resume, or that was not. Errors: InvalidArgument
-  // where the resume point does not belong to this solve, or the method cannot go on from one.
+  // OK, or InvalidArgument if the resume point does not belong to this solve or the method cannot resume. If the solve
+  // was `stopped`, it may have ended before it called Resume(); that is not an error.
   absl::Status status(bool stopped) const;
 
  private:
@@ -50,7 +50,7 @@ class Checkpointing {
   bool makes_ = false;
   bool resumed_ = false;
   bool refused_ = false;
-  Index parted_ = 0;  // columns of the trajectory that checkpoints have had
+  Index parted_ = 0;  // columns of the trajectory that earlier checkpoints hold
 };
 
 }  // namespace dlcs

@@ -11,50 +11,51 @@
 
 namespace dlcs {
 
-// Of each state, and of each component of B y and of w where those count; relative to the size of the component.
+// Errors of each state, and of each component of B y and w where those are measured, relative to the size of the
+// component.
 struct ComponentErrors {
   Vector x = {};
   Vector By = {};
   Vector w = {};
 
-  double largest() const;  // NaN where one is
-  // The larger of two, entry by entry; NaN where one is.
+  double largest() const;  // NaN if one of them is
+  // Raises each entry to `factor` times that of `other`, where that is larger; NaN if either is.
   void RaiseTo(const ComponentErrors& other, double factor = 1);
   void operator+=(const ComponentErrors& other);
   void operator*=(double factor);
-  // Makes them those of `accuracy`, whose error is the largest.
+  // Moves them to `accuracy`, whose error becomes the largest of them.
   void MoveTo(Accuracy& accuracy);
 };
 
-// What the components are measured by: their largest values on [0, T], and what rounding may make of the numbers they
-// are summed from. A component that is no more than its rounding has no accuracy, and its differences count as none.
-// w_i is a difference of what may be large: its size is the largest sum of the absolute values that it is summed from.
+// The sizes that errors are relative to: the largest value of each component on [0, T], and the rounding error of the
+// terms that it is the sum of. If a component is no larger than its rounding, its differences count as 0. w_i may be a
+// small difference of large terms, so its size is the largest sum of the absolute values of its terms.
 struct ComponentSizes {
   Vector x, x_rounding;
-  Vector By, By_rounding;  // empty where B y does not count
+  Vector By, By_rounding;  // empty if B y is not measured
   Vector w;                // likewise
 };
 
-// As far as `solution` shows them. x_i is summed from what moves it, over as long as it remembers: T, or 1/|A_ii|.
-// B y and w count with `y_counts`, where y is a Lipschitz function of x. Elsewhere w is either N x + g, whose error is
-// that of x, or no more determined than y.
+// The sizes of the components of `solution`. The rounding of x_i is that of the terms of x_i' over the time that x_i
+// remembers them: T, or 1/|A_ii|. B y and w are measured only with `y_counts`, which is set if y is a Lipschitz
+// function of x. Otherwise w is either N x + g, whose error is that of x, or as undetermined as y.
 ComponentSizes SizesOf(const Problem& problem, const Solution& solution, bool y_counts);
-// Of a problem that is not linear: x alone, each against itself.
+// The same for a nonlinear problem: x alone, each component relative to its largest value.
 ComponentSizes SizesOf(const Solution& solution);
 
-// The largest differences at the times that both have, but for those within `apart` of a jump of either at an inner
-// time where x must be expected to be on different sides of it. Memory: of a few columns.
+// The largest differences at the times that both solutions have. Times within `apart` of an inner jump of either one
+// are left out, since the two may be on different sides of it. Memory: a few columns.
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const Problem& problem,
                                    const ComponentSizes& sizes, double apart = 0);
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
 
-// Each difference relative to its size; 0 where that is no more than rounding.
+// Each difference relative to its size; 0 if the size is no more than rounding.
 Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding);
 
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.
 double RelativeDifference(const Matrix& coarse, const Matrix& fine);
 
-// Leaves only the columns of `solution` that stand at `wanted`, some of its times, increasing.
+// Keeps only the columns of `solution` at the times `wanted`, which are increasing and among its times.
 void KeepTimes(const std::vector<double>& wanted, Solution& solution);
 
 }  // namespace dlcs

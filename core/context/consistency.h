@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state at a time where it need not be consistent: at 0 and behind a break point.
+// The state at a time where it need not be consistent: at 0 and after a break point.
 
 #ifndef DLCS_CORE_CONTEXT_CONSISTENCY_H_
 #define DLCS_CORE_CONTEXT_CONSISTENCY_H_
@@ -17,21 +17,20 @@ namespace dlcs {
 //
 //     0 <= p ⟂ N(x + B p) + g + M μ >= 0,     0 <= μ ⟂ -Mᵀp >= 0,
 //
-// the limit of the first implicit Euler step; that is refused (kInconsistentState, naming the jump) unless
-// the options ask to project, and then applied and noted in the solution. When no jump helps: kInfeasible.
-// For other M nothing is decided here: the first coupled step will tell.
+// the limit of the first implicit Euler step; that is refused (kInconsistentState, naming the jump) unless the options
+// ask to project, and then applied and noted in the solution. When no jump helps: kInfeasible. For other M nothing is
+// decided here; the first coupled step decides.
 //
-// Rows of N x + g that are negative by less than kLcpTolerance of their size (behind steps a little more) are zero, and
-// a jump that moves them by less is none. Their size is the largest over the solve as far as it is known,
-// context.row_size: of |N||x| + |g| + |M||y| at the starts of smooth intervals, `y` being that of the smooth interval
-// before, and of
-// |g| in a look over [0, T].
+// A row of N x + g that is negative by less than kLcpTolerance times its size (a little more after steps) counts as
+// zero, and a jump that moves all rows by less is not applied. The size of a row is context.row_size: the largest value
+// so far of |N||x| + |g| + |M||y| at the starts of smooth intervals, with `y` from the interval before, and of |g| at
+// samples of [0, T].
 //
-// Returns false when the solve has ended. Sets `y_is_solution` to whether y was found; otherwise y is zero.
+// Returns false if the solve has ended. Sets `y_is_solution` to whether y was found; if not, y is zero.
 // Source: the jump rule of linear passive complementarity systems, [Camlibel, Heemels, Schumacher 2002]
 // K. Camlibel, W. Heemels, J. Schumacher. On linear passive complementarity systems. Eur. J. Control 8, 220-237.
 bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
-                  Eigen::Ref<Vector> y, bool& y_is_solution);
+                   Eigen::Ref<Vector> y, bool& y_is_solution);
 
 }  // namespace dlcs
 

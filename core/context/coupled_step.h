@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LCP of one step, with what its answers say about the selection.
+// The LCP of one step, and whether its solutions agree with the selection.
 
 #ifndef DLCS_CORE_CONTEXT_COUPLED_STEP_H_
 #define DLCS_CORE_CONTEXT_COUPLED_STEP_H_
@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// Steps whose y is a solution of the coupled LCP, but not the selected one of LCP(N x + g, M) at its x; and steps where
-// several minimizers tied.
+// Counts steps whose y solves the coupled LCP but is not the selected solution of LCP(N x + g, M) at its x, and steps
+// where several minimizers tied.
 struct SelectionStats {
   Index steps_off_selection = 0;
   Index steps_with_ties = 0;
@@ -19,14 +19,15 @@ struct SelectionStats {
 
 class CoupledStep {
  public:
-  // `solver` of LCP(q, M + K_0) for `n` constraints. Where y is linear between nodes it would ring off the selection.
+  // `solver` solves LCP(q, M + K_0) with `n` constraints. With `y_is_linear` (y linear between nodes) a step whose y is
+  // not the selected solution fails, since y would oscillate from there on.
   CoupledStep(std::unique_ptr<LcpSolver> solver, Index n, bool y_is_linear);
 
   // The next solve starts from the basis of `y`, whatever was solved before.
   void StartFrom(const Eigen::Ref<const Vector>& y);
 
-  // Solves for `y`, starting from the basis of the step before; `size` is that of the numbers that q was summed from.
-  // Counts what it finds in `departures`; a linear y off the selection is kInfeasible.
+  // Solves for `y`, starting from the basis of the step before. `size`: n entries, the size of the terms that q is the
+  // sum of. Adds to the counts in `departures`. kInfeasible if y is linear and not the selected solution.
   LcpStatus Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y);
 
  private:

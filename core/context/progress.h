@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tells the observer how far a march has come.
+// Reports to the observer how far a time-stepping method has come.
 
 #ifndef DLCS_CORE_CONTEXT_PROGRESS_H_
 #define DLCS_CORE_CONTEXT_PROGRESS_H_
@@ -8,12 +8,12 @@
 
 namespace dlcs {
 
-// Reports smooth intervals of a march as windows without iterates, one per tenth of a second.
+// Reports the steps taken as windows without iterates, at most one per tenth of a second.
 class Progress {
  public:
   explicit Progress(SolveContext& context) : context_(context) {}
 
-  // The march has come to `time`.
+  // The solve has reached `time`.
   void At(double time) {
     constexpr double kInterval_s = 0.1;
     const double now = context_.Seconds();

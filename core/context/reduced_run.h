@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run of the grid seen from its constraints.
+// Solves run by run of the grid for y alone, with a propagator and without states between output nodes.
 
 #ifndef DLCS_CORE_CONTEXT_REDUCED_RUN_H_
 #define DLCS_CORE_CONTEXT_REDUCED_RUN_H_
@@ -13,33 +13,33 @@
 
 namespace dlcs {
 
-// The run between two states: what a method needs in order to find y. Columns are the nodes 0..J, or the middles of the
-// steps.
+// What a method needs to find y on one run. Columns are the nodes 0..J or the midpoints of the steps.
 struct ReducedRun {
   const Run& run;
   RunSources sources;
   Matrix g, g_mid;
-  double f_defect = 0;  // max over the middles of ‖f - its linear interpolant‖_∞
+  double f_defect = 0;  // max over the midpoints of ‖f - its linear interpolant‖_∞
   FreeMotion free;
   std::shared_ptr<const ReducedKernel> kernel;
   Matrix y;  // column 0 is given
-  // Steps whose y a checkpoint has given, and N x behind them where the method offered it.
+  // The number of steps whose y comes from a checkpoint, and N x after them if the method saved it.
   Index first_step = 0;
   Vector N_x = {};
-  // y is final up to a step: perhaps makes a checkpoint.
+  // To be called when y is final up to step `steps`; may make a checkpoint.
   std::function<void(Index steps, const Vector& N_x)> offer_checkpoint = {};
 
   Index steps() const { return run.steps; }
   double Time(const Grid& grid, Index j) const { return grid.times[run.first_node + j]; }
-  // For each row, and for all where a propagator mixes them, the size of the numbers that N x + g is summed from.
+  // For each row of N x + g the size of the terms that it is the sum of; the same for all rows if the propagator mixes
+  // them.
   Vector Sizes() const;
 };
 
-// Goes from run to run of the grid with context.propagator: samples the sources, starts smooth intervals, lets `solve`
-// find y of a run, files certificate and output, and makes the states that are asked for, and the one that the next run
-// starts from. `carry` carries what `solve` keeps from run to run (core/context/checkpointing.h). `solve` begins behind
-// run.first_step, counts its steps in the cost and returns the number of those done; fewer than all where it has ended
-// the solve. Returns whether the end was reached. Memory: some 8 n J numbers for the longest run, besides the states of
+// Solves the grid run by run with context.propagator: samples the sources, starts smooth intervals, calls `solve` to
+// find y of a run, adds to certificate and output, and computes the states at output nodes and the one that the next
+// run starts from. `carry` saves and restores what `solve` keeps between runs (core/context/checkpointing.h). `solve`
+// begins after run.first_step, counts its steps in the cost, and returns the number of steps done; fewer than all if it
+// has ended the solve. Returns whether the end was reached. Memory: about 8 n J numbers for the longest run, besides
 // the output.
 bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryMethod& carry,
                    const std::function<Index(ReducedRun&)>& solve);

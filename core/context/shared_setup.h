@@ -12,15 +12,15 @@
 
 namespace dlcs {
 
-// The scheme `kind` ("exp-PL", "theta 0", ...) of the context's problem for `step`: that of the cache, or the one that
-// `make` makes. The bits are the same.
+// The scheme `kind` ("exp-PL", "theta 0", ...) of the context's problem for `step`: from the cache, or else made by
+// `make`. The bits are the same either way.
 Scheme SharedScheme(const SolveContext& context, const std::string& kind, double step,
                     const std::function<Scheme(double step)>& make);
 
-// The solver of LCP(q, M + K), fresh: a clone of that of the cache, whose tests of M + K were made once.
+// A new solver of LCP(q, M + K): a clone of the one in the cache, which has classified M + K already.
 std::unique_ptr<LcpSolver> SharedCoupledSolver(const SolveContext& context, const Matrix& K);
 
-// What M is, as Classify(); `setups` may be null.
+// The class of M, as Classify() returns it, from the cache if it is there. `setups` may be null.
 MatrixClass SharedClass(const Problem& problem, SetupCache* setups);
 
 }  // namespace dlcs

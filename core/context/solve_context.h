@@ -46,18 +46,19 @@ struct SolveContext {
   // How x0, f and y are carried to N x where that is not by dense matrices.
   Propagator* propagator = nullptr;
   SetupCache* setups = nullptr;  // may be null: core/context/shared_setup.h
-  // The steepest piece of y as a function of q, where that function may jump and a method needs it not to.
+  // The largest slope of y as a function of q (LargestSlope()), set if that function may jump and the method needs it
+  // to be continuous.
   std::optional<double> largest_slope = std::nullopt;
-  // Set when the solve ended because there is no least element although the system may go on: M is a Z-matrix, and
-  // LCP(N x + g, M) has no solution where a coupled step has one.
+  // Set if the solve ended because there is no least element, although the system may have a solution beyond: M is a
+  // Z-matrix, and LCP(N x + g, M) has no solution where a coupled step has one.
   bool lost_least_element = false;
 
-  // The error was not asked for: event_driven may miss it, and takes no more than the work of
-  // Options::kMostDefaultSteps steps.
+  // The error tolerance is the default one: event_driven may miss it, and does no more work than
+  // Options::kMostDefaultSteps steps take.
   bool error_by_default = false;
 
-  // The largest sizes, over the solve as far as it is known, of the numbers that the rows of N x + g are summed from;
-  // empty before the first StartInterval().
+  // For each row of N x + g the largest size so far of the terms that it is the sum of; empty before the first
+  // StartInterval().
   Vector row_size = {};
 
   // time_stepping: in two stages of second order (core/discretization/sparse_step.h) instead of what the options say.
@@ -66,7 +67,7 @@ struct SolveContext {
 
   SolutionChoice choice() const { return {selection, problem.selector, matrix_class}; }
 
-  // Constraints of relative degree two and more, and the first time when y of one of them is positive.
+  // Constraints of relative degree two and more, and the first time at which y of one of them is positive.
   std::vector<Index> impulsive_rows = {};
   std::optional<double> first_impulse = {};
 
@@ -75,9 +76,7 @@ struct SolveContext {
   // It is a Lipschitz function, so states never jump and y may be interpolated linearly.
   bool y_is_lipschitz() const { return IsAlwaysLipschitz(selection); }
 
-  double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  }
+  double Seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count(); }
 
   // Ends the solve: sets termination, time and message. Returns false, so that a method can write
   // `return context.Fail(...)`.
@@ -109,14 +108,15 @@ struct SolveContext {
     return Fail(Termination::kCancelled, time, "Stopped on request before the end was reached.");
   }
 
-  // Files a finished segment: certificate and output. Looks for a stop every ten milliseconds or so
-  // (core/parallel/stop_scope.h), but not before the first have gone by: what was filed till then is kept.
+  // Adds a finished segment to certificate and output. Checks for a stop about every ten milliseconds
+  // (core/parallel/stop_scope.h); what was added before the stop is kept.
   void Add(const Segment& segment, const Scheme& scheme);
-  // Of the steps [begin, end); Add() does it.
+  // Records the first positive y of impulsive_rows in the steps [begin, end). Called by Add().
   void NoteImpulses(const Segment& segment, Index begin, Index end);
 };
 
-// What a failed LCP at `time` means for the solve; `which` names it ("LCP(N x + g, M)"). Returns false.
+// Ends the solve with the termination that belongs to a failed LCP at `time`; `which` names the LCP ("LCP(N x + g,
+// M)"). Returns false.
 bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::string& which);
 
 }  // namespace dlcs

@@ -30,28 +30,30 @@ struct Grid {
   Index num_steps() const { return static_cast<Index>(times.size()) - 1; }
 };
 
-// The grid for [0, horizon]: each smooth interval between `break_points` (inside (0, horizon), increasing) is cut into
-// equal steps no longer than the options' step; an output time that is no node then splits its smooth interval, and
-// both parts are cut anew. An output time within 1e-9 steps of a node is that node.
+// The grid for [0, horizon]. Each smooth interval between `break_points` (inside (0, horizon), increasing) is divided
+// into equal steps no longer than the options' step. An output time that is not a node then splits its interval, and
+// both parts are divided again. An output time within 1e-9 steps of a node is that node.
 //
-// With options.grid_times these are the nodes, and 0, `horizon`, the break points and the output times besides; of
-// times that agree to rounding one is a node, a break point before an output time before a grid time. Consecutive steps
-// that agree to the rounding of their times make one run. `options` must have passed Validate().
+// With options.grid_times the nodes are those times, 0, `horizon`, the break points and the output times. Of times that
+// agree to rounding only one is a node: a break point is preferred to an output time, and that to a grid time.
+// Consecutive steps whose lengths agree to rounding make one run. `options` must have passed Validate().
 Grid MakeGrid(double horizon, const std::vector<double>& break_points, const Options& options);
 
-// The steps that MakeGrid() would take, counted without making them: of what is asked for in vain, no node is stored.
+// The number of steps that MakeGrid() would make. Allocates nothing, so it can be called before a request is refused.
 double CountSteps(double horizon, const std::vector<double>& break_points, const Options& options);
 
 // The same grid with every step halved; output nodes stay at their times.
 Grid Halve(const Grid& grid);
 
-// A grid to compare `grid` with. Between two break points it has every `factor`-th node, and at the end one shorter
-// step where their number does not fit; where the steps are fewer than four, each is cut into `factor` instead: a step
-// that stays as it is shows nothing. Output nodes that are few among many stay nodes. All nodes are output nodes, up to
-// `most_outputs`; of more, those at even distances and those of `grid` that are left.
+// A second grid, to estimate the error of a solve on `grid` by comparison. Between two break points it has every
+// `factor`-th node of `grid`, and one shorter step at the end if the number of steps is not a multiple. If there are
+// fewer than four steps, each is divided into `factor` steps instead, so that every step differs. Output nodes of
+// `grid` stay nodes if they are few. All nodes are output nodes if there are at most `most_outputs`; otherwise a subset
+// at even distances, and the remaining output nodes of `grid`.
 Grid WithOtherSteps(const Grid& grid, Index factor, Index most_outputs);
 
-// Sources may jump where runs meet, so such a node has two columns, the last of one run and the first of the next.
+// The columns of a matrix with one column per node and run: sources may jump where two runs meet, so that node has two
+// columns, the last of one run and the first of the next.
 class NodeColumns {
  public:
   // `grid` must outlive it.

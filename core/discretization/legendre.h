@@ -8,9 +8,9 @@
 
 namespace dlcs {
 
-// Every function of time on a step [t, t + H] is a polynomial of this degree K in s in [-1, 1], time = t + H
-// (1 + s) / 2. Twelve: a sine is met to 1e-10 with 13 values on a third of its period, and more would be
-// spent in vain on steps that an event cuts short. Even, so that the middle of the step is a node.
+// Every function of time on a step [t, t + H] is a polynomial of this degree K in s in [-1, 1], time = t + H (1 + s) /
+// 2. Twelve: 13 values on a third of its period give a sine to 1e-10, and a higher degree would be wasted on steps that
+// an event cuts short. Even, so that the midpoint of the step is a node.
 constexpr Index kLegendreDegree = 12;
 constexpr Index kLegendreSize = kLegendreDegree + 1;
 
@@ -39,20 +39,20 @@ const LegendreBasis& GetLegendreBasis();
 // P_0(s) ... P_K(s): series * LegendreValues(s) is the value at s.
 LegendreVector LegendreValues(double s);
 
-// The same at many places: row i holds the values at s[i], with the bits of LegendreValues(s[i]).
+// The same at many points: row i holds the values at s[i], with the bits of LegendreValues(s[i]).
 using LegendreRows = Eigen::Matrix<double, Eigen::Dynamic, kLegendreSize>;
 void LegendreValuesAt(const Eigen::Ref<const Vector>& s, LegendreRows& values);
 
 // The series through `values`, one column for each node. A row of equal values has exactly one coefficient.
 LegendreSeries InterpolateAtNodes(const LegendreSeries& values);
 
-// For each row the sum of what is likely to follow its last coefficients: the error of a series. By pairs,
-// since every other coefficient vanishes where a function is even or odd; with ρ the ratio of the last two
-// pairs, ρ/(1-√ρ)² times the last: little more than the next pair where coefficients fall fast, and many
-// times the last where a kink makes them fall like powers.
+// Estimates for each row the truncation error of its series: the sum of the coefficients that would follow.
+// Coefficients are taken in pairs, since every other one vanishes for an even or odd function. With ρ the ratio of the
+// last two pairs, the estimate is ρ/(1-√ρ)² times the last pair: little more than the next pair if coefficients decay
+// fast, and many times the last one if they decay algebraically because of a kink.
 //
-// `rounding` is what rounding may have put into a coefficient of each row: a last coefficient of that size
-// tells nothing. Without it, that of interpolation is taken, 8ε times the size of the row.
+// `rounding` bounds the rounding error in a coefficient of each row; coefficients below it are not evidence of an
+// error. If it is not given, it is that of interpolation, 8ε times the size of the row.
 Vector EstimateTail(const LegendreSeries& series, const Vector& rounding);
 Vector EstimateTail(const LegendreSeries& series);
 

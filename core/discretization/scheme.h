@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step of a linear scheme, and what it says about the middle of the step.
+// One step of a linear scheme, and its interpolant at the midpoint of the step.
 
 #ifndef DLCS_CORE_DISCRETIZATION_SCHEME_H_
 #define DLCS_CORE_DISCRETIZATION_SCHEME_H_
@@ -38,24 +38,26 @@ struct Scheme {
 // exp-PL: the differential equation solved exactly with y and f piecewise linear. With E = e^{hA} and φ_k at hA,
 //     x_j = E x_{j-1} + h(φ_1 - φ_2) s_{j-1} + h φ_2 s_j,   s = B y + f.
 // Second order where y is Lipschitz (M a P-matrix, or a Z-matrix with the least element). It must not be used
-// elsewhere: for M = 0 its y obeys y_j = -y_{j-1} + ... and rings for ever.
+// otherwise: for M = 0, y_j = -y_{j-1} + ..., which oscillates without end.
 // Errors: none; an overflow of e^{hA} gives non-finite matrices. Cost: ComputePhiFunctions() and 8 m²n.
 Scheme ExponentialPiecewiseLinear(const Problem& problem, double step);
 
 // exp-PC: the same with y constant on each step:
 //     x_j = E x_{j-1} + h φ_1 B y_j + h(φ_1 - φ_2) f_{j-1} + h φ_2 f_j.
-// First order; asks nothing of y, so it serves M = 0, singular and skew M, sliding modes and inconsistent starts.
+// First order. It needs no smoothness of y, so it can be used for M = 0, singular and skew M, sliding modes and
+// inconsistent starts.
 Scheme ExponentialPiecewiseConstant(const Problem& problem, double step);
 
-// The θ-scheme (1.3) of [Chen & Xiang 2013] by substitution, R = (I - h(1-θ)A)⁻¹:
+// The θ-scheme (1.3) of [Chen & Xiang 2013] by substitution, with θ = 0 implicit and θ = 1 explicit in x (many texts
+// use 1 - θ), R = (I - h(1-θ)A)⁻¹:
 //     x_j = R (I + hθA) x_{j-1} + h R B y_j + h R f_j.
 // A singular I - h(1-θ)A gives non-finite matrices. Cost: one LU of m × m.
 Scheme ThetaScheme(const Problem& problem, double step, double theta);
 
 // The trapezoidal rule in x and in s = B y + f, R = (I - hA/2)⁻¹:
 //     x_j = R (I + hA/2) x_{j-1} + h R (s_{j-1} + s_j)/2.
-// Second order where y is Lipschitz, and to be used there only, as ExponentialPiecewiseLinear().
-// A singular I - hA/2 gives non-finite matrices. Cost: one LU of m × m.
+// Second order where y is Lipschitz; like ExponentialPiecewiseLinear() it must not be used otherwise. A singular I -
+// hA/2 gives non-finite matrices. Cost: one LU of m × m.
 Scheme AveragedScheme(const Problem& problem, double step);
 
 // Fills the columns 1.. of x of `segment` from its first column, y and f, by the recursion of an exp-PL `scheme`. All

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A piece of trajectory over consecutive steps of one length, with the sources it was made from.
+// A piece of a trajectory over consecutive steps of one length, with its sources.
 
 #ifndef DLCS_CORE_DISCRETIZATION_SEGMENT_H_
 #define DLCS_CORE_DISCRETIZATION_SEGMENT_H_
@@ -12,14 +12,14 @@ struct Segment {
   Index first_node = 0;
   Index steps = 0;
   double step = 0;
-  // Columns are the nodes 0..steps; the limits from inside the segment are meant.
+  // Columns are the nodes 0..steps, with the limits from inside the segment.
   Matrix f, g, x, y;
   // Columns are the midpoints of the steps 0..steps-1.
   Matrix f_mid, g_mid;
-  // False where y at node 0 is only borrowed from the first step (no LCP of its own: index one, skew M).
+  // False if y at node 0 was copied from the first step, because node 0 has no LCP of its own (index one, skew M).
   bool first_y_is_solution = true;
 
-  // Forgets everything after `kept` steps.
+  // Drops everything after the first `kept` steps.
   void Truncate(Index kept) {
     steps = kept;
     for (Matrix* columns : {&f, &g, &x, &y}) columns->conservativeResize(Eigen::NoChange, kept + 1);

@@ -16,7 +16,7 @@ namespace dlcs {
 
 class Sources {
  public:
-  // Where a source has no finite value.
+  // A time at which a source has no finite value.
   struct NonFinite {
     double time = 0;
     std::string message;  // "g[1] is -inf at t = 0.25"
@@ -26,10 +26,9 @@ class Sources {
   static absl::StatusOr<Sources> Create(const Problem& problem);
 
   // Fills f, g, f_mid and g_mid of `segment` for `steps` steps of `run` from step `first_step` on, and sets its
-  // first_node, steps and step. The first node takes right limits, all others left limits: at inner nodes of a
-  // run the two agree. Returns where a value was not finite, if anywhere.
-  std::optional<NonFinite> Sample(const Grid& grid, const Run& run, Index first_step, Index steps,
-                                  Segment& segment);
+  // first_node, steps and step. The first node holds right limits, all others left limits; at inner nodes of a run the
+  // two agree. Returns the first time at which a value was not finite, if any.
+  std::optional<NonFinite> Sample(const Grid& grid, const Run& run, Index first_step, Index steps, Segment& segment);
 
   // One value of f (m entries) or g (n entries), finite or not.
   void F(double t, Side side, Eigen::Ref<Vector> value) { f_.Evaluate(t, side, value); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step for a large sparse A, with one factorization a length.
+// A step for a large sparse A, with one sparse factorization per step length.
 
 #ifndef DLCS_CORE_DISCRETIZATION_SPARSE_STEP_H_
 #define DLCS_CORE_DISCRETIZATION_SPARSE_STEP_H_
@@ -18,40 +18,41 @@ enum class SparseRule {
   kTheta,
   // The trapezoidal rule, R = (I - hA/2)⁻¹:
   //     x_j = R (x_{j-1} + h/2 A x_{j-1} + h/2 (f_{j-1} + B y_{j-1} + f_j)) + h/2 R B y_j.
-  // Second order where y is Lipschitz; fast components ring, since the rule is not L-stable.
+  // Second order where y is Lipschitz; fast components oscillate, since the rule is not L-stable.
   kAveraged,
   // Two implicit stages, γ = 1 - 1/√2, R = (I - γhA)⁻¹; the first at t = t_{j-1} + γh, with the Y of its own LCP,
   // N X + g(t) + M Y:
   //     X   = R (x_{j-1} + γh f(t)) + γh R B Y,
   //     x_j = R (x_{j-1} + (1-γ)/γ (X - x_{j-1}) + γh f_j) + γh R B y_j.
-  // Second order where y is Lipschitz, also across its kinks, and L-stable: what is fast is gone after a step. Between
-  // nodes f and g are linear. Source: [Alexander 1977] R. Alexander. Diagonally implicit Runge-Kutta methods for stiff
-  // O.D.E.'s. SIAM J. Numer. Anal. 14, 1006-1021.
+  // Second order where y is Lipschitz, also across its kinks, and L-stable: fast components decay within one step.
+  // Between nodes f and g are linear. Source: [Alexander 1977] R. Alexander. Diagonally implicit Runge-Kutta methods
+  // for stiff O.D.E.'s. SIAM J. Numer. Anal. 14, 1006-1021.
   kTwoStages,
 };
 
-// R is factored once. R B is found in n solves and kept as a dense m × n matrix where that fits.
-// Threads: const calls are safe at once; the n solves take those of `workers`, with the same bits for any number.
+// R⁻¹ is factored once. R B is computed by n solves and kept as a dense m × n matrix if that fits into memory. Threads:
+// const calls may run concurrently; the n solves use `workers`, with the same bits for any number of threads.
 class SparseStep {
  public:
   // `problem` must outlive it; `theta` is that of kTheta. A singular R⁻¹ gives numbers that are not finite.
   SparseStep(const Problem& problem, double step, SparseRule rule, double theta, Workers& workers);
 
-  // How x and y are meant between nodes; without matrices.
+  // The scheme without its matrices: how x and y are interpolated between nodes, and the order.
   Scheme Description() const;
 
-  // The three parts of a step: the columns 1.. of x get what f says of them; then x_j gets all the rest but for y_j;
-  // and last that. `stage` is a finished first stage, looked at with has_stage() only.
+  // The three parts of a step. StartWithSources() sets the columns 1.. of x to the terms of f. AddBefore() adds to x_j
+  // all other terms except that of y_j, and AddAfter() adds that one. `stage` is the finished first stage, used only
+  // with has_stage().
   void StartWithSources(Segment& segment) const;
   void AddBefore(Segment& segment, Index j, const Segment& stage) const;
   void AddAfter(Segment& segment, Index j) const;
 
-  // Whether a step has a first stage. StartStage() makes it the step 1 of `stage`: its sources, and all of X but for Y,
-  // which AddAfter() adds.
+  // Whether a step has a first stage. StartStage() prepares it as step 1 of `stage`: its sources, and all terms of X
+  // except that of Y, which AddAfter() adds.
   bool has_stage() const { return rule_ == SparseRule::kTwoStages; }
   void StartStage(const Segment& segment, Index j, Segment& stage) const;
 
-  // N times what y_j is multiplied by in x_j.
+  // N times the factor of y_j in x_j: K_0 of the coupled step.
   const Matrix& CoupledTerm() const { return coupled_term_; }
 
  private:

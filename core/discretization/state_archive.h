@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values as bytes and back, by one function for both ways.
+// Serializes values to bytes and back, by one function for both directions.
 
 #ifndef DLCS_CORE_DISCRETIZATION_STATE_ARCHIVE_H_
 #define DLCS_CORE_DISCRETIZATION_STATE_ARCHIVE_H_
@@ -14,12 +14,12 @@
 
 namespace dlcs {
 
-// Writes what it is given, or reads it back in the same order:
+// Writes the values passed to it, or reads them back in the same order:
 //
 //     const auto carry = [&](StateArchive& state) { state(step, x, y); };
 //
-// Numbers keep their bits. The bytes end in a checksum: those that were cut or changed are not read. Not portable
-// between machines of different byte order.
+// Numbers keep their bits. The bytes end in a checksum: truncated or changed bytes are rejected. Not portable between
+// machines of different byte order.
 class StateArchive {
  public:
   // Writes.
@@ -28,8 +28,7 @@ class StateArchive {
   explicit StateArchive(std::string_view bytes);
 
   bool reads() const { return reads_; }
-  // False, when reading, as soon as the bytes are not those of Take() or hold less than is asked for. What is read then
-  // is zero.
+  // When reading: false as soon as the bytes do not come from Take() or are too short. Values read after that are zero.
   bool ok() const { return ok_; }
   // All that was written has been read.
   bool at_end() const { return ok_ && rest_.empty(); }
@@ -64,13 +63,14 @@ class StateArchive {
     if (reads_) values.assign(size, Value());
     for (Value& value : values) Carry(value);
   }
-  // A struct says itself what it consists of.
+  // A struct lists its fields in CarryFields().
   template <typename Value>
   requires requires(StateArchive& archive, Value& value) { CarryFields(archive, value); }
   void Carry(Value& value) { CarryFields(*this, value); }
 
   void CarryBytes(void* bytes, std::size_t size);
-  // The size of something whose elements take at least `element_bytes`: 0 where so many cannot be there.
+  // Carries the number of elements of a container whose elements take at least `element_bytes` each; 0 when reading if
+  // the remaining bytes cannot hold that many.
   std::size_t CarrySize(std::size_t size, std::size_t element_bytes);
 
   bool reads_ = false;

@@ -15,22 +15,22 @@
 
 namespace dlcs {
 
-// Whether two lengths of steps agree to the rounding of their times.
+// Whether two step lengths agree to the rounding of their times.
 inline bool IsSameStep(double a, double b) { return std::abs(a - b) <= 1e-12 * b; }
 
-// Grids have few lengths; many odd output times must not fill the memory.
+// Most grids have few lengths; the limit keeps grids with many different lengths from filling the memory.
 inline constexpr size_t kCachedSteps = 8;
 
-// Runs whose steps agree to rounding share one value. The values of the kCachedSteps lengths that were asked for
-// last are kept.
+// Runs whose steps agree to rounding share one value. The values of the kCachedSteps most recently used lengths are
+// kept.
 template <typename Value>
 class StepCache {
  public:
   explicit StepCache(std::function<std::unique_ptr<Value>(double step)> make) : make_(std::move(make)) {}
 
   Value& At(double step) {
-    const auto found = std::find_if(values_.begin(), values_.end(),
-                                    [&](const auto& entry) { return IsSameStep(entry.first, step); });
+    const auto found =
+        std::find_if(values_.begin(), values_.end(), [&](const auto& entry) { return IsSameStep(entry.first, step); });
     if (found != values_.end()) {
       std::rotate(found, found + 1, values_.end());
     } else {
@@ -42,8 +42,8 @@ class StepCache {
     return *value;
   }
 
-  // For checkpoints: the lengths that are kept, of which the first run that had one decides the last bits. Values are
-  // made again when they are asked for.
+  // For checkpoints: the cached lengths, whose last bits come from the first run with that length. Values are computed
+  // again when they are needed.
   friend void CarryFields(StateArchive& state, StepCache& cache) {
     std::vector<double> lengths;
     for (const auto& [length, value] : cache.values_) lengths.push_back(length);
@@ -52,8 +52,8 @@ class StepCache {
     cache.values_.clear();
     for (const double length : lengths) cache.values_.emplace_back(length, nullptr);
   }
-  // Calls visit(length, value) for each, the one used last last; the value is null where it has not been asked for
-  // again.
+  // Calls visit(length, value) for each entry, the most recently used one last. The value is null if it was not used
+  // since a checkpoint was read.
   template <typename Visit>
   void ForEach(const Visit& visit) {
     for (auto& [length, value] : values_) visit(length, value.get());
@@ -61,7 +61,7 @@ class StepCache {
 
  private:
   std::function<std::unique_ptr<Value>(double)> make_;
-  std::vector<std::pair<double, std::unique_ptr<Value>>> values_;  // the one used last is last
+  std::vector<std::pair<double, std::unique_ptr<Value>>> values_;  // the most recently used one is last
 };
 
 }  // namespace dlcs

@@ -15,8 +15,8 @@
 
 namespace dlcs {
 
-// f, g and g' on a step, from `begin`, through their values at the nodes, and how far they are from the truth
-// at one more time, where a source that the nodes happen to miss shows itself.
+// f, g and g' on a step from `begin`, interpolated at the nodes, and the interpolation error at one more time, where a
+// source that vanishes at the nodes is noticed.
 struct StepSources {
   double begin = 0;
   double length = 0;
@@ -27,37 +27,37 @@ struct StepSources {
   Vector f_at_check, g_at_check;  // the true values there
   Vector f_error, g_error;        // |polynomial - true value| there, beyond rounding
   Vector f_size, g_size;          // max |f_i|, |g_i| over the nodes
-  Vector f_noise, g_noise;        // what the rounding of values and of their times may be
-  bool finite = false;            // every value was
+  Vector f_noise, g_noise;        // bounds of the rounding errors of values and of their times
+  bool finite = false;            // every value is finite
 };
 
 class SourceSampler {
  public:
-  // Keeps a reference to `sources`. `probes` are times, increasing, at which Probe() looks.
+  // Keeps a reference to `sources`. `probes` are the increasing times that Probe() checks.
   explicit SourceSampler(Sources& sources, std::vector<double> probes = {})
       : sources_(sources), probes_(std::move(probes)) {}
 
-  // Fills `step` for [begin, end]: K + 2 values of f and g, the first a right limit, the last a left one.
+  // Fills `step` for [begin, end] from K + 2 values of f and g, the first a right limit, the last a left limit.
   void Sample(double begin, double end, StepSources& step);
 
-  // Raises the errors of `step` to those at the probes inside of it, and sees whether it is finite there; returns
-  // whether anything changed. Nodes may see nothing of a pulse that lies between them.
+  // Raises the errors of `step` to those at the probes inside it, and checks that the values are finite there. Returns
+  // whether anything changed. This finds short pulses between the nodes.
   bool Probe(StepSources& step);
 
-  // A time in (begin, end] where f or g has a kink or a jump, where both are smooth on the rest of it; the roughest,
-  // where there are several. None where they are smooth, or nowhere smooth. Found by bisection, to an ulp for a jump,
-  // to the rounding of the source for a kink; some thousand values.
+  // A time in (begin, end] at which f or g has a kink or a jump, if both are smooth elsewhere in the interval; of
+  // several, the strongest one. None if they are smooth, or smooth nowhere. Found by bisection with about a thousand
+  // values: a jump to one ulp, a kink to the rounding of the source.
   std::optional<double> FindKink(double begin, double end);
 
-  // Looks at the sources of `step` at the position `s` instead of check_s; the errors found before stay.
+  // Checks the sources of `step` at the position `s` instead of check_s; errors found before are kept.
   void MoveCheck(double s, StepSources& step);
 
-  // The limit of f or g at `t` from `side`, of formulas their value at the next number on that side: (t <
-  // 0.3) has both its limits at a break point 0.3.
+  // The limit of f or g at `t` from `side`. For formulas this is the value at the next double on that side, so that (t
+  // < 0.3) has both its limits at a break point 0.3.
   void F(double t, Side side, Eigen::Ref<Vector> value) { sources_.F(Beside(t, side), side, value); }
   void G(double t, Side side, Eigen::Ref<Vector> value) { sources_.G(Beside(t, side), side, value); }
 
-  Index evaluations() const { return evaluations_; }  // times of all steps
+  Index evaluations() const { return evaluations_; }  // number of times at which f and g were evaluated
 
  private:
   static double Beside(double t, Side side);
@@ -67,20 +67,20 @@ class SourceSampler {
   void LookAhead();
   double WhereTheyMeet(double begin, double from, double to, double end);
 
-  // The largest values seen so far, at the probes first: a formula may be a small difference of numbers of that size.
+  // The largest values so far, starting with the probes: a formula may be a small difference of numbers of that size.
   Vector f_largest_, g_largest_;
   LegendreSeries values_, f_slope_;
   Vector true_value_;
   Index evaluations_ = 0;
 };
 
-// The times at which steps have to see f and g whatever their length: of every interval of (0, T) that is longer than a
-// 64th of T at least one, in no rhythm that a source could have. None where no source is a formula: what is constant or
-// linear between KnownKinks() has no pulses there.
+// The times at which f and g are checked whatever the step length: at least one in every interval longer than T/64,
+// irregularly spaced so that no periodic source escapes. Empty if no source is a formula, since sources that are
+// constant or linear between KnownKinks() have no pulses.
 std::vector<double> ProbeTimes(const Problem& problem);
 
-// The times in (0, T), increasing, where f or g may be anything but smooth: the break points, and every time
-// of samples between which they are linear.
+// The increasing times in (0, T) at which f or g may fail to be smooth: the break points, and the sample times of
+// sampled sources.
 std::vector<double> KnownKinks(const Problem& problem);
 
 }  // namespace dlcs

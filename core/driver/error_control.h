@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps for an error that is asked for, and errors of steps that are.
+// Chooses steps for a given error tolerance, and estimates the error for given steps.
 
 #ifndef DLCS_CORE_DRIVER_ERROR_CONTROL_H_
 #define DLCS_CORE_DRIVER_ERROR_CONTROL_H_
@@ -16,43 +16,45 @@
 
 namespace dlcs {
 
-// `options` as they are meant: where neither steps nor an error are given, the error is
-// Options::kDefaultErrorTolerance. True where that was filled in.
+// Sets options.error_tolerance to Options::kDefaultErrorTolerance if neither steps nor an error are given. Returns
+// whether it did.
 bool FillInDefaultError(Options& options);
 
-// Solves on the grid of the plan; or, where an error is asked for of a method that takes its steps from a grid, on
-// steps as short as that needs (core/driver/step_control.h), the grid saying only where output is wanted. Errors: as
-// SolveOnGrid().
+// Solves on the grid of the plan. If an error tolerance is set and the method takes its steps from a grid, the steps
+// are found by trials (core/driver/step_control.h), and the grid only gives the output times. Errors: as SolveOnGrid().
 absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer);
 
-// Estimates the error of `solution`, which reached T on the grid of the plan, where it has no estimate. Says in its
-// accuracy how, or why not. Errors: as SolveOnGrid(). Cost: three quarters of that of the solve.
+// Estimates the error of `solution`, which reached T on the grid of the plan, unless it has an estimate already. Its
+// accuracy says how the error was estimated, or why not. Errors: as SolveOnGrid(). Cost: three quarters of that of the
+// solve.
 absl::Status EstimateError(Task& task, Solution& solution);
 
-// What EstimateError() and SolveAsAsked() do, for any kind of problem.
+// The solves that EstimateError() and SolveAsAsked() are made of, for any kind of problem.
 struct SystemSolves {
   double horizon = 0;
   std::vector<double> break_points;
   double expected_order = 2;
   TrialSolves trials;
-  Index most_default_steps = Options::kMostDefaultSteps;  // of all trials together, where nobody asked for the error
+  Index most_default_steps =
+      Options::kMostDefaultSteps;  // of all trials together, if the error tolerance is the default one
 };
 
-// Compares `solution` on `grid` with solves of twice and four times the step; with half of it where that fails or shows
-// nothing.
+// Estimates the error of `solution` on `grid` by solves with twice and four times the step; with half the step if one
+// of those fails or their differences show no order.
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution);
 
-// The default error may be missed, and is then what `solution` has; one that was asked for may not. Says so in its
-// message.
+// Sets the final termination and message of `solution` after the trials. If the tolerance was the default one
+// (`by_default`) and was missed, the solution still counts as reached, with its larger error. A tolerance set by the
+// caller that was missed makes the solve fail.
 void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, bool by_default, Solution& solution);
 
-// Trials from a few steps on, for the error that `options` ask for. `by_default`: nobody asked for it, and the work is
-// bounded.
+// Runs trials with more and more steps until the error is below options.error_tolerance. `by_default`: the tolerance is
+// the default one, and the work is bounded.
 absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options options, Index most_steps,
                                             bool by_default, std::vector<double>& wanted);
 
-// Trials for a step report how far they have come altogether, as windows up to a time that never falls, and no
-// iterates: those of several steps make no table.
+// Reports the progress of all trials together, as windows up to a time that never decreases. Iterates are not reported,
+// since those of different steps do not belong together.
 class TrialObserver final : public Observer {
  public:
   TrialObserver(Observer& observer, double horizon) : observer_(observer), horizon_(horizon) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second try where the first choice failed and another one was open.
+// A second solve with another method, if the first choice failed and the caller did not fix the method.
 
 #ifndef DLCS_CORE_DRIVER_FALLBACK_H_
 #define DLCS_CORE_DRIVER_FALLBACK_H_
@@ -11,13 +11,15 @@
 
 namespace dlcs {
 
-// Whether a first try that loses the least element would be replaced. (Those of event_driven leave no checkpoints.)
+// Whether the first solve would be replaced if it lost the least element. (A replaced solve by event_driven makes no
+// checkpoints anyway.)
 bool MayFallBack(const Task& task);
 
-// What `solution`, the first try of `task`, is to be replaced by; mostly itself. Two things are tried again, each said
-// in a warning of `report` and told to `observer` as a new analysis, with task.plan changed to what was done:
-// - the least element was lost, and neither the rule nor the options ask for it: coupled steps, any solution of theirs;
-// - event_driven, chosen and not asked for, missed the error: steps without events, kept if they err less.
+// Returns `solution`, the result of the first solve of `task`, or that of a second solve. There are two cases for a
+// second solve. Each adds a warning to `report`, reports it to `observer` as a new analysis, and changes task.plan:
+// - The least element was lost, and neither the rule nor the options ask for it: coupled steps with any solution.
+// - event_driven, chosen by the engine, missed the error: steps without events, whose solution is kept if its estimated
+//   error is smaller.
 // Errors: as SolveAsAsked().
 absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution);
 

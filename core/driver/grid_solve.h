@@ -22,7 +22,7 @@ inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// What solves on several grids have in common.
+// The inputs that solves on several grids share.
 struct Task {
   const Problem& problem;
   Options options;
@@ -30,16 +30,16 @@ struct Task {
   Workers workers;
   std::stop_token stop;
   std::chrono::steady_clock::time_point started;
-  SetupCache* setups = nullptr;     // may be null
-  const ResumePoint* resume = nullptr;  // likewise: where the first try goes on
-  bool leaves_checkpoints = false;  // no other try will have to take over
-  bool error_by_default = false;    // options.error_tolerance was filled in: FillInDefaultError()
-  bool is_behind_events = false;    // which have spent what there is for them of the work by default
-  bool lost_least_element = false;  // by the last solve: see SolveContext
+  SetupCache* setups = nullptr;         // may be null
+  const ResumePoint* resume = nullptr;  // may be null; where the first solve resumes
+  bool leaves_checkpoints = false;      // no second solve may replace this one
+  bool error_by_default = false;        // options.error_tolerance was filled in: FillInDefaultError()
+  bool is_behind_events = false;        // event_driven was tried before and has used its share of the default work
+  bool lost_least_element = false;      // set by the last solve: see SolveContext
 };
 
-// Solves by the method and propagator of task.plan, from `resume` on where that is given. Errors: InvalidArgument where
-// a source cannot be evaluated, or `resume` is not of this solve.
+// Solves with the method and propagator of task.plan, from `resume` on if it is given. Errors: InvalidArgument if a
+// source cannot be evaluated, or if `resume` does not belong to this solve.
 absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& observer,
                                      const ResumePoint* resume = nullptr);
 

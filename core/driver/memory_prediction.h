@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory a solve will take, said before anything is allocated.
+// Predicts the memory of a solve before anything is allocated.
 
 #ifndef DLCS_CORE_DRIVER_MEMORY_PREDICTION_H_
 #define DLCS_CORE_DRIVER_MEMORY_PREDICTION_H_
@@ -12,7 +12,7 @@
 namespace dlcs {
 
 // Bytes held at the same time: matrices or factors of the propagator, the kernel, the columns of a run, the trajectory.
-// A model to a factor of about two; the sparse factors of steps are taken to be those of a grid in the plane.
+// Accurate to a factor of about two. The fill of sparse factors is assumed to be that of a two-dimensional grid.
 double PredictBytes(const Problem& problem, const Grid& grid, Method method, const PropagatorChoice& propagator);
 
 }  // namespace dlcs

@@ -16,25 +16,29 @@ namespace dlcs {
 struct MethodChoice {
   Method method = Method::kAuto;
   std::string reason;
-  // Why the problem, or the method that was asked for, cannot be served; empty when it can.
+  // Why the problem cannot be solved, or not by the method that the options name; empty if it can.
   std::string refusal;
-  // Relative degree two, with inelastic impacts asked for.
+  // The system has relative degree two, and the options ask for inelastic impacts.
   bool inelastic_impact = false;
-  // time_stepping in two stages of second order, where steps were chosen and not asked for
+  // time_stepping with two stages of second order, where the engine chose sparse steps
   // (core/discretization/sparse_step.h).
   bool two_stages = false;
-  // Constraints of relative degree two and more beside others of degree one or zero
-  // (core/matrix_classes/relative_degree.h), where y is no function of x: served, as long as they do not become active.
+  // Constraints of relative degree two and more, if others have degree one or zero
+  // (core/matrix_classes/relative_degree.h) and y is not a function of x. The solution is valid as long as they do not
+  // become active.
   std::vector<Index> impulsive_rows = {};
-  std::string impulsive = {};  // DescribeRows() of them
+  std::string impulsive = {};  // DescribeRows() of impulsive_rows
 };
 
-// Takes the method of the options, or chooses: event_driven where an error is asked for and modes are cheap to make;
-// else for P- and Z-matrices exponential_integrator with exp-PL or, with sixteen threads and more, laplace_iteration,
-// which converges to the same answer; exponential_integrator with exp-PC for all others. Refuses relative degree two
-// and more (M = 0 and N B = 0; degree two only where inelastic impacts are not asked for), the iterations, Newton's
-// method and averaged y where y is no Lipschitz function of x, and event_driven for solutions that a mode does not
-// determine (hidden least elements, least norm, minimizers).
+// Returns the method of the options, or chooses one:
+// - event_driven, if an error tolerance is set and modes are cheap to compute;
+// - otherwise, for P- and Z-matrices, exponential_integrator with exp-PL, or with sixteen threads and more
+//   laplace_iteration, which converges to the same answer;
+// - otherwise exponential_integrator with exp-PC.
+//
+// Refuses relative degree two and more (M = 0 and N B = 0; degree two only if the options do not ask for inelastic
+// impacts); the iterations, Newton's method and averaged y if y is not a Lipschitz function of x; and event_driven for
+// selections that a mode does not determine (hidden least element, least norm, minimizer).
 MethodChoice ChooseMethod(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                           Selection selection);
 

@@ -23,26 +23,26 @@ struct Plan {
   Selection selection;
   MethodChoice method;
   PropagatorChoice propagator;
-  Grid grid;                   // the steps; or only where output is wanted, with finds_steps()
-  double predicted_bytes = 0;  // as PredictBytes(); 0 where no form serves
-  // The steepest piece of y as a function of q, where an iteration has to see whether it jumps.
+  Grid grid;                   // the steps; with finds_steps() only the output times
+  double predicted_bytes = 0;  // as PredictBytes(); 0 if no propagator can be used
+  // The largest slope of y as a function of q (LargestSlope()), set if an iteration has to check y for jumps.
   std::optional<double> largest_slope;
 
   const std::string& refusal() const { return method.refusal; }
   bool is_refused() const { return !method.refusal.empty(); }
-  // The steps are found by an error, not given.
+  // The steps are chosen for an error tolerance, not given.
   bool finds_steps(const Options& options) const {
     return options.error_tolerance > 0 || method.method == Method::kEventDriven;
   }
 };
 
-// For the sound `problem` and `options`: what M is, which solution is meant, the method and the propagator, and how
-// much memory they take. Left to itself it takes time_stepping where the exponential of A is out of reach. A solve that
-// nothing serves, or that needs more than options.max_memory, is a plan with a refusal. `setups` may be null. Errors:
-// as SelectRule(). Cost: that of Classify() and of the propagator's set-up.
+// Makes the plan for valid `problem` and `options`: the class of M, the selected solution, the method, the propagator,
+// and the predicted memory. If the options leave the method open and the exponential of A is too expensive, the method
+// is time_stepping. If nothing can solve the problem, or it needs more than options.max_memory, the plan holds a
+// refusal. `setups` may be null. Errors: as SelectRule(). Cost: that of Classify() and of the propagator's set-up.
 absl::StatusOr<Plan> MakePlan(const Problem& problem, const Options& options, SetupCache* setups);
 
-// Chooses method and propagator once more, for plan.selection and by other `options`.
+// Chooses method and propagator again, for plan.selection and other `options`.
 void ChooseAgain(const Problem& problem, const Options& options, SetupCache* setups, Plan& plan);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How x0, f and y are to be carried to N x.
+// Chooses how x0, f and y are propagated to N x (core/propagator/README.md).
 
 #ifndef DLCS_CORE_DRIVER_PROPAGATOR_CHOICE_H_
 #define DLCS_CORE_DRIVER_PROPAGATOR_CHOICE_H_
@@ -18,20 +18,20 @@ class SetupCache;
 
 struct PropagatorChoice {
   std::shared_ptr<Propagator> system;  // null: dense matrices
-  PropagatorRecord record;                // before the solve
-  std::string refusal;                     // why none serves; empty where one does
+  PropagatorRecord record;             // before the solve
+  std::string refusal;                 // why no propagator can be used; empty if one can
 };
 
-// For a solve by `method`. Left to itself: dense matrices where A is dense or small; else the form that its structure
-// has; else dense ones again as far as their matrix functions are affordable, and where the method is left open too,
-// not beside many constraints: time stepping with sparse factors serves there. `setups`, where given, lends and keeps
+// The propagator for a solve by `method`. If the options leave it open: dense matrices if A is dense or small; else the
+// form that fits the structure of A; else dense matrices again, if their matrix functions are affordable. If the method
+// is open too and there are many constraints, sparse time stepping is preferred to that. `setups` may be null; it holds
 // what solves of the same matrices share, and must outlive the choice.
 PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method,
-                                    SetupCache* setups = nullptr);
+                                  SetupCache* setups = nullptr);
 
-// `problem` with only the nonzero entries of A, B, N and M stored, where A was given as dense, is large and has at most
-// a twentieth of its entries, and the choice is left open: products of dense matrices would take minutes where sparse
-// steps take milliseconds. Nothing otherwise. Cost: one look at every entry.
+// `problem` with A, B, N and M stored as sparse matrices, if A was given as dense but is large, at most a twentieth of
+// its entries are nonzero, and the options leave the propagator open: dense products would take minutes where sparse
+// steps take milliseconds. Otherwise absent. Cost: one pass over all entries.
 std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options& options);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solve says of itself before its first step, and where it is not begun.
+// The analysis that a solve reports before its first step, and the solution if there is no first step.
 
 #ifndef DLCS_CORE_DRIVER_REPORT_H_
 #define DLCS_CORE_DRIVER_REPORT_H_
@@ -15,17 +15,17 @@
 
 namespace dlcs {
 
-// What was found out, what will be done, and what to beware of.
+// The report of `plan`: the class of M, the method, the number of steps, and warnings.
 AnalysisReport ReportOn(const Problem& problem, const Options& options, const Plan& plan);
 
-// The answer of a plan that is refused.
+// The solution of a problem whose `plan` holds a refusal: the termination and its reason, without a trajectory.
 Solution Refusal(const Problem& problem, const Plan& plan, const AnalysisReport& report);
 
-// The answer of a solve that was stopped while it was planned.
+// The solution of a solve that was stopped during planning: kCancelled, without a trajectory.
 Solution StoppedBeforeTheStart(Index num_states, Index num_constraints);
 
-// Warns where time_stepping with `step` solves LCPs whose matrix M^h has lost the class that M has, on which y rests.
-// Looks at all principal minors, and so at no more than 20 constraints.
+// Adds a warning if time_stepping with `step` solves LCPs with a matrix M^h that is not of the class of M by which y is
+// selected. Needs all principal minors, and so checks at most 20 constraints.
 void WarnOfCoupledClass(const Problem& problem, const Options& options, const Plan& plan, double step,
                         std::vector<std::string>& warnings);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short steps of first order, where no mode lasts.
+// Short steps of first order, for times at which no mode lasts.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_COUPLED_STEPS_H_
 #define DLCS_CORE_EVENT_DRIVEN_COUPLED_STEPS_H_
@@ -14,9 +14,8 @@
 
 namespace dlcs {
 
-// exp-PC, one step at a time: asks nothing of y, and so passes points where modes accumulate or y is not
-// determined by a mode of relative degree one. Lengths are powers of two, so that matrix functions are found
-// again.
+// exp-PC, one step at a time. It needs no smoothness of y, so it passes points where modes accumulate or where no mode
+// of relative degree one determines y. Lengths are powers of two, so that cached matrix functions can be used again.
 class CoupledSteps {
  public:
   // Keeps references.
@@ -30,10 +29,10 @@ class CoupledSteps {
     Vector w;
     Vector g;
     Vector error;  // |x - that after one step|
-    Vector noise;  // what rounding does to it
+    Vector noise;  // the rounding error of `error`
   };
-  // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin before
-  // rounding: a power of two is found again.
+  // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin without rounding, the
+  // key of the cached matrix functions.
   Step Take(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
 
   Index lcps() const { return lcps_; }

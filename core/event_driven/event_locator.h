@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of event_driven from mode to mode.
+// The main loop of event_driven, from mode to mode.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
 #define DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
@@ -21,13 +21,14 @@ namespace dlcs {
 
 class EventLocator {
  public:
-  // Keeps references; `tolerance` and the rest as EventDriven(). Gives up behind `most_work`, as EventRecord::Work().
+  // Keeps references. `tolerance` and the others as in EventDriven(). Gives up when EventRecord::Work() exceeds
+  // `most_work`.
   EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
 
-  // Goes to T and hands the trajectory to the recorder of the context. Returns whether it came there;
-  // otherwise the solution says why not.
+  // Solves up to T and passes the trajectory to the recorder of the context. Returns whether T was reached; otherwise
+  // the solution says why not.
   bool Run();
-  // Hands over what a smooth interval had that was not finished, counts, certificate and polynomials.
+  // Records the unfinished smooth interval, and sets counts, certificate and polynomials of the solution.
   void Finish();
   // The time up to which the system is solved.
   double reached() const { return t_; }
@@ -56,7 +57,7 @@ class EventLocator {
   void HandOver(const EventOutput::SmoothInterval& interval);
   double StepLength(double end) const;
   double Shortest(double part_of_horizon, double part_of_rate) const;
-  double Share(double length) const;  // of the tolerance, for a step
+  double Share(double length) const;  // the part of the tolerance for a step of this length
 
   SolveContext& context_;
   const Problem& problem_;
@@ -74,21 +75,21 @@ class EventLocator {
   Vector x_;
   Vector y_;
   Vector w_;
-  Vector x_begin_;  // at t_, before it was brought onto the constraints of a mode
+  Vector x_begin_;  // at t_, before it was projected onto the constraints of a mode
   Magnitudes magnitudes_;
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
-  double length_ = 0;    // that the tolerance allowed last
+  double length_ = 0;    // the last length that the tolerance allowed
   int short_modes_ = 0;  // in a row
   double mode_begin_ = 0;
   double last_mode_length_ = 0;
-  std::optional<SourceGap> gap_;  // behind an event
-  std::optional<double> kink_;    // ahead: where a source is not smooth, though no break point says so
+  std::optional<SourceGap> gap_;  // after an event
+  std::optional<double> kink_;    // the next time at which a source is not smooth although it is no break point
   int rejected_in_a_row_ = 0;
   int of_one_length_ = 0;  // steps in a row that found no reason to grow
   Index tries_ = 0;        // since `tries_from_`
   double tries_from_ = 0;
-  Index burst_ = 1;  // steps of the next march
+  Index burst_ = 1;  // number of coupled steps to take before the next search for a mode
   double march_length_ = 0;
   std::string why_march_;
   StepSources sources_;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the trajectory at the nodes of the grid from the steps, and measures how well they satisfy the
-// system.
+// Evaluates the steps at the nodes of the grid, and measures how well they satisfy the system.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_OUTPUT_H_
 #define DLCS_CORE_EVENT_DRIVEN_EVENT_OUTPUT_H_
@@ -28,27 +27,27 @@ class EventOutput {
   // Keeps references. `keeps_pieces`: the polynomials of all steps too, for dense output.
   EventOutput(const Problem& problem, const Grid& grid, bool keeps_pieces);
 
-  // The part of `step` from its begin to `end`, which is at `s_end`: nodes in [begin, end), so that the value
-  // at an event is that behind it. `x_begin` is the state at its begin as it was before the mode had it; `active` are
-  // the pairs whose guard is y_i.
+  // Adds the part of `step` up to `end`, which is at `s_end`: the nodes in [begin, end), so that the value at an event
+  // is that after it. `x_begin` is the state at the begin before its projection onto the constraints of the mode;
+  // `active` are the pairs whose guard is y_i.
   void AddSmooth(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
                  const std::vector<Index>& active, double end, double s_end);
-  // A step of the coupled march: x linear, y constant. `w` and `g` are those at the end.
+  // Adds a coupled step of first order: x linear, y constant. `w` and `g` are those at the end.
   void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                   const Vector& w, const Vector& g);
-  // The left limits at the end of a smooth interval, where sources and state may jump. Gives the nodes of the smooth
+  // Ends a smooth interval with its left limits, since sources and state may jump there. Returns the nodes of the
   // interval.
   SmoothInterval EndInterval(double end, const Vector& x, const Vector& y, const Vector& w);
-  // The nodes of a smooth interval that has not come to its end; no steps where there are less than two.
+  // The nodes of the unfinished smooth interval; no steps if there are fewer than two nodes.
   SmoothInterval Finish() const;
 
-  // What AddSmooth() and AddMarched() were given, as polynomials: where x is linear and y constant, of degree 1 and 0.
+  // The steps as polynomials; those of AddMarched() have degree 1 in x and 0 in y.
   std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }
 
-  // Nodes are the ends of steps, midpoints the times inside them where the sources were looked at once more. Residuals
-  // and defect are those of the row where they are largest relative to its own size, the largest sum of the sizes of
-  // its terms so far, and in the unit of the sizes that they are compared with. A y_i that should be zero counts by
-  // what it is to the rows that it acts on.
+  // Here nodes are the ends of steps, and midpoints the additional times inside them at which the sources were checked.
+  // Residuals and defect are those of the row in which they are largest relative to the row's size (the largest sum of
+  // the absolute values of its terms so far), in the unit of the scales that they are compared with. A y_i that should
+  // be zero is measured by its effect on the rows in which it occurs.
   Certificate certificate() const;
 
  private:
@@ -58,7 +57,8 @@ class EventOutput {
   void RecordNodes(const Vector& x_begin, const StepSources& sources, const SmoothStep& step, const LegendreSeries& w,
                    double end, double s_end);
   void Record(const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y, const Eigen::Ref<const Vector>& w);
-  // How far pairs are from what they should be: y_i below zero, and w_i below zero, or from zero where y_i is positive.
+  // The violation of complementarity by each pair: how far y_i is below zero, and how far w_i is below zero or, if y_i
+  // is positive, from zero.
   struct Misfit {
     Vector y, w;
   };
@@ -77,10 +77,10 @@ class EventOutput {
   Index next_node_ = 0;
   Certificate certificate_;
   Misfit at_nodes_, between_nodes_;
-  Vector defect_, terms_;       // of x'; and the largest that its terms come to, on short steps too
-  Vector w_size_, slope_size_;  // the largest so far, of the terms of w and x'
+  Vector defect_, terms_;       // the defect of x', and the largest size of its terms, on short steps too
+  Vector w_size_, slope_size_;  // the largest size so far of the terms of w and x'
   std::vector<TrajectoryPiece> pieces_;
-  Vector places_;  // of nodes in a step, and what P_0 ... P_K are there
+  Vector places_;  // positions of nodes in a step; values_ holds P_0 ... P_K there
   LegendreRows values_;
 };
 

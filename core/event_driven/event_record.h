@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which active set held when, and where none did.
+// The active sets over time, and the intervals solved without one.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_RECORD_H_
 #define DLCS_CORE_EVENT_DRIVEN_EVENT_RECORD_H_
@@ -12,13 +12,13 @@
 
 namespace dlcs {
 
-// One active set from `begin` to `end`, or a smooth interval that was marched.
+// An interval with one active set, or one solved by coupled steps of first order.
 struct ModeInterval {
   double begin = 0;
   double end = 0;
   std::vector<Index> active;  // increasing; the indices with w_i = 0 while y_i may be positive
   bool marched = false;       // by coupled steps of first order, because no mode lasted; `active` is empty
-  std::string why;            // of a march
+  std::string why;            // why coupled steps were needed; empty for a mode
 };
 
 struct EventRecord {
@@ -28,13 +28,13 @@ struct EventRecord {
   Index marched_steps = 0;
   Index modes_made = 0;
   double longest_step = 0;
-  // The largest estimated error of a component of x, relative to the size of the component: with the growth of
-  // errors, and rounding.
+  // The largest estimated error of a component of x relative to the size of the component, with the growth of errors
+  // and with rounding.
   double accumulated_error = 0;
   Vector errors_x;  // of each component
 
-  // What it took, in steps of an exponential integrator of the same system with `num_states`, as measured: by counts,
-  // so that it does not depend on the machine.
+  // The work so far, in steps of an exponential integrator for the same system with `num_states` states. It is computed
+  // from counts, with measured weights, so that it does not depend on the machine.
   Index Work(Index num_states) const;
 
   // `next` begins where the last interval ends, and lengthens it where nothing changes.
@@ -42,11 +42,10 @@ struct EventRecord {
 };
 
 // The start of the first interval, and the times where one follows another.
-std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record,
-                                            const std::vector<double>& break_points,
+std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std::vector<double>& break_points,
                                             const std::vector<StateJump>& jumps);
 
-// A sentence on the smooth intervals that were marched; empty where there were none.
+// A sentence on the intervals that were solved by coupled steps; empty if there were none.
 std::string DescribeMarches(const EventRecord& record);
 
 }  // namespace dlcs

@@ -10,14 +10,13 @@
 
 namespace dlcs {
 
-// The first s in [-1, 1] behind which the polynomial Σ_k series[k] P_k + `shift` is negative; absent where it
-// is nowhere. Negative at -1 already gives -1.
+// The first s in [-1, 1] after which the polynomial Σ_k series[k] P_k + `shift` is negative; absent if it is not
+// negative anywhere. If it is negative at -1, the result is -1.
 //
-// Nothing is missed: a polynomial lies above the smallest of its Bernstein coefficients, so that a smooth interval
-// without a negative one needs no search, and others are halved, the left half first. A polynomial that only
-// touches zero (from above, to rounding) has no crossing. `before` cuts the search: only crossings before it
-// are of interest. Accuracy: 1e-15 in s, where the root is simple. Cost: K² for most calls, some 50 K²/2 for
-// a crossing.
+// No crossing is missed: a polynomial lies above the smallest of its Bernstein coefficients, so an interval without a
+// negative coefficient needs no search; others are bisected, left half first. A polynomial that only touches zero (from
+// above, to rounding) has no crossing. Only crossings before `before` are searched for. Accuracy: 1e-15 in s, where the
+// root is simple. Cost: K² for most calls, some 50 K²/2 for a crossing.
 std::optional<double> FirstCrossing(const LegendreVector& series, double shift, double before = 1);
 
 }  // namespace dlcs

@@ -13,7 +13,7 @@
 
 namespace dlcs {
 
-// Evaluates a solution between its nodes as the method means it (Solution::dense_output):
+// Evaluates a solution between its nodes by the interpolant of its method (Solution::dense_output):
 //
 //     time_stepping            x linear, y_j on (t_{j-1}, t_j]: the interpolants of Theorem 7 in [Shen & Pang 2007];
 //                              with average_y both linear
@@ -22,12 +22,12 @@ namespace dlcs {
 //     wu_chen_iteration          as laplace_iteration; its nodes differ from that by the error of the contour
 //     event_driven            the polynomials of its steps (Options::keep_pieces), as accurate as the nodes
 //
-// and w = N x + g + M y of these x and y; of event_driven its own polynomials.
+// and w = N x + g + M y of these x and y; for event_driven, w has its own polynomials.
 // Keeps references to problem and solution. Not safe to share between threads, as TimeFunctionEvaluator.
 class Interpolant {
  public:
-  // Errors: InvalidArgument where the solution is not dense (output times only, splines, nothing solved) or is not one
-  // of a problem of these shapes.
+  // Errors: InvalidArgument if the solution has no interpolant (output times only, splines, nothing solved) or if its
+  // shape is not that of the problem.
   static absl::StatusOr<Interpolant> Create(const Problem& problem, const Solution& solution);
 
   struct Point {
@@ -36,10 +36,10 @@ class Interpolant {
 
   // The limits at `time` from `side`, which differ where the state jumps, at nodes where y is constant on steps, and at
   // break points. At 0 and at the end of the solution both are the limit from inside. Times outside are moved there.
-  // Cost: a search, and one set of φ-functions of A where x is neither linear (then a product with B) nor a polynomial.
+  // Cost: a binary search; and one set of φ-functions of A, unless x is linear (one product with B) or a polynomial.
   Point Limit(double time, Side side);
 
-  // At nodes what the solution holds, between them the one value that there is.
+  // The values of the solution: at nodes the stored ones, between nodes those of the interpolant.
   Point At(double time);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which mode a state goes on in.
+// Finds the mode in which a solution continues from a state.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_MODE_SEARCH_H_
 #define DLCS_CORE_EVENT_DRIVEN_MODE_SEARCH_H_
@@ -17,15 +17,15 @@
 
 namespace dlcs {
 
-// Finds active sets, and keeps the modes that were made.
+// Finds active sets, and caches their modes.
 //
-// The set that holds behind t is that of y at t + h as h → 0: where y_i and w_i both vanish at t their
-// derivatives decide, and then higher ones. One coupled LCP does all of that at once,
+// The active set after t is that of y at t + h as h → 0: if y_i and w_i both vanish at t, their derivatives decide, and
+// then higher derivatives. One coupled LCP decides all of that at once,
 //
 //     0 <= y ⟂ N (x̂ + h B y + h²/2 A B y) + g(t + h) + M y >= 0,    x̂ the state at t + h for y = 0,
 //
-// with a step h so short that the Taylor polynomial of second order serves, and long enough that a derivative
-// stands out of rounding. Its basis is a proposal: the caller finds out how long it lasts.
+// with a step h so short that the Taylor polynomial of second order is accurate, and so long that derivatives are
+// larger than rounding. The basis of its solution is a proposal; the caller has to check how long it lasts.
 class ModeSearch {
  public:
   // Keeps references.
@@ -34,28 +34,30 @@ class ModeSearch {
   struct Proposal {
     LcpStatus verdict = LcpStatus::kPivotLimit;
     bool kept_selection = true;  // as LcpSolver::KeptSelection()
-    const Mode* mode = nullptr;  // null where the LCP failed, or the basis does not determine y
+    const Mode* mode = nullptr;  // null if the LCP failed or the basis does not determine y
   };
-  // For the state `x` at `t`. `scale` is a time in which the system changes, `longest` the time to the next
-  // break point; `attempt` 0, 1, ... kAttempts - 1 takes other steps: shorter ones, for modes that end soon,
-  // and then longer ones, which see past modes that are shorter than rounding. The LCP is started from the
-  // last active set, or from that of GuessBehind().
+  // Searches from the state `x` at `t`. `scale` is the time scale of the system, `longest` the time to the next break
+  // point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter ones, for modes that end soon, then
+  // longer ones, to skip modes that are shorter than rounding. The LCP starts from the last active set or from that of
+  // GuessBehind().
   static constexpr int kAttempts = 6;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, double scale, double longest, int attempt);
 
-  // The next search starts from the active set of `mode` with index `guard`, which ended it, exchanged: where
-  // the numbers of an event are as small as the rounding of the LCP, that guess is as good a solution as any.
+  // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
+  // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the
+  // solution.
   void GuessBehind(const Mode& mode, Index guard);
 
-  // `mode`, which a proposal held, drawn back to its constraints (core/event_driven/mode.h) as fast as rounding takes a
-  // state of the sizes `x` off, for sources of the sizes `f` and `g`; no row gets larger terms than it has.
+  // The proposed `mode` with stabilized constraints (DrawBack() in core/event_driven/mode.h). The rates balance the
+  // drift by rounding for states of the size `x` and sources of the sizes `f` and `g`, but are not so large that they
+  // dominate the terms of a row.
   const Mode& DrawnBack(const Mode& mode, const Vector& x, const Vector& f, const Vector& g);
 
   Index lcps() const { return lcps_; }
   Index modes_made() const { return modes_made_; }
 
  private:
-  // A mode, null where there is none, and what DrawBack() made of it for powers of two as rates.
+  // A mode, null if there is none, and its stabilized forms by DrawBack(), whose rates are powers of two.
   struct Kept {
     std::unique_ptr<Mode> mode;
     std::map<std::vector<int>, std::unique_ptr<Mode>> drawn_back;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A problem whose numbers are rounded otherwise: what an ulp of the data is worth.
+// A problem with differently rounded data: shows the effect of an ulp of the data on the solution.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_ROUNDED_DATA_H_
 #define DLCS_CORE_EVENT_DRIVEN_ROUNDED_DATA_H_
@@ -9,11 +9,11 @@
 namespace dlcs {
 
 // `problem` with every nonzero entry of A, B, N and x0, and each component of f and g as a whole, multiplied by 1 +
-// ulps ε or 1 - ulps ε, by signs without a pattern; those of M too where `changes_M`, which a singular M does not
-// stand. `seed` gives other signs. Kronecker sums stay as they are.
+// ulps ε or 1 - ulps ε, with pseudo-random signs that depend on `seed`. Entries of M are changed only with `changes_M`,
+// since a singular M would lose its class. Kronecker sums are not changed.
 //
-// Two solves on the same grid, of the problem and of this one, differ by what the data do not determine and what
-// rounding makes of it in the method: no comparison of steps shows that.
+// The solutions of both problems on the same grid differ by the effect of rounding, in the data and in the method. A
+// comparison of different steps does not show that.
 Problem WithRoundedData(const Problem& problem, double ulps, bool changes_M, unsigned seed = 0);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step inside a mode: how accurate it is, and how far the mode lasts.
+// One step inside a mode, with its estimated error and the time at which the mode ends.
 
 #ifndef DLCS_CORE_EVENT_DRIVEN_SMOOTH_STEP_H_
 #define DLCS_CORE_EVENT_DRIVEN_SMOOTH_STEP_H_
@@ -20,10 +20,12 @@ struct Magnitudes {
   Vector x;
   Vector y;
   Vector w;
-  // What x may come to be in a short time, in the units of each component. What is zero at the start and grows like a
-  // high power of time never is accurate in itself: a tiny part of this counts as accurate.
+  // The size that x may reach in a short time, in the units of each component. A component that starts at zero and
+  // grows like a high power of time has no relative accuracy at first: errors below a tiny part of this size are
+  // accepted.
   Vector x_reach;
-  // What rounding has done to x on the step before. A fast state forgets it at once, in a layer that is no error.
+  // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
+  // count as an error.
   Vector x_noise;
 };
 
@@ -32,28 +34,29 @@ struct SmoothStep {
   LegendreSeries x;
   LegendreSeries y;
   LegendreSeries guard;
-  // How far below zero a guard must fall to end the mode: a millionth of the tolerance relative to its size
-  // on this step, but no less than its rounding and its estimated error.
+  // How far below zero a guard must fall to end the mode: a millionth of the tolerance relative to its size on this
+  // step, but at least its rounding and its estimated error.
   Vector guard_level;
   // The largest ratio of estimated error to allowed error, over all components of x and of the guards; the
   // step is accurate where it is at most 1. Errors fall with the power K of the length.
   double error_ratio = 0;
-  // Where layers of fast states make it more: how long a step may be that resolves them; else infinite.
+  // If boundary layers of fast states make error_ratio larger than 1: the step length that resolves them; else
+  // infinite.
   double layer_length = std::numeric_limits<double>::infinity();
-  // What it was made from: estimated errors, and what rounding does.
+  // The terms of error_ratio: estimated errors, and rounding.
   Vector x_error, guard_error;
   Vector x_noise, guard_noise;
-  Vector x_tail, guard_tail;  // of the errors, what is there all over the step but at its end
-  Vector x_rounding;   // of this step alone
-  Vector guard_terms;  // the sum of the sizes of what each guard is summed from
-  // Of the step of full length: how errors go on.
+  Vector x_tail, guard_tail;  // the part of the errors inside the step that vanishes at its end
+  Vector x_rounding;          // of this step alone
+  Vector guard_terms;         // for each guard the sum of the absolute values of its terms
+  // For the step of full length: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
-  // What x' may be off by: the sources miss so much; and the rounding of its terms, the data among them.
+  // Bounds of the error of x': from the interpolation of the sources, and from rounding, of the data too.
   Vector slope_error, slope_noise;
 };
 
-// How far two polynomials of the sources may be apart where one step ends and the next begins: an event is
-// located on the polynomial of the one, and the guards of the other start from its own.
+// The difference of the source polynomials of two steps at the time where they meet. An event is located on the
+// polynomial of the first step, but the guards of the next one start from its own.
 struct SourceGap {
   Vector f;
   Vector g;
@@ -61,17 +64,16 @@ struct SourceGap {
 };
 SourceGap GapOf(const StepSources& sources);
 
-// Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated from its
-// last coefficients, by going on with their decay, and from what the sources miss at the checked time.
-// Allowed is, for x, tolerance times its magnitude times `share`, the part of the horizon that this step is;
-// for the guards (y and w, which hold no memory) tolerance times their magnitude; and what rounding does,
-// always. Every size is that of one component, or of the terms of one row. `gap`, null or that of the step before,
-// raises the levels of the guards.
+// Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated by extrapolating the
+// decay of its coefficients, and from the interpolation error of the sources at the checked time. The allowed error of
+// x is tolerance · magnitude · `share`, the fraction of the horizon that this step covers; that of the guards (y and w,
+// whose errors do not accumulate) is tolerance · magnitude. Rounding errors are always allowed. Every size belongs to
+// one component, or to the terms of one row. `gap`, null or from the step before, raises the levels of the guards.
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
                           const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap);
 
-// The error ratio where the step is cut at `s`, against the sizes up to there alone: in a mode that an event ends x may
-// grow beyond all that the solution is. The other arguments are those of TakeSmoothStep().
+// The error ratio if the step is cut at `s`, with the sizes up to there only: after the event that ends the mode, its
+// polynomials may grow far beyond the solution. The other arguments are those of TakeSmoothStep().
 double ErrorRatioBefore(double s, const Mode& mode, const SmoothStep& step, const Magnitudes& magnitudes,
                         double tolerance, double share);
 

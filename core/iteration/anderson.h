@@ -22,7 +22,7 @@ class AndersonAcceleration {
 
   // The next iterate after `u` with image `image` = G(u); depth 0 gives the image. `size` holds the size of each row.
   Matrix Next(const Matrix& u, const Matrix& image, const Vector& size);
-  // Forgets what was before.
+  // Drops all earlier iterates.
   void Restart();
 
  private:

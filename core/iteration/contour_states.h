@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states that follow from given sources, each time by a contour of its own.
+// Computes the states from given sources, with a different contour for each time.
 
 #ifndef DLCS_CORE_ITERATION_CONTOUR_STATES_H_
 #define DLCS_CORE_ITERATION_CONTOUR_STATES_H_
@@ -18,17 +18,18 @@ namespace dlcs {
 //
 //     x_j = e^{A t_j} x0 + Δv/(2πi) Σ_{p=-P..P} z'_p (z_p I - A)⁻¹ ∫_0^{t_j} e^{z_p (t_j - τ)} s̃(τ) dτ,
 //
-// at all nodes, the integral taken exactly for the interpolant s̃ of the sources. On the subspace of the
-// eigenvalues that are split off (Remark 2.1 put right) the differential equation is solved exactly for s̃ instead,
-// by φ-functions of that part of A.
+// at all nodes, the integral taken exactly for the interpolant s̃ of the sources. Eigenvalues that the contour cannot
+// enclose are split off (a corrected form of Remark 2.1). On their subspace the differential equation is solved exactly
+// for s̃ by φ-functions.
 class ContourStates {
  public:
-  // `context` and `split` must outlive it. Prepares e^{At} x0: by a matrix exponential a step length, or by
-  // Remark 2.3's contour where the options ask for it and the spectrum allows (else with a warning).
+  // `context` and `split` must outlive it. Computes e^{At} x0: by one matrix exponential per step length, or, if the
+  // options ask for it, by the contour of Remark 2.3. If the spectrum does not allow that contour, a warning is added
+  // and matrix exponentials are used.
   ContourStates(SolveContext& context, const Contour& contour, const SpectrumSplit& split);
 
-  // x at all columns (NodeColumns) for `sources`, given there. Parallel over times and contour nodes, with the same
-  // bits for any number of threads; incomplete where a stop was requested. Cost: O(J² P m).
+  // x at all columns of NodeColumns, for `sources` given at the same columns. Parallel over times and contour nodes,
+  // with the same bits for any number of threads. Incomplete if a stop was requested. Cost: O(J² P m).
   Matrix Solve(const Matrix& sources) const;
 
  private:
@@ -48,7 +49,7 @@ class ContourStates {
   Index num_nodes_;  // P
   const SpectrumSplit& split_;
   Matrix initial_;  // e^{At} x0
-  // By run, for the part split off: e^{hA} and the weights of 1, θ, θ², ... over a step.
+  // For each run, on the subspace split off: e^{hA} and the weights of 1, θ, θ², ... over a step.
   std::vector<std::vector<Matrix>> separated_steps_;
 };
 

@@ -18,9 +18,9 @@ struct InterpolatedRun {
 
 // The interpolant of `values`, whose columns are those of NodeColumns(grid), run by run.
 //
-// Linear: degree 1. Cubic: the spline with continuous second derivatives through all nodes between two break
-// points, which ends with one cubic over two steps (not-a-knot), of fourth order; two steps make a parabola, one a
-// straight line. Equal or unequal steps. Cost: one sparse factorization of a smooth interval, and a few m × nodes.
+// Linear: degree 1. Cubic: the spline with continuous second derivatives through all nodes between two break points,
+// with not-a-knot ends, of fourth order; for two steps a parabola, for one step a straight line. Steps may be unequal.
+// Cost: one sparse factorization of a smooth interval, and a few m × nodes.
 // Source: [Wu & Chen], section 2.3 (linear) and Remark 2.5; de Boor, A practical guide to splines, chapter IV.
 std::vector<InterpolatedRun> Interpolate(Interpolation kind, const Grid& grid, const Matrix& values);
 

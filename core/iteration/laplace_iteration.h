@@ -14,18 +14,18 @@ namespace dlcs {
 //     q_j^k = q_j^0 + Σ_{l=1..j} K_{j-l} (y_l^k - y_a)      one convolution in time (core/laplace/kernel.h),
 //                                                           or N x_j^k + g_j where steps have several lengths,
 //
-// where q^0 = N x^0 + g belongs to the ODE solved with y frozen at y_a (where its LCPs have no solution, the iteration
+// where q^0 = N x^0 + g comes from the ODE solved with y frozen at y_a (if its LCPs have no solution, the iteration
 // starts from the constant x_a instead, as in Theorem 3.2). This is the iteration (3.3) of
 // [Wu & Chen] with the hats of the interpolant integrated exactly: it needs N x only, so an iteration is
 // independent of the number of states, and A may have any spectrum.
 //
-// A window ends at a break point. It goes across steps of unequal length (up to kCachedSteps lengths), where a run of
-// equal ones would be short for it: then the states are computed in every iteration, O(m²) a step.
+// A window ends at a break point. If runs of equal steps are short, a window may contain steps of several lengths (up
+// to kCachedSteps); then the states are computed in every iteration, O(m²) per step.
 //
-// Windows start with L κ W h near 1, are halved when the iteration diverges or leaves the feasible set,
-// and grow again on success; a single step that still fails is marched with LCP(M + K_0). With a fixed width or the
-// whole horizon in the options, the failure ends the solve instead (kDiverged; kIterationLimit, with the last iterate
-// as trajectory of the window).
+// Windows start with L κ W h near 1, are halved when the iteration diverges or leaves the feasible set, and grow again
+// on success; a single step that still fails is solved by the coupled LCP with the matrix M + K_0. With a fixed width
+// or the whole horizon in the options, the failure ends the solve instead (kDiverged; kIterationLimit, with the last
+// iterate as trajectory of the window).
 // Requires a Lipschitz y (P-matrix, or Z-matrix with the least element). Returns whether the end was reached.
 // Threads: those of context.workers; same bits for any number.
 bool LaplaceIteration(SolveContext& context);

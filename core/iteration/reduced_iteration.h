@@ -8,8 +8,8 @@
 
 namespace dlcs {
 
-// LaplaceIteration() with context.propagator: what the windows before have done to N x comes from the memory of
-// the kernel, and each iteration is one response of the kernel. Windows end with their run.
+// LaplaceIteration() with context.propagator: the effect of earlier windows on N x comes from the kernel's
+// ConvolutionHistory, and each iteration is one response of the kernel. Windows end with their run.
 bool ReducedIteration(SolveContext& context);
 
 }  // namespace dlcs

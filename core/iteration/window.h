@@ -14,15 +14,14 @@
 
 namespace dlcs {
 
-// What depends on the step length alone.
+// The parts of an iteration that depend on the step length alone.
 struct StepTools {
   StepTools(SolveContext& context, double step)
       : stepper(MakeStepper(context, "exp-PL", step,
                             [&](double h) { return ExponentialPiecewiseLinear(context.problem, h); })),
-        kernel(context.problem, stepper.scheme(), context.options.kernel, context.workers,
-               *context.solution.kernel) {}
+        kernel(context.problem, stepper.scheme(), context.options.kernel, context.workers, *context.solution.kernel) {}
   const Scheme& scheme() const { return stepper.scheme(); }
-  Stepper stepper;  // for the steps that must be marched
+  Stepper stepper;  // for single steps on which the iteration fails
   Kernel kernel;
 };
 
@@ -32,7 +31,7 @@ struct WindowPiece {
   Segment segment;
 };
 
-// q by one convolution where all steps have one length, else by the states.
+// Computes q by one convolution if all steps have one length, otherwise from the states.
 class Window final : public WindowModel {
  public:
   // Empty, from the state `start` and the multiplier `y_start`. Keeps references to the first two.
@@ -52,7 +51,7 @@ class Window final : public WindowModel {
   LcpStatus March(SelectionStats& departures) override;
 
  private:
-  // The tools that all pieces share; null where the steps have several lengths, or the kernel grows too far.
+  // The tools of all pieces; null if the steps have several lengths, or if the blocks of the kernel grow too large.
   StepTools* SharedTools();
   // Fills x and y of all pieces from the start and y by the recursion of their schemes; returns q. Cost: O(m²) a step.
   Matrix Propagate();

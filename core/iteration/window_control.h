@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// When the iteration on a window has converged or diverged, and how wide the next window is to be.
+// Decides when the iteration on a window has converged or diverged, and how wide the next window is.
 
 #ifndef DLCS_CORE_ITERATION_WINDOW_CONTROL_H_
 #define DLCS_CORE_ITERATION_WINDOW_CONTROL_H_
@@ -11,30 +11,30 @@
 
 namespace dlcs {
 
-// The longest window that is chosen without being asked for, and the first when nothing is known of the contraction.
+// The longest window that the engine chooses, and the first one if the contraction is not known.
 inline constexpr Index kLongestWindow = 2048;
 inline constexpr Index kFirstWindow = 16;
 
-// The largest change of a row in units of its size. Rows that vanish but for rounding are measured against the largest
-// one.
+// The largest change of a row in units of its size. Rows that are zero up to rounding are measured against the largest
+// row.
 double RelativeChange(const Vector& size, const Vector& change);
 
-// Stops when the change, which is what y still owes its LCP, and the error that is left, which for a contraction
-// by ρ is change ρ/(1 - ρ), are both small. Changes at the level of rounding cannot contract any more.
+// Whether the last change (by which y may still miss its LCP) and the remaining error (change ρ/(1 - ρ) for a
+// contraction by ρ) are both small. Changes at the level of rounding count as converged.
 bool Converged(const std::vector<double>& changes, double tolerance);
 
-// Whether the changes grew too far to be worth waiting, or are no smaller than some iterations ago.
+// Whether the changes have grown too much, or are no smaller than some iterations ago.
 bool Diverging(const std::vector<double>& changes);
 
-// The iterations that a window may take: one that may shrink, or one that may not.
+// The most iterations for a window that may shrink, and for one that may not.
 inline constexpr Index kMostIterationsOfShrinking = 300;
 inline constexpr Index kMostIterationsOfFixed = 1000;
 
-// How wide windows are where that is chosen. A window of W steps and k iterations costs k (W + 16) / W a step, since an
-// iteration of one step takes about as long as one of sixteen (the lanes of core/lcp/structured/policy_iteration.h, and
-// what is done once an iteration). How k grows with W depends on the system: hardly where the iteration is superlinear,
-// linearly in the hump, like √W where diffusion carries y to y. So where windows take few iterations they are doubled,
-// where some they are kept, and where many the width moves by factors of two as long as the cost falls, and back where
+// Chooses the width of windows. A window of W steps and k iterations costs k (W + 16) / W per step, since an iteration
+// on one step takes about as long as on sixteen (the lanes of core/lcp/structured/policy_iteration.h and overhead per
+// iteration). How k grows with W depends on the system: hardly if the iteration is superlinear, linearly if errors grow
+// before they decay, like √W if y is coupled by diffusion. So the width is doubled if windows take few iterations, and
+// kept if they take some. If they take many, the width moves by factors of two as long as the cost falls, and back when
 // it rises.
 class WindowWidth {
  public:
@@ -43,9 +43,10 @@ class WindowWidth {
   Index value() const { return width_; }
   // A window of `steps` steps took so many `iterations`.
   void Accept(Index steps, Index iterations);
-  // One failed: the next has half of its steps, and windows whose width is sought stay below it for a while.
+  // A window failed: the next has half of its steps, and for a while windows stay shorter than the failed one.
   void Reject(Index steps);
-  // One of a single step failed and was marched: there is no use in trying more before one step iterates again.
+  // A window of a single step failed and was solved by the coupled LCP: windows stay at one step until the iteration on
+  // one converges again.
   void March() { *this = WindowWidth(1); }
 
   friend void CarryFields(StateArchive& state, WindowWidth& width) {
@@ -56,9 +57,9 @@ class WindowWidth {
   void Seek(Index steps, double cost);
 
   Index width_;
-  double cost_ = 0;  // a step, of the last window whose width was sought; 0: none
+  double cost_ = 0;  // per step, of the last window in the search for a width; 0: none
   bool grows_ = false;
-  Index ceiling_ = 0, patience_ = 0;  // the width that failed, and for how many windows that is remembered
+  Index ceiling_ = 0, patience_ = 0;  // the width that failed, and for how many more windows it is a limit
 };
 
 }  // namespace dlcs

@@ -20,11 +20,11 @@ enum class WindowEnd {
   kJump,
   kIterationLimit,
   kCancelled,
-  kFlightFailed,  // in the windows behind the one that was to converge
+  kFlightFailed,  // the failure was in a later window than the one that was to converge
 };
 
-// Windows that are iterated on together: the first `steps` of what the iteration is given are to converge; those behind
-// them are on their way, from `guess`, the y of some of the nodes 1, 2, ....
+// Several windows that are iterated together (Options::windows_in_flight). The first `steps` steps have to converge;
+// later ones are iterated at the same time. `guess` holds y at some of the nodes 1, 2, ... to start from.
 struct Flight {
   Index steps = 0;
   Matrix guess;
@@ -42,17 +42,17 @@ class WindowIteration {
   WindowIteration(SolveContext& context, bool may_shrink);
 
   // Iterates on `window`, the `number`-th, as core/iteration/laplace_iteration.h says. Leaves y of the last iterate in
-  // the window and, when converged, has it finished. Reports each iterate; its bound only where the window has one of
-  // its kernel, and the iteration is not accelerated.
+  // the window and, if it converged, calls window.Finish(). Reports each iterate, with the a-priori bound if the window
+  // has a bound of its kernel and the iteration is not accelerated.
   WindowResult Run(Index number, WindowModel& window) {
     return Run(number, window, {.steps = window.steps(), .guess = {}});
   }
-  // The same for the first window of a `flight`; it is not finished.
+  // The same for the first window of a `flight`; Finish() is not called.
   WindowResult Run(Index number, WindowModel& window, const Flight& flight);
 
  private:
-  // What the first columns of two iterates tell, q and `next`, which follows from y: per row the change and the size of
-  // `next`, and the natural residual of y and next + M y.
+  // The comparison of two iterates on the first columns, q and `next` (computed from y): for each row the change and
+  // the size of `next`, and the natural residual of y and next + M y.
   struct Judgment {
     Vector row_change, row_size;
     double residual;
@@ -61,7 +61,7 @@ class WindowIteration {
   Index max_iterations() const;
   Judgment Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index columns) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
-  // `columns` of the window's y are of this iterate.
+  // The first `columns` columns of the window's y belong to this iterate.
   void Report(IterateReport report, double log_bound, const WindowModel& window, Index columns);
 
   SolveContext& context_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the iteration asks of a window, however the states are carried.
+// The interface of a window to the iteration, independent of how states are propagated.
 
 #ifndef DLCS_CORE_ITERATION_WINDOW_MODEL_H_
 #define DLCS_CORE_ITERATION_WINDOW_MODEL_H_
@@ -17,19 +17,19 @@ class WindowModel {
   virtual Index first_node() const = 0;
   Index steps() const { return y.cols() - 1; }
 
-  // q of the equation with y frozen at its start, which `y` holds in all columns. To be called first.
+  // q for y frozen at its start value, which all columns of `y` are set to. Call it first.
   virtual Matrix Frozen() = 0;
   // q for the constant state.
   virtual Matrix Constant() = 0;
-  // q that follows from y, in the memory of `q` where that has the size.
+  // Computes q from y, in the memory of `q` if it has the right size.
   virtual void Follow(Matrix& q) = 0;
-  // For each row of q the size of the numbers that it was summed from.
+  // For each row of q the size of the terms that it is the sum of.
   virtual Vector Sizes() const = 0;
-  // κ h: the kernel is at most κ a unit of time. NaN where the steps have several lengths.
+  // κ h, where κ bounds the kernel per unit of time. NaN if the steps have several lengths.
   virtual double KernelBound() = 0;
-  // y is final: makes what is to be filed.
+  // To be called when y is final: computes the states, certificate and output.
   virtual void Finish() = 0;
-  // Takes the one step of the window by LCP(q, M + K_0) instead; whether it was solved.
+  // Solves the single step of the window by the coupled LCP(q, M + K_0) instead of iterating.
   virtual LcpStatus March(SelectionStats& departures) = 0;
 
   Matrix y;  // n × steps + 1; column 0 is given, the others are the iterate's

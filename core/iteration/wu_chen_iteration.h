@@ -18,13 +18,12 @@ namespace dlcs {
 // the contour (2.2), a different contour for each t_j. Parallel over times and contour nodes; same bits for any
 // number of threads.
 //
-// Requires a Lipschitz y (or one that stays so, Remark 3.1). The contour is options.contour's; left to itself,
-// Theorem 2.2's, or Remark 2.4's for sectors that are too wide for it, up to kWidestSector, with a warning.
-// Eigenvalues outside the sector |arg(-λ)| < π/2 - γ, imaginary and unstable ones, are split off and integrated by
-// φ-functions (core/laplace/spectrum_split.h; zero lies inside every contour), with a warning. Solution::contour
-// tells what was done.
-// Where the iterations run out the trajectory is the last iterate, with its certificate.
-// Cost: O(J² P m) an iteration. It is the faithful form, for checking; LaplaceIteration() is the fast one.
+// Requires a Lipschitz y (or one that stays so, Remark 3.1). The contour is that of options.contour; with kAuto that of
+// Theorem 2.2, or, for sectors too wide for it, that of Remark 2.4 up to kWidestSector, with a warning. Eigenvalues
+// outside the sector |arg(-λ)| < π/2 - γ, imaginary and unstable ones, are split off and integrated by φ-functions
+// (core/laplace/spectrum_split.h; zero lies inside every contour), with a warning. Solution::contour holds the details.
+// If the iterations run out, the trajectory is the last iterate, with its certificate.
+// Cost: O(J² P m) an iteration. This is the printed method, meant for checking; LaplaceIteration() is the fast form.
 // Accuracy: that of the contour, O(e^{-2.06√P}/√P) for narrow sectors (core/laplace/contour_choice.h), besides the
 // interpolation: O(h²), with cubic splines O(h⁴) where f and y are smooth. The certificate measures x and y as
 // interpolated linearly.

@@ -11,9 +11,9 @@
 
 namespace dlcs {
 
-// z(v) = (μ/t)(1 + sin(iv - γ)), (2.2) of [Wu & Chen] with the 1/t that its print lost, at v_p = p Δv, p = -P..P.
-// It opens to the left with asymptotes at the angle π/2 - γ from the negative real axis and crosses the real axis at
-// (μ/t)(1 - sin γ) > 0.
+// z(v) = (μ/t)(1 + sin(iv - γ)) at v_p = p Δv, p = -P..P: (2.2) of [Wu & Chen], with the factor 1/t that is missing in
+// print. It opens to the left with asymptotes at the angle π/2 - γ from the negative real axis and crosses the real
+// axis at (μ/t)(1 - sin γ) > 0.
 struct Contour {
   Index nodes = 0;  // P
   double mu = 0;
@@ -31,9 +31,9 @@ Contour SourceContour(Index nodes);
 // Math. Comp. 76, 1341-1356.
 Contour InitialStateContour(Index nodes);
 
-// A node at t = 1. At time t both numbers are divided by t. Nodes come for p = 0..P only: for real data the
-// terms of p and -p are conjugates, so a sum over all nodes is the real part of Σ_p weight · (...), where the
-// weight holds Δv/(2πi) z'(v_p), doubled for p > 0.
+// A node at t = 1; at time t both numbers are divided by t. There are nodes for p = 0..P only: for real data the terms
+// of p and -p are conjugates, so the sum over all nodes is the real part of Σ_p weight · (...), with weight = Δv/(2πi)
+// z'(v_p), doubled for p > 0.
 struct ContourNode {
   std::complex<double> z;
   std::complex<double> weight;

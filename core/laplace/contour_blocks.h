@@ -16,8 +16,8 @@
 
 namespace dlcs {
 
-// H(z) = N (zI - A)⁻¹ B, n × n, and where it is singular. What the contours need of a system: one factorization of
-// zI - A for each z, whatever the structure of A.
+// H(z) = N (zI - A)⁻¹ B, n × n, and its poles. This is all that the contours need to know of a system, whatever the
+// structure of A: one factorization of zI - A for each z.
 struct TransferFunction {
   // Safe to call from several threads at once. Not finite where z is an eigenvalue.
   std::function<Eigen::MatrixXcd(std::complex<double> z)> value;
@@ -33,18 +33,17 @@ TransferFunction DenseTransferFunction(const Problem& problem);
 //     K_0 = 1/(2πi) ∫ e^z z⁻² H(z/h) dz,     K_1 = 1/(2πi) ∫ (e^{2z} - 2e^z) z⁻² H(z/h) dz,
 //     K_k = 1/(2πi) ∫ e^{kz} (2 sinh(z/2)/z)² H(z/h) dz       for k >= 2,
 //
-// a hat being a second difference of ramps. A contour serves a range of times k - 1 ... k + 1, up to 16 times its
-// first (core/laplace/range_contour.h), with some 50 values of H: W blocks cost 50 log_16 W factorizations, no
-// power and no exponential of A, and then 200 n² multiplications a block.
+// since a hat is a second difference of ramps. One contour covers a range of times k - 1 ... k + 1, up to 16 times its
+// first (core/laplace/range_contour.h), with about 50 values of H. So W blocks cost 50 log_16 W factorizations, no
+// power or exponential of A, and then 200 n² multiplications per block.
 class ContourBlocks {
  public:
   ContourBlocks(TransferFunction transfer, double step);
 
-  // Appends blocks to `blocks` (n × n each, side by side), which holds all before them: up to block `window` - 1,
-  // or to the last that one contour serves. Returns false, and leaves `blocks` as they are, where the spectrum has
-  // no contour for the next times or `stop` was requested (looked at every factorization). The blocks are not
-  // judged here.
-  // Threads: those of `workers`; same bits for any number.
+  // Appends blocks to `blocks` (n × n each, side by side), which holds all earlier blocks: up to block `window` - 1, or
+  // up to the last one that the contour covers. Returns false and does not change `blocks` if the spectrum has no
+  // contour for the next times, or if `stop` was requested (checked at every factorization). The accuracy of the blocks
+  // is not checked here. Threads: those of `workers`; same bits for any number.
   bool Append(Index window, Workers& workers, const std::stop_token& stop, Matrix& blocks);
 
   Index contours() const { return contours_; }
@@ -57,7 +56,7 @@ class ContourBlocks {
   TransferFunction transfer_;
   double step_;
   Eigen::VectorXcd eigenvalues_;  // of hA
-  Index end_ = 0;                 // the first block that it does not serve
+  Index end_ = 0;                 // the first block that the contour does not cover
   std::vector<ContourNode> nodes_;
   Matrix values_;  // weight H(z/h) for each node, real part and negative imaginary part, a block in a column
   Index contours_ = 0;

@@ -15,8 +15,8 @@
 namespace dlcs {
 
 // φ of (2.1b), measured: sup |z| ‖(zI - A)⁻¹‖_∞ over the nodes z_p/t of the contour for all t in `times` (each > 0). It
-// varies slowly with t and tends to 1 for t -> 0. NaN where `stop` was requested, looked at before every node. Cost:
-// O(P m³) for each time.
+// varies slowly with t and tends to 1 for t -> 0. NaN if `stop` was requested (checked before every node). Cost: O(P
+// m³) for each time.
 double ResolventFactor(const Contour& contour, const Resolvent& resolvent, const std::vector<double>& times,
                        const std::stop_token& stop = {});
 
@@ -38,7 +38,8 @@ class IterationBound {
   std::optional<double> IterationsFor(double tolerance);
   static constexpr int kMostExactFactors = 500;
 
-  // log Σ_r F_r: what an error made anew in every iteration, the quadrature's, can grow to (2.14a).
+  // log Σ_r F_r, (2.14a): the factor by which an error that is made in every iteration (that of the quadrature) can
+  // grow.
   double LogAmplification();
 
  private:

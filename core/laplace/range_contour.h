@@ -26,9 +26,9 @@ struct RangeContour {
   std::vector<ContourNode> Nodes() const;
 };
 
-// The contour from `begin` on that serves `eigenvalues` with the fewest nodes per octave of time, to about
-// e^{-`accuracy`}; it ends at 16, 8, 4 or 2 times `begin`, not before `least_end`. Zero lies inside. Five
-// conditions make it, with T = t_b, E = `accuracy`, and δ = π/2 - α - γ:
+// The contour from `begin` on with the fewest nodes per octave of time for these `eigenvalues`, with an error of about
+// e^{-`accuracy`}. It ends at 16, 8, 4 or 2 times `begin`, not before `least_end`. It encloses zero. It satisfies five
+// conditions, with T = t_b, E = `accuracy`, and δ = π/2 - α - γ:
 //
 //     2πδ/Δv >= E + μ(1 - cos α)      the contour may be moved by δ before it meets the sector,
 //     2πγ/Δv >= E + μ                 and by γ to the other side, where it is a vertical line,
@@ -36,8 +36,8 @@ struct RangeContour {
 //     μ(1 - sin γ) + (σ - max(0, Re λ)) T <= 7   no term is so large that rounding spoils 1e-12,
 //     σ >= Re λ + |Im λ|/tan α        for each eigenvalue but those with e^{t_a Re λ} < e^{-45}, which have died out.
 //
-// σ and α are traded against each other: an eigenvalue that turns fast for its decay costs nodes or rounding. An
-// empty result means that no choice of them keeps to 7, as for an imaginary λ with |λ| t_a in the tens.
+// σ and α are a trade-off: an eigenvalue with a large imaginary part relative to its decay costs nodes or rounding. The
+// result is empty if no choice of them stays within 7, as for an imaginary λ with |λ| t_a in the tens.
 // Source: [Weideman & Trefethen 2007] (core/laplace/contour.h); the shift is ours.
 std::optional<RangeContour> FindRangeContour(double begin, double least_end, double accuracy,
                                              const Eigen::VectorXcd& eigenvalues);

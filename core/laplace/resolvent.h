@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// One complex Schur decomposition A = U T U*, then each resolvent is a triangular solve, O(m²). Unitary, so as
-// backward stable as an LU of zI - A, which would cost O(m³) per z. Or the part of it that belongs to an invariant
+// One complex Schur decomposition A = U T U*, then each resolvent is a triangular solve, O(m²). Since U is unitary this
+// is as backward stable as an LU of zI - A, which would cost O(m³) per z. It may also be restricted to an invariant
 // subspace (core/laplace/spectrum_split.h): then T is smaller than A, and the coordinates are those of the subspace.
 class Resolvent {
  public:
@@ -19,7 +19,7 @@ class Resolvent {
   using ComplexVector = Eigen::VectorXcd;
 
   explicit Resolvent(const Matrix& A);
-  // from (zI - T)⁻¹ to, T upper triangular.
+  // The resolvent `from` (zI - T)⁻¹ `to`, with T upper triangular.
   Resolvent(ComplexMatrix to, ComplexMatrix T, ComplexMatrix from);
 
   // The diagonal of T: the eigenvalues of A.

@@ -12,14 +12,14 @@
 
 namespace dlcs {
 
-// e^{tA} = (its part by the resolvent of `inside`) + basis e^{t outside} left. What Remark 2.1 of [Wu & Chen] wants
-// circles for: eigenvalues that no hyperbola (2.2) encloses for all t. A circle counts e^{λt} a second time while t
-// is so small that the hyperbola still encloses λ; here every eigenvalue is in one part for all t.
+// e^{tA} = (its part by the resolvent of `inside`) + basis e^{t outside} left. The second part holds the eigenvalues
+// that no hyperbola (2.2) encloses for all t. Remark 2.1 of [Wu & Chen] adds circles around them, but counts e^{λt}
+// twice while t is so small that the hyperbola encloses λ too; here every eigenvalue is in one part for all t.
 struct SpectrumSplit {
   Resolvent inside;
-  Matrix basis;    // m × k, orthonormal columns that span the invariant subspace of the k eigenvalues outside
-  Matrix outside;  // k × k, A on that subspace
-  Matrix left;     // k × m, left · basis = I, left · A = outside · left
+  Matrix basis;          // m × k, orthonormal columns that span the invariant subspace of the k eigenvalues outside
+  Matrix outside;        // k × k, A on that subspace
+  Matrix left;           // k × m, left · basis = I, left · A = outside · left
   double condition = 1;  // of the two subspaces: the norm of the projector, 1 where they are orthogonal
 
   Index separated() const { return outside.rows(); }

@@ -13,12 +13,12 @@ namespace dlcs {
 
 // Computes  r_j = Σ_{l=0..j} K_{j-l} d_l,  j = 0..W-1, for square blocks K_0, K_1, ... of order n.
 //
-// The blocks stay with their owner, and may grow in number between calls; those that were there must not change.
-// Windows that are short for their order are summed directly, n²W²/2 multiplications; others by real FFTs of padded
-// length (a power of two >= 2W), O(nW log W + n²W), with the transforms of the kernel kept per length.
-// The bits of the result depend on W and the data alone, not on the number of threads. Looks for a stop
-// (core/parallel/stop_scope.h) at every lag of a direct sum and at every row of a transformed one.
-// Accuracy of the FFT: some 1e-15 times max‖K‖ · Σ‖d‖, relative to the largest entries, not to each one.
+// The caller owns the blocks, and may append further ones between calls; existing ones must not change. Windows that
+// are short for their order are summed directly, n²W²/2 multiplications; others by real FFTs of padded length (a power
+// of two >= 2W), O(nW log W + n²W), with the transforms of the kernel kept per length. The bits of the result depend on
+// W and the data alone, not on the number of threads. Checks for a stop (core/parallel/stop_scope.h) at every lag of a
+// direct sum and at every row of a transformed one. Accuracy of the FFT: some 1e-15 times max‖K‖ · Σ‖d‖, relative to
+// the largest entries, not to each one.
 class ToeplitzConvolution {
  public:
   explicit ToeplitzConvolution(Index order) : order_(order) {}
@@ -30,11 +30,10 @@ class ToeplitzConvolution {
   Matrix ApplyDirectly(const Eigen::Ref<const Matrix>& blocks, const Matrix& d, Workers& workers) const;
   Matrix ApplyByFft(const Eigen::Ref<const Matrix>& blocks, const Matrix& d, Workers& workers);
 
-  // Transforms, one a column. Hundreds of MB in all: written once, where they are made, and never filled with zeros
-  // before.
+  // One transform per column. They take up to hundreds of MB, so they are written once and not zero-initialized before.
   using Spectra = Eigen::MatrixXcd;
   struct KernelSpectra {
-    Index blocks;    // the transforms are of so many
+    Index blocks;    // the number of blocks transformed
     Spectra values;  // frequency × (row + n·column)
   };
   // The transforms of the first length/2 blocks: enough for any window of that length.

@@ -17,13 +17,13 @@
 
 namespace dlcs {
 
-// Keeps objects that are dear to make between uses: there are never more than were in use at one time. Safe
-// to share between threads. Which of them a caller gets is a matter of chance, so nothing may depend on what
-// one was used for.
+// Keeps objects that are expensive to construct for later use; there are never more than were in use at one time. Safe
+// to share between threads. Which object a caller gets is not deterministic, so results must not depend on what an
+// object was used for before.
 template <typename T>
 class Pool {
  public:
-  // An object handed in earlier, or a new one from `make`, which returns a std::unique_ptr<T>.
+  // An object that was returned earlier, or a new one from `make`, which returns a std::unique_ptr<T>.
   template <typename Make>
   std::unique_ptr<T> Take(Make&& make) {
     {
@@ -53,22 +53,22 @@ struct LcpBatchOutcome {
   bool cancelled = false;
 };
 
-// Solves LCP(q_j, M) for the columns q_j of a matrix. Neighboring columns are neighboring times. A
-// tridiagonal M-matrix is solved for sixteen columns side by side (core/lcp/structured/policy_iteration.h), others
-// column by column; either way each column starts from its own guess and knows nothing of the others, so the
-// bits depend neither on the threads nor on what is solved together.
+// Solves LCP(q_j, M) for the columns q_j of a matrix. Neighboring columns are neighboring times. A tridiagonal M-matrix
+// is solved for sixteen columns side by side (core/lcp/structured/policy_iteration.h), others column by column; either
+// way each column starts from its own guess and does not depend on the others, so the bits depend neither on the
+// threads nor on which columns are solved together.
 class LcpBatch {
  public:
   LcpBatch(const Matrix& M, const SolutionChoice& choice);
 
-  // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W) holds a guess, whose positive entries
-  // start the bases, and takes the solutions; where the outcome is not kSolved its columns are not to be
-  // used. `stop` is looked at once a column, or once in sixteen.
+  // `q` is n × W, `tolerance` n as in LcpSolver::Solve(). `y` (n × W): in a guess, whose positive entries are the
+  // initial bases; out the solutions, valid only if the outcome is kSolved. `stop` is checked once per column or per
+  // sixteen columns.
   LcpBatchOutcome Solve(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Vector>& tolerance, Workers& workers,
                         const std::stop_token& stop, Eigen::Ref<Matrix> y);
 
  private:
-  // What one thread works with. Kept between calls: a solver is dear to make.
+  // The solver and work space of one thread, kept between calls since a solver is expensive to construct.
   struct Bench {
     std::unique_ptr<LcpSolver> solver;
     std::optional<PolicyLanes> lanes;

@@ -15,8 +15,7 @@
 
 namespace dlcs {
 
-// A function of time, linear between nodes; a time that stands twice is a jump, with its left and its right
-// limit.
+// A function of time, linear between nodes. A time that occurs twice is a jump, with its left and its right limit.
 struct PiecewiseLinearPath {
   std::vector<double> times;  // nondecreasing, each at most twice, the first 0
   Matrix values;              // n × times

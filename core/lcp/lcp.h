@@ -27,12 +27,12 @@ struct LcpResult {
   Vector w;             // q + M y
   double residual = 0;  // ‖min(y, w)‖_∞, computed from y afresh; NaN when a number is not finite
   Index pivots = 0;
-  std::string method;   // "principal pivoting", ...
-  std::string message;  // why this verdict
-  std::string matrix_class;               // of M, for people
-  Selection selection = Selection::kAny;  // the rule that was followed
-  IndexSets sets;                         // of y, with kSolved
-  bool only_choice = true;                // false where several minimizers tied
+  std::string method;                             // "principal pivoting", ...
+  std::string message;                            // why this verdict
+  std::string matrix_class;                       // of M, as text
+  Selection selection = Selection::kAny;          // the rule that was followed
+  IndexSets sets;                                 // of y, with kSolved
+  bool only_choice = true;                        // false where several minimizers tied
   std::optional<BasicSolutions> basic_solutions;  // where they were asked for
 };
 
@@ -45,9 +45,9 @@ struct LcpRequest {
 // ‖min(y, q + M y)‖_∞; NaN if any entry is not finite.
 double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& y);
 
-// Solves one LCP, with the solver that the class of M calls for. M and q are taken as they stand: w_i of a solution is
-// negative, or positive where y_i is, by no more than the rounding of its sum, 1e-12 (|q_i| + Σ_j|M_ij| y_j), whatever
-// the units of rows and columns. So q = -1e-16 with M = 0 has no solution.
+// Solves one LCP with the solver for the class of M. M and q are taken as exact: w_i of a solution is negative, or
+// positive together with y_i, by no more than the rounding of its sum, 1e-12 (|q_i| + Σ_j|M_ij| y_j), for any units of
+// rows and columns. So q = -1e-16 with M = 0 has no solution.
 // Errors: InvalidArgument, one line "field: description" for each rule broken (fields M, q, rule, selector,
 //         all_basic_solutions): shapes, non-finite entries, a rule that M does not admit, too large for all solutions;
 //         Cancelled when `stop` is requested (looked at as by Solve() of core/solve.h).
@@ -55,21 +55,21 @@ double LcpResidual(const Matrix& M, const Eigen::Ref<const Vector>& q, const Eig
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, const LcpRequest& request,
                                    const std::stop_token& stop = {});
 absl::StatusOr<LcpResult> SolveLcp(const Matrix& M, const Vector& q, SolutionRule rule);
-// The same for finite M and q whose class and choice are known, without the bases of all solutions.
+// The same for finite M and q whose class and choice are known; does not compute all basic solutions.
 LcpResult SolveClassifiedLcp(const Matrix& M, const Vector& q, const MatrixClass& matrix_class,
                              const SolutionChoice& choice);
 
-// The solver of LCP(q, M) for `choice`: principal pivoting with kept factors (kUnique), Chandrasekaran
-// (kLeastElement), the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive
-// semidefinite), a quadratic program or enumeration (kMinimizer, and kLeastNorm for small M of other classes), Lemke
-// with lexicographic ratio test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for
-// larger n (kAny). The choice is taken on trust: M must be what SelectRule() asks for, `choice` complete.
+// The solver of LCP(q, M) for `choice`: principal pivoting with kept factors (kUnique), Chandrasekaran (kLeastElement),
+// the linear program (4.11) (kHiddenLeastElement), regularization (kLeastNorm, M positive semidefinite), a quadratic
+// program or enumeration (kMinimizer, and kLeastNorm for small M of other classes), Lemke with lexicographic ratio
+// test, behind it enumeration for n <= 12 and before it a few rounds of principal pivoting for larger n (kAny). The
+// choice is not checked: M must be of the class that SelectRule() requires, and `choice` complete.
 std::unique_ptr<LcpSolver> MakeLcpSolver(const Matrix& M, const SolutionChoice& choice);
 
-// The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on
-// M: the returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found
-// (core/lcp/dense/coupled_least_element.h, core/lcp/dense/coupled_selection.h). kInfeasible only when LCP(q, M + K) has
-// no solution. Nothing is asked of M + K.
+// The solver of the coupled step: y in SOL(q + K y, M), i.e. LCP(q, M + K), where the selection is judged on M: the
+// returned y is the selected solution of LCP(q + K y, M) wherever such a fixed point is found
+// (core/lcp/dense/coupled_least_element.h, core/lcp/dense/coupled_selection.h). kInfeasible only if LCP(q, M + K) has
+// no solution. M + K may be any matrix.
 std::unique_ptr<LcpSolver> MakeCoupledLcpSolver(const Matrix& M, const Matrix& K, const SolutionChoice& choice);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A square matrix in block triangular form, in units in which its rows and columns are alike.
+// Balances a square matrix: block triangular form, and scaling that makes rows and columns similar in size.
 
 #ifndef DLCS_CORE_LINALG_BALANCE_H_
 #define DLCS_CORE_LINALG_BALANCE_H_
@@ -11,7 +11,7 @@
 namespace dlcs {
 
 // matrix(k, l) = 2^{exponents[l] - exponents[k]} A(order[k], order[l]), so that x[order[k]] = 2^{exponents[k]} z[k]
-// makes x' = A x to z' = matrix z. Block upper triangular; what stands inside of a block depends on each other.
+// makes x' = A x to z' = matrix z. Block upper triangular; the states inside a block depend on each other.
 struct BalancedMatrix {
   Matrix matrix;
   std::vector<Index> order;
@@ -31,11 +31,10 @@ std::vector<std::vector<Index>> StronglyConnected(const Eigen::Ref<const Matrix>
 // makes rows and columns smaller together [Parlett & Reinsch 1969], sorts its states by falling size of row, and scales
 // the blocks so that no coupling is larger than the blocks that it couples.
 //
-// Only powers of two multiply, so nothing is rounded (but what underflows). Units of the states that are powers of two
-// do not matter inside of a block: the matrix comes out the same to the bit, where the order does; nor does such a unit
-// of time, which is a factor of the whole matrix. Entries that are not finite: no scaling. Cost: some ten passes over
-// the entries. Source: [Parlett & Reinsch 1969] Balancing a matrix for calculation of eigenvalues and eigenvectors.
-// Numer. Math. 13.
+// Only powers of two multiply, so nothing is rounded (but what underflows). Changing the units of states by powers of
+// two does not change a block: the result is the same to the bit if the order is the same. Changing the unit of time
+// only multiplies the matrix. Entries that are not finite: no scaling. Cost: some ten passes over the entries. Source:
+// [Parlett & Reinsch 1969] Balancing a matrix for calculation of eigenvalues and eigenvectors. Numer. Math. 13.
 BalancedMatrix Balance(const Matrix& A);
 
 // Another matrix of the same states, in the order and units of `balanced`; and back.

@@ -18,7 +18,7 @@ struct alignas(64) EightBlock {
   double* column(Index j) { return entries + kSize * j; }
 };
 
-// Of the functions below, V is a vector of two, four or eight doubles; all have the same bits for each.
+// In the functions below V is a vector of two, four or eight doubles; the result has the same bits for each.
 namespace eight_blocks {
 
 // result (-)= left · right
@@ -41,7 +41,7 @@ DLCS_INLINE void Multiply(const EightBlock& left, const EightBlock& right, Eight
   }
 }
 
-// sums += block · x, in four sums that do not wait for each other; `part` counts the entries of V.
+// sums += block · x, in four independent sums; `part` is the index of the entries of V.
 template <typename V>
 DLCS_INLINE void AddTimes(const EightBlock& block, const double* x, Index part, V (&sums)[4]) {
 #pragma GCC unroll 8

@@ -12,11 +12,11 @@
 
 namespace dlcs {
 
-// A matrix by its diagonals, for products with many columns: loops along a diagonal fill the registers, which those
-// over the entries of a sparse matrix do not.
+// A matrix stored by its diagonals, for products with many columns: loops along a diagonal are vectorized, unlike loops
+// over the entries of a sparse matrix.
 class Diagonals {
  public:
-  // Absent where there are more than eight diagonals, or one has a gap. Cost: the entries.
+  // Absent if there are more than eight diagonals, or one has a gap. Cost: O(nonzeros).
   static std::optional<Diagonals> Of(const Eigen::SparseMatrix<double>& matrix);
 
   // product = matrix · values, with the bits of Eigen's sparse product: each row is summed from the left.

@@ -9,9 +9,9 @@
 
 namespace dlcs {
 
-// high + low, |low| at most half an ulp of high. Errors of + - * / and Sqrt(): some 2⁻¹⁰⁴ of the result, as long as
-// nothing leaves [1e-290, 1e290]. IEEE arithmetic without contraction (CMakeLists.txt) is what they rest on. Cost: 20
-// to 60 operations. Source: [Dekker 1971] A floating-point technique for extending the available precision. Numerische
+// high + low, |low| at most half an ulp of high. Errors of + - * / and Sqrt(): some 2⁻¹⁰⁴ of the result, as long as all
+// magnitudes are in [1e-290, 1e290]. Requires IEEE arithmetic without contraction (CMakeLists.txt). Cost: 20 to 60
+// operations. Source: [Dekker 1971] A floating-point technique for extending the available precision. Numerische
 // Mathematik 18, 224-242.
 struct DoubleDouble {
   double high = 0;

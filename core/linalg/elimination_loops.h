@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops of dense elimination, for whatever registers the processor has.
+// The inner loops of dense elimination, vectorized for the instruction set of the processor.
 
 #ifndef DLCS_CORE_LINALG_ELIMINATION_LOOPS_H_
 #define DLCS_CORE_LINALG_ELIMINATION_LOOPS_H_
@@ -10,7 +10,7 @@
 
 namespace dlcs {
 
-inline constexpr Index kLongLoop = 16;  // shorter ones are done before a call is
+inline constexpr Index kLongLoop = 16;  // shorter loops are inlined, since a call would take longer
 
 // y -= factor x, for `count` entries; the second for many.
 void SubtractLongMultiple(Index count, double factor, const double* x, double* y);
@@ -20,7 +20,7 @@ inline void SubtractMultiple(Index count, double factor, const double* x, double
 }
 
 // A -= L U, with A rows × columns, L rows × depth, U depth × columns, all column-major; columns of X are X_stride
-// apart. Each entry of A takes its `depth` products one after the other, in order: blocks give the bits of single
+// apart. The `depth` products of each entry of A are subtracted in order, so blocks give the same bits as single
 // updates.
 void SubtractProduct(Index rows, Index columns, Index depth, const double* L, Index L_stride, const double* U,
                      Index U_stride, double* A, Index A_stride);

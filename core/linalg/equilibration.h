@@ -11,9 +11,9 @@ namespace dlcs {
 // Positive d, powers of two, such that the largest entry in row or column i of D M D is of size one for
 // every i whose row or column is not zero (d_i = 1 for the others).
 //
-// LCP(q, M) in y becomes LCP(D q, D M D) in y' = D⁻¹ y with w' = D w: signs, complementarity, solutions and
-// every matrix class of ours are kept, and since the factors are powers of two no bit is lost. What is won
-// is that one relative tolerance fits all entries: circuits mix 1e-6 and 1e6.
+// LCP(q, M) in y becomes LCP(D q, D M D) in y' = D⁻¹ y with w' = D w: signs, complementarity, solutions and every
+// matrix class of ours are kept, and since the factors are powers of two nothing is rounded. After scaling one relative
+// tolerance fits all entries (circuits have entries of size 1e-6 and 1e6).
 //
 // E M E has the same scaled matrix as M, bit for bit, for every E of powers of two: the exponents of M are first
 // brought into a form that does not depend on E.

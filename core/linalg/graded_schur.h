@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Schur form that keeps what is small beside what is large.
+// A Schur form that keeps the relative accuracy of small eigenvalues next to large ones.
 
 #ifndef DLCS_CORE_LINALG_GRADED_SCHUR_H_
 #define DLCS_CORE_LINALG_GRADED_SCHUR_H_
@@ -26,7 +26,7 @@ struct GradedSchurForm {
 // parts is rounded as by ComputeSchurForm(): changes of one ulp of its entries move slow eigenvalues as much.
 //
 // `duration`: the time over which the form serves; infinity if unknown. Absent where QR does not converge, or an entry
-// is not finite. Looks for a stop. Cost: of an irreducible block of size k some 100 k³; with double-double, up to size
+// is not finite. Checks for a stop. Cost: of an irreducible block of size k some 100 k³; with double-double, up to size
 // 64, 20 times as much.
 std::optional<GradedSchurForm> ComputeGradedSchurForm(const Matrix& A, double duration);
 

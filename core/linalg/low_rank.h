@@ -18,8 +18,8 @@ struct LowRank {
 // matrix = columns · rows up to rounding, by Gram and Schmidt with the longest column first. Cost: 4 m k r.
 LowRank FactorByRank(Matrix matrix);
 
-// The same up to columns shorter than `negligible`, where `most` terms are enough for that; otherwise nothing, at the
-// cost of so many.
+// The same up to an error of `negligible` in each column, if at most `most` terms are enough; otherwise absent, at the
+// cost of `most` terms.
 std::optional<LowRank> FactorIfRankIsAtMost(Index most, double negligible, Matrix matrix);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Norms that see NaN. std::max and Eigen's maxCoeff drop it, and a diverged run then reports error 0.
+// Norms that propagate NaN. std::max and Eigen's maxCoeff drop it, and a diverged run would then report error 0.
 
 #ifndef DLCS_CORE_LINALG_NORMS_H_
 #define DLCS_CORE_LINALG_NORMS_H_
@@ -34,7 +34,7 @@ double MaxAbs(const Eigen::DenseBase<Derived>& values) {
   return values.derived().cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
 }
 
-// Raises `sizes` to max |entry| of each row; a NaN stays. Goes by columns, as they lie in memory.
+// Raises `sizes` to max |entry| of each row; a NaN stays. Loops over columns, in the order of memory.
 template <typename Derived>
 void RaiseRowMaxAbs(const Eigen::MatrixBase<Derived>& matrix, Vector& sizes) {
   for (Index j = 0; j < matrix.cols(); ++j) {

@@ -17,8 +17,7 @@ struct PairNorms {
   double size = 0;             // max of |y_i| and |w_i|
 };
 
-// Of `y` and `w`, of the same shape. The bits do not depend on the processor: sums run in sixteen lanes, whatever its
-// registers.
+// Of `y` and `w`, of the same shape. The bits do not depend on the processor: sums always have sixteen lanes.
 PairNorms MeasurePairs(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LU factors of large dense matrices, made in a way that can be stopped.
+// LU factors of large dense matrices, by a computation that can be stopped.
 
 #ifndef DLCS_CORE_LINALG_PANEL_LU_H_
 #define DLCS_CORE_LINALG_PANEL_LU_H_
@@ -11,11 +11,11 @@
 namespace dlcs {
 
 // Overwrites the square `matrix` with L (below the diagonal; ones on it) and U, rows exchanged for the largest pivot:
-// row p of L U is row source[p] of what the matrix was. A column without a pivot leaves zeros or NaN on the diagonal of
-// U. Looks for a stop every ten milliseconds or so (core/parallel/stop_scope.h). Cost: 2/3 n³ operations.
+// row p of L U is row source[p] of the original matrix. A column without a pivot leaves zeros or NaN on the diagonal of
+// U. Checks for a stop about every ten milliseconds (core/parallel/stop_scope.h). Cost: 2/3 n³ operations.
 void FactorInPanels(Eigen::Ref<Matrix> matrix, std::vector<Index>& source);
 
-// What FactorInPanels() makes, kept.
+// The factors of a matrix, computed by FactorInPanels().
 class PanelLu {
  public:
   explicit PanelLu(Matrix matrix);

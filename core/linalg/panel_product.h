@@ -14,13 +14,13 @@ namespace dlcs {
 // The columns that take about ten milliseconds together, where one costs `operations` multiplications.
 inline Index PanelWidth(Index operations) {
   constexpr Index kOperations = Index{1} << 25;
-  constexpr Index kNarrowest = 16;  // below, a product costs more than its numbers
+  constexpr Index kNarrowest = 16;  // products of narrower panels are less efficient
   return std::max(kNarrowest, kOperations / std::max<Index>(1, operations));
 }
 
 // Calls body(begin, count) for the columns [0, columns) panel by panel, each of PanelWidth(operations) columns, and
-// looks for a stop (core/parallel/stop_scope.h) before each. Panels depend on the arguments alone, and so do the bits
-// of what is made in them.
+// checks for a stop (core/parallel/stop_scope.h) before each. Panels depend on the arguments alone, and so do the bits
+// of the results.
 template <class Body>
 void ForPanels(Index columns, Index operations, const Body& body) {
   const Index panel = PanelWidth(operations);

@@ -23,7 +23,7 @@ struct PhiFunctions {
 // Accuracy: some 1e-15 relative to ‖φ_k‖ when Z is not far from normal, entry by entry in any units of the states. Slow
 //           states keep their digits beside fast ones: the error is s times what one ulp of the entries of Z makes,
 //           where they are coupled, and some ulps of e^Z where they are not (shown in phi_functions_test.cc).
-// Cost:     6 + 3s products of m × m matrices, between and in which it looks for a stop (core/parallel/stop_scope.h).
+// Cost: 6 + 3s products of m × m matrices, between and in which it checks for a stop (core/parallel/stop_scope.h).
 // Source:   [Higham 2008] N. J. Higham. Functions of Matrices. SIAM. Sections 4.2 and 10.7.4.
 PhiFunctions ComputePhiFunctions(const Matrix& Z);
 

@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// A complete orthogonal decomposition: its solve() applies the pseudo-inverse. What is below 1e-11 of the largest pivot
-// counts as zero: wherever blocks of M are singular for the least norm, they are singular by this one measure.
+// A complete orthogonal decomposition: its solve() applies the pseudo-inverse. Pivots below 1e-11 of the largest one
+// count as zero. All code for the least-norm solution uses this one criterion for singular blocks of M.
 inline Eigen::CompleteOrthogonalDecomposition<Matrix> FactorOfAnyRank(const Matrix& matrix) {
   Eigen::CompleteOrthogonalDecomposition<Matrix> factor;
   factor.setThreshold(1e-11);

@@ -10,18 +10,19 @@
 namespace dlcs {
 
 // Makes an upper Hessenberg matrix T of `size` rows upper triangular, from the last eigenvalue up. `qr` holds T and has
-//     bool CutsOff(i)                   sets T(i+1, i) to zero where it is negligible beside its neighbors on the
-//     diagonal Number Shift(end, iteration)      for the block that ends at `end`, after so many iterations for one
-//     eigenvalue void Begin(begin, end, shift)     rotates rows and columns begin, begin + 1 so that T - shift loses
-//     its first entry
-//                                       below the diagonal
+//     bool CutsOff(i)                   sets T(i+1, i) to zero if it is negligible relative to the diagonal entries
+//                                       next to it
+//     Number Shift(end, iteration)      the shift for the block that ends at `end`, after so many iterations for one
+//                                       eigenvalue
+//     void Begin(begin, end, shift)     rotates rows and columns begin, begin + 1 so that T - shift loses its first
+//                                       entry below the diagonal
 //     void Chase(i, end)                the same at i, so that T(i+1, i-1) vanishes
-// False where an eigenvalue takes more than `most_iterations` on average. Looks for a stop before every rotation.
+// False if the eigenvalues take more than `most_iterations` on average. Checks for a stop before every rotation.
 // Source: [Golub & Van Loan 2013, 7.5].
 template <typename Qr>
 bool IterateQr(Index size, Index most_iterations, Qr& qr) {
   Index left = most_iterations * size;
-  int iteration = 0;  // since an eigenvalue was found last
+  int iteration = 0;  // since the last eigenvalue was found
   for (Index end = size - 1; end > 0;) {
     if (qr.CutsOff(end - 1)) {
       --end;

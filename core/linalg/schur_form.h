@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The complex Schur form of a real matrix, made in a way that can be stopped.
+// The complex Schur form of a real matrix, by a computation that can be stopped.
 
 #ifndef DLCS_CORE_LINALG_SCHUR_FORM_H_
 #define DLCS_CORE_LINALG_SCHUR_FORM_H_
@@ -17,7 +17,7 @@ struct SchurForm {
 };
 
 // By Householder's reduction to Hessenberg form and the QR algorithm with single shifts [Golub & Van Loan 2013,
-// 7.4-7.5], as Eigen::ComplexSchur, whose hours for a large matrix nothing ends. Looks for a stop
+// 7.4-7.5], as Eigen::ComplexSchur, which may run for hours on a large matrix and cannot be stopped. Checks for a stop
 // (core/parallel/stop_scope.h) before every reflection and rotation. Absent where the iteration does not converge, as
 // for entries that are not finite. Cost: some 100 m³.
 // Source: [Golub & Van Loan 2013] G. H. Golub, C. F. Van Loan. Matrix Computations. Johns Hopkins University Press.

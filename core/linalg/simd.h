@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of doubles, for loops that the compiler does not vectorize by itself (core/linalg/simd_dispatch.h is for
-// those that it does), compiled once for each width of registers.
+// Vectors of doubles, for loops that the compiler does not vectorize by itself, compiled once for each register width.
+// For loops that it does vectorize see core/linalg/simd_dispatch.h.
 
 #ifndef DLCS_CORE_LINALG_SIMD_H_
 #define DLCS_CORE_LINALG_SIMD_H_
@@ -9,13 +9,13 @@
 
 #include "core/linalg/simd_dispatch.h"
 
-// A loop over vectors is a template on the type of vector, inlined into one function per instruction set; which of them
-// runs is chosen when the program runs. Every lane does IEEE arithmetic, and contraction is off (CMakeLists.txt): so a
-// loop whose elements do not depend on each other has the same bits on every machine. Sums over lanes have not, and are
-// not to be formed.
+// A loop over vectors is a template on the type of vector, inlined into one function per instruction set; the function
+// is chosen at run time. Every lane does IEEE arithmetic, and contraction is off (CMakeLists.txt), so a loop with
+// independent elements has the same bits on every machine. Sums over lanes do not, and must not be formed.
 #define DLCS_INLINE [[gnu::always_inline]] inline
 
-// Functions that take or return vectors are inlined, so no caller sees the convention that the warning is about.
+// Functions that take or return vectors are always inlined, so the calling convention that the warning is about is not
+// used.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace dlcs {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops over plain arrays, with the widest registers that the processor has.
+// Runs loops over plain arrays with the widest vector registers of the processor.
 
 #ifndef DLCS_CORE_LINALG_SIMD_DISPATCH_H_
 #define DLCS_CORE_LINALG_SIMD_DISPATCH_H_
 
-// A lambda that is given to RunWide(), and whatever it calls: [&]() DLCS_WIDE { ... }
+// Marks the lambda passed to RunWide() and the functions it calls: [&]() DLCS_WIDE { ... }
 #define DLCS_WIDE __attribute__((always_inline))
 
 namespace dlcs {
@@ -32,7 +32,7 @@ template <class Body>
   body();
 }
 template <class Body>
-#ifdef __clang__  // knows no preferred width
+#ifdef __clang__  // has no attribute for a preferred width
 [[gnu::noinline, gnu::target("avx512f")]] void RunAvx512(const Body& body) {
 #else
 [[gnu::noinline, gnu::target("avx512f,prefer-vector-width=512")]] void RunAvx512(const Body& body) {

@@ -34,7 +34,7 @@ class SparseFactor {
 
   // False where the matrix is singular to working precision.
   bool is_regular() const { return is_regular_; }
-  // What the factors fill.
+  // The memory of the factors.
   double bytes() const;
 
   // (zI - sA)⁻¹ times the columns; not finite where the matrix is not regular. Safe to call from several threads.

@@ -16,8 +16,8 @@ namespace dlcs {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-// F_1 ⊕ F_2 ⊕ ... = F_1 ⊗ I ⊗ ... + I ⊗ F_2 ⊗ ... + ..., all factors square, the index of the last running fastest:
-// what differences in one direction each make of a grid. Of size Π rows(F_i).
+// F_1 ⊕ F_2 ⊕ ... = F_1 ⊗ I ⊗ ... + I ⊗ F_2 ⊗ ... + ..., all factors square, the index of the last factor running
+// fastest: a finite-difference operator on a grid, with one factor per direction. Of size Π rows(F_i).
 struct KroneckerSum {
   std::vector<SparseMatrix> factors;  // at least one
 
@@ -25,8 +25,8 @@ struct KroneckerSum {
   SparseMatrix Assemble() const;
 };
 
-// Products keep the structure; Dense() gives it up. A dense matrix converts both ways without a word, so that small
-// problems and everything written for them need not know.
+// Products use the structure; Dense() gives it up. Conversion from and to a dense Matrix is implicit, so that code for
+// small problems need not know about structure.
 //
 // Threads: const calls are safe at once.
 class StructuredMatrix {
@@ -49,10 +49,11 @@ class StructuredMatrix {
   const SparseMatrix* sparse() const { return std::get_if<SparseMatrix>(&value_); }  // null where it is none
   const KroneckerSum* kronecker_sum() const { return std::get_if<KroneckerSum>(&value_); }
 
-  // What Dense() may fill: 512 MB.
+  // The most entries that Dense() may create: 512 MB.
   static constexpr Index kMostDenseEntries = Index{1} << 26;
   bool FitsDense() const { return is_dense() || rows_ == 0 || cols_ <= kMostDenseEntries / rows_; }
-  // All entries. Of a matrix with structure they are written down at the first call and kept; it must fit.
+  // All entries. For a matrix with structure they are computed at the first call and kept; there must be at most
+  // kMostDenseEntries.
   const Matrix& Dense() const;
   operator const Matrix&() const { return Dense(); }
 

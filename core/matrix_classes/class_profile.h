@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every class of matrices that the theory speaks of, asked of one matrix.
+// Tests one matrix for every matrix class of the theory.
 
 #ifndef DLCS_CORE_MATRIX_CLASSES_CLASS_PROFILE_H_
 #define DLCS_CORE_MATRIX_CLASSES_CLASS_PROFILE_H_
@@ -31,10 +31,9 @@ struct ClassProfile {
   Fact q0;  // every feasible LCP(q, M) has a solution: Q, Z, or positive semidefinite
 };
 
-// Asks all of it of `M`, square and finite, n >= 1. Where rounding could decide, the answer is unknown:
-// Classify() of core/matrix_classes/matrix_class.h, which has to choose a rule for the solver, decides there. Where
-// a class is implied by another that is known, it is known too. Cost: up to three times 2ⁿ minors for n <=
-// 20, else polynomial.
+// Tests `M`, square and finite, n >= 1, for all of them. Where rounding could decide, the answer is unknown: Classify()
+// of core/matrix_classes/matrix_class.h, which has to choose a rule for the solver, decides there. Where a class is
+// implied by another that is known, it is known too. Cost: up to three times 2ⁿ minors for n <= 20, else polynomial.
 ClassProfile ProfileOf(const Matrix& M);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Classes of small matrices that no rounding can hide.
+// Classes of small matrices, decided in exact arithmetic.
 
 #ifndef DLCS_CORE_MATRIX_CLASSES_EXACT_CLASSES_H_
 #define DLCS_CORE_MATRIX_CLASSES_EXACT_CLASSES_H_
@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-// Decided by definition for the entries as they stand, in integers of any length (core/linalg/exact_program.h), for
+// Decided by definition, with the entries taken as exact, in integers of any length (core/linalg/exact_program.h), for
 // matrices of up to these sizes whose entries have less than 128 bits in common. All these classes are kept when rows
 // and columns are multiplied by positive numbers. Unknown beyond.
 inline constexpr Index kMaxExactS = 12;

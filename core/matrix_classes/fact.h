@@ -15,7 +15,7 @@ namespace dlcs {
 enum class Answer { kNo, kYes, kUnknown };
 const char* AnswerName(Answer answer);  // "no", "yes", "unknown"
 
-// What a caller can check for himself, by arithmetic alone. Which parts are set is said by the test that gave it.
+// A proof that the caller can check by arithmetic alone. The comment of each test says which fields it sets.
 struct Witness {
   std::vector<Index> indices;   // S, increasing: the principal submatrix M_SS is meant
   std::optional<double> value;  // of the minor det M_SS, of the form zᵀMz, ...
@@ -29,7 +29,7 @@ struct Witness {
   }
 };
 
-// One fact. `why` is for people: "M[2][2] = -1 is a negative principal minor", "strictly diagonally dominant
+// One fact. `why` is a reason in words: "M[2][2] = -1 is a negative principal minor", "strictly diagonally dominant
 // with positive diagonal", "n = 40 is beyond the exact test and no sufficient test applies".
 struct Fact {
   Answer answer = Answer::kUnknown;

@@ -12,7 +12,7 @@
 
 namespace dlcs {
 
-// A number with its quality. `why` tells how it was found, or why it is absent.
+// A number with its quality. `why` says how it was found, or why it is absent.
 struct LipschitzBound {
   std::optional<double> value;
   ConstantKind kind = ConstantKind::kExact;

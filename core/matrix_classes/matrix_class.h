@@ -18,7 +18,7 @@ struct MatrixClass {
   Fact z;                      // off-diagonal entries <= 0
   Fact p;                      // all principal minors > 0
   Fact positive_semidefinite;  // yᵀMy >= 0 for all y (M need not be symmetric)
-  Fact hidden_z;               // looked for only where the rule asks for it; the witness holds X, Y, r and s
+  Fact hidden_z;               // tested only if the rule needs it; the witness holds X, Y, r and s
   Index size = 0;              // n
   bool zero = false;           // M = 0
   bool zero_row = false;       // some row of M is zero: a constraint on the state alone
@@ -27,7 +27,7 @@ struct MatrixClass {
   // for M-matrices; beyond, a bound for H-matrices (diagonally dominant ones among them) and positive
   // definite ones, otherwise absent. See core/matrix_classes/lipschitz.h.
   std::optional<double> lipschitz;
-  // For people, the strongest statement first: "P- and Z-matrix (nonsingular M-matrix)".
+  // As text, the strongest statement first: "P- and Z-matrix (nonsingular M-matrix)".
   std::string description;
 };
 
@@ -68,13 +68,13 @@ struct SolutionChoice {
 // kHiddenLeastElement. The least norm is not ([Chen & Xiang], Remark 2.1), nor is any other minimizer.
 bool IsAlwaysLipschitz(Selection selection);
 
-// Up to this size all 2ⁿ choices of active constraints are looked at where no class of M helps.
+// Up to this size all 2ⁿ choices of active constraints are enumerated if no class of M helps.
 inline constexpr Index kMaxSolutionEnumeration = 12;
 
-// Judges `rule` on M. kAuto: P first (unique), then Z without a zero row (least element), otherwise kAny. A
-// zero row i asks N x + g >= 0 of the state alone; its y_i is a multiplier that the least element would set
-// to zero. A rule whose solution another selection finds as well gives that one: where the solution is
-// unique, every rule means it; for a Z-matrix without a zero row, whose least element is the least in norm. Errors:
+// Turns `rule` into a selection for M. kAuto: kUnique for a P-matrix, else kLeastElement for a Z-matrix without a zero
+// row, otherwise kAny. A zero row i means that (N x + g)_i >= 0 constrains the state alone; y_i is then a multiplier
+// that the least element would set to zero. If another selection gives the same solution at less cost, it is returned:
+// kUnique if the solution is unique, and kLeastElement instead of kLeastNorm for a Z-matrix without a zero row. Errors:
 // InvalidArgument, for field "rule", when M does not admit the rule, with the witness.
 absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matrix_class);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The signs of all principal minors of a matrix, as far as arithmetic can tell.
+// The signs of all principal minors of a matrix, with rounding taken into account.
 
 #ifndef DLCS_CORE_MATRIX_CLASSES_PRINCIPAL_MINORS_H_
 #define DLCS_CORE_MATRIX_CLASSES_PRINCIPAL_MINORS_H_
@@ -23,7 +23,7 @@ struct TrackedMatrix {
 
   static constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
-  // The matrix as it stands, and the matrix with rounding that may already sit in the entries of the caller.
+  // The matrix with exact entries, and the matrix whose entries carry rounding errors already.
   static TrackedMatrix Exactly(const Matrix& M) { return {M, Matrix::Zero(M.rows(), M.cols())}; }
   static TrackedMatrix Rounded(const Matrix& M) { return {M, kRounding * M.cwiseAbs()}; }
 

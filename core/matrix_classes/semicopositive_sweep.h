@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Semicopositivity by a look at every principal submatrix.
+// Semicopositivity by a test of every principal submatrix.
 
 #ifndef DLCS_CORE_MATRIX_CLASSES_SEMICOPOSITIVE_SWEEP_H_
 #define DLCS_CORE_MATRIX_CLASSES_SEMICOPOSITIVE_SWEEP_H_

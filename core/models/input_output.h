@@ -28,7 +28,7 @@ struct InputOutputFacts {
   Fact column_sums, row_sums;  // (4.7), (4.8); a "no" names the sum: indices {j}, value the sum
   Fact columns_all_strict, columns_one_strict, rows_all_strict, rows_one_strict;
   Fact irreducible;                  // the graph of C is strongly connected
-  Fact condition;                    // what the paper asks, by which I - C is an M-matrix
+  Fact condition;                    // the condition of the paper, which implies that I - C is an M-matrix
   Fact m_matrix;                     // I - C is a nonsingular M-matrix; with X = (I - C)⁻¹ >= 0 for yes
   std::optional<double> kappa;       // ‖A‖ + ‖(I - C)⁻¹‖‖B‖, where m_matrix is yes
   std::optional<double> step_bound;  // 1/(3κ): Newton's method converges (Theorem 3.2); infinite for κ = 0
@@ -37,8 +37,7 @@ struct InputOutputFacts {
 // The problem: N = -I, M = I - C, g = 0, least element. Errors: InvalidArgument, one line per broken rule.
 absl::StatusOr<Problem> MakeInputOutputProblem(const InputOutputModel& model);
 
-// What holds of a sound model. The conditions are sufficient; `m_matrix` is decided by itself, by
-// elimination. O(n³).
+// The facts about a valid model. The conditions are sufficient; `m_matrix` is decided by itself, by elimination. O(n³).
 InputOutputFacts AnalyzeInputOutput(const InputOutputModel& model);
 AnalysisSection InputOutputSection(const InputOutputModel& model);
 

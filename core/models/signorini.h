@@ -14,7 +14,7 @@ namespace dlcs {
 // (4.3), (4.4) of [Wu & Chen], core/analysis/PAPERS.md, on the unit square with the membrane on x1 = 0:
 //     V_t = c ΔV inside,   0 <= ∂V/∂ν ⟂ V - ψ(x2, t) >= 0 on the membrane,   V = 0 on the other sides,
 //     V(x, 0) = 20 x1 x2 (1 - x1)(1 - x2).
-// The initial value and ψ are hardly legible in print; the defaults of ψ are what can be read of (4.7).
+// The initial value and ψ are hardly legible in print; the defaults of ψ are our reading of (4.7).
 struct SignoriniModel {
   Index cells = 16;           // 1/Δx >= 2
   double coefficient = 2e-4;  // c > 0

@@ -14,8 +14,8 @@
 
 namespace dlcs {
 
-// Values are not finite where a formula has none; the caller decides what that means. Not safe to share
-// between threads: a formula holds its variables.
+// Where a formula has no value the result is not finite; the caller decides what that means. Not safe to share between
+// threads: a formula holds its variables.
 class NonlinearFunctions {
  public:
   // Errors: InvalidArgument where a formula does not parse. Cost: about 5 µs per formula.
@@ -24,10 +24,10 @@ class NonlinearFunctions {
   Vector F(double t, const Vector& x, const Vector& y) { return Values(f_, t, x, y); }
   Vector G(double t, const Vector& x, const Vector& y) { return Values(g_, t, x, y); }
 
-  // The Jacobians f_x (m × m), f_y (m × n), g_x (n × m), g_y (n × n), by central differences with steps of
-  // ε^{1/3}: some ten digits, which is plenty for what they do here, steering Newton's method and the
-  // splitting. One-sided where the formula has no value on the other side (sqrt(y1) at 0). An entry whose
-  // variable does not occur is exactly 0. Cost: two values of a formula for every variable in it.
+  // The Jacobians f_x (m × m), f_y (m × n), g_x (n × m), g_y (n × n), by central differences with steps of ε^{1/3}:
+  // about ten digits, which is enough to steer Newton's method and the splitting. One-sided where the formula has no
+  // value on the other side (sqrt(y1) at 0). An entry whose variable does not occur is exactly 0. Cost: two values of a
+  // formula for every variable in it.
   Matrix FByX(double t, const Vector& x, const Vector& y) { return Jacobian(f_, true, t, x, y); }
   Matrix FByY(double t, const Vector& x, const Vector& y) { return Jacobian(f_, false, t, x, y); }
   Matrix GByX(double t, const Vector& x, const Vector& y) { return Jacobian(g_, true, t, x, y); }
@@ -46,8 +46,8 @@ class NonlinearFunctions {
 
 // The first entry of `values` that is not finite, as `f[1], "log(x1)", is -inf at t = 0.25`; empty where all
 // are finite. `formulas` are those the values come from, `name` is what they are called.
-std::string DescribeNonFinite(const std::string& name, const std::vector<std::string>& formulas,
-                              const Vector& values, double t);
+std::string DescribeNonFinite(const std::string& name, const std::vector<std::string>& formulas, const Vector& values,
+                              double t);
 
 }  // namespace dlcs
 

@@ -33,16 +33,16 @@ struct ComplementarityResult {
   std::string why;      // where the verdict is not kSolved
 };
 
-// Solves for one G after the other, neighbors in time: the Jacobian and the LCP solver of the last one are kept as
-// long as they serve.
+// Solves for a sequence of functions G, neighbors in time: the Jacobian and the LCP solver of the last one are kept as
+// long as the iteration converges with them.
 //
 // A step goes to the solution of the LCP of the linearized G (the one that `selection` means: the least element of a
-// Z-matrix) with a step length that lowers ½‖Φ‖², Φ the Fischer-Burmeister function; where the LCP has no
-// solution, or leads nowhere, a Levenberg-Marquardt step on Φ is taken instead. For G affine it is the one LCP. At
-// least one LCP is solved, so a guess that is some solution, but not the one that is meant, does not stay.
+// Z-matrix) with a step length that lowers ½‖Φ‖², Φ the Fischer-Burmeister function; if the LCP has no solution, or its
+// direction gives no decrease, a Levenberg-Marquardt step on Φ is taken instead. For affine G a single LCP gives the
+// solution. At least one LCP is solved, so a guess that is a solution but not the selected one is not kept.
 //
-// A kept solution satisfies |min(y, G(y))|_i <= 1e-13 s_i, s = |G(y)| + |G'||y|; or 1e-9 s_i, where
-// rounding in the formulas lets it fall no further.
+// An accepted solution satisfies |min(y, G(y))|_i <= 1e-13 s_i, s = |G(y)| + |G'||y|; or 1e-9 s_i, if rounding in the
+// formulas prevents a smaller residual.
 // Threads: one object each. Cost: a solver for each new Jacobian, otherwise an LCP and a value of G per step.
 // Source: [Josephy 1979] N. Josephy. Newton's method for generalized equations. MRC report 1965, Wisconsin; the
 // safeguard as in [De Luca, Facchinei, Kanzow 1996] A semismooth equation approach to the solution of nonlinear

@@ -20,15 +20,15 @@ namespace dlcs {
 //     (x^{k+1})' = W x^{k+1} + s^k,   s^k = f(t, x^k, y^{k+1}) - W x^k   linear between nodes, solved exactly,
 //
 // the linear system by the matrices that invert its Laplace transform (core/discretization/scheme.h, exp-PL). The first
-// x is the solution with s frozen at the start. Windows shrink where the iteration does not converge and grow where
-// it does; a single step that fails is solved with x and y together, and cost.marched_steps counts it. Second order,
-// whatever W is: W decides how fast the iteration converges, and how the error of the step looks.
+// x is the solution with s frozen at the start. Windows shrink where the iteration does not converge and grow where it
+// does; a single step that fails is solved with x and y together, and counted in cost.marched_steps. Second order for
+// any W: W determines how fast the iteration converges, and the constant of the error.
 //
-// y must be determined by g(t, x, ·): its Jacobian g_y at the start selects the solution as M does for linear
-// systems (the one of a P-matrix, the least one of a Z-matrix, any for other matrices); Solution::reason tells. Where g
-// does not depend on some y_i there is nothing to determine it: kUnsupported.
+// y must be determined by g(t, x, ·): its Jacobian g_y at the start selects the solution as M does for linear systems
+// (the one of a P-matrix, the least one of a Z-matrix, any for other matrices); Solution::reason says which. If g does
+// not depend on some y_i, that y_i is undetermined: kUnsupported.
 //
-// Where an error is asked for or no step is given, the step comes from trials (core/driver/error_control.h).
+// If an error tolerance or no step is given, the step comes from trials (core/driver/error_control.h).
 //
 // Verdicts and errors as Solve(); a formula without a finite value ends the solve as kNonFinite with the formula and
 // the time. Certificate: as documented there with A x + B y + f(t) read as f(t, x, y). Threads: the result has the same

@@ -23,7 +23,7 @@
 
 namespace dlcs {
 
-// What the iteration works on, and where results go.
+// The inputs and outputs of the iteration.
 struct NonlinearContext {
   const NonlinearProblem& problem;
   const Options& options;
@@ -38,9 +38,7 @@ struct NonlinearContext {
   Solution& solution;
   std::chrono::steady_clock::time_point started;
 
-  double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  }
+  double Seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count(); }
   // Ends the solve: sets termination, time and message, and returns false.
   bool Fail(Termination termination, double time, std::string message) {
     solution.termination = termination;
@@ -53,9 +51,9 @@ struct NonlinearContext {
   }
 };
 
-// Solves the problem of `context` as core/nonlinear/solve_nonlinear.h describes, and files segments, certificate and
-// costs. Returns whether T was reached; otherwise context.Fail() has been called. Sets solution.reason to the
-// choice of W.
+// Solves the problem of `context` as core/nonlinear/solve_nonlinear.h describes, and records segments, certificate and
+// costs. Returns whether T was reached; otherwise context.Fail() has been called. Sets solution.reason to the choice of
+// W.
 bool SplittingIteration(NonlinearContext& context);
 
 // Raises `certificate` (all NaN before the first segment) by the nodes and midpoints of `segment`, with f and g
@@ -69,8 +67,9 @@ Matrix AddToCertificate(NonlinearFunctions& functions, const Scheme& scheme, con
 //
 //     f_x - f_yS (g_y)_SS⁻¹ g_xS,   S = { i : y_i > 0, y_i >= g_i },
 //
-// what is left of f - W x is then of second order in x - x_a, and the iteration contracts in proportion to the distance
-// from x_a. f_x alone where (g_y)_SS is singular. Not finite where a formula has no derivative.
+// With this W, f - W x minus its value at the start is of second order in x - x_a, and the iteration contracts in
+// proportion to the distance from x_a. f_x alone where (g_y)_SS is singular. Not finite where a formula has no
+// derivative.
 // Cost: the Jacobians and O(m² n).
 Matrix ReducedJacobian(NonlinearFunctions& functions, double t, const Vector& x, const Vector& y);
 

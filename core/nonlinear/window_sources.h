@@ -15,7 +15,7 @@
 
 namespace dlcs {
 
-// How a window, or a step of it, ended: `termination` is what the solve ends with where nothing else can be tried.
+// How a window, or a step of it, ended. `termination` is that of the solve if nothing else can be tried.
 struct SplittingOutcome {
   bool converged = false;
   Termination termination = Termination::kIterationLimit;
@@ -28,9 +28,9 @@ struct SplittingOutcome {
 ComplementarityResult SolveForY(NonlinearFunctions& functions, JosephyNewton& newton, double t, const Vector& x,
                                 Vector& y);
 
-// What `result`, the attempt to find y at time t, means for the window.
-SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t,
-                           const Vector& x, const Vector& y);
+// The outcome of the window that follows from `result`, a failed attempt to find y at time t.
+SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t, const Vector& x,
+                           const Vector& y);
 
 class WindowSources {
  public:

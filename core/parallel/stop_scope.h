@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A request to stop, seen deep inside of a computation without being handed down through all of it.
+// A request to stop that is visible deep inside a computation without being passed down as an argument.
 
 #ifndef DLCS_CORE_PARALLEL_STOP_SCOPE_H_
 #define DLCS_CORE_PARALLEL_STOP_SCOPE_H_
@@ -9,12 +9,12 @@
 
 namespace dlcs {
 
-// What LookForStop() throws: it unwinds a computation that is of no use any more. Solve() and the other entry points
-// catch it, and so do methods that have something to keep; nobody else should.
+// Thrown by LookForStop() to unwind a computation. Solve() and the other entry points catch it, and so do methods that
+// have partial results to keep; no other code should.
 struct Stopped {};
 
-// While it lives, LookForStop() on this thread means `stop`. Scopes nest. Workers carry the scope of whoever calls them
-// to all their threads.
+// While it lives, LookForStop() on this thread checks `stop`. Scopes nest. Workers apply the scope of their caller to
+// all their threads.
 class StopScope {
  public:
   explicit StopScope(std::stop_token stop) : own_(std::move(stop)), outer_(current_) { current_ = &own_; }
@@ -24,7 +24,7 @@ class StopScope {
   StopScope(const StopScope&) = delete;
   StopScope& operator=(const StopScope&) = delete;
 
-  // That of this thread; null where there is none.
+  // The token of this thread; null if there is none.
   static const std::stop_token* Current() { return current_; }
 
  private:
@@ -33,8 +33,8 @@ class StopScope {
   const std::stop_token* const outer_;
 };
 
-// Throws Stopped when it was asked for. Costs a nanosecond. Whatever takes more than some milliseconds calls it in its
-// loops: pivots, columns of a factorization, panels of a product.
+// Throws Stopped if a stop was requested. Costs a nanosecond. Computations of more than some milliseconds call it in
+// their loops: at pivots, columns of a factorization, panels of a product.
 inline void LookForStop() {
   if (const std::stop_token* stop = StopScope::Current(); stop && stop->stop_requested()) throw Stopped();
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas in the variable `t`, and in states x1 ... xm and constraints y1 ... yn where there are any, read as
-// Python reads them.
+// Formulas in `t`, and for nonlinear problems in states x1 ... xm and constraints y1 ... yn, with the syntax of Python.
 //
 // Numbers, the variables, `pi`, `e`, parameters (numbers with a name); + - * / and powers written ** or ^
 // (right-associative, binding closer than a sign: -t**2 is -(t**2)); comparisons < <= > >= == != with value 0 or 1,
@@ -11,9 +10,9 @@
 // Python raises an error (1/0, sqrt(-1)) the value is the infinity or NaN of IEEE arithmetic, and NaN passes
 // through min and max.
 //
-// Where its switching times are known (core/problem/formula_switching.h), comparisons, sign, floor and ceil are
-// decided once for the smooth interval between two of them. So a formula has both its limits at a switching time, and
-// keeps them where that time is rounded.
+// Where its switching times are known (core/problem/formula_switching.h), comparisons, sign, floor and ceil are decided
+// once for the smooth interval between two of them. So a formula has both its limits at a switching time, even if that
+// time is rounded.
 
 #ifndef DLCS_CORE_PROBLEM_FORMULA_H_
 #define DLCS_CORE_PROBLEM_FORMULA_H_
@@ -36,7 +35,7 @@ class Formula {
   // Cost: about 5 µs.
   static absl::StatusOr<Formula> Parse(const std::string& text, const FormulaVariables& variables = {});
 
-  // One whose switching times are known; `axis` says which break points of the problem they are.
+  // A formula whose switching times are known; `axis` holds them as break points of the problem.
   Formula(std::shared_ptr<const AnalyzedFormula> analyzed, const TimeAxis& axis);
 
   // Whether `t` occurs in it. A formula without any variable costs nothing to evaluate.
@@ -46,8 +45,8 @@ class Formula {
   const std::vector<Index>& constraints() const { return analyzed_->tree.constraints; }
 
   // The value at `t`, at a switching time the limit from `side`; not finite where the formula has none (division by
-  // zero, log of a negative number). Not safe to call from several threads at once. Cost: about 3 ns an operation, and
-  // what sin or exp cost.
+  // zero, log of a negative number). Not safe to call from several threads at once. Cost: about 3 ns per operation;
+  // more for functions such as sin and exp.
   double Evaluate(double t, Side side = Side::kRight);
   // The same where the formula has states and constraints; `x` and `y` hold at least those that occur.
   double Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
@@ -58,14 +57,14 @@ class Formula {
   void EnterInterval(std::size_t interval);
 
   std::shared_ptr<const AnalyzedFormula> analyzed_;
-  std::vector<double> switching_times_;    // as the axis has them
+  std::vector<double> switching_times_;    // as in the axis
   std::vector<int> computed_;              // the steps that are neither numbers nor variables
   std::vector<int> states_, constraints_;  // the steps of variables
   int time_ = -1;
   std::vector<double> values_;
-  std::vector<double> decisions_;  // in the smooth interval that was entered last
-  bool has_intervals_ = false;     // switches, and known times of them
-  std::size_t interval_ = 0;        // the one that was entered last
+  std::vector<double> decisions_;  // in the smooth interval of the last evaluation
+  bool has_intervals_ = false;     // the formula has switches, and their times are known
+  std::size_t interval_ = 0;       // the smooth interval of the last evaluation
   bool has_entered_ = false;
   bool is_decided_ = false;
 };

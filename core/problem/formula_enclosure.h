@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a formula and its slope can be over an interval of time.
+// Encloses the values and slopes of a formula over an interval of time.
 
 #ifndef DLCS_CORE_PROBLEM_FORMULA_ENCLOSURE_H_
 #define DLCS_CORE_PROBLEM_FORMULA_ENCLOSURE_H_
@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-// `slope` holds all derivatives, and everything where the value may jump.
+// `slope` contains all derivatives; it is the whole line if the value may jump.
 struct Enclosure {
   Interval value;
   Interval slope;
@@ -19,23 +19,23 @@ struct Enclosure {
 
 class FormulaEnclosure {
  public:
-  // Keeps a reference to `tree`, and looks at the steps that depend on t alone. With `numbers_are_rounded` numbers that
-  // are not whole stand for all that they may have been rounded from.
+  // Keeps a reference to `tree`. Only steps that depend on t alone are enclosed. With `numbers_are_rounded` a number
+  // that is not an integer means the interval of all reals that round to it.
   explicit FormulaEnclosure(const FormulaTree& tree, bool numbers_are_rounded = false);
 
-  // Encloses all steps over [lo, hi]; and at `middle` between them, by which the mean value theorem makes the former
-  // narrower. Cost: some 50 ns a step.
+  // Encloses all steps over [lo, hi]. Values at `middle`, between them, make the enclosures narrower by the mean value
+  // theorem. Cost: about 50 ns per step.
   void Evaluate(double lo, double middle, double hi);
 
-  // What decides the switch `step`: the difference of its operands, or its operand.
+  // The enclosure of the quantity that decides the switch `step`: the difference of its operands, or its operand.
   const Enclosure& decider(int step) const { return deciders_[static_cast<std::size_t>(step)]; }
   Interval decider_at_middle(int step) const { return middle_deciders_[static_cast<std::size_t>(step)].value; }
-  // Whether it is decided over the interval: whether the operand of floor, say, passes no whole number.
+  // Whether the switch is decided over the interval; for floor, whether its operand crosses no integer.
   static bool IsDecided(FormulaOperation operation, Interval decider);
 
   Interval value(int step) const { return all_[static_cast<std::size_t>(step)].value; }
   Interval value_at_middle(int step) const { return middle_[static_cast<std::size_t>(step)].value; }
-  // Whether some step may not have a finite value.
+  // Whether some step may have no finite value.
   bool is_singular() const { return singular_; }
   bool is_singular_at_middle() const { return singular_at_middle_; }
 
@@ -46,7 +46,7 @@ class FormulaEnclosure {
   Enclosure EncloseStep(const FormulaStep& step, const std::vector<Enclosure>& known) const;
 
   const FormulaTree& tree_;
-  std::vector<int> computed_;  // steps of t alone that are no variables
+  std::vector<int> computed_;  // steps that depend on t alone and are not t itself
   int time_ = -1;
   double middle_time_ = 0;
   std::vector<Enclosure> all_, middle_, deciders_, middle_deciders_;

@@ -18,7 +18,7 @@ struct FormulaToken {
     kName,
     kOperator,  // + - * / ** ^ < <= > >= == != ( ) ,
     kEnd,
-    kInvalid,  // `text` is not part of the language and `advice` says what to write instead
+    kInvalid,  // `text` is not part of the syntax, and `advice` says what to write instead
   };
   Kind kind = Kind::kEnd;
   std::string_view text = {};
@@ -27,8 +27,8 @@ struct FormulaToken {
   std::string advice = {};
 };
 
-// The token that starts at or after byte `begin` of `text`. A token is followed by the one that starts at
-// token.position + token.text.size(). After an invalid token there is no point in going on.
+// The token that starts at or after byte `begin` of `text`. The next token starts at token.position +
+// token.text.size(). Stop after an invalid token.
 FormulaToken NextFormulaToken(std::string_view text, std::size_t begin);
 
 // The advice for a word of another language that is not a name of ours ("ln", "and", "np"): what to write

@@ -9,11 +9,11 @@
 
 namespace dlcs {
 
-// Numbers that formulas may call by a name.
+// Named numbers that formulas may use.
 using FormulaParameters = std::map<std::string, double, std::less<>>;
 
-// Why `name` is none for a parameter: empty where it is one. It is a letter or _ and then letters, digits and _, is not
-// t, pi, e or a function, and not x or y with a number, which are states and constraints.
+// Why `name` is not allowed for a parameter; empty if it is. A name is a letter or _ followed by letters, digits and _.
+// It must not be t, pi, e, a function, or x or y with a number (a state or constraint).
 std::string FaultOfParameterName(std::string_view name);
 
 }  // namespace dlcs

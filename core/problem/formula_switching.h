@@ -16,34 +16,34 @@
 
 namespace dlcs {
 
-// A time without a value that has limits, as 0 of sin(t)/t.
+// A time at which the formula has limits but no value, such as 0 in sin(t)/t.
 struct FormulaGap {
-  double from = 0, to = 0;  // where the formula, as it stands, may have none
+  double from = 0, to = 0;  // the interval around it in which evaluation may give no value
   double left = 0, right = 0;
   bool jumps = false;  // the two differ by more than rounding
 };
 
 struct FormulaSwitching {
   // Inside (begin, end) of the search, increasing. Between two of them every switch that depends on t alone is decided,
-  // but at isolated times where its operand touches zero.
+  // except at isolated times where its operand touches zero.
   std::vector<double> times = {};
-  // One more: a time of each smooth interval at which its switches are decided; NaN where they could not be told apart,
-  // and the formula is evaluated as it stands.
+  // One entry more than `times`: for each smooth interval a time at which its switches are decided. NaN if they could
+  // not be decided; then the formula is evaluated without fixed decisions.
   std::vector<double> inside = {};
   std::vector<FormulaGap> gaps = {};
-  // Why the formula can not be taken, as in "has no finite value at t = 2: it grows beyond all bounds there"; or empty.
+  // Why the formula is refused, as in "has no finite value at t = 2: it grows beyond all bounds there"; or empty.
   std::string refusal = {};
-  // What could not be found out.
+  // What the search could not decide.
   std::vector<std::string> warnings = {};
 };
 
-// Searches [begin, end] by bisection. Where the enclosure (core/problem/formula_enclosure.h) of a switch's operand
-// excludes zero nothing switches; where that of its slope does there is at most one time, found to the last bit; else
-// the interval is cut. Where rounding of the operand alone hides its sign, whatever the interval, one switching time
-// stands for all that may be there: none is lost that lies further from the next than that; where the operand may jump
-// it is said. A formula in t alone is searched for times without finite value too: poles are told from gaps by the
-// growth of enclosures on the way there. Cost: for smooth formulas one enclosure or a few; some 10 µs a switching time;
-// a second at most.
+// Searches [begin, end] by bisection. If the enclosure (core/problem/formula_enclosure.h) of a switch's operand
+// excludes zero, the switch does not change in the interval. If that of its slope excludes zero, there is at most one
+// switching time, found to the last bit. Otherwise the interval is divided. If the sign of the operand stays hidden by
+// rounding, the intervals in which it does are reported as one switching time, with a warning if the operand may jump
+// there. A formula in t alone is also searched for times without a finite value; poles and gaps are distinguished by
+// the growth of the enclosures near them. Cost: for smooth formulas one or a few enclosures; about 10 µs per switching
+// time; at most a second.
 FormulaSwitching FindSwitchingTimes(const FormulaTree& tree, double begin, double end);
 
 struct AnalyzedFormula {
@@ -51,8 +51,8 @@ struct AnalyzedFormula {
   FormulaSwitching switching;
 };
 
-// The tree and the switching times of `text`, made once for all who ask for the same: problems have a formula in many
-// components, and are asked for their break points many times. Errors: as ReadFormula(). Safe from any thread.
+// The tree and the switching times of `text`. Results are cached, since a problem may have the same formula in many
+// components, and its break points are needed many times. Errors: as ReadFormula(). Safe from any thread.
 absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeFormula(const std::string& text,
                                                                       const FormulaVariables& variables, double begin,
                                                                       double end);

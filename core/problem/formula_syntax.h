@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grammar of formulas in `t`, and in states x1 ... xm and constraints y1 ... yn where there are any: reads a text
-// as Python reads it.
+// The grammar of formulas in `t`, and for nonlinear problems in states x1 ... xm and constraints y1 ... yn. It agrees
+// with Python.
 //
 //     comparison := sum (("<" | "<=" | ">" | ">=" | "==" | "!=") sum)*
 //     sum        := product (("+" | "-") product)*
@@ -10,7 +10,7 @@
 //     primary    := number | "t" | "pi" | "e" | parameter | "x" index | "y" index
 //                 | function "(" comparison ("," comparison)* ")" | "(" comparison ")"
 //
-// A chain a < b <= c is the product of its comparisons, each operand being evaluated once.
+// A chain a < b <= c is the product of its comparisons; each operand is evaluated once.
 
 #ifndef DLCS_CORE_PROBLEM_FORMULA_SYNTAX_H_
 #define DLCS_CORE_PROBLEM_FORMULA_SYNTAX_H_
@@ -49,9 +49,9 @@ struct FormulaVariables {
   FormulaParameters parameters = {};
 };
 
-// Errors: InvalidArgument "at position P: ...", with P counted in bytes from 1, what was found there, and the
-// rule. Longer than 65,536 bytes, or nested deeper than 100 levels of parentheses, calls and powers, is
-// refused. Cost: linear in the length of `text`, some 5 µs for a short one. Safe from any thread; no locale matters.
+// Errors: InvalidArgument "at position P: ...", with P counted in bytes from 1, what was found there, and the rule.
+// Texts longer than 65,536 bytes, or nested deeper than 100 levels of parentheses, calls and powers, are refused. Cost:
+// linear in the length of `text`, about 5 µs for a short one. Safe from any thread; does not depend on the locale.
 absl::StatusOr<FormulaTree> ReadFormula(std::string_view text, const FormulaVariables& variables = {});
 
 }  // namespace dlcs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A formula as the list of its operations, each behind its operands: what the grammar makes of a text, and what
-// evaluation, enclosures and the search for switching times read.
+// A formula as the list of its operations, each after its operands: the result of parsing, and the input of evaluation,
+// enclosures and the search for switching times.
 
 #ifndef DLCS_CORE_PROBLEM_FORMULA_TREE_H_
 #define DLCS_CORE_PROBLEM_FORMULA_TREE_H_
@@ -58,19 +58,19 @@ struct FormulaStep {
   int a = -1, b = -1;  // the operands, as indices of earlier steps
   double number = 0;   // of kNumber
   Index index = 0;     // of kState and kConstraint, from 0
-  // t is the only variable that it depends on; that it depends on none is kNumber.
+  // The value depends on t and on no other variable. (A value that depends on no variable is a kNumber.)
   bool of_time_alone = false;
 };
 
 struct FormulaTree {
-  std::vector<FormulaStep> steps;  // the last one is the value; equal steps stand once
+  std::vector<FormulaStep> steps;  // the last one is the value; equal steps occur once
   bool depends_on_t = false;
   // Indices from 0 of the x and y in the text, each once, in the order of their first occurrence.
   std::vector<Index> states;
   std::vector<Index> constraints;
 };
 
-// Appends steps to a tree. Operations on numbers are done at once, as evaluation would do them.
+// Appends steps to a tree. Operations on numbers are evaluated at once, with the result that evaluation would give.
 class FormulaTreeBuilder {
  public:
   int Number(double value);
@@ -107,7 +107,7 @@ inline bool MayJump(FormulaOperation operation) {
   return IsSwitch(operation) && !IsExtremum(operation) && operation != FormulaOperation::kAbs;
 }
 
-// The value of `operation`, which is no variable, for operands `a` and `b`. Where Python raises an error it is the
+// The value of `operation`, which is not a variable, for operands `a` and `b`. Where Python raises an error it is the
 // infinity or NaN of IEEE arithmetic, and NaN passes through min, max and sign: std::min and std::max drop it,
 // depending on its place, and a formula without a value must not look like one with.
 inline double ValueOf(FormulaOperation operation, double a, double b) {
@@ -184,8 +184,8 @@ inline double ValueOf(FormulaOperation operation, double a, double b) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-// What the switch `step` decides, for the `values` of its operands: of abs the sign, of min and max which operand (0 or
-// 1), of the others the value.
+// The decision of the switch `step` for the `values` of its operands: for abs the sign, for min and max the index of
+// the operand (0 or 1), for the others the value.
 inline double DecisionOf(const FormulaStep& step, const std::vector<double>& values) {
   const double a = values[static_cast<std::size_t>(step.a)];
   const double b = step.b < 0 ? 0 : values[static_cast<std::size_t>(step.b)];

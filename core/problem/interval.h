@@ -17,7 +17,7 @@ struct Interval {
   static Interval Everything() {
     return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   }
-  // Of an operation without a value, as the root of a negative number.
+  // The result of an operation without a value, such as the root of a negative number.
   static Interval Nothing() {
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   }
@@ -30,8 +30,7 @@ struct Interval {
   double width() const { return hi - lo; }
 };
 
-// `v` moved outward by `ulps` units in the last place or a little more; an overflow is brought back where that is
-// inward.
+// `v` moved down by at least `ulps` units in the last place; +infinity becomes the largest finite number.
 inline double RoundDown(double v, double ulps = 1) {
   constexpr double kEps = std::numeric_limits<double>::epsilon();
   if (std::isinf(v)) return v < 0 ? v : std::numeric_limits<double>::max();
@@ -42,7 +41,7 @@ inline Interval Widened(double lo, double hi, double ulps = 1) { return {RoundDo
 
 inline Interval Hull(Interval a, Interval b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
 
-// The part that both hold; that of `a` where rounding has parted them.
+// The intersection; `a` if it is empty because of rounding.
 inline Interval Meet(Interval a, Interval b) {
   const Interval both{std::max(a.lo, b.lo), std::min(a.hi, b.hi)};
   return both.lo <= both.hi ? both : a;
@@ -69,7 +68,7 @@ inline Interval operator*(Interval a, Interval b) {
   return Widened(std::min({ll, lh, hl, hh}), std::max({ll, lh, hl, hh}));
 }
 
-// Everything where `b` contains zero.
+// The whole line if `b` contains zero.
 inline Interval operator/(Interval a, Interval b) {
   if (a.is_empty() || b.is_empty() || b.is_zero()) return Interval::Nothing();
   if (a.is_zero()) return {};
@@ -87,9 +86,9 @@ inline Interval Square(Interval a) {
 // sin over `a`.
 Interval Sine(Interval a);
 Interval Cosine(Interval a);
-// tan over `a`; everything where it has a pole there.
+// tan over `a`; the whole line if it has a pole there.
 Interval Tangent(Interval a);
-// a^b; everything where it is not finite or not defined for some of them, nothing where for none.
+// a^b; the whole line if it is not finite or not defined for some of the values, Nothing() if for none.
 Interval Power(Interval a, Interval b);
 
 }  // namespace dlcs

@@ -27,21 +27,21 @@ struct NonlinearProblem {
   // The matrix of the splitting (5.2), m × m; zero gives the iteration of Picard. Absent: chosen from the
   // Jacobians of f and g at the start of each window (core/nonlinear/splitting_iteration.h).
   std::optional<Matrix> W;
-  FormulaParameters parameters = {};  // numbers that the formulas call by a name
+  FormulaParameters parameters = {};  // named numbers in the formulas
 
   Index num_states() const { return x0.size(); }
   Index num_constraints() const { return static_cast<Index>(g.size()); }
 };
 
-// Every rule that `problem` breaks, in the order of the fields; empty when it is sound. m is the number of
-// entries of x0, n the number of formulas in g, neither 0. Fields are named f[i] g[i] x0 T break_points
-// W[i][j] parameters.NAME. Values of formulas are not looked at: where one has none is for the solve to say.
+// Every rule that `problem` breaks, in the order of the fields; empty if it is valid. m is the number of entries of x0,
+// n the number of formulas in g, neither 0. Fields are named f[i] g[i] x0 T break_points W[i][j] parameters.NAME.
+// Formulas are not evaluated: the solve reports where one has no finite value.
 std::vector<Violation> Validate(const NonlinearProblem& problem);
 
-// The break points of the (sound) problem and the switching times of those parts of its formulas that depend on t
-// alone, merged as those of a linear problem (core/problem/problem.h).
+// The break points of the valid `problem` and the switching times of those parts of its formulas that depend on t
+// alone, merged as for a linear problem (core/problem/problem.h).
 std::vector<double> BreakPoints(const NonlinearProblem& problem);
-// What the search for the latter could not find out.
+// The warnings of the search for these switching times.
 std::vector<std::string> SourceWarnings(const NonlinearProblem& problem);
 
 // OK, or InvalidArgument with every violation of problem and options ("field: description", one per line). Of

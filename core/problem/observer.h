@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solve tells while it runs.
+// The events of a running solve.
 
 #ifndef DLCS_CORE_PROBLEM_OBSERVER_H_
 #define DLCS_CORE_PROBLEM_OBSERVER_H_
@@ -15,18 +15,18 @@
 
 namespace dlcs {
 
-// What stands fast of a solve under way. Made at the end of windows, and of blocks of steps in marches.
+// The final part of a running solve. Made at the end of windows, and by time-stepping methods after blocks of steps.
 struct Checkpoint {
   double time;  // solved up to here
-  // Columns first ... first + count - 1 of `solution` (times, x, y, w, left_limits) have come since the checkpoint
-  // before and will not change any more. Perhaps none.
+  // Columns first ... first + count - 1 of `solution` (times, x, y, w, left_limits) are new since the last checkpoint
+  // and will not change any more. `count` may be 0.
   const Solution& solution;
   Index first;
   Index count;
   std::string state;  // for ResumePoint
 };
 
-// Where to go on: the state of a checkpoint, and the columns of the trajectory up to it, perhaps more.
+// Where to resume: the state of a checkpoint, and at least the columns of the trajectory up to it.
 struct ResumePoint {
   std::string state;
   Matrix x;  // m × columns
@@ -34,16 +34,16 @@ struct ResumePoint {
   Matrix w;  // n × columns
 };
 
-// What was found out about the problem before the first step.
+// The analysis of the problem before the first step.
 struct AnalysisReport {
-  std::string matrix_class;  // of M, for people: "P-matrix (all principal minors positive)"
+  std::string matrix_class;  // of M, as text: "P-matrix (all principal minors positive)"
   Method method = Method::kAuto;
   std::string reason;
   Index num_states = 0;
   Index num_constraints = 0;
-  Index num_steps = 0;                     // of the grid, with break points and output times
-  double step = 0;                         // the longest
-  std::optional<double> lipschitz;         // L of (2.3) in Chen & Xiang in the ∞-norm, where known
+  Index num_steps = 0;              // of the grid, with break points and output times
+  double step = 0;                  // the longest
+  std::optional<double> lipschitz;  // L of (2.3) in Chen & Xiang in the ∞-norm, where known
   std::vector<std::string> warnings;
 };
 
@@ -56,22 +56,21 @@ struct WindowReport {
 
 struct IterateReport {
   Index window = 0;
-  Index iteration = 0;       // from 1 within the window
-  double change = 0;         // max-norm over the window of the change of N x + g (wu_chen_iteration: of x)
-  double lcp_residual = 0;   // max over time points of ‖min(y, w)‖_∞
+  Index iteration = 0;      // from 1 within the window
+  double change = 0;        // max-norm over the window of the change of N x + g (wu_chen_iteration: of x)
+  double lcp_residual = 0;  // max over time points of ‖min(y, w)‖_∞
   // log10 of the a-priori bound of `change`. Absent where no Lipschitz constant of the LCP is known; from
   // laplace_iteration for windows over several lengths of steps; from wu_chen_iteration for cubic splines and
   // where eigenvalues are split off; and where the bound is not finite.
   std::optional<double> log10_bound;
-  double seconds = 0;        // since the solve began
+  double seconds = 0;  // since the solve began
 };
 
-// The function y of an iterate, on loan: the memory is the method's, and goes on to the next iterate when the call
-// returns.
+// The function y of an iterate. The memory belongs to the method and is valid only during the call.
 struct IterateValues {
-  // Increasing; twice where y has two limits (wu_chen_iteration, where runs of the grid meet).
+  // Increasing; a time at which y has two limits occurs twice (wu_chen_iteration, where runs of the grid meet).
   std::span<const double> times;
-  Eigen::Ref<const Matrix> y;     // n × times.size()
+  Eigen::Ref<const Matrix> y;  // n × times.size()
 };
 
 struct WindowOutcome {
@@ -79,12 +78,12 @@ struct WindowOutcome {
   double end = 0;
   Index iterations = 0;
   bool accepted = false;
-  bool marched = false;  // the single step was marched with LCP(M + K_0)
-  std::string why;       // of a rejection
+  bool marched = false;  // the single step was solved by the coupled LCP(q, M + K_0) instead of iterating
+  std::string why;       // the reason of a rejection
 };
 
-// Called from the thread that called Solve(), one call at a time; must return quickly. Marching methods
-// report progress as windows without iterates, at most about ten times a second.
+// Called from the thread that called Solve(), one call at a time; must return quickly. Time-stepping methods report
+// progress as windows without iterates, at most about ten times a second.
 class Observer {
  public:
   virtual ~Observer() = default;
@@ -93,8 +92,8 @@ class Observer {
   virtual void OnIterate(const IterateReport&, const IterateValues&) {}
   virtual void OnWindowFinished(const WindowOutcome&) {}
 
-  // Asked wherever a solve could go on from later; a checkpoint costs a copy of what came since the last one. Answers
-  // may depend on the clock: the bits of the solution do not depend on them.
+  // Called at each point from which the solve could be resumed later. A checkpoint costs a copy of the new columns. The
+  // answer may depend on the clock: the bits of the solution do not depend on it.
   virtual bool WantsCheckpoint() { return false; }
   virtual void OnCheckpoint(const Checkpoint&) {}
 };

@@ -17,55 +17,52 @@ enum class Method { kAuto, kLaplaceIteration, kWuChenIteration, kExponentialInte
 // Chen & Xiang with one LCP(N u + g, M) an iteration.
 enum class StepSolver { kSubstitution, kNewton };
 
-// Where laplace_iteration has the blocks of its kernel from (core/laplace/kernel.h): φ-functions of hA, or the transfer
-// function N (zI - A)⁻¹ B inverted on contours. Left to itself it takes the cheaper.
+// How laplace_iteration computes the blocks of its kernel (core/laplace/kernel.h): from φ-functions of hA, or by
+// inverting the transfer function N (zI - A)⁻¹ B on contours. kAuto takes the cheaper way.
 enum class KernelSource { kAuto, kPhiFunctions, kContour };
 
-// How x0, f and y are carried to N x (core/propagator/README.md). Left to itself the engine chooses by the
-// structure and the size of A; one that the problem does not admit is refused.
+// How x0, f and y are propagated to N x; core/propagator/README.md is the reference. kAuto chooses by the structure and
+// the size of A. If the problem does not allow the given kind, the solve is refused (kUnsupported).
 enum class PropagatorKind {
   kAuto,
-  kDense,         // the matrix functions of A written down: any A of moderate size
+  kDense,         // dense matrix functions of A: any A of moderate size
   kKroneckerSum,  // A diagonalized factor by factor, N (zI - A)⁻¹ B a short sum of exponentials for each slow mode
-  kContour,  // N (zI - A)⁻¹ B inverted on contours, one sparse factorization a node: large sparse A, few constraints
-  kSparseStepping,  // one sparse factorization of I - h(1-θ)A a length of step; time_stepping only
+  kContour,  // N (zI - A)⁻¹ B inverted on contours, a sparse factorization per node: large sparse A, few constraints
+  kSparseStepping,  // one sparse factorization of I - h(1-θ)A per step length; time_stepping only
 };
 
-// What wu_chen_iteration takes y and f to be between the nodes (Remark 2.5 of Wu & Chen).
+// How wu_chen_iteration interpolates y and f between the nodes (Remark 2.5 of [Wu & Chen]).
 enum class Interpolation { kLinear, kCubicSpline };
 
-// Whose parameters the contour (2.2) has that wu_chen_iteration integrates over: those of Theorem 2.2, or those that
-// Remark 2.4 leaves to be chosen for the sector of the spectrum. Left to itself it takes Theorem 2.2's where the sector
-// allows.
+// The parameters of the contour (2.2) of wu_chen_iteration: those of Theorem 2.2, or those optimized for the sector of
+// the spectrum as in Remark 2.4. kAuto takes Theorem 2.2 if the sector allows it.
 enum class ContourChoice { kAuto, kTheorem22, kRemark24 };
 
 struct Options {
   Method method = Method::kAuto;
 
-  // Number of steps over [0, T] before break points and output times are added as nodes; no step of the grid
-  // is longer than T / num_steps. 0 takes kDefaultSteps, and the result says so.
+  // Number of steps over [0, T] before break points and output times are added as nodes; no step of the grid is longer
+  // than T / num_steps. 0: not set. A grid for which neither steps nor nodes are set has kDefaultSteps steps.
   Index num_steps = 0;
   static constexpr Index kDefaultSteps = 1000;
   // A step length instead of a number of steps: T / step is rounded up. At most one of the two is set.
   double step = 0;
-  // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length: a grid that is fine where
-  // the solution needs it. 0, T, break points and output times are added. Steps of equal length that follow one
-  // another are recognized: one matrix function serves all steps of a length, so a grid of J different lengths
-  // costs J of them.
+  // The nodes themselves, increasing, in [0, T], instead of a number of steps or a length. 0, T, break points and
+  // output times are added. All steps of one length share one matrix function, so a grid with J different lengths costs
+  // J of them.
   std::vector<double> grid_times;
 
-  // An error instead of a step: the largest allowed of each component of x, relative to its largest value on [0, T],
-  // and of B y where y is a Lipschitz function of x. event_driven controls its steps by it; for other methods the step
-  // comes from trial solves (core/driver/step_control.h), and the solution holds the error that was estimated, or says
-  // that it was not reached. A grid beside it says only where output is wanted. 0: with a grid its steps are taken;
-  // without one the error is kDefaultErrorTolerance, for at most the work of kMostDefaultSteps steps, and missing it is
-  // no failure.
+  // The largest allowed error of each component of x, relative to its largest value on [0, T]; also of B y if y is a
+  // Lipschitz function of x. event_driven controls its steps by it. For other methods the step comes from trial solves
+  // (core/driver/step_control.h); the solution holds the estimated error, and says if the tolerance was not reached.
+  // With a tolerance a grid only gives the output times. 0: if a grid is set, its steps are used; if not, the tolerance
+  // is kDefaultErrorTolerance, with at most the work of kMostDefaultSteps steps, and missing it is not a failure.
   double error_tolerance = 0;
   static constexpr double kDefaultErrorTolerance = 1e-6;
   static constexpr Index kMostDefaultSteps = 20'000;
-  static constexpr double kLeastErrorTolerance = 1e-13;  // rounding alone is more
+  static constexpr double kLeastErrorTolerance = 1e-13;  // below it rounding dominates
 
-  // Whether the nodes are asked for.
+  // Whether steps or nodes are set.
   bool has_grid() const { return num_steps > 0 || step > 0 || !grid_times.empty(); }
 
   // Times in [0, T], in increasing order, that must be nodes of the grid. With output_times_only the
@@ -74,16 +71,17 @@ struct Options {
   bool output_times_only = false;
 
   // event_driven: keep the polynomials of its steps (Solution::pieces), 13 (m + n) numbers each, for dense output
-  // (core/event_driven/interpolant.h). Other methods need no more for it than their nodes.
+  // (core/event_driven/interpolant.h). Other methods need only their nodes for it.
   bool keep_pieces = false;
 
-  // time_stepping: θ of (1.3) in Chen & Xiang; 0 implicit, 1/2 trapezoidal in x, 1 explicit in x.
+  // time_stepping: θ of (1.3) in [Chen & Xiang 2013]: 0 is implicit, 1/2 trapezoidal in x, 1 explicit in x. (Many texts
+  // call this 1 - θ.)
   double theta = 0;
-  // time_stepping: how a step is solved. Newton's method needs y to be a function of x, and is sure to converge for
-  // 3hκ < 1 (Theorem 3.2); a step where it does not is solved by substitution, and the solution says so.
+  // time_stepping: how a step is solved. Newton's method needs y to be a function of x. It converges for 3hκ < 1
+  // (Theorem 3.2); a step for which it does not converge is solved by substitution, and the solution says so.
   StepSolver step_solver = StepSolver::kSubstitution;
-  // time_stepping: the trapezoidal rule in x, y and f, of second order, in place of (1.3); θ must be 0 or 1/2. Only
-  // where y is a Lipschitz function of x: elsewhere y would ring, y⁺ = -y + ....
+  // time_stepping: the trapezoidal rule in x, y and f, of second order, in place of (1.3); θ must be 0 or 1/2. Only if
+  // y is a Lipschitz function of x: otherwise y would oscillate, y⁺ = -y + ....
   bool average_y = false;
 
   // laplace_iteration: steps per window. 0 chooses and adapts windows; kWholeHorizon takes the longest
@@ -92,25 +90,25 @@ struct Options {
   Index window_steps = 0;
   static constexpr Index kWholeHorizon = -1;
 
-  // laplace_iteration: windows that are iterated on at the same time, 1 to 64. A window begins while the one before it
-  // still converges, from where that one stands, and is accepted after it: fewer iterations one after the other, with
-  // more LCPs each. One at a time where y is no Lipschitz function of x, and with acceleration.
+  // laplace_iteration: the number of windows that are iterated at the same time, 1 to 64. A window starts from the
+  // current iterate of the window before it, and is accepted after that one has converged. This needs fewer iterations
+  // in sequence, with more LCPs in each. Always 1 if y is not a Lipschitz function of x, and with acceleration.
   Index windows_in_flight = 1;
 
-  // laplace_iteration: by φ-functions or by contours. Contours are checked, and given up where they do not serve the
-  // spectrum; the solution says what was done (KernelRecord).
+  // laplace_iteration: blocks of the kernel by φ-functions or by contours. Contours are checked, and replaced by
+  // φ-functions if they are not accurate for the spectrum; KernelRecord in the solution says what was done.
   KernelSource kernel = KernelSource::kAuto;
 
-  // laplace_iteration: depth of Anderson acceleration, at most 20; 0 iterates as [Wu & Chen] do.
+  // laplace_iteration: depth of Anderson acceleration, at most 20; 0 is the plain iteration of [Wu & Chen].
   int acceleration = 0;
 
   PropagatorKind propagator = PropagatorKind::kAuto;
-  // What a solve may allocate, in bytes: beyond it the problem is refused before anything is allocated. The trajectory
-  // asked for counts.
+  // The memory that a solve may allocate, in bytes, including the trajectory. If the prediction is larger, the solve is
+  // refused before anything is allocated.
   double max_memory = 8e9;
 
-  // Stop of the iterations: estimated remaining change of N x + g (laplace_iteration) or x (wu_chen_iteration)
-  // relative to its own size.
+  // Tolerance of the iterations: the estimated remaining change of N x + g (laplace_iteration) or x
+  // (wu_chen_iteration), relative to its size.
   double iteration_tolerance = 1e-12;
   // Iterations allowed per window. 0 takes 300 for windows that can shrink and 1000 for those that cannot.
   Index max_iterations = 0;
@@ -133,18 +131,19 @@ struct Options {
 
   // Systems of relative degree two (M = 0, N B = 0: y acts on N x + g through two integrations, as a contact force acts
   // on a gap) are refused, because their solutions need impulses. With this, they are solved as inelastic impacts
-  // (core/stepping/inelastic_impact.h), which is a law of its own and not part of the system.
+  // (core/stepping/inelastic_impact.h), which is an additional law, not part of the system.
   bool inelastic_impact = false;
 
-  // Where steps are given: estimate the error by solves of twice and four times the step (core/driver/error_control.h),
-  // for three quarters of the cost. Where memory does not allow it, the solution says so.
+  // If steps are given: whether to estimate the error by solves with twice and four times the step
+  // (core/driver/error_control.h), for three quarters of the cost of the solve. If memory does not allow it, the
+  // solution says so.
   bool estimate_error = true;
 
   // Upper limit of threads; 0 takes all. The bits of the result do not depend on it.
   int num_threads = 0;
 };
 
-// Every rule that `options` breaks for a problem with horizon `horizon`. Fields are named as above.
+// Every rule that `options` break for a problem with this `horizon`. Violations name the fields as above.
 std::vector<Violation> Validate(const Options& options, double horizon);
 
 }  // namespace dlcs

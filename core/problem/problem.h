@@ -16,15 +16,15 @@
 
 namespace dlcs {
 
-// Which solution of LCP(N x + g, M) is meant where there are several. The rule is judged on M.
+// Which solution of LCP(N x + g, M) is meant if there are several. Whether a rule is allowed depends on M.
 enum class SolutionRule {
-  kAuto,    // unique for a P-matrix, least element for a Z-matrix, otherwise any solution of the coupled step
-  kUnique,  // M must be a P-matrix
-  kLeastElement,        // M must be a Z-matrix
+  kAuto,          // unique for a P-matrix, least element for a Z-matrix, otherwise any solution of the coupled step
+  kUnique,        // M must be a P-matrix
+  kLeastElement,  // M must be a Z-matrix
   kHiddenLeastElement,  // least in the order of pos X, (4.11) of [Chen & Xiang]; M must be a hidden Z-matrix
   kLeastNorm,           // least ‖y‖₂; M positive semidefinite, or of any class for n <= 12
   kMinimizer,           // least ‖C y - b‖₂ with `Problem::selector`; the same M
-  kSparsest,            // fewest y_i > 0, of several the least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
+  kSparsest,            // fewest y_i > 0, then least ‖y‖₂; M a P- or Z-matrix, or of any class for n <= 12
 };
 
 // What kMinimizer minimizes over all solutions: ‖C y - b‖₂, as in Example 2.1 of [Chen & Xiang]. Where
@@ -51,22 +51,22 @@ struct Problem {
   Index num_constraints() const { return M.rows(); }
 };
 
-// Every rule that `problem` breaks, in the order of the fields above; empty when it is sound. Shapes (m is
-// the number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside
-// (0, T), formulas that do not parse, and, where nothing else is wrong, formulas with a pole or without a finite value
-// in [0, T] or with more than kMostSwitchingTimes, and components of f and g without a finite value at one of 257 even
-// times or on one side of a break point (with the first such time).
+// Every rule that `problem` breaks, in the order of the fields above; empty if it is valid. Checks shapes (m is the
+// number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside (0, T), and
+// formulas that do not parse. If all this is right, it also checks for formulas with a pole or without a finite value
+// in [0, T], for more than kMostSwitchingTimes switching times, and for components of f and g without a finite value at
+// one of 257 equidistant times or on one side of a break point (naming the first such time).
 //
 // Fields are named A B N M f g x0 T break_points selector.C selector.b, with [row][column] or [component],
 // those inside f and g as core/problem/time_function.h says. At most 200 are listed; one more entry counts the rest.
 // Cost: that of AnalyzeFormulas(), and 257 values of every component.
 std::vector<Violation> Validate(const Problem& problem);
 
-// All break points of f, g, their formulas and the (sound) problem itself, as MergeBreakPoints() makes them of those
-// that the problem declares and those of f and g.
+// The break points of the valid `problem`: those that it declares and those of f, g and their formulas, merged by
+// MergeBreakPoints().
 std::vector<double> BreakPoints(const Problem& problem);
 TimeAxis AxisOf(const Problem& problem);
-// What the search for switching times of f and g could not find out, with field and formula.
+// The warnings of the search for switching times of f and g, with field and formula.
 std::vector<std::string> SourceWarnings(const Problem& problem);
 
 }  // namespace dlcs

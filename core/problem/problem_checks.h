@@ -19,19 +19,21 @@ void CheckMatrix(const Matrix& matrix, Index rows, Index columns, const std::str
 void CheckMatrix(const StructuredMatrix& matrix, Index rows, Index columns, const std::string& rule,
                  const std::string& field, ViolationList& list);
 
-// The same of a square matrix with at least one row. One that is not square is told so, and its rows count.
+// The same for a square matrix with at least one row. The violation of a matrix that is not square says so; the number
+// of its rows is then taken as the expected size.
 void CheckSquareMatrix(const Matrix& matrix, const std::string& rule, const std::string& field, ViolationList& list);
-// Of a Kronecker sum the factors are the square ones.
+// In a Kronecker sum every factor must be square.
 void CheckSquareMatrix(const StructuredMatrix& matrix, const std::string& rule, const std::string& field,
                        ViolationList& list);
 
-// m finite components, as x0.
+// Checks that `x0` has m finite components.
 void CheckInitialState(const Vector& x0, Index m, ViolationList& list);
 
-// Whether `selector` is given exactly where `rule` needs it, C is k × n, b has k components, and all are finite.
+// Checks that `selector` is given if and only if `rule` needs it, that C is k × n, that b has k components, and that
+// all entries are finite.
 void CheckSelector(const std::optional<Selector>& selector, SolutionRule rule, Index n, ViolationList& list);
 
-// Names (FaultOfParameterName()) and finite values, as parameters.NAME.
+// Checks names (FaultOfParameterName()) and that values are finite. Fields are named parameters.NAME.
 void CheckParameters(const FormulaParameters& parameters, ViolationList& list);
 
 }  // namespace dlcs

@@ -12,23 +12,23 @@ namespace dlcs {
 // Which limit to take at a time where a function may jump.
 enum class Side { kLeft, kRight };
 
-// Two times that differ by no more than this part of them are one that was rounded twice.
+// Two times with a relative difference of at most this are the same time, rounded differently.
 inline constexpr double kSameTime = 8 * 2.220446049250313e-16;
 
 // More switching times of formulas than this are refused.
 inline constexpr std::size_t kMostSwitchingTimes = 100'000;
 
-// [0, horizon], and what was merged of the break points of all that happens in it.
+// [0, horizon] with the merged break points of all sources.
 struct TimeAxis {
   double horizon = 0;
   std::vector<double> break_points = {};  // increasing, inside (0, horizon)
 
-  // The break point, or the end, that is `t` but for rounding; else `t`.
+  // The break point or the end that equals `t` up to rounding; otherwise `t`.
   double Nearest(double t) const;
 };
 
-// Times in (0, horizon), `declared` and `found`, as break points: increasing, and of those that are one but for
-// rounding one that was declared, or the first.
+// Merges the times `declared` and `found` in (0, horizon) into increasing break points. Of times that are equal up to
+// rounding it keeps a declared one, or the first.
 std::vector<double> MergeBreakPoints(const std::vector<double>& declared, const std::vector<double>& found,
                                      double horizon);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vector-valued functions of time: the sources f(t) and g(t) of a problem.
 //
-// A TimeFunction is data: a list of pieces, each holding from its start to the next one's, and each a
-// constant, samples on a grid, a piecewise polynomial, or one formula per component. At the start of a
-// piece the value is the right limit. Where few functions make many components, f(t) = lift ψ(t), the pieces are those
-// of ψ. A TimeFunctionEvaluator is the compiled form.
+// A TimeFunction is data: a list of pieces, each valid from its start to that of the next. A piece is a constant,
+// samples on a grid, a piecewise polynomial, or one formula per component. The value at the start of a piece is the
+// right limit. If few functions make many components, f(t) = lift ψ(t), the pieces are those of ψ.
+// TimeFunctionEvaluator is the compiled form.
 
 #ifndef DLCS_CORE_PROBLEM_TIME_FUNCTION_H_
 #define DLCS_CORE_PROBLEM_TIME_FUNCTION_H_
@@ -75,8 +75,8 @@ struct TimeFunction {
 // to move, some 5 µs per formula to make.
 class TimeFunctionEvaluator {
  public:
-  // With an `axis` (AxisOf() of a problem) both limits are right at all of its break points: pieces start and formulas
-  // switch there, whatever rounding says. Without one a formula has its value for both limits.
+  // With an `axis` (AxisOf() of a problem) both limits are correct at all of its break points: pieces start and
+  // formulas switch exactly there, in spite of rounding. Without one both limits of a formula are its value.
   // Errors: InvalidArgument as the first entry of Validate() below.
   static absl::StatusOr<TimeFunctionEvaluator> Create(const TimeFunction& function, Index size,
                                                       const TimeAxis& axis = {});
@@ -96,28 +96,28 @@ class TimeFunctionEvaluator {
   std::unique_ptr<Impl> impl_;
 };
 
-// Everything wrong with `function` as a function with `size` components: times out of order, shapes,
-// non-finite numbers, formulas that do not parse (with the position and the reason). Formula values are not
-// looked at; Validate(Problem) does that at sample times.
-// Fields are named, with `field` = "f": f[1] for a component of a constant or its formula, f.times[3],
-// f.values[1][3], f.breaks[2], f.coefficients[2][1][0] (polynomial, component, power). Where there is more
-// than one piece, f.pieces[2] takes the place of f in all of these, and f.pieces[2].start is its start. Of a lifted
-// function f.lift is the matrix, and f.of takes the place of f in all of these.
+// Everything wrong with `function` as a function with `size` components: times out of order, shapes, non-finite
+// numbers, formulas that do not parse (with the position and the reason). Formulas are not evaluated; Validate(Problem)
+// does that at sample times.
+// Fields are named, with `field` = "f": f[1] for a component of a constant or its formula, f.times[3], f.values[1][3],
+// f.breaks[2], f.coefficients[2][1][0] (polynomial, component, power). Where there is more than one piece, f.pieces[2]
+// takes the place of f in all of these, and f.pieces[2].start is its start. For a lifted function f.lift is the matrix,
+// and f.of takes the place of f in all of these.
 std::vector<Violation> Validate(const TimeFunction& function, Index size, const std::string& field);
 // The same, appended to a longer list.
 void Validate(const TimeFunction& function, Index size, const std::string& field, ViolationList& list);
 
-// A formula of a time function, and what is known about it on [0, horizon] where its piece holds.
+// A formula of a time function with its analysis on the part of [0, horizon] where its piece is valid.
 struct AnalyzedComponent {
   std::size_t piece;
   Index component;  // the first one with this text
   std::shared_ptr<const AnalyzedFormula> formula;
 };
-// Each formula of each piece of the sound `function` once; no more behind the eighth that is refused. Cost:
-// core/problem/formula_switching.h the first time.
+// Each different formula of each piece of the valid `function`; stops after the eighth refused one. Cost: that of
+// AnalyzeFormula() (core/problem/formula_switching.h).
 std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon);
 
-// The times strictly inside (0, horizon) where a piece or a polynomial of the sound `function` starts or a formula
+// The times strictly inside (0, horizon) where a piece or a polynomial of the valid `function` starts or a formula
 // switches, increasing and distinct.
 std::vector<double> BreakPoints(const TimeFunction& function, double horizon);
 

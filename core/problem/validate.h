@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one check at the door of the engine.
+// Validation of problem and options together, called by the entry points of the engine.
 
 #ifndef DLCS_CORE_PROBLEM_VALIDATE_H_
 #define DLCS_CORE_PROBLEM_VALIDATE_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a solution is worth, in one word and one line.
+// The verdict on a solution: one word, one line, and concerns.
 
 #ifndef DLCS_CORE_PROBLEM_VERDICT_H_
 #define DLCS_CORE_PROBLEM_VERDICT_H_
@@ -12,25 +12,25 @@
 namespace dlcs {
 
 enum class VerdictKind {
-  kSolved,          // T was reached, with an estimated error within what was asked for
-  kErrorEstimated,  // T was reached, with an estimated error of so much
-  kErrorUnknown,    // T was reached; nobody knows how far from the solution
-  kNotSolved,       // T was not reached, or not within the error that was asked for
+  kSolved,          // T was reached, and the estimated error is within the tolerance
+  kErrorEstimated,  // T was reached, and the error was estimated
+  kErrorUnknown,    // T was reached, without an estimate of the error
+  kNotSolved,       // T was not reached, or not within the error tolerance set by the caller
 };
 
 struct Verdict {
   VerdictKind kind = VerdictKind::kNotSolved;
-  bool success = false;               // the answer may be used: a program that solves exits with 0
-  std::string text;                   // one line, for people
-  std::vector<std::string> concerns;  // what to beware of, a sentence each
+  bool success = false;               // the solution may be used; `dlcs solve` exits with 0
+  std::string text;                   // one line
+  std::vector<std::string> concerns;  // doubts about the solution, one sentence each
 };
 
-// An estimated error above the first is a concern, above the second no success. The same parts of their sizes for what
-// the certificate measures.
+// An estimated error above kConcern is a concern; above kNoSuccess it is not a success. The same limits hold for the
+// relative residuals of the certificate.
 inline constexpr double kConcern = 0.01;
 inline constexpr double kNoSuccess = 0.3;
 
-// Of termination, accuracy and certificate alone. Nothing is kSolved that has a concern.
+// Depends on termination, accuracy and certificate alone. A solution with a concern is never kSolved.
 Verdict JudgeSolution(const Solution& solution);
 
 // "SOLVED", "ERROR_ESTIMATED", "ERROR_UNKNOWN", "NOT_SOLVED".

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collects broken rules of the input, bounded in length whatever the input is.
+// Collects violations of the rules for the input, up to a maximum number.
 
 #ifndef DLCS_CORE_PROBLEM_VIOLATION_LIST_H_
 #define DLCS_CORE_PROBLEM_VIOLATION_LIST_H_
@@ -14,14 +14,14 @@ namespace dlcs {
 
 class ViolationList {
  public:
-  // Enough to mend a problem by hand; a matrix full of NaN must not become a million strings.
+  // Enough to correct a problem by hand; a matrix full of NaN must not become a million strings.
   static constexpr Index kMaxListed = 200;
 
   void Add(std::string field, std::string description);
 
   // Every entry of `matrix` that is not finite, as field[row][column]; of `vector`, as field[row].
   void AddNonFiniteEntries(const Matrix& matrix, const std::string& field);
-  // The same of a matrix with structure; entries of the factors of a Kronecker sum are
+  // The same for a matrix with structure; entries of the factors of a Kronecker sum are
   // field.kronecker_sum.factors[k][row][column].
   void AddNonFiniteEntries(const StructuredMatrix& matrix, const std::string& field);
   void AddNonFiniteComponents(const Vector& vector, const std::string& field);
@@ -32,7 +32,7 @@ class ViolationList {
   bool empty() const { return violations_.empty(); }
   bool full() const { return static_cast<Index>(violations_.size()) >= kMaxListed; }
 
-  // The first kMaxListed in the order of Add(); where there were more, one further entry counts the rest.
+  // The first kMaxListed violations in the order of Add(); if there were more, one further entry counts the rest.
   std::vector<Violation> Take() &&;
 
  private:
@@ -43,8 +43,8 @@ class ViolationList {
   std::string first_unlisted_field_;
 };
 
-// Adds what is wrong with `times` as break points of a problem on [0, horizon], as break_points[k]: disorder, and times
-// outside (0, horizon).
+// Checks `times` as break points of a problem on [0, horizon]: adds times out of order or outside (0, horizon), as
+// break_points[k].
 void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list);
 
 }  // namespace dlcs

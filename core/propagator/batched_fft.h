@@ -12,7 +12,7 @@ namespace dlcs {
 
 // X_k = Σ_j x_j e^{-2πijk/length} by Stockham's algorithm with the radices 4, 2, 3 and 5. Element j of the sequence in
 // lane l stands at [j · lanes + l]: the inner loops of every pass run over the lanes, so that sixteen transforms take
-// little longer than one. No plan is measured, and the bits of a lane depend on nothing but its own sequence.
+// little longer than one. There is no planning by measurement, and the bits of a lane depend only on its own sequence.
 // Source: [Van Loan 1992] C. Van Loan. Computational frameworks for the fast Fourier transform. SIAM. Section 1.7.
 class BatchedFft {
  public:

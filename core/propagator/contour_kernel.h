@@ -15,11 +15,12 @@
 
 namespace dlcs {
 
-// With p far nodes a step of a march costs 2 n² p multiplications, however many went before; a response to a whole
-// window one convolution with blocks where those fit (n² W numbers), else as many steps.
+// With p nodes of the far contour one time step costs 2 n² p multiplications, however many steps came before. The
+// response to a whole window costs one convolution with blocks if those fit into memory (n² W numbers), otherwise W
+// such steps.
 class ContourKernel final : public ReducedKernel {
  public:
-  // `longest` steps are the longest march and window.
+  // `longest` is the largest number of steps of a run or window.
   ContourKernel(double step, Index longest, ContourResponse response);
 
   double step() const override { return step_; }
@@ -30,16 +31,16 @@ class ContourKernel final : public ReducedKernel {
   double Bound(Index window) const override;
 
  private:
-  // Makes blocks for windows up to at least `window`, when they are first needed. False where they do not fit.
+  // Computes blocks for windows up to at least `window` when they are first needed. False if they do not fit.
   bool ReserveBlocks(Index window, Workers& workers) const;
 
   double step_;
   Index longest_;
   ContourResponse response_;
-  mutable std::mutex mutex_;  // of what follows
-  mutable Matrix blocks_;     // side by side
+  mutable std::mutex mutex_;                                // guards the following members
+  mutable Matrix blocks_;                                   // side by side
   mutable std::optional<ToeplitzConvolution> convolution_;  // with blocks_
-  mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞ / h
+  mutable std::vector<double> bounds_;                      // running maxima of ‖K_k‖_∞ / h
 };
 
 }  // namespace dlcs

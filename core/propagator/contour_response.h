@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The response of N x to signals in a few columns, from values of the transfer function on two contours.
+// The response of N x to a few input signals, from values of the transfer function on two contours.
 
 #ifndef DLCS_CORE_PROPAGATOR_CONTOUR_RESPONSE_H_
 #define DLCS_CORE_PROPAGATOR_CONTOUR_RESPONSE_H_
@@ -16,7 +16,7 @@ namespace dlcs {
 struct StepContours {
   std::vector<ContourNode> near;
   std::vector<ContourNode> far;
-  Index longest = 0;  // steps that the far one serves
+  Index longest = 0;  // the number of steps that the far contour covers
   double log_loss = 0;
 
   Index size() const { return static_cast<Index>(near.size() + far.size()); }
@@ -39,14 +39,14 @@ class ContourResponse {
  public:
   ContourResponse(const StepContours& contours, const TransferValues& values, Hold hold);
 
-  // n × c: what s_j does at node j.
+  // n × c: the response at node j to s_j.
   const Matrix& now() const { return now_; }
 
-  // The response at the next node to all that was pushed.
+  // The response at the next node to all signals pushed so far.
   void Next(const PulseTrain& train, Eigen::Ref<Vector> q) const;
   PulseTrain Start(const Eigen::Ref<const Vector>& first) const { return {far_nodes_, hold_, first}; }
 
-  // The response to s_0 ... s_J, c × J + 1, from rest. Same bits for any number of threads. Cost: 8 n c p J.
+  // The response to s_0 ... s_J, c × J + 1, from a zero state. Same bits for any number of threads. Cost: 8 n c p J.
   NodesAndMiddles Respond(const Eigen::Ref<const Matrix>& signal, Workers& workers) const;
 
   // The blocks 0..count - 1 of the response at nodes, n × c each, side by side. Cost: 4 n c p each.
@@ -57,8 +57,8 @@ class ContourResponse {
 
   Hold hold_;
   std::vector<Complex> far_nodes_;
-  // n × c. At a node: of its own s, of the one before, of s_0 at node 1. At a middle: of s at the end, at the start, of
-  // s_0.
+  // n × c each. The response at a node to s there, to s at the node before, and at node 1 to s_0; and the response at a
+  // midpoint to s at the end of the step, at its start, and to s_0.
   Matrix now_, before_, start_;
   Matrix middle_now_, middle_before_, middle_start_;
   // n × 2cp: real part and negative imaginary part of each value, so that a product with FarAsReal() is Re Σ.

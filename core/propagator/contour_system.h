@@ -22,8 +22,8 @@
 
 namespace dlcs {
 
-// One factorization for each z, kept for the next visit while they fill no more than `kept_bytes`.
-// Threads: all functions may be called at once; the numbers do not depend on what was kept.
+// The factorizations of zI - A, one for each z, kept for later calls as long as they fill no more than `kept_bytes`.
+// Threads: all functions may be called concurrently; results do not depend on which factors were kept.
 class SparseResolvent {
  public:
   using Complex = std::complex<double>;
@@ -65,15 +65,16 @@ class SparseResolvent {
 // K_k = N (zI - A)⁻¹ B, and with it all that a reduced solve needs, inverted on two contours for each length of step
 // (core/propagator/contour_response.h): some 30 nodes for the first steps, and some 60 to 120 for all later ones,
 // however many. Each is one sparse factorization of zI - A, and a solve for each column of B, of the lift of f, and x0,
-// all in one visit. What is not known then, another start or the states at output nodes, takes further visits, with the
-// same factors as far as Options::max_memory lets them be kept. The values for B and the lift, some megabytes, do not
-// depend on the start: solves of the same matrices share them, and with another start visit the nodes for one column.
+// all in one pass over the nodes. Columns that are not known then (another start, the states at output nodes) take
+// further passes, with the same factors as far as Options::max_memory allows them to be kept. The values for B and the
+// lift, some megabytes, do not depend on the start: solves of the same matrices share them, and a solve with another
+// start makes a pass for one column only.
 //
-// The contours enclose a sector that is proved to hold the field of values (core/propagator/sector.h).
+// The contours enclose a sector that is proven to contain the field of values (core/propagator/sector.h).
 class ContourSystem final : public Propagator {
  public:
-  // Null, and `why_not` for people, where the spectrum has no contour over [0, T], or the factors do not fit the
-  // memory. `setups` may be null; otherwise it must outlive the system.
+  // Null if the spectrum has no contour over [0, T], or if the factors do not fit into memory; `why_not` says which.
+  // `setups` may be null; otherwise it must outlive the system.
   static std::unique_ptr<ContourSystem> Create(const Problem& problem, const Options& options, std::string& why_not,
                                                SetupCache* setups = nullptr);
 
@@ -81,7 +82,7 @@ class ContourSystem final : public Propagator {
                                                   const std::stop_token& stop) override;
   FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
                   const std::stop_token& stop) override;
-  // Cost: a visit of all nodes, with a solve for each output or each column, whichever are fewer.
+  // Cost: a pass over all nodes, with a solve for each output or each column, whichever are fewer.
   Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold, const std::vector<Index>& nodes,
                 Workers& workers, const std::stop_token& stop) override;
   // Factors and values at the nodes of the contours for all lengths of steps, to a factor of two.
@@ -89,7 +90,7 @@ class ContourSystem final : public Propagator {
   PropagatorRecord record() const override;
 
  private:
-  // What is kept for a length of step.
+  // The values kept for one step length.
   struct StepValues {
     double step = 0;
     StepContours contours;
@@ -98,18 +99,18 @@ class ContourSystem final : public Propagator {
   };
   // f = columns · signal, signal r × J + 1.
   struct Sources {
-    Matrix columns;  // m × r; empty where they are those of the lift that are kept
+    Matrix columns;  // m × r; empty if they are the columns of the lift, whose values are kept
     Matrix signal;
   };
 
-  // `needed_bytes` are used at any time, `kept_bytes` at most are kept of factors.
+  // `needed_bytes` are always in use; kept factors use at most `kept_bytes`.
   ContourSystem(const Problem& problem, const Sector& sector, double needed_bytes, double kept_bytes,
                 SetupCache* setups);
 
   StepContours MakeContours(double step, Index steps) const;
   // Null where `stop` was requested.
   const StepValues* At(double step, Index steps, Workers& workers, const std::stop_token& stop);
-  // N (zI - A)⁻¹ columns at all nodes, weighted, for each of `groups`; what it is for one group does not depend on the
+  // N (zI - A)⁻¹ columns at all nodes, weighted, for each of `groups`; the result for one group does not depend on the
   // others. Empty where `stop` was requested.
   std::vector<TransferValues> Visit(double step, const StepContours& contours, const std::vector<Matrix>& groups,
                                     Workers& workers, const std::stop_token& stop);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The eigenvectors of a symmetric factor, as a fast transform where there is one.
+// The eigenvector basis of a symmetric factor, as a fast transform if there is one.
 
 #ifndef DLCS_CORE_PROPAGATOR_FACTOR_TRANSFORM_H_
 #define DLCS_CORE_PROPAGATOR_FACTOR_TRANSFORM_H_
@@ -15,7 +15,7 @@ namespace dlcs {
 
 // F = Q Λ Qᵀ. For F = tridiag(b, a, b), second differences with fixed ends, Q is the sine transform, made by an FFT
 // where its length has small prime factors only (columns side by side, core/propagator/batched_fft.h); for all others
-// it is computed (9 q³) and applied as a dense product. A column has the same bits alone and among others.
+// it is computed (9 q³) and applied as a dense product. The bits of a column do not depend on the other columns.
 class FactorTransform {
  public:
   // Absent where F is not symmetric.

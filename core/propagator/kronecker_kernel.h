@@ -30,8 +30,8 @@ struct ScalarPhi {
   // To some 1e-15 relative for every z that does not overflow.
   static ScalarPhi At(double z) {
     ScalarPhi phi{std::exp(z), 1, 0.5};
-    if (std::abs(z) < 0.5) {  // φ_2 = Σ z^k / (k + 2)!, without the cancellation of its definition
-      double even = 0, odd = 0;  // two sums that do not wait for each other
+    if (std::abs(z) < 0.5) {     // φ_2 = Σ z^k / (k + 2)!, without the cancellation of its definition
+      double even = 0, odd = 0;  // two independent sums
       for (int k = 14; k >= 0; k -= 2) {
         even = even * (z * z) + kInverseFactorials[k];
         odd = odd * (z * z) + kInverseFactorials[k + 1];
@@ -54,7 +54,7 @@ struct ScalarPhi {
 struct ExponentialSteps {
   Matrix decay;  // e^{hs}
   Matrix alpha, beta;
-  // P_0 / û_0, which makes the half hat of û_0: -α/β; 0 for constant pieces, where û_0 counts for nothing
+  // P_0 / û_0, which makes the half hat of û_0: -α/β; 0 for constant pieces, where û_0 is not used
   Matrix start;
 
   ExponentialSteps(const Vector& rates, const Vector& lambda, double h, Hold hold);
@@ -74,9 +74,9 @@ class KroneckerKernel final : public ReducedKernel {
   Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const override;
   double Bound(Index window) const override;
 
-  // ẑ at the nodes 1..W and in the middles of the steps, from rest, p × W each, for any input û of the modes across the
-  // axis, p × W + 1, with û_0 at the start: in place of what `nodes` and `middles` hold, or added to it. `middles` may
-  // be empty: then it is spared. Cost: 6 p W operations for each term.
+  // ẑ at the nodes 1..W and at the midpoints of the steps, from a zero state, p × W each, for any input û of the modes
+  // across the axis, p × W + 1, with û_0 at the start. Replaces the contents of `nodes` and `middles`, or is added to
+  // them. If `middles` is empty, midpoints are not computed. Cost: 6 p W operations for each term.
   enum class Result { kReplaces, kAdds };
   void RespondInModes(const Eigen::Ref<const Matrix>& inputs, Result result, Eigen::Ref<Matrix> nodes,
                       Eigen::Ref<Matrix> middles, Workers& workers) const;
@@ -91,7 +91,7 @@ class KroneckerKernel final : public ReducedKernel {
   ModeRecursion terms_;
   Matrix K0_;
   mutable std::mutex bounds_mutex_;
-  mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞, as far as they were asked for
+  mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞, as far as they were needed
 };
 
 }  // namespace dlcs

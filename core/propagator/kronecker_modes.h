@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Kronecker sum in the coordinates where it falls apart into systems with one input and one output.
+// A Kronecker sum in coordinates that decouple it into systems with one input and one output.
 
 #ifndef DLCS_CORE_PROPAGATOR_KRONECKER_MODES_H_
 #define DLCS_CORE_PROPAGATOR_KRONECKER_MODES_H_
@@ -17,12 +17,12 @@
 namespace dlcs {
 
 // A = F ⊕ R, F along one axis of the grid and R across it, both symmetric; B = b ⊗ C and N = nᵀ ⊗ D act on the axis
-// through one vector each, as a wall does. With F = Q_F diag(μ) Q_Fᵀ and R = Q_R diag(λ) Q_Rᵀ, mode r across the axis
-// is driven by û_r = (Q_Rᵀ C y)_r alone and answers
+// through one vector each, as constraints on one side of a grid do. With F = Q_F diag(μ) Q_Fᵀ and R = Q_R diag(λ) Q_Rᵀ,
+// mode r across the axis is driven by û_r = (Q_Rᵀ C y)_r alone and answers
 //
 //     ẑ_r(t) = Σ_a n̂_a b̂_a ∫_0^t e^{(μ_a + λ_r)(t - τ)} û_r(τ) dτ,     N x = D Q_R ẑ,
 //
-// the same sum of q exponentials for every mode but for a shift; Compress() makes it short.
+// the same sum of q exponentials for every mode except for a shift; Compress() shortens it.
 struct KroneckerModes {
   Index num_states = 0;
   Axis axis;
@@ -31,12 +31,12 @@ struct KroneckerModes {
   Vector mu;                            // q
   Vector lambda;                        // p
   Vector b, n;                          // b̂, n̂: q
-  SeparableMatrix C;                         // p × n
-  SeparableMatrix D;                         // n × p
+  SeparableMatrix C;                    // p × n
+  SeparableMatrix D;                    // n × p
   SumOfExponentials response;           // the short sum
   ExponentialBasis basis;               // of e^{μ_a t}
-  // A has no negative entry beside its diagonal, B none of another sign than the rest, and N neither: then no block of
-  // the kernel has entries of both signs.
+  // No off-diagonal entry of A is negative, all entries of B have one sign, and all of N: then no block of the kernel
+  // has entries of both signs.
   bool keeps_sign = false;
 
   Index num_modes() const { return lambda.size(); }
@@ -60,7 +60,7 @@ struct KroneckerModes {
   void StateFromModes(Matrix modes, Eigen::Ref<Vector> x) const;
 };
 
-// The modes of `problem`, or null and `why_not`, for people.
+// The modes of `problem`; null if it has no such form, and `why_not` says why.
 std::shared_ptr<const KroneckerModes> FindKroneckerModes(const Problem& problem, std::string& why_not);
 
 }  // namespace dlcs

@@ -15,18 +15,18 @@
 
 namespace dlcs {
 
-// core/propagator/kronecker_modes.h. Sources that act as y does, f = b ⊗ C' ψ, cost a kernel's response; others are
-// carried in all m modes.
+// The propagator of core/propagator/kronecker_modes.h. Sources that act as y does, f = b ⊗ C' ψ, cost one response of a
+// kernel; others are integrated in all m modes.
 class KroneckerSystem final : public Propagator {
  public:
-  // Null, and `why_not` for people, where A is no symmetric Kronecker sum or B and N do not act through one vector
-  // along one axis. `setups`, which must outlive it, lends and keeps modes and kernels for other solves of the same A,
-  // B and N; null: the system keeps its own. Cost: an eigenvalue problem for each factor that is not a second
+  // Null if A is not a symmetric Kronecker sum, or if B and N do not act through one vector along one axis; `why_not`
+  // says which. `setups` shares modes and kernels with other solves of the same A, B and N, and must outlive the
+  // system; if it is null the system keeps its own. Cost: an eigenvalue problem for each factor that is not a second
   // difference.
   static std::unique_ptr<KroneckerSystem> Create(const Problem& problem, std::string& why_not,
                                                  SetupCache* setups = nullptr);
 
-  // Cost: p exponentials for each term, and a transform of C. `longest_window` is of no account.
+  // Cost: p exponentials for each term, and a transform of C. `longest_window` is not used.
   std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window, Workers& workers,
                                                   const std::stop_token& stop) override;
   // Cost: p r (q + 2J) multiplications, r = basis.kept, and for sources those of a kernel; 3 m J where the sources are
@@ -46,18 +46,18 @@ class KroneckerSystem final : public Propagator {
   KroneckerSystem(std::shared_ptr<const KroneckerModes> modes, SetupKey matrices, SharedSetups setups,
                   const Problem& problem);
 
-  // That of the set-ups, made where there is none.
+  // The kernel from the cache; made if it is not there.
   std::shared_ptr<const KroneckerKernel> Kernel(double step, Hold hold);
-  // StateToModes(x), kept for the next call: Move() and States() ask for the same.
+  // StateToModes(x), cached, since Move() and States() need the same.
   const Matrix& ModesOf(const Vector& x);
-  // The modes of lift ψ in all m coordinates, carried from rest: calls visit(j, node, middle of step j) for j = 1, 2,
-  // .... With kGeneral.
+  // Integrates the response to lift ψ from a zero state in all m modes, for kGeneral. Calls visit(j, node, middle of
+  // step j) for j = 1, 2, ....
   void CarrySources(const RunSources& sources, const std::stop_token& stop,
                     const std::function<void(Index, const Matrix&, const Matrix&)>& visit) const;
 
   std::shared_ptr<const KroneckerModes> modes_;
   SourceForm form_ = SourceForm::kNone;
-  SeparableMatrix C_psi_;       // with kAlongWall
+  SeparableMatrix C_psi_;  // with kAlongWall
   StructuredMatrix lift_;  // with kGeneral; empty: the identity
   SetupKey matrices_;
   SharedSetups setups_;

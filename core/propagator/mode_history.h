@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The past of a march: exponentials of all modes, where each input waits for the answer before it.
+// The convolution history of time stepping with exponentials of all modes, where each input is known only after the
+// previous output.
 
 #ifndef DLCS_CORE_PROPAGATOR_MODE_HISTORY_H_
 #define DLCS_CORE_PROPAGATOR_MODE_HISTORY_H_
@@ -10,24 +11,24 @@
 
 namespace dlcs {
 
-// Of a ModeRecursion, whose inputs come one at a time: sum_j = Σ_k past_k P_{j,k}. Memory is what a march waits for
-// here: the exponentials are read and written once in four nodes. What they hold then is summed for the next nodes,
-// too, and the inputs in between are added by what they do one to three nodes later,
+// Of a ModeRecursion, whose inputs come one at a time: sum_j = Σ_k past_k P_{j,k}. The cost is dominated by memory
+// traffic, so the exponentials are read and written only once in four nodes. Their sums for the next nodes are computed
+// at the same time, and the inputs in between are added by their effects one to three nodes later,
 //
 //     sum_{j+m} = Σ_k past_k e_k^m P_{j,k} + Σ_{l=1..m} effect_{m-l} û_{j+l-1},   effect_i = Σ_k past_k e_k^i.
 //
-// Copies go their own way. Cost of a node: 5 operations and one number of traffic for each mode and term.
+// Copies are independent. Cost of a node: 5 operations and one number of traffic for each mode and term.
 class ModeHistory {
  public:
   static constexpr Index kNodes = 4;
   static constexpr Index kModes = 8;  // of a tile
 
-  // At P_0 = start û_0. Where û_0 counts for nothing afterwards (`start` is zero then), `forgets_first`.
+  // At P_0 = start û_0. `forgets_first` if û_0 has no effect afterwards (`start` is zero then).
   ModeHistory(const ModeRecursion& recursion, const Vector& first, bool forgets_first);
 
-  // sum_j, at first for j = 1.
+  // sum_j, initially for j = 1.
   const Vector& sum() const { return sum_; }
-  // û_j: goes to the next node.
+  // Adds û_j and advances to the next node.
   void Push(const Eigen::Ref<const Vector>& input);
 
  private:
@@ -36,7 +37,7 @@ class ModeHistory {
   };
 
   std::vector<Row> TilesOf(const Matrix& terms) const;
-  // Takes in the inputs, where there are kNodes of them, and sums for the next nodes.
+  // Adds the inputs to P if there are kNodes of them, and computes the sums for the next nodes.
   void Pass(bool takes_inputs);
 
   Index terms_, num_modes_;

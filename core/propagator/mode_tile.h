@@ -10,8 +10,8 @@
 
 namespace dlcs {
 
-// Arrays of some modes (rows) and exponentials k (columns), and what each step adds beside them: for inputs û_0, û_1,
-// ...
+// Arrays of some modes (rows) and exponentials k (columns), and the further terms of each step. For inputs û_0, û_1,
+// ...:
 //
 //     P_j = e P_{j-1} + û_{j-1},                                     P_0 = start û_0,
 //     node_j   = now û_j + Σ_k past_k P_{j,k},
@@ -23,7 +23,7 @@ struct ModeRecursion {
 };
 
 // Sixteen modes of a ModeRecursion. An exponential stays in registers for kSteps steps, whose inputs and sums stay in
-// the first cache: 6 operations for each step, mode and exponential, and next to no traffic.
+// the first cache: 6 operations for each step, mode and exponential, and almost no memory traffic.
 //
 // Sums run over k in its order. The bits depend neither on the registers of the processor nor on the other modes of the
 // tile.
@@ -34,12 +34,12 @@ class ModeTile {
 
   enum class Sums { kNone, kNodes, kNodesAndMiddles };
 
-  // Of the modes `begin` ... `begin` + count - 1, count <= kModes, at P_0 for `first` = û_0 of all modes. Where û_0
-  // counts for nothing afterwards (`start` is zero then), `forgets_first`.
+  // Of the modes `begin` ... `begin` + count - 1, count <= kModes, at P_0 for `first` = û_0 of all modes.
+  // `forgets_first` if û_0 has no effect afterwards (`start` is zero then).
   ModeTile(const ModeRecursion& recursion, Index begin, Index count, const Eigen::Ref<const Vector>& first,
            bool forgets_first);
 
-  // Carries over the steps to the inputs û of all modes, one a column, at most kSteps of them.
+  // Advances by one step for each column of `inputs`, the û of all modes; at most kSteps columns.
   void Carry(const Eigen::Ref<const Matrix>& inputs, Sums sums);
   // Stores node_j and middle_j of those steps in the rows of the tile in `values`, one step a column, or adds them to
   // what is there.

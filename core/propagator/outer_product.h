@@ -11,7 +11,8 @@
 
 namespace dlcs {
 
-// A sparse matrix, quick where it is diagonal: with one constraint at each point of a wall, in their order.
+// A sparse matrix with a fast path for diagonal ones, as with one constraint at each point of a side of the grid, in
+// order.
 class SeparableMatrix {
  public:
   SeparableMatrix() = default;

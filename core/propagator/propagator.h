@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The system seen from its constraints: how x0, f and y move N x, without the states in between.
+// The interface of propagators, which compute N x from x0, f and y without the states in between.
 
 #ifndef DLCS_CORE_PROPAGATOR_PROPAGATOR_H_
 #define DLCS_CORE_PROPAGATOR_PROPAGATOR_H_
@@ -18,7 +18,7 @@ namespace dlcs {
 // What y is between two nodes: linear (exp-PL), or constant and equal to y_j on (t_{j-1}, t_j] (exp-PC).
 enum class Hold { kLinear, kConstant };
 
-// What the y of the nodes so far does to N x at later nodes. One for each solve.
+// The effect of y at the nodes so far on N x at later nodes. One object per solve.
 class ConvolutionHistory {
  public:
   virtual ~ConvolutionHistory() = default;
@@ -34,20 +34,20 @@ class ConvolutionHistory {
 // The motion with y = 0.
 struct FreeMotion {
   Matrix nodes;    // N x at the nodes 0..J, n × J + 1
-  Matrix middles;  // at the middles of the steps, n × J; absent where `modes` holds them
-  // Of a Kronecker sum, before it is observed: what the response to y is added to, so that both are transformed as one.
+  Matrix middles;  // at the midpoints of the steps, n × J; empty if `modes` holds them
+  // For a Kronecker sum, in mode coordinates: the response to y is added before both are transformed to N x together.
   struct Modes {
-    Matrix inputs;          // û of sources that enter as y does, at the nodes 0..J: p × J + 1, absent where none do
-    Matrix nodes, middles;  // ẑ of all else at the nodes 1..J and the middles: p × J
+    Matrix inputs;          // û of sources that act as y does, at the nodes 0..J: p × J + 1, empty if there are none
+    Matrix nodes, middles;  // ẑ of all other terms at the nodes 1..J and the midpoints: p × J
   } modes;
 };
 
-// N x at the nodes 1..W and in the middles of the steps: n × W each.
+// N x at the nodes 1..W and at the midpoints of the steps: n × W each.
 struct Motion {
   Matrix nodes, middles;
 };
 
-// Memory of a response, of use for the next one.
+// Work space of a response, reused by the next one.
 struct ResponseScratch {
   Matrix inputs, outputs;
 };
@@ -59,21 +59,21 @@ class ReducedKernel {
   virtual ~ReducedKernel() = default;
 
   virtual double step() const = 0;
-  // n × n: what y_j does to N x_j.
+  // n × n: the effect of y_j on N x_j.
   virtual const Matrix& K0() const = 0;
-  // A memory that holds y_0, the value at the start (of no account with Hold::kConstant).
+  // A history that holds y_0, the value at the start (not used with Hold::kConstant).
   virtual std::unique_ptr<ConvolutionHistory> Start(const Eigen::Ref<const Vector>& y0) const = 0;
   // r_j = Σ_{l=1..j} K_{j-l} y_l for j = 1..W, from y_1 ... y_W (n × W); same bits for any number of threads.
   virtual Matrix Respond(const Matrix& y, Workers& workers) const = 0;
-  // Adds it to `q`. `scratch` saves memory from call to call.
+  // Adds r to `q`. `scratch` is reused from call to call.
   virtual void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
                            Eigen::Ref<Matrix> q) const;
-  // The response at the middles of the steps 1..W to y_0 ... y_W (n × W + 1), from rest: n × W.
+  // The response at the midpoints of the steps 1..W to y_0 ... y_W (n × W + 1), from a zero state: n × W.
   virtual Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const = 0;
-  // All of the motion under y_0 ... y_W (n × W + 1), W <= J: `free` and the response to y at nodes and middles, formed
-  // anew.
+  // The whole motion under y_0 ... y_W (n × W + 1), W <= J: the sum of `free` and the response to y at nodes and
+  // midpoints, computed independently of earlier responses.
   virtual Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const;
-  // max_k ‖K_k‖_∞ / h for k < window, or a bound of it.
+  // max ‖K_k‖_∞ / h over k < `window`, or an upper bound of it.
   virtual double Bound(Index window) const = 0;
 };
 
@@ -83,25 +83,25 @@ struct RunSources {
   Matrix psi;
 };
 
-// A system in a form whose cost grows slower than m².
+// The linear system in a form whose cost grows slower than m².
 class Propagator {
  public:
   virtual ~Propagator() = default;
 
-  // The kernel for steps of this length, kept for the next call. Blocks for windows up to `longest_window` where it is
-  // made of blocks. Null where `stop` was requested.
+  // The kernel for steps of this length, cached for the next call. If the kernel consists of blocks, they are made for
+  // windows up to `longest_window`. Null if `stop` was requested.
   virtual std::shared_ptr<const ReducedKernel> MakeKernel(double step, Hold hold, Index longest_window,
                                                           Workers& workers, const std::stop_token& stop) = 0;
-  // From `x`, the state at the start of the run; `hold` is that of the y to come. May stop early (then of no use) where
-  // `stop` is requested.
+  // The free motion from `x`, the state at the start of the run, for a later y of kind `hold`. If `stop` is requested
+  // it may end early; the result must not be used then.
   virtual FreeMotion Move(const Vector& x, const RunSources& sources, Hold hold, Workers& workers,
                           const std::stop_token& stop) = 0;
   // The states at `nodes` (increasing, in 1..J) from the state `x` at node 0, the sources, and y_0 ... y_J: m × nodes.
   virtual Matrix States(const Vector& x, const RunSources& sources, const Matrix& y, Hold hold,
                         const std::vector<Index>& nodes, Workers& workers, const std::stop_token& stop) = 0;
-  // What it will keep for a solve on `grid`, in bytes, where that is worth a word.
+  // The bytes that it will keep for a solve on `grid`; 0 if negligible.
   virtual double PredictBytes(const Grid&) const { return 0; }
-  // What was done so far.
+  // The record of the work so far.
   virtual PropagatorRecord record() const = 0;
 };
 

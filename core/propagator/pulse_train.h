@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a train of hats, or of boxes, excites on the nodes of a contour.
+// The excitation of the nodes of a contour by a train of hats or boxes.
 
 #ifndef DLCS_CORE_PROPAGATOR_PULSE_TRAIN_H_
 #define DLCS_CORE_PROPAGATOR_PULSE_TRAIN_H_
@@ -23,44 +23,42 @@ namespace dlcs {
 // order one or two at zero while it is felt ("near"). The contour must serve the times given.
 using Complex = std::complex<double>;
 
-// P_t while the pulse lasts and a step beyond. Linear: -1 < t <= 1, times t + 1 and t > 0; constant: -1 < t <= 0, times
-// t + 1.
+// P_t during the pulse and one step after it. Linear: -1 < t <= 1, for the times t + 1 and t > 0; constant: -1 < t <=
+// 0, for the times t + 1.
 Complex NearPulse(Hold hold, Complex z, double t);
-// The same for the falling half at the start, 0 < t <= 1, times t.
+// The same for the falling half hat at the start, 0 < t <= 1, for the times t.
 Complex NearStart(Complex z, double t);
-// Whether a pulse of node l is far at node j = l + 1; if not, it is two steps after.
+// Whether the pulse of node l is far at node l + 1; if not, it is at node l + 2.
 inline bool IsFarAtNextNode(Hold hold) { return hold == Hold::kConstant; }
-// e^{-tz} P_t when the pulse is over. Linear: (2 sinh(z/2)/z)², times t - 1 to t + 1; constant: (e^z - 1)/z, times t
-// and t + 1.
+// e^{-tz} P_t after the pulse. Linear: (2 sinh(z/2)/z)², for the times t - 1 to t + 1; constant: (e^z - 1)/z, for the
+// times t and t + 1.
 Complex FarPulse(Hold hold, Complex z);
-// e^{-(t-1)z} P_t for the falling half at the start, times t - 1 and t: (1 + (z - 1) e^z)/z².
+// e^{-(t-1)z} P_t for the falling half hat at the start, for the times t - 1 and t: (1 + (z - 1) e^z)/z².
 Complex FarStart(Complex z);
 
-// F_p = Σ P(z_p) s over all pulses that are far at the next node, by one complex multiplication a node and component.
+// F_p = Σ P(z_p) s over all pulses that are far at the next node, by one complex multiplication per node and component.
 class PulseTrain {
  public:
-  // `first` is s_0; with boxes it is of no account. Column 0 of the train is the response at node 1.
+  // `first` is s_0; it is not used for boxes. Column 0 of the train is the response at node 1.
   PulseTrain(const std::vector<Complex>& nodes, Hold hold, const Eigen::Ref<const Vector>& first);
 
   // components × nodes: at node j + 1 once s_1 ... s_j were pushed.
   const Eigen::MatrixXcd& far() const { return far_; }
   // As real numbers: real and imaginary part of each.
-  Eigen::Map<const Vector> FarAsReal() const {
-    return {reinterpret_cast<const double*>(far_.data()), 2 * far_.size()};
-  }
+  Eigen::Map<const Vector> FarAsReal() const { return {reinterpret_cast<const double*>(far_.data()), 2 * far_.size()}; }
   // s_j, or s_0 before the first Push().
   const Vector& last() const { return last_; }
   bool at_start() const { return pushed_ == 0; }
 
   void Push(const Eigen::Ref<const Vector>& s);
-  // The next node comes, with a signal that has become zero.
+  // Advances to the next node with a zero signal.
   void Advance();
 
  private:
   Hold hold_;
   Eigen::ArrayXcd shift_;        // e^z
   Eigen::ArrayXcd pulse_;        // of the newest far pulse, at the next node
-  Eigen::ArrayXcd start_pulse_;  // of the start, there
+  Eigen::ArrayXcd start_pulse_;  // of the half hat at the start, at the next node
   Eigen::MatrixXcd far_;
   Vector last_;
   Index pushed_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the spectrum of a large sparse matrix lies.
+// Finds a sector that contains the spectrum of a large sparse matrix.
 
 #ifndef DLCS_CORE_PROPAGATOR_SECTOR_H_
 #define DLCS_CORE_PROPAGATOR_SECTOR_H_
@@ -12,22 +12,22 @@ namespace dlcs {
 
 // |arg(σ - λ)| <= α: a wedge that opens to the left from σ.
 struct Sector {
-  double angle = 0;  // α, in [0, π/2)
-  double shift = 0;  // σ >= 0
-  double factor_nonzeros = 0;  // of the Cholesky factor that proved it
+  double angle = 0;            // α, in [0, π/2)
+  double shift = 0;            // σ >= 0
+  double factor_nonzeros = 0;  // of the Cholesky factor of the proof
 };
 
 // A sector that holds the field of values { v*Av : ‖v‖₂ = 1 }, and so the spectrum, of A, with the contour of fewest
-// nodes for times up to `horizon` (core/laplace/range_contour.h). It is proved, by Cholesky factors: with S and K the
+// nodes for times up to `horizon` (core/laplace/range_contour.h). It is proven by Cholesky factors: with S and K the
 // symmetric and the skew part, the two half-planes whose intersection is the sector hold the field of values exactly if
 //
 //     σ I - S ± i cot(α) K     (one the conjugate of the other; σ I - S for symmetric A, where α = 0)
 //
 // are positive semidefinite [Johnson 1978, Numerical determination of the field of values. SIAM J. Numer. Anal. 15,
-// 595-602]. On what is outside the sector ‖(zI - A)⁻¹‖₂ is at most one over the distance, so that no A is too far from
-// normal.
+// 595-602]. Outside the sector ‖(zI - A)⁻¹‖₂ is at most 1 over the distance, even if A is far from normal.
 //
-// Empty where no σ <= 3 / horizon and α <= 1.35 serve: A grows too much, or turns too often for its decay.
+// Empty if there is no such sector with σ <= 3 / horizon and α <= 1.35: the solutions grow too much, or oscillate too
+// fast for their decay.
 // Cost: some ten factorizations.
 std::optional<Sector> FindSector(const SparseMatrix& A, double horizon);
 

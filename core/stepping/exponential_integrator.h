@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fixed point of the iteration, marched.
+// Time stepping with exact exponentials of A, whose solution is the fixed point of the Laplace iteration.
 
 #ifndef DLCS_CORE_STEPPING_EXPONENTIAL_INTEGRATOR_H_
 #define DLCS_CORE_STEPPING_EXPONENTIAL_INTEGRATOR_H_
@@ -8,8 +8,8 @@
 
 namespace dlcs {
 
-// Marches one LCP(·, M + K_0) a step with exact exponentials of A: exp-PL where y is Lipschitz (second order, the same
-// answer as LaplaceIteration() to rounding), exp-PC elsewhere (first order). See core/discretization/scheme.h.
+// Solves one LCP(q, M + K_0) per step, with exact exponentials of A: exp-PL where y is Lipschitz (second order, the
+// same answer as LaplaceIteration() to rounding), exp-PC elsewhere (first order). See core/discretization/scheme.h.
 // Returns whether the end was reached. One thread.
 bool ExponentialIntegrator(SolveContext& context);
 

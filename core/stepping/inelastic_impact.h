@@ -17,12 +17,12 @@ namespace dlcs {
 //
 //     0 <= p_K ⟂ v_K + (N A B)_KK p_K >= 0.
 //
-// A gap that has been overshot since its impact is opened again by the least move along A B. This is Moreau's sweeping
-// process with restitution zero, stepped in velocities: first order, and an impact is found at the node behind it. Its
-// jumps are those of the solution. y is the contact force between impacts, constant on each step. g' is taken from the
-// differences of g. Ends with kInfeasible where no impulse can stop a closing gap, or a gap is negative at 0 or behind
-// a jump of g; with kUnsupported where a row of N A B is zero.
-// Returns whether the end was reached. One thread. Cost: as a march, and one LCP of the contacts a step.
+// A gap that has become negative since its impact is reset to zero by the smallest move along A B. This is Moreau's
+// sweeping process with restitution zero, stepped in velocities: first order, and an impact is found at the first node
+// after it. The jumps are reported in Solution::jumps. y is the contact force between impacts, constant on each step.
+// g' is computed from differences of g. Ends with kInfeasible if no impulse can stop a closing gap, or if a gap is
+// negative at 0 or after a jump of g; with kUnsupported if a row of N A B is zero.
+// Returns whether the end was reached. One thread. Cost: that of exp-PC steps, and one LCP of the contacts per step.
 // Source: [Moreau 1988] J. J. Moreau. Unilateral contact and dry friction in finite freedom dynamics. CISM 302, 1-82.
 bool InelasticImpact(SolveContext& context);
 

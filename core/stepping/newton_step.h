@@ -31,9 +31,9 @@ enum class NewtonVerdict {
 // leaves the iterates as they are: V = R (I - h[(1-θ)A - B(I - D + DM)⁻¹DN]). For θ = 1 R is I, and the step is
 // still implicit, through y.
 //
-// F is linear where D stays, so an iterate with the D of the one before solves the step up to rounding: the
-// method ends after finitely many iterations (with the least norm, whose pieces D does not fix, when ‖F‖ is rounding),
-// or cycles, which needs 3hκ >= 1 (Theorem 3.2). Convergence is superlinear
+// F is linear as long as D does not change, so an iterate with the same D as the one before solves the step up to
+// rounding: the method ends after finitely many iterations (with the least norm, whose pieces D does not fix, when ‖F‖
+// is rounding), or cycles, which needs 3hκ >= 1 (Theorem 3.2). Convergence is superlinear
 // since near the solution every D belongs to a linear piece through it. That V_k lies in ∂F(u^k), Theorem 3.1, is not
 // needed, and false where N has no full row rank and y_i = w_i = 0: newton_step_test.cc has an example.
 class NewtonStep {

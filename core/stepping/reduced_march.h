@@ -8,8 +8,8 @@
 
 namespace dlcs {
 
-// ExponentialIntegrator() with context.propagator: one LCP(·, M + K_0) a step, in which the past of y comes from the
-// memory of the kernel. The same answer as with dense matrices, to rounding.
+// ExponentialIntegrator() with context.propagator: one LCP(q, M + K_0) per step, where the effect of earlier y comes
+// from the kernel's ConvolutionHistory. The same solution as with dense matrices, up to rounding.
 bool ReducedMarch(SolveContext& context);
 
 }  // namespace dlcs

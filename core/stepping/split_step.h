@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coupled LCP of a step, by factors of a band where those serve.
+// The coupled LCP of a step, by factors of a banded matrix if possible.
 
 #ifndef DLCS_CORE_STEPPING_SPLIT_STEP_H_
 #define DLCS_CORE_STEPPING_SPLIT_STEP_H_
@@ -13,9 +13,9 @@
 
 namespace dlcs {
 
-// LCP(q, M + K_0) for a P-matrix M. Where M + K_0 is near to a banded M-matrix (SplitOffBand(): it is an H-matrix with
-// a positive diagonal then, so its LCP has one solution) factors of that serve, O(n) a step. The solver for dense
-// matrices is made only when they do not.
+// LCP(q, M + K_0) for a P-matrix M. If M + K_0 is close to a banded M-matrix (SplitOffBand(); it is then an H-matrix
+// with a positive diagonal, so its LCP has one solution), factors of the banded matrix are used, O(n) per step. The
+// solver for dense matrices is made only if that fails.
 class SplitStep {
  public:
   using MakeStep = std::function<std::unique_ptr<CoupledStep>()>;
@@ -23,10 +23,10 @@ class SplitStep {
   // Without a splitting it is a CoupledStep, made by `make_step`.
   SplitStep(std::optional<BandSplitting> splitting, MakeStep make_step);
 
-  // Forgets what earlier steps have taught; `y` is that of the step before.
+  // Drops all state of earlier steps; `y` is that of the step before.
   void StartFrom(const Eigen::Ref<const Vector>& y);
 
-  // As CoupledStep::Solve(). `y` is a guess in, of any sign.
+  // As CoupledStep::Solve(). `y`: in a guess, of any sign.
   LcpStatus Solve(const Vector& q, const Vector& size, SelectionStats& departures, Eigen::Ref<Vector> y);
 
  private:

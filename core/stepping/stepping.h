@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Marching: one coupled LCP per step, for any one-step scheme.
+// Time stepping ("marching" in names here): one coupled LCP per step, for any one-step scheme.
 
 #ifndef DLCS_CORE_STEPPING_STEPPING_H_
 #define DLCS_CORE_STEPPING_STEPPING_H_
@@ -23,16 +23,16 @@ namespace dlcs {
 using SchemeFactory = std::function<Scheme(double step)>;
 using SparseStepFactory = std::function<std::unique_ptr<const SparseStep>(double step)>;
 
-// What Newton's method did in a march.
+// The statistics of Newton's method over all steps.
 struct NewtonAccount {
   Index iterations = 0;
   Index lcps = 0;
-  Index substituted_steps = 0;    // that it could not solve
+  Index substituted_steps = 0;    // steps that it could not solve
   Index hardest_node = 0;         // the end of the step with most iterations, ...
   std::vector<double> residuals;  // ... and its ‖F(u^k)‖_∞; empty before the first step
 };
 
-// What there is to say about them after a march.
+// Adds warnings about `departures` to the solution after the last step.
 void WarnOf(const SelectionStats& departures, SolveContext& context);
 
 // A scheme with the solver of its coupled step LCP(q, M + K_0), K_0 = N y_after.
@@ -40,45 +40,46 @@ class Stepper {
  public:
   // Solver and scheme keep references to `problem`.
   Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice);
-  // The same with the `solver` of its coupled step made already.
+  // The same with a given `solver` of the coupled step.
   Stepper(const Problem& problem, Scheme scheme, const SolutionChoice& choice, std::unique_ptr<LcpSolver> solver);
 
-  // For a large sparse A: `sparse` takes the place of the matrices of a scheme.
+  // For a large sparse A: `sparse` instead of a scheme with matrices.
   Stepper(const Problem& problem, std::unique_ptr<const SparseStep> sparse, const SolutionChoice& choice,
           std::unique_ptr<LcpSolver> solver);
 
-  // Solves the steps by Newton's method from now on, and by the coupled LCP only where that fails. Keeps a reference
-  // to `account` and counts there.
+  // Solves the steps by Newton's method from now on, and by the coupled LCP only if that fails. Keeps a reference to
+  // `account` and counts in it.
   void UseNewton(NewtonAccount& account);
 
   const Scheme& scheme() const { return scheme_; }
   Index lcps_of_a_step() const { return sparse_ && sparse_->has_stage() ? 2 : 1; }
 
-  // Marches all steps of `segment`, whose sources are given and whose x and y hold the start in column 0, filling
-  // the other columns. Returns kSolved, or the verdict of the LCP that failed; `solved` is the number of steps
-  // done, fewer than all also where `stop` was requested (looked at every step). Counts what it finds in `departures`;
-  // a scheme with linear y stops with kInfeasible before the first step off the selection, since its y would ring.
-  // Its bits depend on the segment alone, not on what was marched before: the first LCP starts from the basis of y in
-  // column 0. Cost: 2m² + 3mn and one warm LCP a step.
+  // Takes all steps of `segment`: its sources are given, x and y hold the start in column 0, and the other columns are
+  // filled. Returns kSolved, or the verdict of the LCP that failed. `solved` is the number of steps done, fewer than
+  // all also if `stop` was requested (checked in every step). Adds to the counts in `departures`. A scheme with linear
+  // y stops with kInfeasible before the first step whose y is not the selected solution, since y would oscillate. The
+  // bits depend on the segment alone, not on earlier calls: the first LCP starts from the basis of y in column 0. Cost:
+  // 2m² + 3mn and one warm-started LCP per step.
   LcpStatus March(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved);
 
  private:
-  // The first stage of step j, where a step has one.
+  // The first stage of step j, if the scheme has one.
   LcpStatus TakeStage(const Segment& segment, const Vector& size_of_g, Index j, SelectionStats& departures);
-  // A step in three parts: the columns 1.. of x get what f says of them; x_j gets all the rest but for y_j; and that.
+  // A step in three parts, as in SparseStep: the terms of f in the columns 1.. of x; in x_j all other terms except that
+  // of y_j; and that term.
   void StartWithSources(Segment& segment) const;
   void AddBefore(Segment& segment, Index j) const;
   void AddAfter(Segment& segment, Index j) const;
 
-  // Both complete step j of `segment`, whose x.col(j) holds the explicit part of the scheme; SolveByNewton() leaves
-  // it as it is where it returns false.
+  // Both complete step j of `segment`, whose x.col(j) holds the explicit part of the scheme. SolveByNewton() does not
+  // change it if it returns false.
   LcpStatus Substitute(Segment& segment, const Vector& size_of_g, Index j, SelectionStats& departures);
   bool SolveByNewton(Segment& segment, const Vector& size_of_g, Index j);
 
   const Problem& problem_;
   std::unique_ptr<const SparseStep> sparse_;
   Segment stage_;  // one step: the first stage of sparse_
-  Matrix abs_N_;  // without sparse_
+  Matrix abs_N_;   // without sparse_
   Scheme scheme_;  // with sparse_ without matrices
   SolutionChoice choice_;
   CoupledStep coupled_;
@@ -93,8 +94,9 @@ class Stepper {
 Stepper MakeStepper(const SolveContext& context, const std::string& kind, double step,
                     const SchemeFactory& make_scheme);
 
-// Marches the whole grid with the schemes of `make_scheme`, shared under the name `kind`, by Newton's method where
-// `newton`, its account, is given. Returns whether the end was reached; otherwise the solution says why not.
+// Takes all steps of the grid with the schemes of `make_scheme`, cached under the name `kind`. If `newton` is not null,
+// steps are solved by Newton's method, whose statistics it receives. Returns whether the end was reached; otherwise the
+// solution says why not.
 bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton = nullptr);
 // The same with sparse steps.

@@ -10,14 +10,13 @@
 
 namespace dlcs {
 
-// The entry of `known` with the fewest edits from `name` (insert, delete, replace; half an edit each: a change
-// of case or of a separator, two neighbors exchanged, and an abbreviation of the whole or of one
-// of its words to three letters or more), or nothing
-// when even that one differs in more than half of its letters. Of equals the first wins. Cost: the lengths'
-// product per entry.
+// The entry of `known` with the fewest edits from `name` (insert, delete, replace; half an edit each: a change of case
+// or of a separator, two neighbors exchanged, and an abbreviation of the whole or of one of its words to three letters
+// or more). Absent if even that one differs in more than half of its letters. The first of equal ones wins. Cost: the
+// product of the lengths per entry.
 std::optional<std::string> NearestName(const std::string& name, const std::vector<std::string>& known);
 
-// "; did you mean MEANT?", for the end of a refusal; empty where there is no such name.
+// "; did you mean MEANT?", to be appended to an error; empty if there is no such name.
 std::string DidYouMean(const std::optional<std::string>& meant);
 
 }  // namespace dlcs

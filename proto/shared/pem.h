@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Certificates and private keys in PEM form, as servers and clients are given them.
+// Certificates and private keys in PEM form.
 
 #ifndef DLCS_PROTO_SHARED_PEM_H_
 #define DLCS_PROTO_SHARED_PEM_H_
@@ -26,12 +26,12 @@ struct FreeWith {
 using X509Certificate = std::unique_ptr<X509, FreeWith<X509_free>>;
 using PrivateKey = std::unique_ptr<EVP_PKEY, FreeWith<EVP_PKEY_free>>;
 
-// Errors of both: InvalidArgument with what is wrong, as it stands behind the name of a file; OpenSSL's errors of this
-// thread are gone then.
+// Errors of both: InvalidArgument with a message to be appended to the name of the file; clears OpenSSL's error queue
+// of this thread.
 
-// All that are in `pem`: at least one, and no broken one.
+// All certificates in `pem`: at least one, all valid.
 absl::StatusOr<std::vector<X509Certificate>> ParseCertificates(const std::string& pem);
-// One that is not locked with a passphrase.
+// A private key without a passphrase.
 absl::StatusOr<PrivateKey> ParsePrivateKey(const std::string& pem);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small files that people write or get: tokens, certificates, keys.
+// Reads small files: tokens, certificates, keys.
 
 #ifndef DLCS_PROTO_SHARED_SMALL_FILE_H_
 #define DLCS_PROTO_SHARED_SMALL_FILE_H_

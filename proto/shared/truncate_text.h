@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text of any length, as a message may repeat it.
+// Shortens text for messages.
 
 #ifndef DLCS_PROTO_SHARED_TRUNCATE_TEXT_H_
 #define DLCS_PROTO_SHARED_TRUNCATE_TEXT_H_

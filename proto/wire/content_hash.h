@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a text of bytes is known by, on both ends.
+// The hash that identifies uploaded contents.
 
 #ifndef DLCS_PROTO_WIRE_CONTENT_HASH_H_
 #define DLCS_PROTO_WIRE_CONTENT_HASH_H_
@@ -9,7 +9,7 @@
 
 namespace dlcs {
 
-// SHA-256: 32 bytes. Nobody finds two contents with the same one.
+// SHA-256: 32 bytes.
 std::string ContentHash(std::string_view content);
 
 }  // namespace dlcs

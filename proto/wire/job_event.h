@@ -8,8 +8,8 @@
 
 namespace dlcs {
 
-// What a solve tells of an event of its job, with the same number; absent for what it does not tell: states and
-// checkpoints, and the end, of which more is to be said.
+// The SolveEvent for an event of a job, with the same number. Absent for events that Solve does not report: states and
+// checkpoints, and the end, which needs more data.
 std::optional<v1::SolveEvent> AsSolveEvent(const v1::JobEvent& event);
 
 }  // namespace dlcs

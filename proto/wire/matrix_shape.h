@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shape that a matrix on the wire says it has.
+// The declared shape of a matrix on the wire.
 
 #ifndef DLCS_PROTO_WIRE_MATRIX_SHAPE_H_
 #define DLCS_PROTO_WIRE_MATRIX_SHAPE_H_
@@ -15,8 +15,8 @@ struct WireShape {
   std::int64_t columns = 0;
 };
 
-// As declared, negative numbers too; nothing is allocated and no entry is looked at. 0 × 0 where no kind is
-// set. Of a Kronecker sum the products of the factors' shapes, the largest int64 where they overflow.
+// As declared, even if negative; does not allocate or read entries. 0 × 0 if no kind is set. For a Kronecker sum the
+// products of the factors' shapes; the largest int64 if they overflow.
 WireShape ShapeOf(const v1::Matrix& matrix);
 
 }  // namespace dlcs

@@ -12,14 +12,14 @@ namespace dlcs {
 // The key of the metadata.
 inline constexpr char kTraceparent[] = "traceparent";
 
-// 32 hexadecimal digits; empty where `traceparent` is malformed, which the standard tells to treat as absent. Of
-// versions above 00 what version 00 has in common with them is read.
+// 32 hexadecimal digits; empty if `traceparent` is malformed, which the standard treats as absent. From versions above
+// 00 the fields of version 00 are read.
 std::string TraceIdOf(std::string_view traceparent);
 
 // A new random id.
 std::string NewTraceId();
 
-// For one call of the trace: with a new span id, sampled.
+// The header for one call of the trace: with a new span id, sampled.
 std::string TraceparentOf(const std::string& trace_id);
 
 }  // namespace dlcs

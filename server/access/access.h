@@ -24,41 +24,41 @@ namespace dlcs {
 
 // Who calls.
 struct Caller {
-  std::string user;  // empty where the server knows no users
+  std::string user;  // empty if the server has no users
   Right right = Right::kAdmin;
   std::string peer = {};  // address, as gRPC writes it: "ipv4:10.0.0.7:40312"
 
-  // Whose jobs the caller sees; absent: everybody's.
+  // The user whose jobs the caller may see; absent: all users.
   std::optional<std::string> SeesJobsOf() const { return right == Right::kAdmin ? std::nullopt : std::optional(user); }
 };
 
 // Safe from any thread.
 class Access {
  public:
-  // Reads what `settings`, which are valid, name. A thread looks every second whether a file has changed.
-  // Errors: InvalidArgument with flag, file and rule.
+  // Reads the files of the valid `settings`. A thread checks every second whether a file has changed. Errors:
+  // InvalidArgument with flag, file and rule.
   static absl::StatusOr<std::unique_ptr<Access>> Open(const AccessSettings& settings);
 
-  // What Open() would say of the files that `settings` name. Keeps and starts nothing.
+  // Checks the files of `settings` as Open() does, without keeping or starting anything.
   static absl::Status Check(const AccessSettings& settings);
 
-  // Whether callers have to say who they are. Otherwise everybody is an admin without a name.
+  // Whether callers must authenticate. If not, every caller is an admin without a name.
   bool HasUsers() const { return users_ != nullptr; }
-  // What connections are encrypted with; null where they are not.
+  // The certificate and key for TLS; null if connections are not encrypted.
   std::shared_ptr<const TlsFiles> Tls() const { return tls_ ? tls_->get() : nullptr; }
 
-  // Who sent `authorization`, the value of that header where there was one, or else holds a certificate for one of
-  // `certificate_names`. Errors: Unauthenticated, with what is expected.
+  // The caller, identified by `authorization`, the value of that header if it was sent, or else by a certificate for
+  // one of `certificate_names`. Errors: Unauthenticated, with what is expected.
   absl::StatusOr<Caller> Identify(std::optional<std::string_view> authorization,
                                   std::span<const std::string> certificate_names) const;
 
-  // Whether a call of the method at `path` may go on; one that may not is written down (audit.h). Arguments as above.
+  // OK if the caller may call the method at `path`; a refused call is logged (audit.h). Other arguments as above.
   // Errors: Unauthenticated; PermissionDenied, with the right that is missing; Unimplemented for a method that has no
   // rule.
   absl::Status MayCall(std::string_view path, std::optional<std::string_view> authorization,
                        std::span<const std::string> certificate_names) const;
 
-  // Looks for changed files now.
+  // Checks for changed files now.
   void Refresh();
 
  private:

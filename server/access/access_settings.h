@@ -14,19 +14,19 @@ struct AccessSettings {
   // PEM files (tls_files.h). Without a certificate nothing is encrypted.
   std::string tls_cert;
   std::string tls_key;
-  // Where it is given, clients need a certificate of one of these authorities.
+  // If it is set, clients need a certificate from one of these authorities.
   std::string tls_client_ca;
-  // The file of users (users.h). Without one everybody may do everything.
+  // The file of users (users.h). Without it every caller may do everything.
   std::string tokens;
-  // Without encryption also to other machines: for networks that are trusted, and behind proxies that encrypt.
+  // Allows unencrypted connections from other machines: for trusted networks, and behind proxies that encrypt.
   bool insecure_listen = false;
-  // Calls at the same time on one connection. More wait at the client.
+  // Concurrent calls on one connection. Further calls wait in the client.
   int max_streams_per_connection = 1000;
-  // Watches of jobs at the same time of one user; callers without a name are one user.
+  // Concurrent watches of jobs per user; callers without a name count as one user.
   int max_watches_per_user = 1000;
 };
 
-// Errors: InvalidArgument with the flag, its value and the rule. Files are looked at later.
+// Errors: InvalidArgument with the flag, its value and the rule. Files are not read yet.
 absl::Status Validate(const AccessSettings& settings);
 
 }  // namespace dlcs

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who did what: a line of the log for every call that changes something, and for every call that was refused for who
-// made it.
+// The audit log: a line for every call that changes something, and for every call that was refused because of its
+// caller.
 
 #ifndef DLCS_SERVER_ACCESS_AUDIT_H_
 #define DLCS_SERVER_ACCESS_AUDIT_H_
@@ -12,11 +12,11 @@
 namespace dlcs {
 
 struct AuditRecord {
-  std::string_view user;    // empty: nobody, or a server without users
+  std::string_view user;    // empty: not authenticated, or a server without users
   std::string_view method;  // "CreateSolveJob"
-  std::string_view object;  // "jobs/...", "problems/..."; empty where it is about none
+  std::string_view object;  // "jobs/...", "problems/..."; may be empty
   absl::StatusCode outcome = absl::StatusCode::kOk;
-  std::string_view peer = {};  // address; empty where a call was refused before gRPC tells it
+  std::string_view peer = {};  // address; empty if the call was refused before gRPC provides it
 };
 
 void Audit(const AuditRecord& record);

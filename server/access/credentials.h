@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Access, as gRPC asks for it: credentials of a listening socket, and who a call is from.
+// Access control for gRPC: credentials of a listening socket, and the caller of a call.
 
 #ifndef DLCS_SERVER_ACCESS_CREDENTIALS_H_
 #define DLCS_SERVER_ACCESS_CREDENTIALS_H_
@@ -14,14 +14,14 @@
 
 namespace dlcs {
 
-// With them a socket speaks TLS where `access` has a certificate, always the newest one, and refuses a call of any
-// service, before its first message is read, unless access.MayCall() it. Both `access` and what is returned must
-// outlive the server.
+// Credentials for a listening socket. It uses TLS if `access` has a certificate, always the newest one. It refuses
+// calls for which access.MayCall() is not OK, before their first message is read. `access` and the returned credentials
+// must outlive the server.
 std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access);
 
-// Who made a call that was let in. Errors: Unauthenticated, where the token was taken away meanwhile.
+// The caller of an admitted call. Errors: Unauthenticated, if the token was removed meanwhile.
 absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextBase& context);
-// The user's name, for the log; empty where the server knows no users, or this one no more.
+// The user's name for the log; empty if the server has no users, or this user was removed.
 std::string UserOf(const Access& access, const grpc::ServerContextBase& context);
 
 }  // namespace dlcs

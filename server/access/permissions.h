@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user may do: one right for every method of every service, in one table.
+// The permissions: one table with the right that each method of each service requires.
 
 #ifndef DLCS_SERVER_ACCESS_PERMISSIONS_H_
 #define DLCS_SERVER_ACCESS_PERMISSIONS_H_
@@ -12,10 +12,10 @@ namespace dlcs {
 
 // Each includes those before it.
 enum class Right {
-  kNone,       // nobody is asked who they are
-  kReader,     // looks at what is there
-  kSubmitter,  // makes the server work, and ends that work
-  kAdmin,      // sees and ends everybody's
+  kNone,       // callable without authentication
+  kReader,     // may read own jobs and problems
+  kSubmitter,  // may also solve, and create, cancel and delete own jobs and problems
+  kAdmin,      // may do so for all users
 };
 
 // "reader", "submitter", "admin".
@@ -25,12 +25,12 @@ std::optional<Right> RightNamed(std::string_view name);
 
 struct MethodRule {
   Right right;
-  // Changes what is stored, or begins what will be: such calls are written down (audit.h).
+  // Whether the method changes stored data; such calls are logged (audit.h).
   bool changes;
 };
 
-// The rule for the method at `path`, "/dlcs.v1.JobService/GetSolveJob"; nothing for a method that the table does not
-// have, which is to be refused.
+// The rule for the method at `path`, "/dlcs.v1.JobService/GetSolveJob"; absent for a method that is not in the table,
+// which must be refused.
 std::optional<MethodRule> RuleOf(std::string_view path);
 
 }  // namespace dlcs

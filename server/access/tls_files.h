@@ -11,21 +11,21 @@
 namespace dlcs {
 
 struct TlsPaths {
-  std::string certificate;  // PEM: the server's certificate, then those between it and its authority
+  std::string certificate;  // PEM: the server's certificate, followed by intermediate certificates
   std::string key;          // PEM, without a passphrase
   std::string client_ca;    // PEM: authorities of clients; empty: clients need no certificate
 };
 
-// Their contents, which belong together.
+// The contents of the files, checked to belong together.
 struct TlsFiles {
   std::string certificate;
   std::string key;
   std::string client_ca;
-  // A thing to tell the operator, though it can be served: the certificate is not valid now. Else empty.
+  // A warning for the operator, if the certificate is usable but not valid now; otherwise empty.
   std::string warning;
 };
 
-// Errors: InvalidArgument with flag, path and rule, where gRPC would only fail every connection.
+// Errors: InvalidArgument with flag, path and rule. (gRPC itself would only fail every connection.)
 absl::StatusOr<TlsFiles> ReadTlsFiles(const TlsPaths& paths);
 
 }  // namespace dlcs

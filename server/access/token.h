@@ -9,8 +9,7 @@
 
 namespace dlcs {
 
-// "dlcs_" and 43 letters, digits, - and _: safe in headers, files and shells, and found by tools that look for secrets
-// in the wrong places.
+// "dlcs_" and 43 letters, digits, - and _: safe in headers, files and shells. The prefix lets secret scanners find it.
 std::string RandomToken();
 
 // SHA-256, 32 bytes. A token cannot be guessed, unlike a password, so that no slow hash is needed to hide it.

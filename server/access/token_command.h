@@ -13,11 +13,11 @@ namespace dlcs {
 struct TokenRequest {
   std::string user;
   std::string right = "submitter";
-  std::string save;  // a file for the token, which must not be there yet; empty: standard error
+  std::string save;  // a file for the token, which must not exist yet; empty: standard error
 };
 
-// Prints the line for the file of --tokens on standard output. The token itself goes where `wanted` says and is kept
-// nowhere else. Errors: InvalidArgument for what could not stand in that line, or a file that cannot be made.
+// Prints the line for the --tokens file on standard output. The token itself is written to `wanted.save` and nowhere
+// else. Errors: InvalidArgument for a name or right that is not allowed in that line, or a file that cannot be created.
 absl::Status MakeToken(const TokenRequest& wanted);
 
 }  // namespace dlcs

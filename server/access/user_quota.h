@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many of something each user has at the same time.
+// Limits how many of something each user may have at the same time.
 
 #ifndef DLCS_SERVER_ACCESS_USER_QUOTA_H_
 #define DLCS_SERVER_ACCESS_USER_QUOTA_H_
@@ -16,10 +16,10 @@ namespace dlcs {
 // Safe from any thread.
 class UserQuota {
  public:
-  // One of them, until it is destroyed.
+  // Counts as one until it is destroyed.
   using Ticket = std::shared_ptr<const void>;
 
-  // `limit` names it for messages, as its flag does: "max_watches_per_user".
+  // `limit` is the name for messages, that of the flag: "max_watches_per_user".
   UserQuota(std::string limit, int most) : state_(std::make_shared<State>()), limit_(std::move(limit)), most_(most) {}
 
   // Errors: ServerBusy where `user` has as many as allowed.
@@ -28,7 +28,7 @@ class UserQuota {
  private:
   struct State {
     std::mutex mutex;
-    std::map<std::string, int> taken;  // none of 0
+    std::map<std::string, int> taken;  // per user; no entries with 0
   };
 
   const std::shared_ptr<State> state_;  // tickets may outlive the quota

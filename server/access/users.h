@@ -19,26 +19,26 @@ struct User {
   Right right = Right::kReader;
 };
 
-// What may stand as a name in the file: 1 to 128 letters, digits or . _ @ : / + -.
+// Whether `text` is a valid user name: 1 to 128 letters, digits or . _ @ : / + -.
 bool IsUserName(std::string_view text);
 
-// A line of the file for each:
+// Each user has one or more lines in the file:
 //
 //     NAME RIGHT sha256:HASH      who has the token with this hash (dlcsd token makes both)
 //     NAME RIGHT certificate      who has a client certificate for this name, as its common name or an alternative name
 //
-// RIGHT is reader, submitter or admin. A name may stand on several lines, with the same right, so that an old token
-// works until all know the new one. # begins a comment.
+// RIGHT is reader, submitter or admin. A name may have several lines with the same right, so that an old token works
+// until all clients have the new one. # begins a comment.
 class Users {
  public:
   // `file` for messages. Errors: InvalidArgument with file, line and rule, never with what should be secret.
   static absl::StatusOr<Users> Parse(std::string_view text, const std::string& file);
-  // The same from the file itself.
+  // Reads and parses the file.
   static absl::StatusOr<Users> Read(const std::string& file);
 
-  // Null for a token that nobody has. Takes the same time for all tokens.
+  // Null if no user has this token. Takes the same time for all tokens.
   const User* WithToken(std::string_view token) const;
-  // The first user who is known by a certificate for one of `names`; null where there is none.
+  // The first user with a certificate for one of `names`; null if there is none.
   const User* WithCertificate(std::span<const std::string> names) const;
 
   std::size_t size() const { return entries_.size(); }
@@ -49,7 +49,7 @@ class Users {
     std::string hash;  // empty: by certificate
   };
   static absl::StatusOr<Entry> ParseLine(const std::vector<std::string_view>& words);
-  // Errors: InvalidArgument when it contradicts one that is there.
+  // Errors: InvalidArgument if it contradicts an existing entry.
   absl::Status Add(Entry entry);
 
   std::vector<Entry> entries_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is read from files, and read again when they change.
+// A value that is read from files, and read again when they change.
 
 #ifndef DLCS_SERVER_ACCESS_WATCHED_FILE_H_
 #define DLCS_SERVER_ACCESS_WATCHED_FILE_H_
@@ -16,8 +16,8 @@
 
 namespace dlcs {
 
-// By which a change of files shows: which files they are, their sizes and when they were written. A file that is not
-// there has a stamp too.
+// A text that changes when one of the files does: their identities, sizes and modification times. A missing file has a
+// stamp too.
 std::string FileStamps(const std::vector<std::string>& files);
 
 // The last `Value` that was good. Safe from any thread.
@@ -41,8 +41,8 @@ class WatchedFile {
     return value_;
   }
 
-  // Reads the files where they have changed since the last look, and logs what came of it. What cannot be used, being
-  // half written or wrong, leaves the value as it was. One thread at a time.
+  // Reads the files again if they have changed, and logs the outcome. If they cannot be used (half written, invalid)
+  // the old value is kept. One thread at a time.
   void Refresh() {
     std::string stamps = FileStamps(files_);
     if (stamps == stamps_) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file of settings: one `key = value` a line.
+// A configuration file: one `key = value` per line.
 
 #ifndef DLCS_SERVER_CONFIG_CONFIG_FILE_H_
 #define DLCS_SERVER_CONFIG_CONFIG_FILE_H_
@@ -24,15 +24,15 @@ struct Setting {
 //     max-steps = 1000000
 //     store = "/var/lib/dlcs/the # of jobs.db"   # quotes, double or single, keep everything between them
 //
-// Errors: InvalidArgument with `path`, the line, what it says and the rule; a key may be given once, and neither the
-// file (1 MB) nor a line (4096 bytes) may be of any length. What keys there are is not known here.
+// Errors: InvalidArgument with `path`, the line, its text and the rule. A key may be given only once; the file is
+// limited to 1 MB and a line to 4096 bytes. Keys are not checked here.
 absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std::string& path);
 
 // `key = value` as ReadSettings() reads it.
 std::string WriteSetting(const std::string& key, const std::string& value);
 
-// `value` with *** in place of a password: that of a URL (scheme://user:password@host) or of a connection string
-// (password=...). Of one of more than 8192 bytes only their number.
+// `value` with *** in place of the password in a URL (scheme://user:password@host) or a connection string
+// (password=...). If it is longer than 8192 bytes, only its length.
 std::string WithoutPassword(const std::string& value);
 
 }  // namespace dlcs

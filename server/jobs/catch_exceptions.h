@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one place where exceptions end.
+// Turns exceptions into a status.
 
 #ifndef DLCS_SERVER_JOBS_CATCH_EXCEPTIONS_H_
 #define DLCS_SERVER_JOBS_CATCH_EXCEPTIONS_H_
@@ -12,9 +12,8 @@
 
 namespace dlcs {
 
-// The result of `work`, an absl::StatusOr or absl::Status. What it throws (memory that ran out, a library's
-// own) goes to the log under `id`; the caller of the service learns only that, since the details are not
-// theirs to know.
+// The result of `work`, an absl::StatusOr or absl::Status. If it throws (std::bad_alloc, an exception of a library),
+// the details are logged under `id`, and the returned Internal error holds only `id`.
 template <typename Work>
 auto CatchExceptions(const std::string& id, Work&& work) -> decltype(work()) {
   try {

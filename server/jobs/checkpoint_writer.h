@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that brings accepted windows into the store, so that no engine waits for a disk.
+// The thread that writes accepted windows into the store, so that the engine never waits for a disk.
 
 #ifndef DLCS_SERVER_JOBS_CHECKPOINT_WRITER_H_
 #define DLCS_SERVER_JOBS_CHECKPOINT_WRITER_H_
@@ -15,8 +15,8 @@
 
 namespace dlcs::jobs {
 
-// What gathers while one write is on its way is the next write. A store that fails is tried again, ever more
-// slowly up to once a second; runs whose lease is lost are stopped.
+// Data that arrive during a write are combined into the next one. A failed write is retried with increasing pauses of
+// up to a second; runs whose lease is lost are stopped.
 class CheckpointWriter {
  public:
   // `store` must outlive it.

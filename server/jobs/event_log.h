@@ -24,7 +24,7 @@ namespace dlcs::jobs {
 class EventLog;
 class EventWatch;
 
-// Told when watchers of a log may have something to read. Must not block: the engine's thread calls it.
+// Notified when watchers of a log may have something to read. Must not block: the engine's thread calls it.
 class EventWaker {
  public:
   virtual ~EventWaker() = default;
@@ -32,21 +32,21 @@ class EventWaker {
 };
 
 struct EventLogLimits {
-  // Of events in memory, and of their payloads with kEventOverheadBytes each. What leaves first: passing events,
-  // oldest first; then kept ones that are in the store. Two things are held whatever the limits say: the newest
-  // passing event, and kept events that are on their way to the store.
+  // Limits of the number of events in memory, and of the bytes of their payloads with kEventOverheadBytes each. Passing
+  // events are dropped first, oldest first; then kept events that are in the store. The newest passing event, and kept
+  // events that are not yet in the store, are held in spite of the limits.
   std::size_t max_events = 8192;
   std::size_t max_bytes = 4 << 20;
 };
 inline constexpr std::size_t kEventOverheadBytes = 160;
 
 // How numbers stay unique over crashes. A number is shown to watchers only when
-//  - the store has a mark at or above it (Reserve), so that whoever resumes the job begins above it, and
-//  - all kept events up to it are in the store (MarkDurable), so that nothing shown can be taken back.
-// The engine is not held up by either: it appends, and watchers see it a commit later.
+//  - the store has a mark at or above it (Reserve), so that a server that resumes the job begins above it, and
+//  - all kept events up to it are in the store (MarkDurable), so that nothing shown can be lost.
+// The engine does not wait for either: it appends, and watchers see the event one commit later.
 //
-// Where events are. Up to `archived_through` the kept ones are in the store alone, and a watcher who is behind that is
-// told to read them there (EventWatch::Got::kArchived). Above it they are here. Passing events are here or nowhere.
+// Where events are. Kept events up to `archived_through` are only in the store, and a watcher before that number has to
+// read them there (EventWatch::Got::kArchived). Later ones are in this log. Passing events are only in this log.
 //
 // Threads: all functions are safe from any thread; each holds one mutex for O(log events), Append() also for the
 // events it evicts (each once). Made by std::make_shared.
@@ -66,14 +66,14 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   // plenty.
   std::int64_t WantedReservation() const;
 
-  // Somebody else wrote events up to `through` into the store (the store itself, another server): numbers go on after
-  // it. `closed` says that the last of them is the summary. Forgets what is in memory, so nobody may be appending.
-  // Does nothing when this log has come as far itself.
+  // Another writer (the store itself, another server) has written events up to `through` into the store: numbers
+  // continue after it. `closed` says that the last of them is the summary. Drops all events in memory, so nothing may
+  // be appending. Does nothing if this log has come as far itself.
   void AdvanceArchive(std::int64_t through, bool closed);
   // A passing event of the server that runs the job, with the number that it has there; the kept events up to
   // `kept_before` are in the store, and there are none between the two. Ignored unless it is newer than all others.
   void AppendRelayed(Event event, std::int64_t kept_before);
-  // Somebody else goes on with the job: forgets what no watcher can have seen.
+  // Another server has resumed the job: drops the events that no watcher can have seen.
   void Abandon();
 
   std::int64_t last_sequence() const;
@@ -81,13 +81,13 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::size_t num_events() const;
   std::size_t num_bytes() const;
 
-  // What passing events are to carry for the watchers there are now. Never null.
+  // The detail that the current watchers want in passing events. Never null.
   std::shared_ptr<const EventDetail> WantedDetail() const;
-  // Whether there is a watcher now who wants passing events at all.
+  // Whether any current watcher wants passing events.
   bool HasFullWatchers() const;
 
-  // For the waker: takes the callbacks of the watchers that can go on now into `ready`, and says when the next of the
-  // others must be woken (max() when none is waiting).
+  // For the waker: adds the callbacks of the watchers that can continue now to `ready`. Returns when the next of the
+  // others must be woken (max() if none is waiting).
   Duration TakeReady(std::vector<std::shared_ptr<const std::function<void()>>>& ready);
 
  private:
@@ -106,8 +106,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   bool OverLimits() const;
   void Evict();
   void RestartAfter(std::int64_t sequence);
-  // Whether the waker is to be called, since a watcher waits; for a passing event, since one waits that could have it
-  // or does not know yet when.
+  // Whether the waker must be called because a watcher is waiting.
   bool NeedsWake();
   bool NeedsWakeForPassing();
   void WakeIf(bool needed);
@@ -123,22 +122,22 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::size_t bytes_ = 0;
   std::int64_t last_ = 0;
   std::int64_t reserved_ = 0;
-  std::int64_t durable_ = 0;    // kept events up to here are in the store
-  std::int64_t archived_ = 0;   // and up to here they are not in kept_
-  std::int64_t forgotten_ = 0;  // passing events up to here are not in passing_
+  std::int64_t durable_ = 0;    // kept events up to this number are in the store
+  std::int64_t archived_ = 0;   // kept events up to this number are no longer in kept_
+  std::int64_t forgotten_ = 0;  // passing events up to this number are no longer in passing_
   std::int64_t first_ = 0;      // numbers up to here were used before this log began
   bool closed_ = false;
-  bool woken_ = false;                   // the waker was called and has not yet come
-  Duration next_due_ = Duration::max();  // what TakeReady() said last
+  bool woken_ = false;                   // the waker was called and has not yet called TakeReady()
+  Duration next_due_ = Duration::max();  // the last result of TakeReady()
   std::vector<EventWatch*> watches_;
   std::shared_ptr<const EventDetail> wanted_detail_ = std::make_shared<EventDetail>();
 };
 
-// Numbers that this watcher will not get.
+// Numbers of events that this watcher will not receive.
 struct EventGap {
   enum class Why {
-    kInterval,     // it asked for fewer
-    kSlow,         // it reads more slowly than they come
+    kInterval,     // its options limit the rate
+    kSlow,         // it reads too slowly
     kNotRetained,  // they have left the memory of the server, or that server has ended
   };
   std::int64_t first = 0;
@@ -148,16 +147,16 @@ struct EventGap {
 
 struct EventWatchOptions {
   std::int64_t after = 0;  // begins above this number
-  // Passing events are of no interest, and no gap stands for them.
+  // Passing events are neither delivered nor reported as gaps.
   bool kept_only = false;
-  // What it wants passing events to carry. Those that were appended before it came may carry less, all may carry more.
+  // The detail it wants in passing events. Events appended before the watch began may have less; all may have more.
   EventDetail detail = {};
   // Passing events closer together than this are conflated: of each run the newest is delivered.
   Duration min_interval{0};
-  // Quiet for so long, a heartbeat is delivered. Proxies cut streams that are silent for a minute.
+  // A heartbeat is delivered after so long without an event. Proxies cut streams that are silent for a minute.
   Duration heartbeat = std::chrono::seconds(10);
   static constexpr Duration kMaxHeartbeat = std::chrono::seconds(15);
-  // More passing events than this waiting for the watcher: it is taken to the newest.
+  // If more passing events than this are waiting, the watcher skips to the newest.
   std::size_t max_backlog = 256;
 };
 
@@ -166,14 +165,14 @@ class EventWatch {
  public:
   enum class Got {
     kEvent,
-    kHeartbeat,  // takes no number of its own
+    kHeartbeat,  // has no number
     kNothing,    // `ready` will be called, once
     kArchived,   // read the kept events after position() from the store, and Supply() them
     kEnd,        // the summary was delivered, or lies before `after`
   };
   struct Delivery {
     Got got = Got::kNothing;
-    std::optional<EventGap> gap;        // stands before `event`
+    std::optional<EventGap> gap;        // comes before `event`
     Event event;                        // of kEvent
     std::int64_t archived_through = 0;  // of kArchived: the store has all kept events up to here
   };
@@ -191,7 +190,7 @@ class EventWatch {
   // which there are no others: the last one's, or Delivery::archived_through when those were all.
   void Supply(std::vector<Event> events, std::int64_t through);
 
-  // All up to this number was delivered or announced as a gap: where to resume.
+  // All events up to this number were delivered or reported as a gap: the number to resume from.
   std::int64_t position() const { return position_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What passes in the jobs that run here, told to the servers where somebody watches them.
+// Sends passing events of the jobs that run here to the servers on which they are watched.
 
 #ifndef DLCS_SERVER_JOBS_EVENT_RELAY_H_
 #define DLCS_SERVER_JOBS_EVENT_RELAY_H_
@@ -18,8 +18,8 @@
 
 namespace dlcs::jobs {
 
-// Another watcher of the log, which hands on what is not in the store: at most kInterval apart, for kFor after somebody
-// asked last. What cannot be told is left out: a gap will stand for it.
+// A watcher of the log that passes on events that are not in the store, at intervals of at least kInterval, until kFor
+// after the last request. Events that cannot be sent are left out, and watchers see a gap.
 class EventRelay {
  public:
   static constexpr Duration kInterval = std::chrono::milliseconds(100);
@@ -29,7 +29,7 @@ class EventRelay {
   EventRelay(JobStore& store, const Clock& clock);
   ~EventRelay();
 
-  // Somebody watches the job `id` of `log` elsewhere, and wants `detail`. Does not block.
+  // The job `id` of `log` is watched on another server, which wants `detail`. Does not block.
   void Want(const JobId& id, std::shared_ptr<EventLog> log, const EventDetail& detail);
 
  private:
@@ -38,7 +38,7 @@ class EventRelay {
     std::shared_ptr<EventLog> log;
     EventDetail detail;
   };
-  // Of the thread alone.
+  // Used by the thread alone.
   struct Relayed {
     std::unique_ptr<EventWatch> watch;
     EventDetail detail;
@@ -56,7 +56,7 @@ class EventRelay {
 
   void Work();
   void Begin(Wanted wanted);
-  // Whether there may be more to tell later.
+  // Returns whether there may be more events later.
   bool PassOn(const JobId& id, Relayed& relayed);
 
   JobStore& store_;

@@ -34,9 +34,9 @@ namespace dlcs::jobs {
 
 // How an attempt ended, as the solve function reports it:
 //   OK           the work is done: SUCCEEDED, even if a stop came at the last moment;
-//   CANCELLED    it was stopped; what becomes of the job depends on who stopped it;
-//   UNAVAILABLE  it could not read what it needs from the store, and has emitted nothing yet: it is called again,
-//                until it can or is stopped;
+//   CANCELLED    it was stopped; the new state of the job depends on the cause;
+//   UNAVAILABLE  it could not read its data from the store, and has emitted nothing yet: it is called again until it
+//                can or is stopped;
 //   any other    FAILED.
 // `summary` is the payload of the last event, if there is one.
 struct JobEnd {
@@ -57,25 +57,25 @@ struct Submission {
   std::optional<Time> deadline;
 };
 
-// What the job will need. Errors refuse it.
+// The predicted demand of a job. An error refuses the job.
 using CostModel = std::function<absl::StatusOr<Demand>(const Submission& submission)>;
 
 struct JobManagerOptions {
   SchedulerLimits limits;
   EventLogLimits log;
-  // False for a server that admits, answers and lets others run; limits.cores are then those of the others.
+  // False for a server that does not run jobs itself; limits.cores are then those of the other servers.
   bool runs_jobs = true;
-  // Of this server among those that share the store; the same after a restart, so that it finds its jobs at once.
+  // The name of this server among those that share the store; the same after a restart, so that it finds its jobs.
   std::string worker = "dlcsd";
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
-  Duration poll = std::chrono::seconds(1);    // how soon what other servers did is seen where the store does not tell
-  Duration probe = std::chrono::seconds(5);   // how soon a store that broke, or came back, is noticed
-  // How often others are asked to tell what passes in jobs that are watched here.
+  Duration poll = std::chrono::seconds(1);    // interval of polling for changes that the store does not announce
+  Duration probe = std::chrono::seconds(5);   // interval of checking whether the store works
+  // How often other servers are asked for passing events of jobs that are watched here.
   Duration ask = std::chrono::seconds(5);
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
-  // A job that was begun so often without getting on ends the servers it runs on, and is given up. Large, since a
-  // server may also be killed for other reasons before a job gets on.
+  // A job fails after this many attempts without progress, since it probably crashes its servers. Large, since a server
+  // may also be killed for other reasons.
   int max_attempts = 20;
 };
 
@@ -83,35 +83,34 @@ struct JobManagerOptions {
 // call them from a reaction. `owner` as in JobStore.
 class JobManager {
  public:
-  // Takes up at once the jobs that an earlier life of this worker left, and starts threads that run jobs, as many as
-  // limits.cores and those lent and some whose jobs wait for the store at their end (options.runs_jobs). All references
-  // must outlive it. `solve` is called from those threads; it may throw.
+  // Resumes the jobs that an earlier process of this worker left, and, with options.runs_jobs, starts the threads that
+  // run jobs: limits.cores, those for small jobs, and some for jobs that wait for the store at their end. All
+  // references must outlive it. `solve` is called from those threads; it may throw.
   JobManager(JobManagerOptions options, JobStore& store, CostModel cost, SolveFunction solve, const Clock& clock);
   // Drain(0).
   ~JobManager();
 
-  // What Submit() would say of a new job, and what it is predicted to need; takes nothing.
+  // Checks a new job as Submit() does, and returns its predicted demand; stores nothing.
   absl::StatusOr<Demand> Check(const Submission& submission) const;
-  // What Submit() would say at once to a new job of `owner`, whatever it is: that there is no place for it
-  // (RESOURCE_EXHAUSTED with RefusalOf()), or UNAVAILABLE while draining. Costs nothing, and so refuses what need not
-  // even be read. Does not block.
+  // OK if there is a place in the queue for a new job of `owner`; otherwise RESOURCE_EXHAUSTED with RefusalOf(), or
+  // UNAVAILABLE while draining. Cheap, so that a job can be refused before its request is read. Does not block.
   absl::Status CheckPlaces(const std::string& owner) const;
   // OK: the job is in the store. Errors: of `cost`; RESOURCE_EXHAUSTED with RefusalOf(); ALREADY_EXISTS; UNAVAILABLE
   // while draining.
   absl::StatusOr<JobStore::Created> Submit(const Submission& submission);
   absl::StatusOr<Job> Cancel(const std::optional<std::string>& owner, const JobId& id);
   absl::Status Delete(const std::optional<std::string>& owner, const JobId& id);
-  // What is returned must be gone before the manager is. Errors: NOT_FOUND; OUT_OF_RANGE when options.after is a number
-  // that no event has.
+  // The watch must be destroyed before the manager. Errors: NOT_FOUND; OUT_OF_RANGE when options.after is a number that
+  // no event has.
   absl::StatusOr<std::unique_ptr<JobWatch>> Watch(const std::optional<std::string>& owner, const JobId& id,
                                                   const EventWatchOptions& options, std::function<void()> ready);
 
-  // Nothing starts any more; what runs may end within `grace`, and is then stopped and given back to the store with
-  // what was accepted. Returns when nothing runs. A store that does not answer is given up after two seconds more:
-  // then the leases stand until a restart or their end.
+  // Starts no more jobs. Running jobs may end within `grace`; then they are stopped and released to the store with
+  // their accepted windows. Returns when no job runs. If the store does not answer it gives up after two more seconds:
+  // then the leases remain until a restart or until they expire.
   void Drain(Duration grace);
 
-  // The store answers, and nobody drains.
+  // Whether the store answers and the manager is not draining.
   bool Healthy() const;
   struct Load {
     int queued = 0;
@@ -123,13 +122,13 @@ class JobManager {
   const JobManagerOptions& options() const { return options_; }
 
  private:
-  // A job of which this server has, or is about to get, the lease.
+  // A job whose lease this server has or is about to get.
   struct Active {
     std::shared_ptr<JobRun> run;  // null while it is being claimed
-    bool cancelled = false;       // meanwhile
+    bool cancelled = false;       // a cancel request came while it was being claimed
   };
 
-  // What was heard of a job that others watch.
+  // A request of another server for events of a job that is watched there.
   struct Audience {
     Duration until;
     EventDetail detail;
@@ -137,27 +136,28 @@ class JobManager {
 
   void Work();
   void RunJob(const Scheduler::Start& start);
-  // Null when somebody else has it, or the store does not answer.
+  // Null if another server has it, or if the store does not answer.
   std::shared_ptr<JobRun> Begin(const Scheduler::Start& start);
   JobEnd Solve(JobRun& run);
   void End(JobRun& run, const JobEnd& end);
-  // `write` until it succeeds, the lease is lost, or the server cannot wait.
+  // Repeats `write` until it succeeds, the lease is lost, or the server shuts down.
   void Persist(JobRun& run, const std::function<absl::Status()>& write);
-  // Before it is asked again; the next pause is longer. Ends at once where it is not waited for any more.
+  // Waits for `pause` before the store is tried again, and lengthens it. Returns at once if the store is not waited for
+  // any more.
   void WaitForStore(std::chrono::milliseconds& pause);
 
   void RunMaintenance();
   void ReclaimJobs();
   void FollowOthers();
   void FollowOther(const JobId& id);
-  // Asks who runs the jobs that are watched here to tell what is not in the store.
+  // Asks the servers that run the jobs watched here for events that are not in the store.
   void AskOthers();
   void RenewLeases();
   void RenewLease(JobRun& run);
-  // From the store's thread: makes the housekeeper look now at what it would look at later.
+  // Called by the store's thread: wakes the housekeeper to handle `change` now instead of at its next poll.
   void OnStoreChange(const JobChange& change);
   void Refresh(const JobId& id);
-  // With mutex_ held: whether to look at once at what the store has.
+  // With mutex_ held: whether to poll the store now.
   bool WantsLook() const;
   void EnforceDeadlines();
   void FailUnmeetable();
@@ -178,18 +178,18 @@ class JobManager {
   EventRelay relay_;
 
   mutable std::mutex mutex_;
-  std::condition_variable work_;   // something may start, or the end
-  std::condition_variable house_;  // something to do for the housekeeper
+  std::condition_variable work_;   // a job may start, or the manager ends
+  std::condition_variable house_;  // the housekeeper has something to do
   std::condition_variable idle_;   // nothing runs
   Scheduler scheduler_;
   std::map<JobId, Active> active_;
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
-  // What was heard from the store: that these jobs changed, that there are others to claim, and anything at all.
+  // Notifications from the store: jobs that changed, that there are jobs to claim, and any notification at all.
   std::set<JobId> heard_of_;
   bool heard_of_work_ = false;
   bool heard_something_ = false;
   std::map<JobId, Audience> watched_elsewhere_;
-  bool asks_others_ = false;  // somebody began to watch a job that does not run here
+  bool asks_others_ = false;  // a watch of a job that does not run here began
   std::atomic<bool> leases_released_ = false;
   bool draining_ = false;
   bool abandoning_ = false;  // the store is not waited for any more

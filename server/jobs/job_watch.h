@@ -26,7 +26,7 @@ class JobWatch {
   EventWatch::Delivery Next();
   // Errors: NOT_FOUND when the job was deleted; those of the store.
   absl::Status Fetch();
-  // Where to resume.
+  // The number to resume from.
   std::int64_t position() const { return watch_.position(); }
 
  private:

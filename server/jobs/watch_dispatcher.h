@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that wakes watchers, so that the engine's does not have to.
+// The thread that wakes watchers, so that the engine's thread does not have to.
 
 #ifndef DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
 #define DLCS_SERVER_JOBS_WATCH_DISPATCHER_H_
@@ -19,8 +19,8 @@
 namespace dlcs::jobs {
 
 // One thread for all logs of a server. Calls `ready` of watchers that have something to read, or whose minimum interval
-// or heartbeat is due. Logs may go at any time; the dispatcher must outlive them. Wake() costs one mutex and, when the
-// thread sleeps, one system call.
+// or heartbeat is due. Logs may be destroyed at any time; the dispatcher must outlive them. Wake() costs one mutex and,
+// when the thread sleeps, one system call.
 class WatchDispatcher final : public EventWaker {
  public:
   explicit WatchDispatcher(const Clock& clock);
@@ -30,13 +30,13 @@ class WatchDispatcher final : public EventWaker {
 
  private:
   void Run();
-  // Wakes what can go on in `log`, without mutex_; remembers when to come back.
+  // Wakes the watchers of `log` that can continue, without mutex_; sets the timer for the others.
   void Serve(const std::shared_ptr<EventLog>& log);
   void ServeDue();
 
   const Clock& clock_;
 
-  // Of the thread alone: when to look at a log again, one entry each.
+  // Used by the thread alone: when to check a log again, one entry per log.
   struct Timer {
     Duration due;
     std::weak_ptr<EventLog> log;

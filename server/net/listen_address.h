@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says in plain words why an address cannot be listened on, which gRPC does not.
+// Listening addresses, with clear errors if one cannot be used (gRPC has none).
 
 #ifndef DLCS_SERVER_NET_LISTEN_ADDRESS_H_
 #define DLCS_SERVER_NET_LISTEN_ADDRESS_H_
@@ -22,12 +22,12 @@ absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text);
 // As text again, with brackets where they are needed.
 std::string ToString(const ListenAddress& address);
 
-// Tries to bind every address that the host stands for, and lets go again.
+// Binds every address that the host resolves to, and releases it again.
 // Errors: InvalidArgument when the host is unknown or is not of this machine; AlreadyExists when the port is
 // taken (on any of the addresses, or half of the clients would reach the other server); PermissionDenied.
 absl::Status CheckCanListen(const ListenAddress& address);
 
-// Whether all addresses that the host stands for can be reached from this machine only. Blocks on a look-up.
+// Whether all addresses that the host resolves to can be reached from this machine only. Blocks on the name lookup.
 bool IsLoopback(const ListenAddress& address);
 
 }  // namespace dlcs

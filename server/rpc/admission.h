@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many solves at once, and how much memory their results may hold: says no early.
+// Limits the number of concurrent solves and the memory of their results.
 
 #ifndef DLCS_SERVER_RPC_ADMISSION_H_
 #define DLCS_SERVER_RPC_ADMISSION_H_
@@ -12,20 +12,19 @@
 
 namespace dlcs {
 
-// Two counts, since they end at different times: a solver is free again when the engine has finished, the
-// memory of a result when its reader has taken it, or has gone. Safe from any thread; must outlive its
-// tickets.
+// Two counts with different lifetimes: a solver is free when the engine has finished, the memory of a result when its
+// reader has received it or has disconnected. Safe from any thread; must outlive its tickets.
 class Admission {
  public:
-  // Gives back what it stands for when it is destroyed.
+  // Releases its solver or memory when it is destroyed.
   using Ticket = std::shared_ptr<void>;
 
   Admission(int max_concurrent_solves, std::int64_t max_held_result_bytes);
 
-  // Errors: ServerBusy when all solvers are taken. There is no queue: the caller hears at once and decides.
+  // Errors: ServerBusy when all solvers are taken. There is no queue: the refusal is immediate.
   absl::StatusOr<Ticket> TakeSolver();
 
-  // Errors: ServerBusy when `bytes` do not fit beside the results that are held now.
+  // Errors: ServerBusy if `bytes` do not fit beside the results that are held now.
   absl::StatusOr<Ticket> HoldResult(std::int64_t bytes);
 
   int solves() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the calls of a server share.
+// The objects that all calls of a server share.
 
 #ifndef DLCS_SERVER_RPC_CALL_ENVIRONMENT_H_
 #define DLCS_SERVER_RPC_CALL_ENVIRONMENT_H_
@@ -23,11 +23,11 @@ namespace dlcs {
 
 // Outlives all calls. Its parts are safe from any thread.
 struct CallEnvironment {
-  // `server_config` is valid and resolved. Starts the jobs that its store has at once. `server_access` and
-  // `server_metrics` outlive the environment.
+  // `server_config` is valid and resolved. Starts the jobs in the store at once. `server_access` and `server_metrics`
+  // must outlive the environment.
   CallEnvironment(const ServerConfig& server_config, const Access& server_access, Metrics& server_metrics);
 
-  // The uploaded problems of the caller of `call`, which must still be there when one is looked up. An empty function
+  // Looks up the uploaded problems of the caller of `call`, which must outlive the returned function. An empty function
   // on a server without a store.
   ProblemResolver ProblemsOf(const grpc::CallbackServerContext& call) const;
   SetupCache::Statistics SetupStatistics() const { return setups ? setups->statistics() : SetupCache::Statistics(); }
@@ -40,11 +40,11 @@ struct CallEnvironment {
   const SessionLimits limits;
   CallRegistry calls;
   Admission admission;
-  const std::unique_ptr<SetupCache> setups;  // null where nothing is kept
+  const std::unique_ptr<SetupCache> setups;  // null without a cache
   UserQuota watches;
   const std::unique_ptr<JobBackend> jobs;  // null on a server without a store
   // Last: their threads use the others and are joined first.
-  WorkerPool solvers;        // as many as solves are admitted
+  WorkerPool solvers;        // one thread per admitted solve
   WorkerPool store_workers;  // for calls that wait for the store
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calls that are under way: which to stop when the server shuts down, and when all are done.
+// The registry of running calls: stops them at shutdown, and waits until all are done.
 
 #ifndef DLCS_SERVER_RPC_CALL_REGISTRY_H_
 #define DLCS_SERVER_RPC_CALL_REGISTRY_H_
@@ -17,31 +17,31 @@
 namespace dlcs {
 
 enum class CallKind {
-  kCompute,  // takes a solver; continues while the server drains, and delivers what it has when it is stopped
-  kStore,    // about jobs and uploads; stopped when the server drains, so that the client continues at another one
+  kCompute,  // uses a solver; continues while the server drains, and delivers partial results when it is stopped
+  kStore,    // about jobs and uploads; stopped when the server drains, so that the client continues with another one
 };
 
-// Safe from any thread; must outlive the controls it gave out.
+// Safe from any thread; must outlive the controls that it returned.
 class CallRegistry {
  public:
-  // Who may stop a call, and by which name; others than the server only where it has one.
+  // The name by which a call can be stopped, and the user who may do so. Without a name only the server can stop it.
   struct CallName {
     std::string id;
     std::string user;
   };
 
-  // A new call's control; the call is under way until the last copy is gone. Null once Drain() was called.
+  // The control of a new call; the call counts as running until the last copy is destroyed. Null after Drain().
   std::shared_ptr<SolveControl> Register(CallKind kind, CallName name = {});
 
-  // Stops the call of that id and user, or of any user where that is absent. False where none is under way.
+  // Stops the call with this id and user (any user if absent). False if there is none.
   bool Stop(const std::string& id, const std::optional<std::string>& user, StopCause cause);
 
-  // No new calls from now on; stops those about the store.
+  // Admits no more calls, and stops those of kind kStore.
   void Drain();
 
   void StopAll(StopCause cause);
 
-  // Waits until no call is under way, or none that computes; false when `timeout` passed first.
+  // Waits until no call is running, or none that computes; false if `timeout` passed first.
   bool WaitUntilIdle(std::chrono::milliseconds timeout);
   bool WaitUntilComputed(std::chrono::milliseconds timeout);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffer between the members of one ensemble and their one reader: nothing is left out, the memory is bounded, and
-// who is ahead waits.
+// The buffer between the members of one ensemble and their reader. Nothing is dropped; memory is bounded by letting
+// members wait.
 
 #ifndef DLCS_SERVER_RPC_ENSEMBLE_BUFFER_H_
 #define DLCS_SERVER_RPC_ENSEMBLE_BUFFER_H_
@@ -22,9 +22,9 @@
 
 namespace dlcs {
 
-// A member that is begun takes room for its result (PreparedEnsemble::result_bytes) and gives it back when its reader
-// has taken its summary; where there is none left, members wait to be begun. A result is kept as the engine gave it:
-// one chunk is made when the reader asks for it.
+// A member reserves memory for its result (PreparedEnsemble::result_bytes) when it starts, and releases it when the
+// reader has taken its summary. If no memory is left, further members wait to be started. Results are kept as the
+// engine returned them; chunks are made one by one when the reader asks for them.
 //
 // MayBegin() and Finished() come from the threads of the engine, Open() and Close() from the one that runs it, Next()
 // from any thread, one call at a time.
@@ -32,20 +32,20 @@ class EnsembleMailbox final : public EnsembleSink {
  public:
   using Got = EventMailbox::Got;
 
-  // To be called before the engine runs: there is an event, and room for prepared.held_bytes.
+  // To be called before the engine runs: puts the first event, and reserves prepared.held_bytes.
   void Open(const std::string& solve_id, const PreparedEnsemble& prepared);
   bool MayBegin(Index member, const std::stop_token& stop) override;
   void Finished(Index member, FinishedSolve solve) override;
-  // No more members: the summary is the last event, or the error is how the call ends.
+  // No more members: the summary becomes the last event, or the error the status of the call.
   void Close(absl::StatusOr<v1::EnsembleSummary> summary);
 
   Got Next(v1::EnsembleEvent& event);
-  // As those of EventMailbox.
+  // As in EventMailbox.
   bool has_more() const;
   bool delivered() const;
 
   bool closed() const;
-  // OK, or the error that Close() was given; OK before.
+  // OK before Close(), then OK or the error passed to it.
   absl::Status status() const;
   std::int64_t held_bytes() const;
 

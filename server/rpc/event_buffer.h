@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffer between one solve and its one reader: the engine never waits, the memory is bounded, and the
-// reader is told of everything that it did not get.
+// The buffer between one solve and its reader. The engine never waits, memory is bounded, and gaps report to the reader
+// which events were dropped.
 
 #ifndef DLCS_SERVER_RPC_EVENT_BUFFER_H_
 #define DLCS_SERVER_RPC_EVENT_BUFFER_H_
@@ -20,8 +20,7 @@ namespace dlcs {
 
 // Two kinds of memory:
 //
-// - Events of the running engine are queued, at most `max_events`. When a reader is so slow that iterates
-// fill
+// - Events of the running engine are queued, at most `max_events`. When a reader is so slow that iterates fill
 //   their share of the queue, the oldest iterate is dropped for each new one. When windows alone fill it (a
 //   reader that stopped while thousands of windows went by), the oldest window event is dropped too. What was
 //   dropped is replaced, where it stood, by one gap for each run of neighbors. An event takes about 0.3 KB
@@ -46,34 +45,33 @@ class EventMailbox {
 
   void Put(v1::SolveEvent event);
 
-  // No more events: the rest is in the solve, or there is no result but an error.
+  // No more events will be put: the remaining ones come from the finished solve, or the call ends with an error.
   void Close(absl::StatusOr<FinishedSolve> finished);
 
   enum class Got {
     kEvent,    // `event` was set
     kNothing,  // for now
-    kEnd,      // all was delivered; status() tells how it ended
+    kEnd,      // all was delivered; status() says how it ended
   };
   Got Next(v1::SolveEvent& event);
-  // Whether another event waits behind those that Next() gave, and whether there will never be one: it gave all of a
-  // solve.
+  // has_more(): whether another event is available now. delivered(): whether all events were returned by Next().
   bool has_more() const;
   bool delivered() const;
 
   bool closed() const;
-  // OK, or the error that Close() was given; OK before.
+  // OK before Close(), then OK or the error passed to it.
   absl::Status status() const;
-  // Of events queued now: what the limits bound.
+  // The number of queued events, which the limits bound.
   std::size_t size() const;
 
  private:
   using Queue = std::list<v1::SolveEvent>;
 
-  // Moves `oldest_iterate_` on: the one there is about to leave the queue.
+  // Advances `oldest_iterate_`, since that iterate is about to leave the queue.
   void ForgetOldestIterate();
   void DropOldestIterate();
   void DropOldestWindow();
-  // The gap is joined with gaps beside it.
+  // The gap is merged with neighboring gaps.
   void ReplaceByGap(Queue::iterator position);
 
   const Limits limits_;

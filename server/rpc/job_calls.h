@@ -30,7 +30,7 @@ class JobWatchCall final : public StreamCall<v1::JobEvent> {
   absl::StatusOr<Got> Next(v1::JobEvent& event) override;
   absl::StatusOr<Got> Told(const jobs::Event& delivered, v1::JobEvent& event) const;
 
-  const v1::WatchSolveJobRequest& request_;  // gRPC's until OnDone()
+  const v1::WatchSolveJobRequest& request_;  // owned by gRPC, valid until OnDone()
   WatchView view_;
   UserQuota::Ticket place_;
   std::unique_ptr<jobs::JobWatch> watch_;
@@ -48,7 +48,7 @@ class ReadTrajectoryCall final : public StreamCall<v1::TrajectoryPage> {
   absl::Status Work() override;
   absl::StatusOr<Got> Next(v1::TrajectoryPage& page) override;
 
-  const v1::ReadTrajectoryRequest& request_;  // gRPC's until OnDone()
+  const v1::ReadTrajectoryRequest& request_;  // owned by gRPC, valid until OnDone()
   std::optional<TrajectoryReader> reader_;
   std::optional<v1::TrajectoryPage> page_;
   bool ended_ = false;

@@ -17,7 +17,7 @@ namespace dlcs {
 
 class JobService final : public v1::JobService::CallbackService {
  public:
-  // `environment` has jobs and must outlive the service.
+  // `environment` has a job backend and must outlive the service.
   explicit JobService(CallEnvironment& environment) : environment_(environment), jobs_(*environment.jobs) {}
 
   grpc::ServerUnaryReactor* CreateSolveJob(grpc::CallbackServerContext* context,
@@ -36,12 +36,12 @@ class JobService final : public v1::JobService::CallbackService {
   grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
                                                                const v1::ReadTrajectoryRequest* request) override;
 
-  // A solve that is a job: SolverService::Solve with a request_id.
+  // SolverService::Solve with a request_id: the solve runs as a job.
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext& context,
                                                   const v1::SolveRequest& request);
 
  private:
-  // A copy of the request, which may be large: it is made into the body of the job.
+  // Takes a copy of the request, which may be large, since it becomes the body of the job.
   absl::StatusOr<v1::SolveJob> Create(const Caller& caller, v1::CreateSolveJobRequest request,
                                       const std::string& trace_id);
   absl::StatusOr<v1::Accepted> CreateForSolve(const Caller& caller, const v1::SolveRequest& request,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solve that is a job: created, watched and read in one call.
+// SolverService::Solve for a solve that runs as a job: creates it, watches it and reads its result in one call.
 
 #ifndef DLCS_SERVER_RPC_JOB_SOLVE_CALL_H_
 #define DLCS_SERVER_RPC_JOB_SOLVE_CALL_H_
@@ -18,7 +18,7 @@ namespace dlcs {
 
 class JobSolveCall final : public StreamCall<v1::SolveEvent> {
  public:
-  // Makes the job, or finds the one that an earlier call made; what is told first. Blocks on the store.
+  // Creates the job, or finds the one that an earlier call created; returns the first event. Blocks on the store.
   using Create = std::function<absl::StatusOr<v1::Accepted>(const Caller&)>;
   JobSolveCall(CallEnvironment& environment, grpc::CallbackServerContext& context, Create create)
       : StreamCall(environment, context, CallKind::kStore), create_(std::move(create)) {}
@@ -31,17 +31,17 @@ class JobSolveCall final : public StreamCall<v1::SolveEvent> {
   absl::Status BeginToRead();
   absl::Status ReadPage();
   Got NextOfJob(v1::SolveEvent& event);
-  // Nothing where a solve does not tell of it.
+  // The event as a SolveEvent; absent for events that a solve does not report.
   std::optional<v1::SolveEvent> Told(const jobs::Event& event);
 
   const Create create_;
   jobs::JobId id_;
   std::unique_ptr<jobs::JobWatch> watch_;
-  std::optional<v1::SolveEvent> next_;  // that is known already
+  std::optional<v1::SolveEvent> next_;  // the next event, if it is known already
   bool queued_ = true;
   double progress_ = 0;
 
-  // Behind the last event of the job.
+  // The number of the last event of the job.
   std::int64_t last_sequence_ = 0;
   std::optional<v1::Summary> summary_;
   std::optional<TrajectoryReader> reader_;

@@ -12,7 +12,7 @@ namespace dlcs {
 
 class ProblemService final : public v1::ProblemService::CallbackService {
  public:
-  // `environment` has jobs and must outlive the service.
+  // `environment` has a job backend and must outlive the service.
   explicit ProblemService(CallEnvironment& environment)
       : environment_(environment), library_(environment.jobs->library()) {}
 

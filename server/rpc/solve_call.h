@@ -20,19 +20,19 @@
 
 namespace dlcs {
 
-// Distinct among the calls of this process, and very likely among processes.
+// Unique in this process, and very likely unique among processes.
 std::string NewSolveId();
 
-// A call that holds a place among the solves, and the memory of its result until the client has it. The engine puts
-// events into the mailbox and is stopped when the client hangs up, by StopSolve, and some time before the deadline
-// (StopTime()).
+// A call that holds a solver while it computes, and the memory of its result until the client has received it. The
+// engine puts events into the mailbox. It is stopped when the client disconnects, by StopSolve, and some time before
+// the deadline (StopTime()).
 //
 // A Mailbox has Next(Event&), has_more(), delivered() and status(), as EventMailbox does.
 template <typename Event, typename Mailbox>
 class SolverCall : public StreamCall<Event> {
  public:
   void OnDone() override {
-    result_.reset();  // now, whoever still knows of the call
+    result_.reset();  // now, although others may still hold the call
     StreamCall<Event>::OnDone();
   }
 
@@ -42,24 +42,24 @@ class SolverCall : public StreamCall<Event> {
   SolverCall(CallEnvironment& environment, grpc::CallbackServerContext& context)
       : SolverCall(environment, context, NewSolveId()) {}
 
-  // Solves, on a worker thread, gives the solver back and closes the mailbox.
+  // Solves on a worker thread, releases the solver, and closes the mailbox.
   virtual void Run() = 0;
 
   absl::Status Admit() final { return TakeSolver(); }
   absl::Status Work() final {
     Run();
-    return absl::OkStatus();  // errors are in the mailbox, behind the events that came before them
+    return absl::OkStatus();  // errors are in the mailbox, after the events that came before them
   }
   absl::StatusOr<Got> Next(Event& event) final;
   bool HasMore() const final { return mailbox_.has_more(); }
 
   const std::string& id() const { return id_; }
   void GiveSolverBack() { solver_.reset(); }
-  // Until the call ends. Errors: ServerBusy.
+  // Reserves memory until the call ends. Errors: ServerBusy.
   absl::Status HoldResult(std::int64_t bytes);
   // Stops the engine so early that `result_bytes` arrive before the deadline of the call.
   void StopBeforeDeadline(std::int64_t result_bytes);
-  // A line of the log about this call: what all have, and `facts`.
+  // Logs a line about this call with the common fields and `facts`.
   void LogCall(const std::string& message, LogFields facts) const;
 
   Mailbox mailbox_;
@@ -79,7 +79,7 @@ class SolverCall : public StreamCall<Event> {
 
 class SolveCall final : public SolverCall<v1::SolveEvent, EventMailbox>, public SolveSink {
  public:
-  // `request` is gRPC's until OnDone().
+  // `request` is owned by gRPC and valid until OnDone().
   SolveCall(CallEnvironment& environment, grpc::CallbackServerContext& context, const v1::SolveRequest& request)
       : SolverCall(environment, context), request_(request) {}
 

@@ -12,7 +12,7 @@ namespace dlcs {
 
 class SolverService final : public v1::SolverService::CallbackService {
  public:
-  // `jobs` takes the solves that are to be jobs; null on a server without a store. Both outlive the service.
+  // `jobs` handles the solves that run as jobs; null on a server without a store. Both must outlive the service.
   SolverService(CallEnvironment& environment, JobService* jobs) : environment_(environment), jobs_(jobs) {}
 
   grpc::ServerWriteReactor<v1::SolveEvent>* Solve(grpc::CallbackServerContext* context,
@@ -32,7 +32,7 @@ class SolverService final : public v1::SolverService::CallbackService {
                                             const v1::GetCapabilitiesRequest* request,
                                             v1::GetCapabilitiesResponse* response) override;
 
-  // Engines that run now.
+  // The number of running solves.
   int solves() const { return environment_.admission.solves(); }
 
  private:

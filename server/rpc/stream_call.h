@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One call with a stream of messages: a gRPC reactor between a worker thread and the client that reads.
+// A server-streaming call: a gRPC reactor between a worker thread and the client.
 
 #ifndef DLCS_SERVER_RPC_STREAM_CALL_H_
 #define DLCS_SERVER_RPC_STREAM_CALL_H_
@@ -26,19 +26,20 @@
 
 namespace dlcs {
 
-// Nothing blocks a reaction: what may block is Work(), on a worker thread. Pump() asks Next() for the message to write
-// when none is in flight. Who has a new message calls Pump() or PumpSoon(); so does OnWriteDone().
+// Reactions never block; Work(), which may block, runs on a worker thread. If no message is in flight, Pump() gets the
+// next one from Next() and writes it. Pump() or PumpSoon() is called by every source of new messages, and by
+// OnWriteDone().
 //
-// A call that computes writes messages while Work() runs. When the server stops it, only its Work() is stopped: what
-// that leaves is still written. A call about the store writes between two runs of Work(), and ends with UNAVAILABLE
-// when the server drains, so that the client resumes at another one.
+// A kCompute call writes messages while Work() runs. When the server stops it, only its Work() is stopped: the
+// remaining messages are still written. A kStore call writes between two runs of Work(), and ends with UNAVAILABLE when
+// the server drains, so that the client resumes with another server.
 //
-// The call is finished after the last message or an error; or, when the client is gone, as soon as Work() has
-// returned. Lives until gRPC (OnDone), the worker and whoever wakes it have released it.
+// The call is finished after the last message or an error; or, if the client has disconnected, as soon as Work() has
+// returned. Lives until gRPC (OnDone), the worker and all wakers have released it.
 template <typename Message>
 class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_shared_from_this<StreamCall<Message>> {
  public:
-  // Takes `call` over: admits it and lets it run, or finishes it with why not.
+  // Admits and starts `call`, or finishes it with the reason for the refusal.
   static grpc::ServerWriteReactor<Message>* Start(std::shared_ptr<StreamCall> call) {
     StreamCall& begun = *call;
     begun.self_ = std::move(call);
@@ -65,7 +66,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
   }
 
   void OnDone() override {
-    // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
+    // May be the last reference: moved out first, so that the pointer is not destroyed while it is being reset.
     const std::shared_ptr<StreamCall> self = std::move(self_);
     on_stop_.reset();
   }
@@ -73,13 +74,13 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
  protected:
   enum class Got {
     kMessage,
-    kLast,     // a message that is the last one: it travels together with the status
+    kLast,     // the last message: it is sent together with the status
     kNothing,  // for now: Pump() is called later
     kBlocks,   // Work() is to be called first
     kEnd,
   };
 
-  // Others may stop a call by its `name`.
+  // The call can be stopped by its `name`.
   StreamCall(CallEnvironment& environment, grpc::CallbackServerContext& context, CallKind kind,
              CallRegistry::CallName name = {})
       : environment_(environment), context_(context), kind_(kind), name_(std::move(name)) {}
@@ -93,7 +94,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
   // Whether another message follows at once.
   virtual bool HasMore() const { return false; }
 
-  // Writes what there is, unless something is in flight. Safe from any thread.
+  // Writes the next message if there is one, unless a write is in flight. Safe from any thread.
   void Pump() {
     const std::lock_guard lock(mutex_);
     if (writing_ || finished_) return;
@@ -104,8 +105,8 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
     switch (*got) {
       case Got::kMessage:
         writing_ = true;
-        // While more messages wait they travel together, gRPC sending what it holds with the last of them; but large
-        // ones at once, so that the reader has one to unpack while the next is made.
+        // While more messages are waiting, gRPC buffers them and sends them together. Large messages are sent at once,
+        // so that the reader can process one while the next is made.
         return this->StartWrite(&message_, HasMore() && message_.ByteSizeLong() < kLargeBytes
                                                ? grpc::WriteOptions().set_buffer_hint()
                                                : grpc::WriteOptions());
@@ -122,13 +123,13 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
     }
   }
 
-  // Pump() after a short while, by a thread of gRPC, unless a write is under way that will see to it. An engine that
-  // pumped would spend its own time on serialization and system calls, and messages that come within this while travel
+  // Calls Pump() after a short delay, on a gRPC thread, unless a write is in flight (OnWriteDone() will call Pump()
+  // then). This keeps serialization and system calls off the engine's thread, and messages within the delay are sent
   // together.
   void PumpSoon() {
     if (writing_ || is_due_.exchange(true)) return;
     const std::lock_guard lock(mutex_);
-    gathering_ = std::make_unique<grpc::Alarm>();  // a new one: the last may still be at its end
+    gathering_ = std::make_unique<grpc::Alarm>();  // a new one: the last may not have finished yet
     gathering_->Set(std::chrono::system_clock::now() + kGathering, [call = this->weak_from_this()](bool /*rang*/) {
       const std::shared_ptr<StreamCall> self = call.lock();
       if (self == nullptr) return;
@@ -144,14 +145,14 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
     };
   }
 
-  // Of a call that was admitted.
+  // Set after admission.
   const std::shared_ptr<SolveControl>& control() const { return control_; }
 
   CallEnvironment& environment_;
-  grpc::CallbackServerContext& context_;  // gRPC's until OnDone()
+  grpc::CallbackServerContext& context_;  // owned by gRPC, valid until OnDone()
 
  private:
-  // Short for who watches.
+  // Too short for a viewer to notice.
   static constexpr std::chrono::milliseconds kGathering{2};
   static constexpr std::size_t kLargeBytes = std::size_t{1} << 16;
 
@@ -162,7 +163,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
       const std::lock_guard lock(mutex_);
       return End(admitted);
     }
-    // The work starts when the headers are sent: before, gRPC has not taken the reactor over and a first message could
+    // The work starts after the headers are sent: before that gRPC does not own the reactor, and a first message could
     // be lost.
     this->StartSendInitialMetadata();
   }
@@ -182,7 +183,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
     if (!done.ok() && !end_) end_ = done;
   }
 
-  // Nobody reads any more, or the server drains.
+  // The client has disconnected, or the server drains.
   void HangUp(StopCause cause) {
     {
       const std::lock_guard lock(mutex_);
@@ -196,7 +197,7 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
     on_stop_.emplace(control_->token(), [call = this->weak_from_this(), control = control_.get(),
                                          &workers = environment_.WorkersFor(kind_)] {
       if (control->cause() != StopCause::kShutdown) return;  // HangUp() itself
-      // Not at once: whoever stops all calls holds the lock that the end of this one needs.
+      // On another thread: the registry, which stops all calls, holds the lock that the end of this one needs.
       workers.Run([call] {
         if (const std::shared_ptr<StreamCall> self = call.lock()) self->HangUp(StopCause::kShutdown);
       });
@@ -213,17 +214,17 @@ class StreamCall : public grpc::ServerWriteReactor<Message>, public std::enable_
   const CallRegistry::CallName name_;
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
   std::optional<std::stop_callback<std::function<void()>>> on_stop_;
-  std::shared_ptr<StreamCall> self_;  // gRPC's share
+  std::shared_ptr<StreamCall> self_;  // the reference that gRPC holds
 
-  // Both are cleared before Next() is called: who has a new message and finds one of them set knows that it will be
-  // seen.
+  // Both are cleared before Next() is called: if one of them is set when a new message arrives, a later Next() will
+  // return it.
   std::atomic<bool> writing_ = false;
   std::atomic<bool> is_due_ = false;  // Pump(), by `gathering_`
 
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the following members
   Message message_;   // in flight while `writing_`
   std::unique_ptr<grpc::Alarm> gathering_;
-  bool working_ = true;              // Work() runs, or will when the headers are sent
+  bool working_ = true;              // Work() is running, or will be when the headers are sent
   bool finished_ = false;            // Finish() was called
   std::optional<absl::Status> end_;  // how the call ends when Work() returns, whatever there is to write
 };

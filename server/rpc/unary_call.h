@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One call with one answer: a gRPC reactor that hands the work to a worker thread.
+// A unary call: a gRPC reactor that runs its work on a worker thread.
 
 #ifndef DLCS_SERVER_RPC_UNARY_CALL_H_
 #define DLCS_SERVER_RPC_UNARY_CALL_H_
@@ -21,14 +21,14 @@
 
 namespace dlcs {
 
-// A call that computes takes a solver as Solve does, and its work is asked to stop when the client hangs up, the
-// deadline passes or the server shuts down. Nobody reads an answer after the first two; after the third the caller gets
-// UNAVAILABLE. A call about the store always runs to its end.
+// A kCompute call takes a solver as Solve does. Its work is asked to stop when the client disconnects, the deadline
+// passes or the server shuts down; in the last case the caller gets UNAVAILABLE. A kStore call always runs to its end.
 //
 // Lives until both gRPC (OnDone) and the worker have released it.
 class UnaryCall final : public grpc::ServerUnaryReactor, public std::enable_shared_from_this<UnaryCall> {
  public:
-  // Fills the response, which is gRPC's until OnDone(), where it returns OK. Runs on a worker thread.
+  // Runs on a worker thread. If it returns OK it has filled the response, which is owned by gRPC and valid until
+  // OnDone().
   using Work = std::function<absl::Status(std::stop_token stop)>;
 
   // `name` for the log. `environment` outlives the call.
@@ -48,12 +48,12 @@ class UnaryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
   const CallKind kind_;
   const char* const name_;
   const Work work_;
-  std::shared_ptr<UnaryCall> self_;        // gRPC's share
+  std::shared_ptr<UnaryCall> self_;        // the reference that gRPC holds
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
   Admission::Ticket solver_;
 };
 
-// A call that computes: `run(stop)` returns a StatusOr of the response.
+// A kCompute call: `run(stop)` returns a StatusOr of the response.
 template <typename Response, typename Run>
 grpc::ServerUnaryReactor* Compute(CallEnvironment& environment, const char* name, Response& response, Run run) {
   return UnaryCall::Start(environment, CallKind::kCompute, name,
@@ -65,7 +65,7 @@ grpc::ServerUnaryReactor* Compute(CallEnvironment& environment, const char* name
                           });
 }
 
-// A call about the store: `run(caller)` returns a StatusOr of the response.
+// A kStore call: `run(caller)` returns a StatusOr of the response.
 template <typename Response, typename Run>
 grpc::ServerUnaryReactor* AskStore(CallEnvironment& environment, const grpc::CallbackServerContext& context,
                                    const char* name, Response& response, Run run) {
@@ -80,7 +80,7 @@ grpc::ServerUnaryReactor* AskStore(CallEnvironment& environment, const grpc::Cal
                           });
 }
 
-// `run(caller)`, with its outcome in the log: for calls that change something. `request` outlives the call.
+// Calls `run(caller)` and logs its outcome, for methods that change stored data. `request` must outlive the call.
 template <typename Request, typename Run>
 auto Audited(const char* method, const Request& request, Run run) {
   return [method, &request, run = std::move(run)](const Caller& caller) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a server says that takes no calls.
+// The service of a server that runs jobs only and serves no calls.
 
 #ifndef DLCS_SERVER_RPC_UNIMPLEMENTED_SERVICE_H_
 #define DLCS_SERVER_RPC_UNIMPLEMENTED_SERVICE_H_
@@ -8,7 +8,8 @@
 
 namespace dlcs {
 
-// Answers every call that no other service answers with UNIMPLEMENTED, and where to go instead.
+// Answers every call that no other service handles with UNIMPLEMENTED and a message that says which server to call
+// instead.
 class UnimplementedService final : public grpc::CallbackGenericService {
  public:
   grpc::ServerGenericBidiReactor* CreateReactor(grpc::GenericCallbackServerContext* context) override;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The call of an upload: a reactor that reads piece by piece and leaves what blocks on the store to worker threads.
+// The upload call: a reactor that reads the pieces, with blocking store operations on worker threads.
 
 #ifndef DLCS_SERVER_RPC_UPLOAD_CALL_H_
 #define DLCS_SERVER_RPC_UPLOAD_CALL_H_
@@ -19,17 +19,17 @@
 
 namespace dlcs {
 
-// Uploads are held in memory, so only so many are under way at once.
+// Uploads are held in memory, so the number of concurrent ones is limited.
 struct UploadPlaces {
   static constexpr int kMost = 4;
   std::atomic<int> taken = 0;
 };
 
-// Lives until gRPC (OnDone) and the worker have let go. Ends with UNAVAILABLE when the server drains.
+// Lives until gRPC (OnDone) and the worker have released it. Ends with UNAVAILABLE when the server drains.
 class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest>,
                          public std::enable_shared_from_this<UploadCall> {
  public:
-  // `environment` and `places` outlive the call, `response` is gRPC's until OnDone().
+  // `environment` and `places` must outlive the call; `response` is owned by gRPC and valid until OnDone().
   static grpc::ServerReadReactor<v1::UploadProblemRequest>* Start(CallEnvironment& environment, UploadPlaces& places,
                                                                   const absl::StatusOr<Caller>& caller,
                                                                   v1::UploadProblemResponse& response);
@@ -50,7 +50,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
   void ReadNext();
   void BeginOnWorker();
   void StoreOnWorker();
-  // The first end stays.
+  // Later calls have no effect.
   void End(const absl::StatusOr<v1::UploadProblemResponse>& end);
 
   CallEnvironment& environment_;
@@ -58,14 +58,14 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
   const absl::StatusOr<Caller> caller_;
   Upload upload_;
   v1::UploadProblemResponse& response_;
-  std::shared_ptr<UploadCall> self_;       // gRPC's share
+  std::shared_ptr<UploadCall> self_;       // the reference that gRPC holds
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
   std::optional<std::stop_callback<std::function<void()>>> on_stop_;
   std::atomic<bool> cancelled_ = false;
   bool has_place_ = false;
   bool begun_ = false;
   v1::UploadProblemRequest part_;
-  std::mutex mutex_;    // so that nothing is read behind the end
+  std::mutex mutex_;    // so that nothing is read after the end
   bool ended_ = false;  // with mutex_
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few threads for work that must not run in gRPC's own: solves, conversions, single LCPs.
+// A few threads for work that must not run on gRPC's threads: solves, conversions, single LCPs.
 
 #ifndef DLCS_SERVER_RPC_WORKER_POOL_H_
 #define DLCS_SERVER_RPC_WORKER_POOL_H_
@@ -13,11 +13,12 @@
 
 namespace dlcs {
 
-// Tasks start in the order they came. They must not throw. The queue is not bounded: callers admit first.
+// Tasks start in the order of submission. They must not throw. The queue is not bounded; callers limit its length by
+// admission.
 class WorkerPool {
  public:
   explicit WorkerPool(int num_threads);
-  // Runs what is queued, then joins.
+  // Runs the queued tasks, then joins the threads.
   ~WorkerPool();
 
   void Run(std::function<void()> task);

@@ -24,9 +24,8 @@ absl::StatusOr<v1::SolveLcpResponse> RunLcp(const v1::SolveLcpRequest& request, 
 absl::StatusOr<v1::SolveDcpResponse> RunDcp(const v1::SolveDcpRequest& request, const SessionLimits& limits,
                                             std::stop_token stop);
 
-// What is known about a problem before it is solved. Stopped when `stop` is triggered: the response then
-// holds the sections that were finished, and a warning. `find` finds a problem that is named. Errors: as
-// ParseAndValidate() and `find`.
+// What is known about a problem before it is solved. If `stop` is triggered, the response holds the finished sections
+// and a warning. `find` looks up a problem that is given by name. Errors: as ParseAndValidate() and `find`.
 absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemRequest& request,
                                                        const SessionLimits& limits, std::stop_token stop,
                                                        const ProblemResolver& find = {});

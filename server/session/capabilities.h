@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every program of this version can do, a server or the command line in its own process.
+// The capabilities of every program of this version, a server or the command line.
 
 #ifndef DLCS_SERVER_SESSION_CAPABILITIES_H_
 #define DLCS_SERVER_SESSION_CAPABILITIES_H_
@@ -8,7 +8,7 @@
 
 namespace dlcs {
 
-// The version and the methods. The limits are left at 0, which says that there are none.
+// The version and the methods. The limits are 0, which means that there are none.
 v1::GetCapabilitiesResponse CommonCapabilities();
 
 }  // namespace dlcs

@@ -21,38 +21,38 @@
 
 namespace dlcs {
 
-// A request that may run: converted, within the limits, and sound.
+// A request that is ready to run: converted, validated and within the limits.
 struct PreparedEnsemble {
   SoundEnsemble ensemble;
   std::vector<std::string> labels;  // of the members
   std::vector<std::int64_t>
-      result_bytes;             // of the members: what each holds until its reader has taken it, an upper bound
+      result_bytes;             // for each member an upper bound of the memory that its result holds until it is read
   std::int64_t all_bytes = 0;   // of all members together
-  std::int64_t held_bytes = 0;  // what suffices to keep the threads at work and a reader too; no less than any member's
+  std::int64_t held_bytes = 0;  // enough to keep all threads and the reader busy; at least that of any member
 };
 
-// Converts and checks `request`, whose problem `find` finds where it is named. Errors: as ParseAndValidate() and
+// Converts and checks `request`; `find` looks up a problem that is given by name. Errors: as ParseAndValidate() and
 // `find`, and ResourceExhausted when a member is above a limit.
 absl::StatusOr<PreparedEnsemble> PrepareEnsemble(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
                                                  const ProblemResolver& find = {});
 
-// Takes the members as they finish.
+// Receives the members as they finish.
 class EnsembleSink {
  public:
   virtual ~EnsembleSink() = default;
-  // Before a member is begun, from the thread that would solve it; may wait until there is room for its result, but not
-  // longer than until `stop` is requested. Says whether to begin it.
+  // Called before a member is started, from the thread that would solve it. May wait until there is memory for its
+  // result, or until `stop` is requested. Returns whether to start it.
   virtual bool MayBegin(Index member, const std::stop_token& stop) = 0;
   // One call at a time, from any thread.
   virtual void Finished(Index member, FinishedSolve solve) = 0;
 };
 
-// Runs the engine. Members that were begun reach `sink`; the summary counts all. Threads: as core/ensemble.h. `setups`
-// as in RunSolve(). Errors: InvalidArgument for what only the engine can judge.
+// Runs the engine. `sink` receives all started members; the summary counts all members. Threads: as in core/ensemble.h.
+// `setups` as in RunSolve(). Errors: InvalidArgument for rules that only the engine can check.
 absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared, const SolveControl& control,
                                                 EnsembleSink& sink, SetupCache* setups = nullptr);
 
-// Numbers the events of one ensemble, in the order in which it is asked for them.
+// Makes and numbers the events of one ensemble, in the order of the calls.
 class EnsembleWriter {
  public:
   explicit EnsembleWriter(std::vector<std::string> labels) : labels_(std::move(labels)) {}
@@ -69,10 +69,10 @@ class EnsembleWriter {
   std::int64_t next_sequence_ = 1;
 };
 
-// Takes the events of an ensemble, one at a time, from any thread; those of a member follow one another.
+// Receives the events of an ensemble, one at a time, from any thread; those of one member are consecutive.
 using EnsembleEvents = std::function<void(v1::EnsembleEvent event)>;
 
-// All of it for a caller in the same process: prepare, run, and hand every event to `take`, summary last.
+// Prepares and runs an ensemble for a caller in the same process, and passes every event to `take`, the summary last.
 absl::Status RunEnsembleToEnd(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
                               const std::string& solve_id, const SolveControl& control, const EnsembleEvents& take);
 

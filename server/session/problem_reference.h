@@ -13,16 +13,17 @@
 
 namespace dlcs {
 
-// The problem that was uploaded under a name. Blocks. Errors: InvalidArgument where the text is no name; NotFound;
-// those of a store. Empty where nothing can be uploaded.
+// Returns the uploaded problem with the given name. Blocks. Errors: InvalidArgument if the text is not a name;
+// NotFound; those of the store. Empty if there are no uploads.
 using ProblemResolver = std::function<absl::StatusOr<v1::ProblemBody>(const std::string& name)>;
 
 bool NamesProblem(const v1::SolveRequest& request);
 bool NamesProblem(const v1::SolveEnsembleRequest& request);
 bool NamesProblem(const v1::AnalyzeProblemRequest& request);
 
-// The request with the problem that it names, and what it has in place of that one's. Errors: those of `find`;
-// InvalidArgument where the request holds a problem besides, the problem is of the wrong kind, or `find` is empty.
+// The request with the problem that it names, whose fields are replaced by those that the request overrides. Errors:
+// those of `find`; InvalidArgument if the request also holds a problem, if the problem is of the wrong kind, or if
+// `find` is empty.
 absl::StatusOr<v1::SolveRequest> ResolveProblem(const v1::SolveRequest& request, const ProblemResolver& find);
 absl::StatusOr<v1::SolveEnsembleRequest> ResolveProblem(const v1::SolveEnsembleRequest& request,
                                                         const ProblemResolver& find);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every call checks before the engine starts: that a request converts, is sound and within the limits.
+// The checks of every call before the engine starts: conversion, validation and limits.
 
 #ifndef DLCS_SERVER_SESSION_REQUEST_CHECK_H_
 #define DLCS_SERVER_SESSION_REQUEST_CHECK_H_
@@ -21,19 +21,19 @@
 
 namespace dlcs {
 
-// What a session may use. The defaults limit nothing.
+// The limits of a session. The defaults limit nothing.
 struct SessionLimits {
   std::int64_t max_states = std::numeric_limits<std::int64_t>::max();
-  // Of a system whose A is written down entry by entry: its time grows like states².
+  // For systems with dense A, whose time grows like states².
   std::int64_t max_dense_states = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_constraints = std::numeric_limits<std::int64_t>::max();
   std::int64_t max_steps = std::numeric_limits<std::int64_t>::max();
   // Bytes of the trajectory, (1 + m + 2n) doubles a time: at the output times where those are asked for, else at all
-  // nodes; of a nonlinear problem at all nodes anyway, which the engine holds while it solves.
+  // nodes; for a nonlinear problem always at all nodes, since the engine holds them during the solve.
   std::int64_t max_result_bytes = std::numeric_limits<std::int64_t>::max();
-  // Bytes of the answer of a call that is not streamed.
+  // Bytes of a response that is not streamed.
   std::int64_t max_answer_bytes = std::numeric_limits<std::int64_t>::max();
-  // Bytes that a solve may allocate, as the engine predicts them; 0 leaves it to the options.
+  // Bytes that a solve may allocate, as predicted by the engine; 0: only the limit in the options.
   double max_memory_bytes = 0;
   int max_threads = 0;                                                  // 0: all of the machine
   std::int64_t max_members = std::numeric_limits<std::int64_t>::max();  // of one ensemble
@@ -48,14 +48,14 @@ struct SoundSystem {
   ComponentNames names;
 };
 
-// Converts and checks what every call about a system brings: declared shapes against the limits before
-// anything is made of them, then the conversion, then the rules. Errors: ResourceExhausted naming the limit;
-// InvalidArgument with every violation found (those of the conversion first and alone, since the other checks
-// presuppose shapes).
+// Converts and validates the system and the options of a call: first declared shapes against the limits, before
+// anything is allocated, then the conversion, then the rules. Errors: ResourceExhausted naming the limit;
+// InvalidArgument with every violation found (only those of the conversion if there are any, since the rules need
+// correct shapes).
 absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
-                                      const SessionLimits& limits);
+                                             const SessionLimits& limits);
 absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
-                                      const SessionLimits& limits);
+                                             const SessionLimits& limits);
 
 struct SoundEnsemble {
   Problem base;
@@ -64,7 +64,7 @@ struct SoundEnsemble {
   ComponentNames names;
 };
 
-// The same for an ensemble; what is a member's own is named members[3].x0[1].
+// The same for an ensemble; fields of a member are named members[3].x0[1].
 absl::StatusOr<SoundEnsemble> ParseAndValidate(const v1::SolveEnsembleRequest& request, const SessionLimits& limits);
 
 // The threads of a solve whose options ask for `asked`; 0 takes all.
@@ -75,13 +75,13 @@ int AllowedThreads(int asked, const SessionLimits& limits);
 absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, NonlinearProblem>& system,
                                               const Options& options, const SessionLimits& limits);
 
-// `violations` of a problem and of options, by their paths in the request: "A[0][1]" of "problem" is problem.a[0][1],
-// "steps" is options.steps, "members[3].T" is members[3].horizon. `system` is the field that holds the problem; empty
-// where that is the request itself.
+// Renames the fields of `violations` of a problem and of options to their paths in the request: "A[0][1]" of "problem"
+// is problem.a[0][1], "steps" is options.steps, "members[3].T" is members[3].horizon. `system` is the field that holds
+// the problem; empty where that is the request itself.
 std::vector<Violation> InRequest(std::vector<Violation> violations, const std::string& system);
 
-// The engine's own InvalidArgument ("field: description", one per line) with its violations singly, by their paths as
-// InRequest(); any other status as it is.
+// Turns an InvalidArgument of the engine ("field: description", one per line) into one with separate violations and the
+// paths of InRequest(); returns any other status unchanged.
 absl::Status FromEngine(const absl::Status& status, const std::string& system);
 // The same for the system that was solved.
 absl::Status FromEngine(const absl::Status& status, const std::variant<Problem, NonlinearProblem>& system);

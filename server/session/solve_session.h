@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One solve, from the request on the wire to the events on the wire, without any RPC in it.
 //
-// The server runs a session on a thread of its own; the command line runs the very same session in its
-// process. So a solve has one result, whether it ran here or there. All errors carry google.rpc details
-// (server/wire/errors.h).
+// The server runs a session on a worker thread; the command line runs the same session in its process. So a solve has
+// the same result in both. All errors carry google.rpc details (server/wire/errors.h).
 
 #ifndef DLCS_SERVER_SESSION_SOLVE_SESSION_H_
 #define DLCS_SERVER_SESSION_SOLVE_SESSION_H_
@@ -31,10 +30,11 @@ class SetupCache;
 
 enum class StopCause { kNone, kCancelled, kDeadline, kShutdown };
 
-// What a caller is told in addition to what the engine knows: "The deadline was near: ..."; empty for kNone.
+// The explanation of a stop for the caller, which the engine cannot give: "The deadline was near: ..."; empty for
+// kNone.
 const char* StopAdvice(StopCause cause);
 
-// Stops a solve and remembers why. The first cause stays. Safe from any thread.
+// Stops a solve and stores the cause; the first one counts. Safe from any thread.
 class SolveControl {
  public:
   void Stop(StopCause cause);
@@ -46,14 +46,14 @@ class SolveControl {
   std::stop_source source_;
 };
 
-// Takes the events of a solve. Called from the thread that runs it, one call at a time; must not block.
+// Receives the events of a solve. Called from the thread that runs it, one call at a time; must not block.
 class SolveSink {
  public:
   virtual ~SolveSink() = default;
   virtual void Accept(v1::SolveEvent event) = 0;
 };
 
-// A request that may run: converted, within the limits, and sound.
+// A request that is ready to run: converted, validated and within the limits.
 struct PreparedSolve {
   std::variant<Problem, NonlinearProblem> system;
   Options options;
@@ -64,25 +64,24 @@ struct PreparedSolve {
   Index num_constraints() const;
 };
 
-// Converts and checks `request`, whose problem `find` finds where it is named.
-// Errors: InvalidArgument with every violation found (those of the conversion first and alone, since the
-// other checks presuppose shapes); ResourceExhausted naming the limit; those of `find`.
+// Converts and checks `request`; `find` looks up a problem that is given by name.
+// Errors: InvalidArgument with every violation found (only those of the conversion if there are any, since the rules
+// need correct shapes); ResourceExhausted naming the limit; those of `find`.
 absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, const SessionLimits& limits,
                                            const ProblemResolver& find = {});
 
-// The end of a solve: its trajectory chunks (each below 1 MB) and the summary, made one at a time when they
-// are asked for, so that a slow reader costs the memory of the solution and not a second copy
-// of it.
+// The end of a solve: its trajectory chunks (each below 1 MB) and the summary, made one at a time on request, so that a
+// slow reader costs the memory of the solution and not a second copy.
 class FinishedSolve {
  public:
-  // `next_sequence` continues the numbers of the events that the sink got.
+  // `next_sequence` continues the numbers of the events that the sink received.
   FinishedSolve(Solution solution, StopCause cause, std::int64_t next_sequence);
 
   // The chunks in order, then the summary, then nothing. O(1 MB) per call.
   std::optional<v1::SolveEvent> NextEvent();
 
   const Solution& solution() const { return solution_; }
-  // As the summary tells it: DEADLINE where the engine only knows that it was cancelled.
+  // As in the summary: DEADLINE, where the engine only knows that it was cancelled.
   v1::Termination termination() const;
 
  private:
@@ -93,19 +92,19 @@ class FinishedSolve {
   bool summary_made_ = false;
 };
 
-// The most memory that this process has held so far.
+// The peak memory of this process so far.
 double PeakResidentBytes();
 
 // Runs the engine. `sink` gets accepted (with `solve_id`), analysis, windows and iterates, numbered from 1.
-// Errors: InvalidArgument for what only the engine can judge (a rule that M does not admit). Threads: those
-// of the engine; `sink` is called from the calling one.
-// `setups`, where given, lends and keeps what solves of the same matrices share.
+// Errors: InvalidArgument for rules that only the engine can check (a solution rule that M does not admit). Threads:
+// those of the engine; `sink` is called from the calling one. `setups` may be null; it shares set-ups between solves of
+// the same matrices.
 absl::StatusOr<FinishedSolve> RunSolve(const PreparedSolve& prepared, const std::string& solve_id,
                                        const SolveControl& control, SolveSink& sink, SetupCache* setups = nullptr);
 
-// All of it for a caller in the same process: prepare, run, and hand every event to `sink`, summary last.
-absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits,
-                           const std::string& solve_id, const SolveControl& control, SolveSink& sink);
+// Prepares and runs a solve for a caller in the same process, and passes every event to `sink`, the summary last.
+absl::Status RunSolveToEnd(const v1::SolveRequest& request, const SessionLimits& limits, const std::string& solve_id,
+                           const SolveControl& control, SolveSink& sink);
 
 }  // namespace dlcs
 

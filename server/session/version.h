@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which program this is: for bug reports, metrics and the curious.
+// The version of the program.
 
 #ifndef DLCS_SERVER_SESSION_VERSION_H_
 #define DLCS_SERVER_SESSION_VERSION_H_

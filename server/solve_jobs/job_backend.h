@@ -16,11 +16,11 @@
 
 namespace dlcs {
 
-// The store and what works on it. Safe from any thread.
+// The store and the objects that use it. Safe from any thread.
 class JobBackend {
  public:
-  // `config` is valid, resolved, and names a store. Starts the jobs that are there at once. `setups` may be null; it
-  // and `metrics` outlive the backend.
+  // `config` is valid, resolved, and names a store. Starts the jobs in the store at once. `setups` may be null; it and
+  // `metrics` must outlive the backend.
   JobBackend(const ServerConfig& config, Metrics& metrics, SetupCache* setups);
 
   jobs::JobManager& manager() { return manager_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings of a server as jobs and uploads take them, and as clients are told them.
+// The settings of a server as limits of jobs and uploads, and as reported to clients.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_JOB_LIMITS_H_
 #define DLCS_SERVER_SOLVE_JOBS_JOB_LIMITS_H_
@@ -12,14 +12,14 @@
 namespace dlcs {
 
 inline constexpr int kMaxPriority = 100;
-// Who asks for fewer events than this gets them at this distance.
+// The largest minimum interval of a watch; longer ones are reduced to it.
 inline constexpr std::chrono::seconds kMaxWatchInterval{3600};
 
 // `config` is resolved.
 jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config);
 UploadLimits ToUploadLimits(const ServerConfig& config);
 
-// What GetCapabilities tells of both.
+// The limits in the response of GetCapabilities.
 v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options);
 v1::UploadLimits ToldUploadLimits(const ServerConfig& config);
 

@@ -6,8 +6,8 @@
 
 namespace dlcs {
 
-// A refusal of the scheduler or of the store (jobs/refusal.h) with the details that the wire has for it; any other
-// status as it is.
+// Adds the google.rpc details to a refusal of the scheduler or the store (server/store/refusal.h); returns any other
+// status unchanged.
 absl::Status WithDetails(const absl::Status& status);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What runs in a job: the engine, with its events and checkpoints brought into the log and the store.
+// Runs the engine in a job, and writes its events and checkpoints to the log and the store.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_JOB_SOLVER_H_
 #define DLCS_SERVER_SOLVE_JOBS_JOB_SOLVER_H_
@@ -22,17 +22,17 @@ class SetupCache;
 // whose indices count the whole trajectory, below 1 MB; the summary is a serialized v1::Summary.
 class JobSolver {
  public:
-  // A checkpoint is made when one is offered and `checkpoint_every` has passed since the last. `setups` may be null;
-  // all references must outlive it.
+  // A checkpoint is made if the engine offers one and `checkpoint_every` has passed since the last. `setups` may be
+  // null; all references must outlive it.
   JobSolver(const SessionLimits& limits, SetupCache* setups, jobs::JobStore& store, const ProblemLibrary& library,
             std::chrono::milliseconds checkpoint_every)
       : limits_(limits), setups_(setups), store_(store), library_(library), checkpoint_every_(checkpoint_every) {}
 
-  // What the job of `owner` with this body will need: a model to a factor of ten for time, three for memory; the
-  // scheduler corrects by what jobs really took. Errors: as PrepareSolve().
+  // The predicted demand of the job of `owner` with this body, accurate to a factor of ten in time and three in memory.
+  // The scheduler corrects the time by what jobs actually took. Errors: as PrepareSolve().
   absl::StatusOr<jobs::Demand> Predict(const std::string& owner, const std::string& body) const;
 
-  // One attempt: goes on behind what is stored, and ends with the summary. Safe from several threads.
+  // One attempt: resumes after the stored part, and ends with the summary. Safe from several threads.
   jobs::JobEnd Solve(jobs::JobRun& run) const;
 
  private:

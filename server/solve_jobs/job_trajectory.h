@@ -16,7 +16,7 @@
 
 namespace dlcs {
 
-// Times whose chunk stays below 1 MB; at least one.
+// The largest number of times for which a chunk stays below 1 MB; at least one.
 Index MostTimesInChunk(Index states, Index constraints);
 
 struct StoredTrajectory {
@@ -32,12 +32,12 @@ absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, con
 // Answers a ReadTrajectoryRequest page by page; each costs a read of the store and the memory of two pages.
 class TrajectoryReader {
  public:
-  // `owner` as JobStore has it. Errors: InvalidArgument for a stride below 0, or a token that no page gave.
+  // `owner` as in JobStore. Errors: InvalidArgument for a stride below 0, or a token that is not from a page.
   static absl::StatusOr<TrajectoryReader> Create(jobs::JobStore& store, std::optional<std::string> owner,
                                                  const jobs::JobId& id, const v1::ReadTrajectoryRequest& request);
 
   // Nothing after the last page. Blocks on the store. Errors: NotFound, for a job of somebody else too; InvalidArgument
-  // for a component that is not there; those of the store.
+  // for a component that does not exist; those of the store.
   absl::StatusOr<std::optional<v1::TrajectoryPage>> Next();
 
  private:
@@ -45,7 +45,7 @@ class TrajectoryReader {
                    const v1::ReadTrajectoryRequest& request)
       : store_(&store), owner_(std::move(owner)), id_(std::move(id)), request_(request) {}
 
-  // The part of `chunk` that is asked for. Errors: InvalidArgument for a component that is not there.
+  // The requested part of `chunk`. Errors: InvalidArgument for a component that does not exist.
   absl::StatusOr<v1::TrajectoryChunk> Select(const v1::TrajectoryChunk& chunk) const;
 
   jobs::JobStore* store_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The uploaded problems of a server, as the wire knows them.
+// The uploaded problems of a server, as wire messages.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_PROBLEM_LIBRARY_H_
 #define DLCS_SERVER_SOLVE_JOBS_PROBLEM_LIBRARY_H_
@@ -15,7 +15,7 @@
 
 namespace dlcs {
 
-// "problems/ID", and the way back. Errors: InvalidArgument for `field` where the text is no name of a problem.
+// "problems/ID", and back. Errors: InvalidArgument for `field` if the text is not the name of a problem.
 std::string ProblemName(const jobs::ProblemId& id);
 absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char* field = "name");
 
@@ -32,11 +32,11 @@ class ProblemLibrary {
   ProblemLibrary(jobs::ProblemStore& store, const UploadLimits& limits, const SessionLimits& session)
       : store_(store), limits_(limits), session_(session) {}
 
-  // Those of `owner`. Must not outlive this object.
+  // Looks up problems of `owner`. Must not outlive this object.
   ProblemResolver Of(std::string owner) const;
 
-  // What is known of a problem that is there, after what would forbid to upload one of `bytes` was ruled out: for who
-  // is about to. NotFound says go ahead. Errors: ResourceExhausted naming the limit.
+  // To be called before an upload of `bytes`: checks the limits, and returns the problem if it is there already.
+  // Errors: NotFound if it has to be uploaded; ResourceExhausted naming the limit.
   absl::StatusOr<v1::StoredProblem> Expect(const std::string& owner, const jobs::ProblemId& id,
                                            std::int64_t bytes) const;
   // Errors: InvalidArgument with every violation where `body` is no ProblemBody or its problem breaks a rule;
@@ -45,8 +45,7 @@ class ProblemLibrary {
                                                 std::string body) const;
 
   absl::StatusOr<v1::StoredProblem> Get(const std::string& owner, const v1::GetProblemRequest& request) const;
-  absl::StatusOr<v1::ListProblemsResponse> List(const std::string& owner,
-                                                const v1::ListProblemsRequest& request) const;
+  absl::StatusOr<v1::ListProblemsResponse> List(const std::string& owner, const v1::ListProblemsRequest& request) const;
   absl::Status Delete(const std::string& owner, const v1::DeleteProblemRequest& request) const;
 
  private:

@@ -14,20 +14,20 @@
 
 namespace dlcs {
 
-// One upload without any RPC in it: Begin(), Take() for every piece, Store(). Holds in memory what has come; nothing
-// reaches the store before all of it is there and is what was announced.
+// One upload without any RPC in it: Begin(), Take() for every piece, Store(). Holds the received pieces in memory;
+// nothing is stored before all pieces are there and match the announced size and hash.
 class Upload {
  public:
   // `library` must outlive it.
   Upload(const ProblemLibrary& library, std::string owner) : library_(library), owner_(std::move(owner)) {}
 
-  // The answer where the problem is there already; else the pieces are to follow. Blocks on the store. Errors:
-  // InvalidArgument for a first part that is no `start`, or an impossible one; ResourceExhausted naming the limit.
+  // The response if the problem is in the store already; absent if the pieces have to follow. Blocks on the store.
+  // Errors: InvalidArgument for a first part that is not a valid `start`; ResourceExhausted naming the limit.
   absl::StatusOr<std::optional<v1::UploadProblemResponse>> Begin(const v1::UploadProblemRequest& first);
-  // Errors: InvalidArgument for what is no piece, or goes beyond the size announced.
+  // Adds a piece. Errors: InvalidArgument if it is not a piece, or exceeds the announced size.
   absl::Status Take(const v1::UploadProblemRequest& next);
-  // Blocks on the store; takes as long as reading the problem. Errors: InvalidArgument for bytes that are not those
-  // announced; those of ProblemLibrary::Add().
+  // Parses and stores the problem. Blocks on the store. Errors: InvalidArgument for bytes that do not match the
+  // announced hash; those of ProblemLibrary::Add().
   absl::StatusOr<v1::UploadProblemResponse> Store();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much a watcher of a job is told of its iterates.
+// How much detail of the iterates a watcher of a job receives.
 
 #ifndef DLCS_SERVER_SOLVE_JOBS_WATCH_VIEW_H_
 #define DLCS_SERVER_SOLVE_JOBS_WATCH_VIEW_H_
@@ -15,20 +15,20 @@ namespace dlcs {
 
 class WatchView {
  public:
-  // Iterates without values: what a solve is told.
+  // Iterates without values, as in SolverService::Solve.
   WatchView() = default;
   // Errors: InvalidArgument with the field. Whether components exist is not known before the analysis: Admits().
   static absl::StatusOr<WatchView> Create(const v1::WatchSolveJobRequest& request);
 
   bool wants_progress_only() const { return progress_only_; }
-  // What events must carry for Narrow() to find what was asked for.
+  // The detail that events must have for Narrow().
   const jobs::EventDetail& detail() const { return detail_; }
 
-  // Errors: InvalidArgument where a component that was asked for is none of the problem's.
+  // Errors: InvalidArgument if a requested component does not exist in the problem.
   absl::Status Admits(const v1::Analysis& analysis) const;
 
-  // Takes from an iterate the values that were not asked for; all of them where some that were are not there, since the
-  // iterate was told before anybody wanted them.
+  // Removes the values that were not requested from an iterate. Removes all of them if some requested ones are missing,
+  // because the iterate was emitted before the watch began.
   void Narrow(v1::Iterate& iterate) const;
 
  private:
@@ -37,7 +37,7 @@ class WatchView {
   jobs::EventDetail detail_;
 };
 
-// Brings the values that `detail` names into `iterate`: at no more times than fit into a message.
+// Adds the values that `detail` names to `iterate`, at no more times than fit into a message.
 // Cost: a copy of them.
 void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1::Iterate& iterate);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time as the job service sees it, so that tests can turn the hands.
+// The clocks of the job service; tests replace them.
 
 #ifndef DLCS_SERVER_STORE_CLOCK_H_
 #define DLCS_SERVER_STORE_CLOCK_H_
@@ -15,9 +15,9 @@ using Time = std::chrono::sys_time<Duration>;
 class Clock {
  public:
   virtual ~Clock() = default;
-  // The time of day, for what is stored and shown. May jump.
+  // Wall-clock time, for stored and displayed times. May jump.
   virtual Time Now() const = 0;
-  // Since some start; never jumps. For intervals.
+  // Monotonic time since an arbitrary start, for intervals.
   virtual Duration Elapsed() const = 0;
 };
 

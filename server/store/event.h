@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened in a job: a number, a time, a kind, and bytes that only the sender and the reader understand.
+// An event of a job: a number, a time, a kind, and an opaque payload.
 
 #ifndef DLCS_SERVER_STORE_EVENT_H_
 #define DLCS_SERVER_STORE_EVENT_H_
@@ -15,9 +15,9 @@ namespace dlcs::jobs {
 // The numbers are stored: never change one, never reuse one.
 enum class EventKind {
   kState = 1,           // the payload is JobStateName() of the state entered
-  kAnalysis = 2,        // what was found out before the first step
+  kAnalysis = 2,        // the analysis before the first step
   kWindowAccepted = 3,  // its part of the trajectory is in the store
-  kSummary = 4,         // the last event of every job; empty where nothing was solved
+  kSummary = 4,         // the last event of every job; empty if nothing was solved
   kIterate = 5,
   kWindowStarted = 6,
   kWindowRejected = 7,
@@ -25,8 +25,8 @@ enum class EventKind {
   kWindowFinished = 9,  // accepted, and on its way to the store with a later kWindowAccepted
 };
 
-// Kept events are in the store before any watcher sees them, and every watcher gets all of them. The others (passing
-// ones) live in memory, for a while, and a gap stands for those that a watcher did not get.
+// Kept events are in the store before any watcher sees them, and every watcher receives all of them. The others
+// ("passing" events) are only in memory for a while; a gap is reported for those that a watcher did not receive.
 constexpr bool IsKept(EventKind kind) { return kind <= EventKind::kSummary; }
 
 struct Event {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What events carry for those watchers who want more than numbers.
+// The detail of iterates that watchers want in events.
 
 #ifndef DLCS_SERVER_STORE_EVENT_DETAIL_H_
 #define DLCS_SERVER_STORE_EVENT_DETAIL_H_
@@ -13,13 +13,13 @@ namespace dlcs::jobs {
 
 // Which values of a vector-valued function of time.
 struct EventDetail {
-  std::size_t most_times = 0;   // spread over all times; 0: no values
+  std::size_t most_times = 0;        // spread over all times; 0: no values
   std::vector<int> components = {};  // increasing; empty: all
 
   bool operator==(const EventDetail&) const = default;
 };
 
-// What contains both.
+// A detail that contains both.
 inline EventDetail Union(const EventDetail& one, const EventDetail& other) {
   if (one.most_times == 0) return other;
   if (other.most_times == 0) return one;

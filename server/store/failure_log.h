@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an operator reads of a store that breaks and comes back.
+// Logs failures and recoveries of a store.
 
 #ifndef DLCS_SERVER_STORE_FAILURE_LOG_H_
 #define DLCS_SERVER_STORE_FAILURE_LOG_H_
@@ -12,14 +12,14 @@ namespace dlcs::jobs {
 // Safe from any thread.
 class FailureLog {
  public:
-  // A warning, where it is not the one before.
+  // Logs a warning, unless it is the same as the last one.
   void Failed(const std::string& failure);
-  // That the store works again, where it has failed.
+  // Logs that the store works again, if it had failed.
   void Recovered();
 
  private:
   std::mutex mutex_;
-  std::string said_;  // empty while all is well
+  std::string said_;  // the last warning; empty while the store works
 };
 
 }  // namespace dlcs::jobs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A job: what was asked, by whom, and how far it has come.
+// A job: its request, its owner, and its state.
 
 #ifndef DLCS_SERVER_STORE_JOB_H_
 #define DLCS_SERVER_STORE_JOB_H_
@@ -44,14 +44,14 @@ struct Demand {
 struct NewJob {
   JobId id;  // NewJobId()
   std::string owner;
-  // The same request of the same owner sent again is the same job; another `body_hash` under the same request_id is an
-  // error. Empty: every request is a job of its own. Remembered as long as the job is.
+  // If the same owner sends the same request again, it gets the same job; a different `body_hash` with the same
+  // request_id is an error. Empty: every request creates a new job. Stored as long as the job.
   std::string request_id;
   std::string body_hash;
   std::string body;     // the request; opaque
   std::string problem;  // id of the owner's uploaded problem that the job needs until it has ended; empty: none
-  std::string about;    // what is told of the job without its body; opaque
-  int priority = 0;  // among the owner's jobs; higher ones first
+  std::string about;    // a description of the job, available without its body; opaque
+  int priority = 0;     // among the owner's jobs; higher ones first
   Demand demand;
   std::optional<Time> deadline;
 };
@@ -70,7 +70,7 @@ struct Job {
   Time created;
   std::optional<Time> started;  // the first attempt
   std::optional<Time> finished;
-  int attempts = 0;               // begun since the job last got on: a job that kills its server is found out
+  int attempts = 0;               // started since the last progress, to detect jobs that crash their server
   std::int64_t sequence = 0;      // the mark: no event has a higher number, in the store or in memory
   std::int64_t last_event = 0;    // in the store
   std::int64_t chunks = 0;        // parts of the trajectory in the store

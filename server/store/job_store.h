@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where jobs survive: the interface of the store, which several servers may share.
+// The interface of the job store, which keeps jobs over restarts and may be shared by several servers.
 
 #ifndef DLCS_SERVER_STORE_JOB_STORE_H_
 #define DLCS_SERVER_STORE_JOB_STORE_H_
@@ -20,8 +20,8 @@
 
 namespace dlcs::jobs {
 
-// The right to write to a job. Every claim gives a higher `fence`, and every write under a lease names it: a worker
-// that was taken for dead and comes back finds its writes refused (ABORTED), and the job in other hands.
+// The right to write to a job. Every claim gets a higher `fence`, and every write under a lease names it. If a worker
+// was taken for dead and another one has claimed the job, the writes of the first are refused (ABORTED).
 struct Lease {
   JobId job;
   std::string worker;
@@ -32,7 +32,7 @@ struct ClaimedJob {
   Job job;  // kRunning, or kCancelling if it was asked to stop
   Lease lease;
   std::string body;
-  // What the last accepted window left; absent when none was. job.chunks parts of the trajectory belong to it.
+  // The state after the last accepted window; absent if there is none. job.chunks parts of the trajectory belong to it.
   std::optional<std::string> resume_state;
 };
 
@@ -44,13 +44,13 @@ struct Chunk {
   std::string data;
 };
 
-// What a running job adds: all of it or, on an error, none of it. Adding the same again changes nothing, so that a
-// write whose outcome is unknown can be repeated.
+// Data that a running job appends in one transaction. Appending the same again has no effect, so that a write whose
+// outcome is unknown can be repeated.
 struct Progress {
-  std::vector<Chunk> chunks;         // continue those that are there
-  std::optional<std::string> state;  // to resume from when these chunks are in
-  std::vector<Event> events;         // kept ones
-  std::int64_t reserve_through = 0;  // numbers up to this may be used; the mark only ever rises
+  std::vector<Chunk> chunks;         // continue the stored ones
+  std::optional<std::string> state;  // the state to resume from after these chunks
+  std::vector<Event> events;         // kept events
+  std::int64_t reserve_through = 0;  // event numbers up to this may be used; the mark never decreases
   double progress = 0;
 };
 
@@ -71,21 +71,21 @@ struct JobPage {
 };
 
 struct Expiry {
-  Duration max_age = std::chrono::hours(24 * 7);             // of finished jobs
-  std::int64_t max_finished_bytes = std::int64_t{10} << 30;  // the oldest go first
+  Duration max_age = std::chrono::hours(24 * 7);                 // of finished jobs
+  std::int64_t max_finished_bytes = std::int64_t{10} << 30;      // the oldest go first
   Duration max_unused_problem_age = std::chrono::hours(24 * 7);  // since their last use (problem_store.h)
 };
 
-// What a server may hear of the jobs of others as it happens.
+// A notification about a job from the store or from another server.
 struct JobChange {
   enum class What {
-    // Told by the store itself:
+    // From the store itself:
     kClaimable,   // the job was created, or given back
     kEvents,      // it has further kept events
     kCancelling,  // it was asked to stop while it was running
-    kUnknown,     // of any jobs, anything
-    // By servers (JobStore::Tell):
-    kWatched,  // somebody watches it where it does not run, and wants `detail`
+    kUnknown,     // anything may have changed in any job
+    // From servers (JobStore::Tell):
+    kWatched,  // the job is watched on another server than the one that runs it, which wants `detail`
     // `event`, which is not in the store; the last kept event before it has the number `kept_before`, or a lower one.
     kPassing,
   };
@@ -96,13 +96,13 @@ struct JobChange {
   std::int64_t kept_before = 0;
 };
 
-// What all functions share:
+// Common to all functions:
 //
 // OK means durable: it survives kill -9 and a power cut. Functions block on the disk or the network; never call them
 // from a reaction. They are safe from any thread and from several servers at once. Time is the store's own, so that
 // leases do not depend on the clocks of workers.
 //
-// `owner`: absent for those who may see everybody's jobs. A job of somebody else is NOT_FOUND.
+// `owner`: absent for callers who may see the jobs of all users. A job of another user is NOT_FOUND.
 //
 // Errors, beside those named: UNAVAILABLE (disk full, locked, gone; try again), DATA_LOSS (the database is damaged),
 // with a text for the operator. After either, Healthy() is false until something succeeds.
@@ -110,7 +110,7 @@ class JobStore {
  public:
   struct Created {
     Job job;
-    bool existed = false;  // an earlier request with the same request_id made it
+    bool existed = false;  // an earlier request with the same request_id created it
   };
 
   virtual ~JobStore() = default;
@@ -118,7 +118,7 @@ class JobStore {
   // The job is QUEUED; event 1 says so. Errors: ALREADY_EXISTS when request_id belongs to a job with another body_hash;
   // NOT_FOUND when the owner has no such problem.
   virtual absl::StatusOr<Created> Create(const NewJob& job) = 0;
-  // The job that `request_id` made, or nothing. Errors: ALREADY_EXISTS as above.
+  // The job created with `request_id`, if there is one. Errors: ALREADY_EXISTS as above.
   virtual absl::StatusOr<std::optional<Job>> FindRequest(const std::string& owner, const std::string& request_id,
                                                          const std::string& body_hash) = 0;
 
@@ -126,51 +126,51 @@ class JobStore {
   // `page_size` from 1. Errors: INVALID_ARGUMENT for a token that no page gave.
   virtual absl::StatusOr<JobPage> List(const JobFilter& filter, int page_size, const std::string& page_token) = 0;
 
-  // Asks for a stop: QUEUED becomes CANCELLED with its summary, RUNNING becomes CANCELLING, and whoever holds the lease
-  // hears of it from its next RenewLease(). Others stay as they are.
+  // Requests a stop: QUEUED becomes CANCELLED with its summary; RUNNING becomes CANCELLING, which the next RenewLease()
+  // reports to the holder of the lease. Other states do not change.
   virtual absl::StatusOr<Job> RequestCancel(const std::optional<std::string>& owner, const JobId& id) = 0;
-  // With all that belongs to it. Errors: FAILED_PRECONDITION unless its state is final.
+  // Deletes the job with all its data. Errors: FAILED_PRECONDITION unless its state is final.
   virtual absl::Status Delete(const std::optional<std::string>& owner, const JobId& id) = 0;
 
-  // Jobs that a worker may claim now: QUEUED, or with a lease that ran out; the oldest `limit` of them.
+  // Jobs that a worker may claim now: QUEUED, or with an expired lease; the oldest `limit` of them.
   virtual absl::StatusOr<std::vector<Job>> ListClaimable(int limit) = 0;
-  // Claims the first of `candidates` that is claimable and that nobody else is claiming at this moment; nothing when
+  // Claims the first of `candidates` that is claimable and that no other worker is claiming at this moment; absent if
   // there is none. (PostgreSQL: FOR UPDATE SKIP LOCKED.) Writes the event RUNNING (CANCELLING) with the number
   // job.sequence.
   virtual absl::StatusOr<std::optional<ClaimedJob>> Claim(const std::string& worker, Duration lease,
                                                           std::span<const JobId> candidates) = 0;
-  // Ends the leases that an earlier life of `worker` left. Returns how many.
+  // Ends the leases that an earlier process of `worker` left. Returns how many.
   virtual absl::StatusOr<int> ReleaseLeases(const std::string& worker) = 0;
 
-  // True when the job was asked to stop. Errors of all that write under a lease: ABORTED when it was lost.
+  // True if a stop of the job was requested. Errors of all functions that write under a lease: ABORTED if it was lost.
   virtual absl::StatusOr<bool> RenewLease(const Lease& lease, Duration duration) = 0;
   virtual absl::Status Append(const Lease& lease, const Progress& progress) = 0;
   virtual absl::Status Finish(const Lease& lease, const Outcome& outcome) = 0;
-  // Gives the job back to be resumed by anybody: QUEUED, or still CANCELLING. `through` is the last number used.
+  // Releases the job so that any worker can resume it: QUEUED, or still CANCELLING. `through` is the last event number
+  // used.
   virtual absl::Status Release(const Lease& lease, std::int64_t through) = 0;
 
   // The kept events after `after`, in order, at most `limit`.
   virtual absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) = 0;
-  // Parts of the trajectory from number `from`, of which the first is there whatever its size and the others as long
-  // as all stay within `max_bytes`.
+  // Parts of the trajectory from number `from`: at least one, and more as long as all together fit into `max_bytes`.
   virtual absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) = 0;
 
   // Deletes finished jobs that are too old or too many, and problems that nobody has used for long. Returns how many; a
   // call deletes at most a few hundred.
   virtual absl::StatusOr<int> Expire(const Expiry& expiry) = 0;
 
-  // From now on `heard` is told of changes, soon after they were made by whichever server, from a thread that should
-  // not be held up. An empty function ends that; when it returns no call is under way. Nothing is promised: what was
-  // not heard of is found by looking. Stores that cannot tell never do.
+  // From now on calls `heard` for changes by any server, soon after they were made, from a thread that should not be
+  // blocked. An empty function ends that; when Listen() returns no call is running. Notifications may be lost, so
+  // callers must poll too. Stores without notifications never call it.
   virtual void Listen(std::function<void(const JobChange& change)> heard) { static_cast<void>(heard); }
 
-  // Lets those who listen hear of `change`: kWatched, kPassing. Nothing is promised, and nothing is kept. Blocks as the
-  // others do.
+  // Sends `change` (kWatched or kPassing) to the listeners of all servers. It may be lost, and is not stored. Blocks
+  // like the other functions.
   virtual void Tell(const JobChange& change) { static_cast<void>(change); }
 
-  // What the last function that touched the disk found.
+  // Whether the last access to the database succeeded.
   virtual bool Healthy() const = 0;
-  // Writes something, durably, to find out.
+  // Tests the store by a durable write.
   virtual absl::Status Probe() = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of a job as a database keeps them: all that the rules of the store (job_rules.h) ask of a database.
+// The rows of a job in a database: the interface that the transitions of jobs (job_transitions.h) need.
 
 #ifndef DLCS_SERVER_STORE_JOB_TABLE_H_
 #define DLCS_SERVER_STORE_JOB_TABLE_H_
@@ -24,24 +24,26 @@ struct JobRow {
   Time now;  // the store's time when the row was read
 };
 
-// Used within one transaction, which is rolled back unless the rule succeeds. What fails throws the database's error.
+// Used within one transaction, which is rolled back unless the transition succeeds. Failures throw the database's
+// error.
 class JobTable {
  public:
   virtual ~JobTable() = default;
 
-  // Nothing when there is no such row.
+  // Absent if there is no such row.
   virtual std::optional<JobRow> Find(const JobId& id) = 0;
-  // The same, and the row is nobody else's to change until the transaction ends.
+  // The same, and locks the row until the transaction ends.
   virtual std::optional<JobRow> Lock(const JobId& id) = 0;
-  // Locks the first of `candidates` that may be claimed, passing over what others have locked.
+  // Locks the first of `candidates` that may be claimed, skipping rows that others have locked.
   virtual std::optional<JobRow> LockClaimable(std::span<const JobId> candidates) = 0;
   // Not locked.
   virtual std::optional<JobRow> FindRequest(const std::string& owner, const std::string& request_id) = 0;
 
-  // The owner's uploaded problem is used now, and stays until the transaction ends. False when there is none of that
-  // id.
+  // Marks the owner's uploaded problem as used now, and keeps it from being deleted until the transaction ends. False
+  // if there is none with this id.
   virtual bool UseProblem(const std::string& owner, const std::string& id) = 0;
-  // The row, locked, of a new job and its body: QUEUED, with no events. Nothing when its request_id was used meanwhile.
+  // Inserts a new job and its body, QUEUED and without events, and returns its locked row. Absent if its request_id was
+  // used meanwhile.
   virtual std::optional<JobRow> Insert(const NewJob& job) = 0;
   // Writes what may change. `job.last_event` may be derived from the events instead.
   virtual void Save(const JobRow& row) = 0;
@@ -52,7 +54,7 @@ class JobTable {
   virtual std::optional<std::string> ReadResumeState(std::int64_t number) = 0;
   virtual void SaveResumeState(std::int64_t number, const std::string& state) = 0;
   virtual void DropResumeState(std::int64_t number) = 0;
-  // False when one of that number is there, which stays as it is.
+  // False if an event with this number exists, which is not changed.
   virtual bool AddEvent(std::int64_t number, const Event& event) = 0;
   virtual bool AddChunk(std::int64_t number, const Chunk& chunk) = 0;
 };

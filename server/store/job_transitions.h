@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the functions of JobStore do to the rows of a job, in one place for every database. Each runs in a transaction
-// of its own, and its errors are those of the function of the same purpose in job_store.h.
+// The functions of JobStore as operations on the rows of a job, shared by all databases. Each runs in its own
+// transaction, and has the errors of the corresponding function in job_store.h.
 
 #ifndef DLCS_SERVER_STORE_JOB_TRANSITIONS_H_
 #define DLCS_SERVER_STORE_JOB_TRANSITIONS_H_
@@ -18,14 +18,14 @@
 
 namespace dlcs::jobs {
 
-// What users do.
+// Called for users.
 absl::StatusOr<JobStore::Created> CreateJob(JobTable& table, const NewJob& job);
 absl::StatusOr<std::optional<Job>> FindRequestedJob(JobTable& table, const std::string& owner,
                                                     const std::string& request_id, const std::string& body_hash);
 absl::StatusOr<Job> RequestCancelOfJob(JobTable& table, const std::optional<std::string>& owner, const JobId& id);
 absl::Status DeleteJob(JobTable& table, const std::optional<std::string>& owner, const JobId& id);
 
-// What workers do.
+// Called by workers.
 absl::StatusOr<std::optional<ClaimedJob>> ClaimJob(JobTable& table, const std::string& worker, Duration lease,
                                                    std::span<const JobId> candidates);
 absl::StatusOr<bool> RenewLeaseOfJob(JobTable& table, const Lease& lease, Duration duration);
@@ -33,15 +33,15 @@ absl::Status AppendToJob(JobTable& table, const Lease& lease, const Progress& pr
 absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outcome);
 absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t through);
 
-// The row when it is there and `owner` may see it.
+// The job of `row`, if it exists and `owner` may see it.
 absl::StatusOr<Job> VisibleJob(const std::optional<JobRow>& row, const std::optional<std::string>& owner,
                                const JobId& id);
 // The row number below which a page begins. Errors: INVALID_ARGUMENT for a token that no page gave, or no page at all.
 absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page_size);
-// One bit a state, at its number; all of them for no states.
+// One bit per state, at its number; all bits for an empty list.
 std::int64_t MaskOf(const std::vector<JobState>& states);
 
-// What one call of Expire() deletes at the most: jobs, and as many problems.
+// The most jobs, and the most problems, that one call of Expire() deletes.
 inline constexpr std::int64_t kMostDeletedAtOnce = 200;
 
 }  // namespace dlcs::jobs

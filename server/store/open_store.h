@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the address of a store means: a file, or a PostgreSQL database.
+// Opens a store by its address: a file, or a PostgreSQL database.
 
 #ifndef DLCS_SERVER_STORE_OPEN_STORE_H_
 #define DLCS_SERVER_STORE_OPEN_STORE_H_
@@ -18,14 +18,15 @@ namespace dlcs::jobs {
 // is the path of an SQLite file.
 bool IsShared(std::string_view address);
 
-// Errors: INVALID_ARGUMENT for a PostgreSQL address that cannot be read, or not in one way only. The text does not
-// repeat the address, which may hold a password. Touches nothing.
+// Checks the form of the address only. Errors: INVALID_ARGUMENT for a PostgreSQL address that is invalid or ambiguous.
+// The message does not repeat the address, which may contain a password.
 absl::Status CheckStoreAddress(const std::string& address);
 
-// For logs and people: without password and parameters.
+// The address for logs: without password and parameters.
 std::string DescribeStore(const std::string& address);
 
-// `address` has passed the check. `timer`, which may be empty, is told of every operation. Never fails: see the stores.
+// `address` has passed the check. `timer`, which may be empty, is called for every operation. Never fails: a store that
+// cannot be opened is unhealthy.
 std::unique_ptr<Store> OpenStore(const std::string& address, StoreTimer timer);
 
 }  // namespace dlcs::jobs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a job was not taken: the limit, its value, and when to come back.
+// The refusal of a job: the limit, its value, and when to try again.
 
 #ifndef DLCS_SERVER_STORE_REFUSAL_H_
 #define DLCS_SERVER_STORE_REFUSAL_H_
@@ -13,15 +13,15 @@
 namespace dlcs::jobs {
 
 struct Refusal {
-  std::string limit;  // its name, as in SchedulerLimits; "deadline" for what comes too late
+  std::string limit;  // its name, as in SchedulerLimits; "deadline" if the job could not finish in time
   double value = 0;   // of the limit
   double asked = 0;
   std::optional<Duration> retry_after;  // absent: never, on this server
 };
 
-// RESOURCE_EXHAUSTED with a text for people and the refusal itself inside.
+// RESOURCE_EXHAUSTED with a message, and the refusal as payload.
 absl::Status ToStatus(const Refusal& refusal);
-// What ToStatus() put in; absent from other errors.
+// The refusal in a status from ToStatus(); absent in other errors.
 std::optional<Refusal> RefusalOf(const absl::Status& status);
 
 }  // namespace dlcs::jobs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all stores do alike: the functions that are one rule (job_rules.h) in one transaction.
+// The functions that are the same for all databases: each runs one transition (job_transitions.h) in one transaction.
 
 #ifndef DLCS_SERVER_STORE_SQL_STORE_H_
 #define DLCS_SERVER_STORE_SQL_STORE_H_
@@ -15,8 +15,8 @@
 
 namespace dlcs::jobs {
 
-// Of a `Database` that has Options, Connection, Write(), Read() and healthy() as SqliteDatabase does, with a `Table`
-// over its connections.
+// `Database` has Options, Connection, Write(), Read() and healthy() like SqliteDatabase; `Table` is a JobTable over its
+// connections.
 template <typename Database, typename Table>
 class SqlStore : public Store {
  public:
@@ -67,7 +67,7 @@ class SqlStore : public Store {
   Database database_;
 
  private:
-  // The result of `rule(Table&)` in a transaction of the database, timed under the name of the function that asks.
+  // The result of `rule(Table&)` in a transaction of the database, timed under the name of the calling function.
   template <typename Rule>
   auto Write(const Rule& rule, const char* operation = __builtin_FUNCTION()) {
     return database_.Write(OnTable(rule), operation);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that one database keeps.
+// The whole store: jobs and uploaded problems in one database.
 
 #ifndef DLCS_SERVER_STORE_STORE_H_
 #define DLCS_SERVER_STORE_STORE_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether there can be a store of jobs at a place, found out without touching it.
+// Checks whether a job store can be opened at a location, without opening it.
 
 #ifndef DLCS_SERVER_STORE_STORE_LOCATION_H_
 #define DLCS_SERVER_STORE_STORE_LOCATION_H_
@@ -10,9 +10,9 @@
 
 namespace dlcs {
 
-// `store` as in ServerConfig. A file must be one that this user may read and write, or its folder must be there and let
-// one be made; nothing is opened, made or locked. The address of a database is taken as it is. Errors: InvalidArgument
-// naming --store, the path and the rule.
+// `store` as in ServerConfig. A file must be readable and writable for this user; if it does not exist, its folder must
+// exist and be writable. Nothing is opened, created or locked. The address of a database is not checked. Errors:
+// InvalidArgument naming --store, the path and the rule.
 absl::Status CheckStoreLocation(const std::string& store);
 
 }  // namespace dlcs

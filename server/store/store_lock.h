@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One dlcsd for a file of jobs.
+// Ensures that only one dlcsd uses a store file.
 
 #ifndef DLCS_SERVER_STORE_STORE_LOCK_H_
 #define DLCS_SERVER_STORE_STORE_LOCK_H_
@@ -10,12 +10,12 @@
 
 namespace dlcs {
 
-// Holds a file of jobs for this process, for as long as it lives: a second server would take the running jobs of the
-// first for those of an earlier life of its own. What is locked is a file beside it, PATH.lock, which stays; a server
-// that was killed holds nothing. The address of a database, and no store, need no lock.
+// Locks a store file for this process as long as it lives: a second server would take the running jobs of the first for
+// its own from before a restart. The lock is on PATH.lock, which is not deleted; the kernel releases it when the
+// process ends. Databases, and servers without a store, need no lock.
 class StoreLock {
  public:
-  // Errors: FailedPrecondition where another process holds it, or it cannot be made; with the path.
+  // Errors: FailedPrecondition with the path, if another process holds the lock or it cannot be created.
   static absl::StatusOr<StoreLock> Take(const std::string& store);
 
   StoreLock(StoreLock&& other) noexcept;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a store takes to answer, for those who measure it.
+// Timing of store operations.
 
 #ifndef DLCS_SERVER_STORE_STORE_TIMER_H_
 #define DLCS_SERVER_STORE_STORE_TIMER_H_
@@ -12,7 +12,7 @@
 
 namespace dlcs::jobs {
 
-// Told of an operation ("Create") that has ended, by the thread that asked for it. Must not block.
+// Called when an operation ("Create") has ended, by the thread that called it. Must not block.
 using StoreTimer =
     std::function<void(const char* operation, const absl::Status& status, std::chrono::duration<double> took)>;
 
@@ -22,7 +22,7 @@ const absl::Status& StatusOf(const absl::StatusOr<Value>& result) {
   return result.status();
 }
 
-// The result of `body()`, an absl::Status or absl::StatusOr, with `timer` told of it.
+// The result of `body()`, an absl::Status or absl::StatusOr; reports its time to `timer`.
 template <typename Body>
 auto Timed(const StoreTimer& timer, const char* operation, Body&& body) {
   const auto begin = std::chrono::steady_clock::now();

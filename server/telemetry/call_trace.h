@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trace of which a call says that it is part.
+// The trace that a call belongs to.
 
 #ifndef DLCS_SERVER_TELEMETRY_CALL_TRACE_H_
 #define DLCS_SERVER_TELEMETRY_CALL_TRACE_H_
@@ -11,7 +11,7 @@
 
 namespace dlcs {
 
-// Empty where it says nothing, or nothing that makes sense.
+// Empty if the call has no valid traceparent.
 inline std::string TraceIdOf(const grpc::ServerContextBase& call) {
   const auto found = call.client_metadata().find(kTraceparent);
   return found == call.client_metadata().end() ? "" : TraceIdOf({found->second.data(), found->second.size()});

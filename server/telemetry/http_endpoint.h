@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What monitoring asks for over HTTP: /metrics, /livez, /readyz.
+// The HTTP endpoint for monitoring: /metrics, /livez, /readyz.
 
 #ifndef DLCS_SERVER_TELEMETRY_HTTP_ENDPOINT_H_
 #define DLCS_SERVER_TELEMETRY_HTTP_ENDPOINT_H_
@@ -17,18 +17,18 @@ class Server;
 
 namespace dlcs {
 
-// What the pages say. Called from threads of the endpoint, as long as it lives.
+// The contents of the pages. Called from threads of the endpoint as long as it lives.
 struct HttpPages {
   std::function<std::string()> metrics;
-  std::function<std::string()> why_not_ready;  // to take calls; empty: it is
-  std::function<std::string()> why_no_jobs;    // likewise jobs
+  std::function<std::string()> why_not_ready;  // why the server cannot serve calls; empty if it can
+  std::function<std::string()> why_no_jobs;    // why it cannot run jobs; empty if it can
 };
 
-// Plain HTTP without users: numbers about the server, none about what it computes or for whom. Two threads, one request
-// a connection; others wait.
+// Plain HTTP without authentication; it shows nothing about problems or users. Two threads, one request per connection;
+// further requests wait.
 class HttpEndpoint {
  public:
-  // Answers when it returns. `address` is HOST:PORT as for gRPC, port 0 picks one. Errors: as ParseListenAddress() and
+  // Serves when it returns. `address` is HOST:PORT as for gRPC, port 0 picks one. Errors: as ParseListenAddress() and
   // CheckCanListen().
   static absl::StatusOr<std::unique_ptr<HttpEndpoint>> Start(const std::string& address, HttpPages pages);
   ~HttpEndpoint();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What comes of jobs, for the log and for metrics.
+// Log lines and metrics about jobs.
 
 #ifndef DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_
 #define DLCS_SERVER_TELEMETRY_JOB_TELEMETRY_H_
@@ -15,7 +15,7 @@ namespace dlcs {
 // A termination in the log and in labels of metrics, without the prefix of the enumeration: "REACHED_END".
 std::string TerminationLabel(v1::Termination termination);
 
-// `solve`, whose attempts are counted, with one line of the log at the end of each: its job, user, outcome and seconds.
+// Wraps `solve` so that attempts are counted, and each one logs a line at its end: job, user, outcome and seconds.
 // `metrics` must outlive it.
 jobs::SolveFunction WithTelemetry(Metrics& metrics, jobs::SolveFunction solve);
 

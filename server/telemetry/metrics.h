@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a server counts and measures, in the words of Prometheus.
+// The metrics of a server, in the text format of Prometheus.
 
 #ifndef DLCS_SERVER_TELEMETRY_METRICS_H_
 #define DLCS_SERVER_TELEMETRY_METRICS_H_
@@ -17,7 +17,7 @@
 
 namespace dlcs {
 
-// What is read when somebody asks, since others know it anyway.
+// Values that other objects hold, read when metrics are requested.
 struct ServerState {
   int solves = 0;
   int max_solves = 0;
@@ -31,8 +31,8 @@ struct ServerState {
   std::optional<Jobs> jobs;
 };
 
-// Safe from any thread; a count costs a mutex or two, below a microsecond. README.md of this folder has the names. No
-// label holds what a caller chooses, so that their number is bounded.
+// Safe from any thread; a count costs a mutex or two, below a microsecond. README.md of this folder lists the names. No
+// label value is chosen by callers, so their number is bounded.
 class Metrics {
  public:
   using Seconds = std::chrono::duration<double>;
@@ -42,17 +42,18 @@ class Metrics {
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
 
-  // Calls of `method` ("dlcs.v1.JobService/GetSolveJob"): begun, and ended with `code` ("NOT_FOUND") after so long.
+  // A call of `method` ("dlcs.v1.JobService/GetSolveJob") began, or ended with `code` ("NOT_FOUND") after the given
+  // time.
   void CallBegan(const std::string& method);
   void CallEnded(const std::string& method, const std::string& code, Seconds took);
 
-  // An event of a stream was given to gRPC; `lag` since it was appended.
+  // An event of a stream was passed to gRPC, `lag` after it was appended.
   void EventSent(const std::string& method);
   void EventSent(const std::string& method, Seconds lag);
-  // A gap was: `count` events that this reader does not get, and why ("slow").
+  // A gap was sent: this reader does not receive `count` events, because of `reason` ("slow").
   void GapSent(const std::string& method, const std::string& reason, std::int64_t count);
 
-  // A solve has ended. `kind`: "call", "member" of an ensemble, or "job", of which each attempt counts what it did.
+  // A solve has ended. `kind`: "call", "member" (of an ensemble) or "job" (each attempt counts separately).
   void Solved(const std::string& kind, const std::string& method, const std::string& termination, const Cost& cost);
   // An attempt at a job has ended: "succeeded", "failed", "cancelled", or "interrupted", to be resumed.
   void JobEnded(const std::string& outcome);

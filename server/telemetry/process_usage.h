@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this process takes from the machine, as the kernel tells it.
+// The resources that this process uses, as reported by the kernel.
 
 #ifndef DLCS_SERVER_TELEMETRY_PROCESS_USAGE_H_
 #define DLCS_SERVER_TELEMETRY_PROCESS_USAGE_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every call of every service, counted, timed and told to the log, from outside: services know nothing of it.
+// Counts, times and logs every call of every service by an interceptor, without code in the services.
 
 #ifndef DLCS_SERVER_TELEMETRY_RPC_TELEMETRY_H_
 #define DLCS_SERVER_TELEMETRY_RPC_TELEMETRY_H_

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names that a problem gives to its states and pairs: whether they may be, and where they stand in what people read.
+// Names that a problem gives to its states and pairs: validation, and use in formulas and messages.
 
 #ifndef DLCS_SERVER_WIRE_COMPONENT_NAMES_H_
 #define DLCS_SERVER_WIRE_COMPONENT_NAMES_H_
@@ -38,17 +38,17 @@ void SetNames(const ComponentNames& names, Message& message) {
   message.mutable_pair_names()->Add(names.pairs.begin(), names.pairs.end());
 }
 
-// The parameters by their names. Appends to `violations`, as parameters.NAME, a name that is none or is given twice,
-// and a value that is not finite.
+// The parameters by their names. Appends to `violations`, as parameters.NAME, invalid and duplicate names, and values
+// that are not finite.
 FormulaParameters ParametersFromProto(const google::protobuf::RepeatedPtrField<v1::Parameter>& parameters,
                                       const std::string& field, std::vector<Violation>& violations);
 
-// Puts `changes` in place of the values of the same names; what has no such name is a violation, field.NAME.
+// Replaces the values of the parameters named in `changes`; an unknown name is a violation, field.NAME.
 void ChangeParameters(const google::protobuf::RepeatedPtrField<v1::Parameter>& changes, const std::string& field,
                       FormulaParameters& parameters, std::vector<Violation>& violations);
 
-// Appends to `violations` what is wrong with the names of a problem with m states and n pairs, as states[1] and
-// pairs[0]: their number, what the language of formulas has already, and names that stand for two things.
+// Checks the names of a problem with m states and n pairs. Appends to `violations`, as states[1] and pairs[0]: a wrong
+// number of names, names that formulas reserve, and duplicates.
 void CheckNames(const ComponentNames& names, const FormulaParameters& parameters, Index m, Index n,
                 std::vector<Violation>& violations);
 
@@ -57,16 +57,16 @@ class NamesInFormulas {
  public:
   NamesInFormulas(const ComponentNames& names, const FormulaParameters& parameters);
 
-  // `formula` with x2 for the second state's name, y1 for the first pair's, and the values of parameters. Blanks fill
-  // what is shorter than the name, so that the positions that messages tell stay what they are where they can.
+  // `formula` with names replaced: x2 for the name of the second state, y1 for that of the first pair, values for
+  // parameters. A shorter replacement is padded with blanks, so that positions in messages stay correct if possible.
   std::string InNumbers(const std::string& formula) const;
 
  private:
   std::map<std::string, std::string, std::less<>> numbers_;
 };
 
-// `text` with a name behind each index that it tells of: x[1] (vC), x0[1] (vC), f[1] (vC), and y[0] (D1), g[0] (D1),
-// (N x + g)[0] (D1), w[0] (D1). Cost: the length of `text`.
+// `text` with a name added to each index in it: x[1] (vC), x0[1] (vC), f[1] (vC), and y[0] (D1), g[0] (D1), (N x +
+// g)[0] (D1), w[0] (D1). Cost: the length of `text`.
 std::string WithNames(const std::string& text, const ComponentNames& names);
 // The same in the fields of violations: of matrices the names of row and column, A[1][0] (vC, iL).
 void AddNames(const ComponentNames& names, std::vector<Violation>& violations);

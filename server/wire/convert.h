@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wire messages <-> structs of the engine. Pure functions; wire types go no deeper than this.
+// Wire messages <-> structs of the engine. Pure functions; the engine knows no wire types.
 //
 // On the wire matrices are row-major and time functions component-fastest; Eigen stores columns.
 //
@@ -29,9 +29,9 @@
 
 namespace dlcs {
 
-// A matrix with its structure. Entries that are formulas are evaluated with `parameters`, and refused where these are
-// null: in matrices of anything but a problem. What a message of a few bytes may declare without holding it is bounded
-// before anything is allocated: by 2^31 - 1 rows and columns here, by the limits of the server in request_check.h.
+// A matrix with its structure. Entries that are formulas are evaluated with `parameters`, and refused if these are null
+// (for matrices that are not part of a problem). Declared sizes are checked before anything is allocated: rows and
+// columns against 2^31 - 1 here, and against the limits of the server in request_check.h.
 StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
                                            std::vector<Violation>& violations,
                                            const FormulaParameters* parameters = nullptr);

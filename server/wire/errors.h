@@ -34,7 +34,7 @@ absl::Status InvalidRequest(const std::vector<Violation>& violations);
 // The violations that `status` carries; empty when it carries none.
 std::vector<Violation> ViolationsOf(const absl::Status& status);
 
-// What a refusal is about: the limit, named as in GetCapabilitiesResponse, its value, and what was asked for.
+// The limit of a refusal, named as in GetCapabilitiesResponse, its value, and the requested value.
 struct LimitCase {
   std::string limit;
   double value = 0;
@@ -42,26 +42,27 @@ struct LimitCase {
 };
 
 // RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, asked): SERVER_BUSY with RetryInfo where `retry_after` is
-// given, else LIMIT_EXCEEDED. `message` is for people; when to try again is added to it.
+// given, else LIMIT_EXCEEDED. The time to try again is added to `message`.
 absl::Status Refused(const std::string& message, const LimitCase& limit,
                      std::optional<std::chrono::milliseconds> retry_after);
 
-// RESOURCE_EXHAUSTED with ErrorInfo LIMIT_EXCEEDED (metadata: limit, value, asked): the request is above
-// `limit`, named as in GetCapabilitiesResponse, and will be for ever on this server.
+// RESOURCE_EXHAUSTED with ErrorInfo LIMIT_EXCEEDED (metadata: limit, value, asked): the request exceeds `limit`, named
+// as in GetCapabilitiesResponse, and trying again does not help.
 absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked);
 
-// RESOURCE_EXHAUSTED with ErrorInfo SERVER_BUSY (metadata: limit, value) and RetryInfo: what `limit` counts
-// is taken by others right now.
+// RESOURCE_EXHAUSTED with ErrorInfo SERVER_BUSY (metadata: limit, value) and RetryInfo: `limit` is used up by other
+// requests at the moment.
 absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chrono::milliseconds retry_after);
 
 // UNAVAILABLE with ErrorInfo SHUTTING_DOWN.
 absl::Status ShuttingDown();
 
-// `status` as callers get it: with an ErrorInfo, where it has none that of its code. What the store of jobs says when
-// it does not answer is STORE_UNAVAILABLE, so that nobody takes it for a server that is not there.
+// The status to send to callers: `status` with an ErrorInfo, added according to its code if it has none. An UNAVAILABLE
+// of the job store gets the reason STORE_UNAVAILABLE, so that callers can distinguish it from a server that cannot be
+// reached.
 absl::Status ForCallers(absl::Status status);
 
-// A caller's text as a message may repeat it: in quotes, short, without control characters or bytes that are no UTF-8.
+// Text from a caller for use in a message: quoted, shortened, without control characters and invalid UTF-8.
 std::string Quoted(std::string_view text);
 
 }  // namespace dlcs

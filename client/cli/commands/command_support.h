@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every command does: choose where to run, complain in one way.
+// Functions that all commands share: choosing where to run, printing errors.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_COMMAND_SUPPORT_H_
 #define DLCS_CLIENT_CLI_COMMANDS_COMMAND_SUPPORT_H_
@@ -15,14 +15,14 @@
 
 namespace dlcs::client {
 
-// The server at `server`, or this process where that has no address. A server that was not typed is named on standard
-// error, unless `quiet`. Errors: InvalidArgument with the option.
+// The server at `server`, or this process if that has no address. A server that comes from the environment or a context
+// is named on standard error, unless `quiet`. Errors: InvalidArgument with the option.
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const ServerTarget& server, bool quiet = false);
 
-// Prints a notice on standard error: a cut that is gone on behind, a repetition.
+// Prints a notice on standard error, for example that a call is repeated or a solve is resumed.
 void PrintNotice(const std::string& text);
 
-// Prints each line of the message behind "dlcs: " on standard error. `code` is handed through.
+// Prints each line of the message after "dlcs: " on standard error. Returns `code`.
 ExitCode PrintError(const absl::Status& status, ExitCode code);
 
 // The same for an error of a call about `source`, the name of the input file: a line that names a field of

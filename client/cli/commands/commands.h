@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of `dlcs`: what each was asked, and how to run it.
+// The commands of `dlcs`: the options of each, and the function that runs it.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_COMMANDS_H_
 #define DLCS_CLIENT_CLI_COMMANDS_COMMANDS_H_
@@ -14,7 +14,7 @@
 
 namespace dlcs::client {
 
-// Where commands look for a server that cannot run in this process.
+// The default server of commands that cannot run in this process.
 inline constexpr const char* kDefaultServer = "localhost:50051";
 
 enum class OutputFormat { kTable, kJson, kCsv, kName };
@@ -22,7 +22,7 @@ enum class OutputFormat { kTable, kJson, kCsv, kName };
 struct SolveCommand {
   std::string problem_path;              // "-" is standard input
   ServerTarget server;                   // its address is empty: solve in this process
-  v1::SolveOptions options;              // as given; what was not given is unset
+  v1::SolveOptions options;              // only the fields that were given
   std::string grid;                      // --grid as it was typed
   std::optional<v1::SolutionRule> rule;  // overrides the file's
   OutputFormat format = OutputFormat::kTable;
@@ -40,11 +40,11 @@ struct EnsembleCommand {
 struct AnalyzeCommand {
   std::string problem_path;  // "-" is standard input
   ServerTarget server;
-  v1::SolveOptions options;  // what is settled already
+  v1::SolveOptions options;  // only the fields that were given
   std::string grid;          // --grid as it was typed
   std::optional<v1::SolutionRule> rule;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
-  bool verbose = false;                        // everything that is known, in the table too
+  bool verbose = false;                        // the whole analysis, in the table too
   std::string output;                          // empty is standard output
   double deadline_s = 600;
 };
@@ -60,7 +60,7 @@ struct LcpCommand {
 
 struct DcpCommand {
   std::string path;
-  std::string check;  // file of a path to measure; empty solves
+  std::string check;  // file of a path whose certificate is computed; empty: solve
   double step = 0;    // 0 takes the default of the service
   ServerTarget server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
@@ -82,18 +82,18 @@ struct CapabilitiesCommand {
   double deadline_s = 10;
 };
 
-// Whether a server serves: for people, and for what watches over servers.
+// Checks the health of a server.
 struct HealthCommand {
   ServerTarget server = ServerAt(kDefaultServer);
   std::string service;  // empty: the server as a whole
   double deadline_s = 3;
 };
 
-// Servers under names (contexts.h).
+// Manages named servers (contexts.h).
 struct ContextCommand {
   enum class Action { kList, kSet, kUse, kDelete };
   Action action = Action::kList;
-  std::string name;  // empty with kUse: none is the current one any more
+  std::string name;  // empty with kUse: no current context
   ServerTarget server;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Servers under names: what `dlcs context` keeps.
+// Named servers, as managed by `dlcs context`.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_CONTEXTS_H_
 #define DLCS_CLIENT_CLI_COMMANDS_CONTEXTS_H_
@@ -13,22 +13,22 @@
 
 namespace dlcs::client {
 
-// The file is a JSON object, contexts.json in $XDG_CONFIG_HOME/dlcs, else in ~/.config/dlcs. Tokens are not in it, only
+// The file is a JSON object, contexts.json in $XDG_CONFIG_HOME/dlcs, else in ~/.config/dlcs. It holds no tokens, only
 // the names of their files.
 struct Contexts {
   std::string current;  // empty: none
   std::map<std::string, ServerTarget> targets;
 };
 
-// Where the file is, whether or not it is there. Empty where there is neither XDG_CONFIG_HOME nor HOME.
+// The path of the file, which need not exist. Empty if neither XDG_CONFIG_HOME nor HOME is set.
 std::string ContextsPath();
 
-// Nothing where there is no file. Errors: InvalidArgument with the file and what is wrong with it.
+// Empty if there is no file. Errors: InvalidArgument with the file and what is wrong with it.
 absl::StatusOr<Contexts> ReadContexts();
-// Makes the folder where it is missing. Errors: as AtomicFile.
+// Creates the folder if it does not exist. Errors: as AtomicFile.
 absl::Status WriteContexts(const Contexts& contexts);
 
-// Errors: InvalidArgument where there is none of that name, with those that there are.
+// Errors: InvalidArgument if there is none with this name, listing the existing ones.
 absl::StatusOr<ServerTarget> FindContext(const Contexts& contexts, const std::string& name);
 
 }  // namespace dlcs::client

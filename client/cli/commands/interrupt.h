@@ -10,9 +10,8 @@
 namespace dlcs::client {
 
 // While it lives, the first SIGINT or SIGTERM requests the stop, and the second one ends the process at once with the
-// exit code of a program that it killed, 128 and its number. A signal that was ignored when the program began, as the
-// shell's `&` and nohup arrange it, stays ignored. Which thread the system gives a signal to does not matter: libraries
-// start some before main(). One object at a time.
+// exit code of a killed program, 128 plus the number of the signal. A signal that was ignored when the program started
+// (by the shell's `&` or nohup) stays ignored. Works whichever thread receives the signal. One object at a time.
 class Interrupt {
  public:
   Interrupt();
@@ -23,14 +22,14 @@ class Interrupt {
 
   std::stop_token token() const { return source_.get_token(); }
 
-  // The first signal that came while any of these objects lived, SIGINT or SIGTERM; 0 where none did.
+  // The first signal received while any of these objects lived, SIGINT or SIGTERM; 0 if none.
   static int Signal();
 
  private:
   void Wait();
 
   std::stop_source source_;
-  int finish_;  // a descriptor that is readable when this object goes
+  int finish_;  // a descriptor that becomes readable when this object is destroyed
   std::thread waiter_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands of `dlcs` about jobs: what each was asked, and how to run it.
+// The commands of `dlcs` about jobs: the options of each, and the function that runs it.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
 #define DLCS_CLIENT_CLI_COMMANDS_JOB_COMMANDS_H_
@@ -14,10 +14,10 @@
 
 namespace dlcs::client {
 
-// What all of them are told.
+// The options of all of them.
 struct JobTarget {
   ServerTarget server = ServerAt(kDefaultServer);
-  // For the whole command, cuts and restarts included.
+  // Time limit of the whole command, including lost connections and server restarts.
   double patience_s = 60;
   ConnectionOptions::Repeat repeat = ConnectionOptions::Repeat::kAfterAnswer;
 };
@@ -48,7 +48,7 @@ struct ListProblemsCommand {
   OutputFormat format = OutputFormat::kTable;  // table, or JSON: a line each
 };
 
-// Shows what happens until the job has ended, and exits as solve would.
+// Shows the events of a job until it has ended, and exits with the code that `solve` would have.
 struct WatchCommand {
   JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 24 * 3600};
   std::string name;
@@ -56,7 +56,7 @@ struct WatchCommand {
   double interval_s = 0;
   OutputFormat format = OutputFormat::kTable;  // table, or JSON: every event a line
   bool quiet = false;
-  // Of iterates, where the format is JSON. Not set: none.
+  // The values of iterates to print as JSON. Not set: none.
   std::optional<v1::WatchView> values;
   std::vector<std::int32_t> components;  // empty: all
 };
@@ -70,7 +70,7 @@ struct ShowJobsCommand {
   OutputFormat format = OutputFormat::kTable;
 };
 
-// Stops a job, or forgets a job or an uploaded problem.
+// Cancels a job, or deletes a job or an uploaded problem.
 struct EndJobCommand {
   JobTarget target;
   std::string name;
@@ -79,7 +79,7 @@ struct EndJobCommand {
   std::vector<v1::JobState> states;
 };
 
-// The trajectory, printed as solve prints it. Where there is `at`, the stored times nearest to those.
+// Prints the trajectory as `solve` does. With `at`, only the stored times nearest to those.
 struct ResultCommand {
   JobTarget target{.server = ServerAt(kDefaultServer), .patience_s = 600};
   std::string name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands about jobs share.
+// Functions that the commands about jobs share.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
 #define DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
@@ -17,14 +17,14 @@
 
 namespace dlcs::client {
 
-// Clients that tell every repetition on standard error. Errors: InvalidArgument with the option.
+// Clients that report repeated calls on standard error. Errors: InvalidArgument with the option.
 absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target);
 absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target);
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);
 
 // "queued", "running", ...
 std::string JobStateWord(v1::JobState state);
-// "queued,running": one or more. Nothing where one is no state.
+// "queued,running": one or more. Absent if one is not a state.
 std::optional<std::vector<v1::JobState>> ParseJobStates(const std::string& words);
 std::vector<std::string> JobStateWords();
 bool HasEnded(v1::JobState state);
@@ -34,21 +34,21 @@ std::string TimeText(const google::protobuf::Timestamp& time);
 
 // How long ago `time` was: "12s", "5m", "3h", "2d".
 std::string AgeText(const google::protobuf::Timestamp& time);
-// Without control characters: whoever wrote it, a terminal shows it.
+// `text` without control characters, so that it can be printed on a terminal.
 std::string Harmless(std::string text);
 
-// The whole name of the job that `typed` is, with or without jobs/ in front: its letters or the first of them, as many
-// as no other job has; the server is asked for its jobs where they are not all. Errors: InvalidArgument where none or
-// several begin so, with them; those of List().
+// The full name of the job `typed`: an id, or the beginning of one that no other job has, with or without jobs/ in
+// front. For the beginning of an id it lists the jobs of the server. Errors: InvalidArgument if no job or several jobs
+// match, listing them; those of List().
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits);
-// The same of an uploaded problem, "problems/41cb".
+// The same for an uploaded problem, "problems/41cb".
 absl::StatusOr<std::string> ProblemResolver(ProblemClient& client, const std::string& typed, const CallLimits& limits);
 
-// Shows what happens until the job `command.name`, a whole name, has ended, and exits as solve would. A stop ends the
-// watching and not the job.
+// Shows the events of the job `command.name`, a full name, until it has ended. Returns the exit code that `solve` would
+// have. A stop ends the watch, not the job.
 ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLimits& limits);
 
-// Says on standard error how a job that has ended did, and exits as solve would.
+// Prints the outcome of a finished job on standard error. Returns the exit code that `solve` would have.
 ExitCode ConcludeJob(const v1::SolveJob& job);
 
 }  // namespace dlcs::client

@@ -20,20 +20,20 @@ namespace dlcs::client {
 
 class ProblemInput {
  public:
-  // Reads the file at `path`, `-` for standard input. A `path` that is problems/ and 64 characters of 0-9a-f is the
-  // name of an uploaded problem, of which FetchUploaded() is to ask the server. `rule`, where given, overrides the
-  // file's. Errors: InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be
+  // Reads the file at `path`, `-` for standard input. A `path` of the form problems/ and 64 characters of 0-9a-f is the
+  // name of an uploaded problem, for which FetchUploaded() asks the server. `rule`, if given, overrides that of the
+  // file. Errors: InvalidArgument as ReadProblemFile(), for a name without a server, and for a rule that cannot be
   // overridden.
   static absl::StatusOr<ProblemInput> Read(const std::string& path, const ServerTarget& server,
                                            const std::optional<v1::SolutionRule>& rule);
 
-  // Asks the server what is to be known of an uploaded problem; nothing else needs that. Errors: as
+  // Gets the description of an uploaded problem from the server; does nothing for a file. Errors: as
   // ProblemClient::Get().
   absl::Status FetchUploaded(const CallLimits& limits);
 
-  // What messages call it.
+  // Its name in messages.
   const std::string& source() const { return source_; }
-  // What the result is headed with.
+  // The title of the result.
   std::string title() const;
   bool is_uploaded() const { return !name_.empty(); }
   bool is_nonlinear() const { return is_uploaded() ? about_.nonlinear() : file_.nonlinear.has_value(); }
@@ -41,7 +41,7 @@ class ProblemInput {
   std::int64_t states() const;
   std::int64_t constraints() const;
 
-  // The problem, or its name, in place.
+  // A request with the problem, or with its name if it is uploaded.
   v1::SolveRequest SolveRequest(const v1::SolveOptions& options) const;
   // For linear problems.
   v1::SolveEnsembleRequest EnsembleRequest(const v1::SolveOptions& options) const;
@@ -53,10 +53,10 @@ class ProblemInput {
   ProblemFile file_;
   std::string name_;  // empty where it is a file
   ServerTarget server_;
-  v1::StoredProblem about_;  // of an uploaded one, once it was fetched
+  v1::StoredProblem about_;  // of an uploaded problem, after FetchUploaded()
 };
 
-// What a server takes as a title.
+// The longest title that a server accepts.
 inline constexpr std::size_t kMaxTitleBytes = 200;
 
 // "problems/" and 64 characters of 0-9a-f.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a command runs, as it was typed, and as the environment and the contexts complete it.
+// Where a command runs: from the command line, completed from the environment and the contexts.
 
 #ifndef DLCS_CLIENT_CLI_COMMANDS_SERVER_TARGET_H_
 #define DLCS_CLIENT_CLI_COMMANDS_SERVER_TARGET_H_
@@ -17,12 +17,12 @@ struct ServerTarget {
   std::string tls_ca;
   std::string tls_cert;
   std::string tls_key;
-  std::string token_file;  // empty: the environment's DLCS_TOKEN, where there is one
+  std::string token_file;  // empty: the environment variable DLCS_TOKEN, if set
 
-  bool typed = false;   // with --server
-  bool local = false;   // --local: in this process, whatever the environment says
-  std::string context;  // --context, or where Complete() took the rest from
-  std::string origin;   // where the address is from if it was not typed: "DLCS_SERVER", "context lab"
+  bool typed = false;   // --server was given
+  bool local = false;   // --local: in this process, in spite of the environment
+  std::string context;  // --context, or the context used by Complete()
+  std::string origin;   // the origin of an address that was not typed: "DLCS_SERVER", "context lab"
 };
 
 inline ServerTarget ServerAt(const std::string& address) {
@@ -31,15 +31,15 @@ inline ServerTarget ServerAt(const std::string& address) {
   return target;
 }
 
-// Takes what was not typed from, in this order: the context of --context; DLCS_SERVER, an address; the context that
-// DLCS_CONTEXT names; the current one (contexts.h). What was typed beside a context counts before it. Errors:
-// InvalidArgument with the option or the variable, and the rule.
+// Completes what was not typed from the first of these that exists: the context of --context; the address DLCS_SERVER;
+// the context named by DLCS_CONTEXT; the current context (contexts.h). Typed options override those of a context.
+// Errors: InvalidArgument with the option or the variable, and the rule.
 absl::Status Complete(ServerTarget& target);
 
-// With the token. Errors: InvalidArgument with the option, the file and the rule.
+// The connection options, with the token. Errors: InvalidArgument with the option, the file and the rule.
 absl::StatusOr<ConnectionOptions> ConnectionTo(const ServerTarget& target);
 
-// An error of Connection::Open() in the words of the command line: "tls_ca: ..." is --tls-ca.
+// An error of Connection::Open() with the name of the option: "tls_ca: ..." becomes --tls-ca.
 absl::Status InOptions(const absl::Status& status, const ServerTarget& target);
 
 }  // namespace dlcs::client

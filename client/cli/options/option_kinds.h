@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds of options: numbers with a rule, words, times. Includes CLI11, which is heavy: for the command line
-// alone.
+// Kinds of options: numbers with a rule, words, times. Includes CLI11, which is slow to compile; only for parsing the
+// command line.
 //
-// What is refused throws CLI::ValidationError with the option, the value and the rule.
+// Invalid values throw CLI::ValidationError with the option, the value and the rule.
 
 #ifndef DLCS_CLIENT_CLI_OPTIONS_OPTION_KINDS_H_
 #define DLCS_CLIENT_CLI_OPTIONS_OPTION_KINDS_H_
@@ -22,7 +22,7 @@
 
 namespace dlcs::client {
 
-// What a number must be, in words and as bounds.
+// The rule for a number, in words and as bounds.
 struct NumberRule {
   const char* words;
   double least;
@@ -38,7 +38,8 @@ constexpr NumberRule Whole(const char* words, double least, double most = 9e15) 
 // `text` as a finite number: the same digits as in a file, and nothing else.
 double CheckedNumber(const std::string& text, const NumberRule& rule, const std::string& option);
 
-// "0.1,0.5" in any order, and ranges begin:step:end such as 0:0.01:5; what comes out is increasing and distinct.
+// Times such as "0.1,0.5", in any order, and ranges begin:step:end such as 0:0.01:5. The result is increasing and
+// distinct.
 std::vector<double> ParseTimes(const std::string& text, const std::string& option);
 
 // The times of `text`, which is a list of them or the name of a file that holds them, separated by commas,
@@ -48,14 +49,14 @@ std::vector<double> ParseTimesOrFile(const std::string& text, const std::string&
 // Above 0: "8GB", "500MB", "20kB" (decimal), or a number of bytes.
 double ParseBytes(const std::string& text, const std::string& option);
 
-// The long name of an option, "--format" of "-f,--format": what messages call it.
+// The long name of an option, used in messages: "--format" for "-f,--format".
 std::string LongName(const std::string& names);
 
 CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable, const NumberRule& rule,
                        const std::function<void(double)>& set, const std::string& help);
 
-// An option whose values are words. For a word that is none of them the nearest is proposed, or what `meant_by` knows
-// it to mean.
+// An option whose values are words. For an unknown word the error proposes the nearest one, or the one that `meant_by`
+// returns.
 template <typename Value>
 CLI::Option* AddWord(CLI::App& app, const std::string& name, const std::vector<std::string>& words,
                      const std::function<std::optional<Value>(const std::string&)>& parse,

@@ -18,7 +18,7 @@
 
 namespace dlcs::client {
 
-// What an option takes, and how its field holds it.
+// The kind of value of an option, and of its field.
 enum class OptionKind {
   kNumber,     // a number that `rule` allows
   kWord,       // an enumerator
@@ -30,7 +30,7 @@ enum class OptionKind {
   kBytes,      // 8GB
 };
 
-// In which part of the help an option that serves every method stands.
+// The part of the help for an option that applies to every method.
 enum class OptionGroup { kEveryday, kOther };
 
 struct SolveOption {
@@ -41,10 +41,10 @@ struct SolveOption {
   const char* help;
   NumberRule rule = {"", 0};
   OptionGroup group = OptionGroup::kOther;
-  v1::Method method = v1::METHOD_UNSPECIFIED;     // the one that it is for
+  v1::Method method = v1::METHOD_UNSPECIFIED;     // the method that it applies to; unspecified: all
   bool linear_only = false;                       // no effect on nonlinear systems
   std::array<std::string_view, 2> excludes = {};  // options that it cannot go with
-  // The word meant by one that other programs use.
+  // Translates words that other programs use.
   std::optional<std::string> (*meant_by)(const std::string&) = nullptr;
 };
 
@@ -58,16 +58,17 @@ const SolveOption* FindSolveOption(std::string_view flag);
 // an option.
 std::string_view FlagOf(std::string_view field);
 
-// Makes the option of `row` set its field of `options`, which must outlive `app`. What was typed for a kNodes option is
-// kept in `nodes_as_typed`.
+// Makes the option of `row` set its field of `options`, which must outlive `app`. The text of a kNodes option is stored
+// in `nodes_as_typed`.
 CLI::Option* AddSolveOption(CLI::App& app, const SolveOption& row, v1::SolveOptions& options,
                             std::string& nodes_as_typed);
 
-// The options that are set, as they are typed: {"--method", "time-stepping", "--steps", "100"}. `nodes_as_typed` stands
-// for nodes, unless it is empty.
+// The options that are set, as typed on a command line: {"--method", "time-stepping", "--steps", "100"}.
+// `nodes_as_typed`, unless empty, is used for the nodes.
 std::vector<std::string> AsTyped(const v1::SolveOptions& options, const std::string& nodes_as_typed);
 
-// A line for each option that is set and had no effect: it is for another method than `used`, or for linear systems.
+// A line for each option that is set but had no effect, because it applies to another method than `used`, or to linear
+// systems only.
 std::vector<std::string> OptionsWithoutEffect(const v1::SolveOptions& options, v1::Method used, bool nonlinear);
 
 }  // namespace dlcs::client

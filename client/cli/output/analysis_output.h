@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An analysis on paper: a table for people (JSON: message_json.h).
+// Prints an analysis as a table. (For JSON see message_json.h.)
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_ANALYSIS_OUTPUT_H_
 #define DLCS_CLIENT_CLI_OUTPUT_ANALYSIS_OUTPUT_H_
@@ -12,24 +12,24 @@
 
 namespace dlcs::client {
 
-// What was typed and stands again on the command line that is recommended.
+// Parts of the typed command line that the recommended one repeats.
 struct Asked {
   std::string source;                                   // the problem file, or the name of an uploaded one
-  std::string server = {};                              // of an uploaded one
-  std::optional<v1::SolutionRule> rule = std::nullopt;  // where it overrides the file's
-  std::string grid = {};                                // of --grid, where it was given
+  std::string server = {};                              // the server of an uploaded problem
+  std::optional<v1::SolutionRule> rule = std::nullopt;  // if it overrides that of the file
+  std::string grid = {};                                // the value of --grid, if it was given
 };
 
-// How much of an analysis is printed: every finding, witness, constant and source, or what a person reads
-// first. Briefly, answers that follow from others stand in one line, and so does what is unknown.
+// How much of an analysis is printed. kWhole: every finding, witness, constant and source. kBrief: the main results;
+// answers that follow from others, and unknown ones, are combined into one line each.
 enum class Detail { kBrief, kWhole };
 
-// What the matrix is, which solution is meant, what to run, and what to take care of; then the sections. In
-// lines of `width` letters at most where words allow it. Yes comes before no, and what is unknown last.
-void PrintAnalysisTable(const std::string& name, const Asked& asked,
-                        const v1::AnalyzeProblemResponse& analysis, Detail detail, int width, std::FILE* out);
+// Prints the class of the matrix, the selected solution, the recommended command and warnings; then the sections, in
+// which yes comes before no, and unknown last. Lines have at most `width` characters, unless a word is longer.
+void PrintAnalysisTable(const std::string& name, const Asked& asked, const v1::AnalyzeProblemResponse& analysis,
+                        Detail detail, int width, std::FILE* out);
 
-// One section of it, without its warnings.
+// Prints one section, without its warnings.
 void PrintSection(const v1::AnalysisSection& section, Detail detail, int width, std::FILE* out);
 
 // The command that follows the recommendation: `dlcs solve FILE --method ... --step ...`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file that is either there whole or not there.
+// A file that appears completely or not at all.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_ATOMIC_FILE_H_
 #define DLCS_CLIENT_CLI_OUTPUT_ATOMIC_FILE_H_
@@ -14,12 +14,12 @@
 
 namespace dlcs::client {
 
-// Collects its content next to its place and moves there in one step. What was there before stays until
-// then; an object that is destroyed without Commit() leaves nothing behind.
+// Writes to a temporary file in the same folder, and renames it in one step. An existing file is kept until then. An
+// object that is destroyed without Commit() leaves no file.
 class AtomicFile {
  public:
-  // Errors: InvalidArgument when no file can be made at `path` (no such folder, no permission, a folder).
-  // To be called before long work, so that it is not lost for want of a place.
+  // Errors: InvalidArgument if no file can be created at `path` (no such folder, no permission, a folder). Call it
+  // before long work, so that the result is not lost.
   static absl::StatusOr<std::unique_ptr<AtomicFile>> Create(const std::string& path);
   ~AtomicFile();
 
@@ -29,10 +29,9 @@ class AtomicFile {
   std::FILE* stream() { return stream_; }
   const std::string& path() const { return path_; }
 
-  // Errors: Internal when the content could not be written (disk full); then nothing has changed.
+  // Errors: Internal if the content could not be written (disk full); then an existing file is unchanged.
   absl::Status Commit();
-  // The same under the path with ".partial" behind it, which path() then is: what is not whole does not get the name of
-  // what is.
+  // The same for incomplete content: the file gets the name with ".partial" appended, which path() then returns.
   absl::Status CommitPartial();
 
  private:
@@ -46,8 +45,8 @@ class AtomicFile {
 // "" and "-".
 bool IsStandardOutput(const std::string& path);
 
-// The file for `--output path`; null where that is standard output. Errors: as AtomicFile::Create(); InvalidArgument
-// where it is one of `inputs`, by this or another name, or the name of a format, which was meant for --format.
+// The file for `--output path`; null for standard output. Errors: as AtomicFile::Create(); InvalidArgument if it is the
+// same file as one of `inputs`, or if it is the name of a format, which is meant for --format.
 absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
                                                        std::initializer_list<std::string> inputs = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which classes of a matrix follow from which, so that a table need not say everything.
+// Implications between matrix classes, used to shorten tables.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_CLASS_IMPLICATIONS_H_
 #define DLCS_CLIENT_CLI_OUTPUT_CLASS_IMPLICATIONS_H_
@@ -18,9 +18,8 @@ struct ClassImplication {
 };
 std::span<const ClassImplication> ClassImplications();
 
-// Whether the answer of `finding`, one of `section`, follows from another answer of the section: a class that
-// contains a class of the matrix, or one contained in a class that it is not of. For findings with the ids of
-// classes; nothing else follows from anything.
+// Whether the answer of `finding`, one of `section`, follows from another answer of the section: a class that contains
+// a class of the matrix, or one contained in a class that it is not of. False for findings that are not about classes.
 bool Follows(const v1::Finding& finding, const v1::AnalysisSection& section);
 
 }  // namespace dlcs::client

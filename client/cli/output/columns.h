@@ -16,7 +16,7 @@
 
 namespace dlcs::client {
 
-// Six digits: what a person compares.
+// Six significant digits.
 inline std::string Cell(double value) { return fmt::format("{:.6g}", value); }
 
 struct Column {
@@ -36,8 +36,8 @@ Column MakeColumn(std::string title, std::size_t rows, const ValueAt& value_at) 
   return column;
 }
 
-// Prints the columns below each other; those that do not fit into `width` letters follow in further blocks.
-// The first one stands at the left of every block.
+// Prints the columns side by side; those that do not fit into `width` characters follow in further blocks. Every block
+// begins with the first column.
 void PrintColumns(const std::vector<Column>& columns, std::size_t rows, std::size_t width, std::FILE* out);
 
 // "(1, 2.5, 3)", at most 12 of them.
@@ -50,8 +50,7 @@ std::string Listed(const Values& values) {
     cells.push_back(Cell(value));
   }
   const bool cut = static_cast<std::size_t>(values.size()) > kMaxListed;
-  return fmt::format("({}{})", fmt::join(cells, ", "),
-                     cut ? fmt::format(", … {} in all", values.size()) : "");
+  return fmt::format("({}{})", fmt::join(cells, ", "), cut ? fmt::format(", … {} in all", values.size()) : "");
 }
 
 }  // namespace dlcs::client

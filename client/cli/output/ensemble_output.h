@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of an ensemble on paper: a line each for people, CSV for programs (JSON: message_json.h).
+// Prints the members of an ensemble as a table or as CSV. (For JSON see message_json.h.)
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_ENSEMBLE_OUTPUT_H_
 #define DLCS_CLIENT_CLI_OUTPUT_ENSEMBLE_OUTPUT_H_
@@ -15,9 +15,9 @@
 
 namespace dlcs::client {
 
-// Keeps a line for each member, and prints them in the order of the members: how it ended, the time reached, the LCP
-// residual at nodes, the estimated error, x (at most its first 12 components) there. Messages
-// of those that failed follow. Not thread-safe.
+// Keeps a line for each member, and prints them in the order of the members: outcome, time reached, LCP residual at
+// nodes, estimated error, and x at that time (at most its first 12 components). The messages of failed members follow.
+// Not thread-safe.
 class EnsembleTable {
  public:
   void Add(const MemberResult& member);
@@ -30,7 +30,7 @@ class EnsembleTable {
     std::string verdict;
     std::string message;
     double time;
-    double error;  // NaN where it is not known
+    double error;  // NaN if not known
     v1::Certificate certificate;
     std::vector<double> x;  // the first components
   };
@@ -38,7 +38,7 @@ class EnsembleTable {
   std::map<std::int64_t, Row> rows_;
 };
 
-// "98 solved, 2 failed"; what there is none of is not told.
+// "98 solved, 2 failed"; counts of 0 are omitted.
 std::string CountText(const v1::EnsembleSummary& summary);
 
 // A header member,label,t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of a member.

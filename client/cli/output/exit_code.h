@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How `dlcs` tells a script what happened.
+// The exit codes of `dlcs`.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_EXIT_CODE_H_
 #define DLCS_CLIENT_CLI_OUTPUT_EXIT_CODE_H_
@@ -10,16 +10,16 @@
 namespace dlcs::client {
 
 enum ExitCode : int {
-  kSolved = 0,         // T was reached, and nothing says that the answer is wrong (Verdict.success)
-  // The mathematics has no answer, the method did not find it, or its estimated error is above 30 %.
+  kSolved = 0,  // T was reached, and there is no sign that the solution is wrong (Verdict.success)
+  // There is no solution, the method did not find it, or its estimated error is above 30 %.
   kNoAnswer = 1,
   kBadInput = 2,       // a file, an option or the problem breaks a rule
-  kServiceFailed = 3,  // the service failed, or the solve was cancelled on the server or ran out of time
+  kServiceFailed = 3,  // the service failed, or the solve was cancelled on the server or timed out
   kInterrupted = 130,  // 128 + SIGINT, as shells have it: Ctrl-C
   kTerminated = 143,   // 128 + SIGTERM
 };
 
-// Stopped before its end: what there is of the trajectory is a part of it.
+// Whether the solve was stopped before its end, so that the trajectory is incomplete.
 inline bool IsStopped(v1::Termination termination) {
   return termination == v1::TERMINATION_CANCELLED || termination == v1::TERMINATION_DEADLINE;
 }
@@ -30,7 +30,7 @@ inline ExitCode ExitCodeOf(const v1::Summary& summary) {
   return IsStopped(termination) || termination == v1::TERMINATION_UNSPECIFIED ? kServiceFailed : kNoAnswer;
 }
 
-// Of a failed call.
+// The exit code for a failed call.
 inline ExitCode ExitCodeOf(const absl::Status& status) {
   return absl::IsInvalidArgument(status) ? kBadInput : kServiceFailed;
 }

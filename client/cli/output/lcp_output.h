@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single complementarity problems on paper: a table for people (JSON: message_json.h).
+// Prints the results of single complementarity problems as tables. (For JSON see message_json.h.)
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_LCP_OUTPUT_H_
 #define DLCS_CLIENT_CLI_OUTPUT_LCP_OUTPUT_H_

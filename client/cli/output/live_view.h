@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solve as it converges, for people at a terminal or reading a log.
+// Shows the progress of a solve on a terminal or in a log.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_LIVE_VIEW_H_
 #define DLCS_CLIENT_CLI_OUTPUT_LIVE_VIEW_H_
@@ -16,7 +16,7 @@
 
 namespace dlcs::client {
 
-// Lets a burst of lines through and then so many a second, so that a thousand windows do not bury a log.
+// Limits the rate of lines: a burst, and then so many per second, so that a thousand windows do not fill a log.
 class LineBudget {
  public:
   using Clock = std::chrono::steady_clock;
@@ -31,22 +31,22 @@ class LineBudget {
   Clock::time_point last_{};
 };
 
-// Shows what events say. On a terminal: the analysis, rejected windows, and below them a bar that is redrawn, with what
-// is being done, for how long, and how long it will take; with `verbose` iterates as well. In a log: the analysis, a
-// line per iterate (iteration, change, bound, residual, seconds), rejected windows, and now and then how far it is. A
-// solve that iterates faster than people read is condensed to the last iterate of a window, now and then, and the rest
-// is counted. To be called from one thread.
+// Shows the events of a solve. On a terminal: the analysis, rejected windows, and below them a progress bar with the
+// current activity, the elapsed and the remaining time; with `verbose` iterates as well. In a log: the analysis, a line
+// per iterate (iteration, change, bound, residual, seconds), rejected windows, and from time to time the progress. If
+// iterates come too fast, only the last iterate of some windows is shown, and the others are counted. To be called from
+// one thread.
 class LiveView {
  public:
   struct Settings {
     bool terminal = false;       // redraw a bar
     bool verbose = false;        // on a terminal: iterates too
-    int width = 100;             // letters in a line of the terminal
+    int width = 100;             // characters in a line of the terminal
     double horizon = 1;          // T, the end of the bar
-    bool warnings = true;        // show those of the analysis; a result that is printed has them too
-    bool nonlinear = false;      // then the class is not that of M, and says of what
-    bool default_error = false;  // nobody chose a step or an error: say so
-    bool estimates = false;      // where steps are given, their error is estimated behind the end
+    bool warnings = true;        // show the warnings of the analysis (a printed result has them too)
+    bool nonlinear = false;      // the class is that of the Jacobian of g, not of M
+    bool default_error = false;  // neither a step nor an error was given: say so
+    bool estimates = false;      // steps are given, and their error is estimated after the end
   };
 
   LiveView(std::FILE* out, const Settings& settings);
@@ -56,11 +56,11 @@ class LiveView {
   LiveView& operator=(const LiveView&) = delete;
 
   void OnEvent(const v1::SolveEvent& event);
-  // A line of somebody else's, above the bar.
+  // Prints another line above the bar.
   void OnText(const std::string& line);
-  // What is known up to `time`, of a solve whose windows are not seen.
+  // Reports that `time` was reached, for a solve whose windows are not reported.
   void OnReached(double time);
-  // Takes the bar away, shows the last iterate and how many were passed over. Later calls do nothing.
+  // Removes the bar, and shows the last iterate and how many were not shown. Later calls do nothing.
   void Finish();
 
  private:
@@ -78,7 +78,7 @@ class LiveView {
   std::FILE* out_;
   Settings settings_;
   LineBudget lines_;
-  LineBudget signs_of_life_;  // while condensed, or where there is no bar
+  LineBudget signs_of_life_;  // for lines while condensed, or without a bar
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   mutable std::mutex mutex_;  // guards all below: the bar is drawn by a thread of its own
   v1::WindowStarted window_;
@@ -86,9 +86,9 @@ class LiveView {
   v1::Iterate hidden_iterate_;       // the last one, when it was not shown
   v1::WindowStarted hidden_window_;  // and its window
   double reached_ = 0;               // the time up to which windows were accepted
-  std::int64_t passes_ = 1;          // over [0, T]: an estimate of the error takes further ones
+  std::int64_t passes_ = 1;          // passes over [0, T]: an error estimate takes further ones
   bool analyzed_ = false;
-  bool tries_steps_ = false;  // times are those of several solves, and say only how much of the work is done
+  bool tries_steps_ = false;  // times are those of several trial solves, and only show the progress
   bool queued_ = false;
   std::int64_t passed_over_ = 0;
   bool condensed_ = false;

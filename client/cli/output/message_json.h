@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The JSON that all commands print: that of proto3 with the field names of the contract. Enumerators are strings, and
 // so are integers of 64 bits, times (RFC 3339, in UTC), durations ("1.5s") and numbers that are not finite ("NaN").
-// Fields that are not set stand there with their default, but for messages and optional fields. Doubles are written
-// with 15 digits or, where these do not give the same bits, with 17.
+// Fields that are not set are printed with their default, except messages and optional fields. Doubles are written with
+// 15 digits or, where these do not give the same bits, with 17.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_MESSAGE_JSON_H_
 #define DLCS_CLIENT_CLI_OUTPUT_MESSAGE_JSON_H_
@@ -20,8 +20,8 @@ namespace dlcs::client {
 // `message` on one line.
 std::string JsonLine(const google::protobuf::Message& message);
 
-// v1::SolveResult on one line, as JsonLine() would print it (a negative zero is -0.0 here, which readers of JSON take
-// for one). Written as it goes: a trajectory may be large.
+// v1::SolveResult on one line, as JsonLine() would print it (except that a negative zero is -0.0, which JSON readers
+// understand). Written without building the whole text in memory, since a trajectory may be large.
 void PrintJson(const std::string& title, const SolveResult& result, std::FILE* out);
 
 // v1::MemberResult likewise.

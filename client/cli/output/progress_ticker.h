@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last line of a terminal, redrawn several times a second whatever the program is at.
+// A progress line at the bottom of a terminal, redrawn several times a second by its own thread.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
 #define DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
@@ -15,11 +15,11 @@
 
 namespace dlcs::client {
 
-// Whether lines of the terminal behind `stream` can be redrawn: it is one, and TERM is not "dumb".
+// Whether `stream` is a terminal whose lines can be redrawn (TERM is not "dumb").
 bool CanRedraw(std::FILE* stream);
 
-// Shows what `line` returns from a third of a second on, so that what is quick shows nothing, and takes it away at the
-// end. It is cut to the terminal's width, `width` letters. `line` is called from another thread.
+// Shows the text that `line` returns, after a third of a second, so that quick work shows nothing; removes it at the
+// end. The text is cut to `width` characters. `line` is called from another thread.
 class Ticker {
  public:
   Ticker(std::FILE* out, int width, std::function<std::string()> line);
@@ -28,7 +28,7 @@ class Ticker {
   Ticker(const Ticker&) = delete;
   Ticker& operator=(const Ticker&) = delete;
 
-  // Runs `print`, which may write whole lines, where the line was; it is drawn again below.
+  // Removes the progress line, runs `print`, which may write whole lines, and draws the progress line again below.
   void Above(const std::function<void()>& print);
 
  private:
@@ -44,7 +44,7 @@ class Ticker {
   std::jthread thread_;  // last: it uses the others
 };
 
-// While it lives: `what` and the seconds so far, on standard error where that is a terminal.
+// While it lives, shows `what` and the elapsed seconds on standard error, if that is a terminal.
 class WaitView {
  public:
   explicit WaitView(std::string what);

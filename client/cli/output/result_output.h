@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The result of a solve on paper: a table for people, CSV for programs (JSON: message_json.h).
+// Prints the result of a solve as a table or as CSV. (For JSON see message_json.h.)
 //
-// CSV prints every number so that reading it gives the same bits. What is not finite is an empty field.
+// CSV numbers can be read back to the same bits. A value that is not finite is an empty field.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_RESULT_OUTPUT_H_
 #define DLCS_CLIENT_CLI_OUTPUT_RESULT_OUTPUT_H_
@@ -16,12 +16,10 @@ namespace dlcs::client {
 
 // A header t,x1,...,xm,y1,...,yn,w1,...,wn, or the names of these, and a line for each time of each chunk, as they
 // come.
-void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w,
-                    std::FILE* out);
+void PrintCsvHeader(const DisplayNames& names, std::size_t states, std::size_t constraints, bool has_w, std::FILE* out);
 void PrintCsvLines(const v1::TrajectoryChunk& chunk, std::FILE* out);
 
-// Verdict, trajectory and certificate in words. Columns that do not fit into `width` letters follow in
-// further blocks.
+// Verdict, trajectory and certificate. Columns that do not fit into `width` characters follow in further blocks.
 void PrintTable(const std::string& name, const SolveResult& result, int width, std::FILE* out);
 
 }  // namespace dlcs::client

@@ -11,12 +11,12 @@
 
 namespace dlcs::client {
 
-// PrintTable() (result_output.h) on `out`. On a terminal no line is longer than it is wide, as far as blanks allow it,
-// and the verdict is green, yellow or red, unless the environment's NO_COLOR is set and not empty or TERM is "dumb".
+// PrintTable() (result_output.h) on `out`. On a terminal lines are wrapped to its width at blanks, and the verdict is
+// green, yellow or red, unless the environment variable NO_COLOR is set and not empty or TERM is "dumb".
 void PrintPage(const std::string& name, const SolveResult& result, std::FILE* out);
 
-// `line` in lines of at most `width` letters where blanks allow it; those behind the first begin below the text that
-// follows the label of the first, which ends with two blanks.
+// `line` wrapped at blanks to at most `width` characters. Continuation lines are indented to the text after the label,
+// which ends with two blanks.
 std::string Wrapped(const std::string& line, std::size_t width);
 
 }  // namespace dlcs::client

@@ -8,7 +8,7 @@
 
 namespace dlcs::client {
 
-// Letters in a line of the terminal behind `stream`, or 100 where it is none.
+// The width in characters of the terminal `stream`; 100 if it is not a terminal.
 int WidthOf(std::FILE* stream);
 
 }  // namespace dlcs::client

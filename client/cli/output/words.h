@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small turns of phrase that the outputs share.
+// Phrases that the outputs share.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_WORDS_H_
 #define DLCS_CLIENT_CLI_OUTPUT_WORDS_H_

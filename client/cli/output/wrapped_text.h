@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text in lines of one width, counted in letters and not in bytes.
+// Wraps text to a width counted in characters, not in bytes.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_WRAPPED_TEXT_H_
 #define DLCS_CLIENT_CLI_OUTPUT_WRAPPED_TEXT_H_
@@ -10,20 +10,20 @@
 
 namespace dlcs::client {
 
-// Letters of UTF-8 text on the screen.
+// The number of characters of UTF-8 text.
 std::size_t LetterCount(const std::string& text);
 
-// `text` with blanks behind it, up to `width` letters.
+// `text` padded with blanks to `width` characters.
 std::string Padded(const std::string& text, std::size_t width);
 
 class Paragraphs {
  public:
-  // Lines of `width` letters, at least 40, as far as words allow it.
+  // Lines have at most `width` characters (at least 40), unless a word is longer.
   Paragraphs(int width, std::FILE* out);
 
-  // One line as it is.
+  // Prints one line unchanged.
   void Line(const std::string& text);
-  // `head` on the first line, as many blanks on those that follow.
+  // Prints `text` after `head`; continuation lines are indented by the width of `head`.
   void Print(const std::string& head, const std::string& text);
 
  private:

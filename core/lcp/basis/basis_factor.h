@@ -24,10 +24,9 @@ class BasisFactor {
   BasisFactor(const Matrix& M, Elimination elimination);
   BasisFactor(const BasisFactor& other);  // for the same matrix; the factors are not copied
 
-  // Factors M_SS for S = { i : basis[i] }, or recalls that this was done. `M` is the matrix of the
-  // constructor. False when M_SS is singular to working precision (kPivoting) or not a nonsingular M-matrix
-  // (kMMatrix). The empty basis is always fine. Allocates only
-  // where a pivot of an M-matrix has to be looked at closely.
+  // Factors M_SS for S = { i : basis[i] }, or recalls that this was done. `M` is the matrix of the constructor. False
+  // when M_SS is singular to working precision (kPivoting) or not a nonsingular M-matrix (kMMatrix). Always true for
+  // the empty basis. Allocates only if a doubtful pivot of an M-matrix needs a closer test.
   bool Factor(const Matrix& M, const Basis& basis);
 
   // S in increasing order.

@@ -28,16 +28,16 @@ void FindViolations(const Basis& basis, const Vector& y_of_S, const Vector& w, c
   }
 }
 
-// For a basis S: y_S = -M_SS⁻¹ q_S, y = 0 elsewhere, w = q + M y. The certificate that every solver of this
-// folder ends with: nothing is returned as a solution that was not computed and judged here, from M and q
-// themselves. The empty list of violations together with accurate() means: solved.
+// For a basis S: y_S = -M_SS⁻¹ q_S, y = 0 elsewhere, w = q + M y. This is the certificate of every solver in this
+// folder: a solution is returned only if it was computed and checked here from M and q themselves. If there are no
+// violations and accurate() holds, the LCP is solved.
 //
 // What counts as zero. w_i may be negative by the caller's tolerance and the rounding of its own sum,
 //     allowed_i = tolerance_i + 1e-14 (|q_i| + Σ_j|M_ij||y_j|),
-// measured against the numbers that it was summed from and no others: so rows and columns may have any units. y_j may
-// be negative if setting it to zero moves no w_i by more than allowed_i: so y and w need no tolerances of their own.
-// Where that does not solve, and there are y_j so small beside the others that they may be what rounding left of
-// zeros, these are set to zero and the point is judged anew.
+// relative to its own terms only, so that rows and columns may have any units. y_j may be negative if setting it to
+// zero changes no w_i by more than allowed_i, so y needs no tolerance of its own. If the point is not a solution by
+// these rules, but some y_j are so small relative to the others that they may be rounding errors of zeros, these are
+// set to zero and the point is checked again.
 class BasisPoint {
  public:
   BasisPoint(const ScaledLcp& lcp, Elimination elimination);
@@ -54,14 +54,14 @@ class BasisPoint {
 
   bool solved() const { return violations_.empty() && accurate_; }
 
-  // Where it is not solved: whether rounding could be all that is wrong, so that the basis proves nothing. Measured
-  // against the rounding of y, |M_SS⁻¹| (|M_SS||y| + |q_S|). |S|³ operations where that is not plain.
+  // If the point is not a solution: whether rounding alone may be the reason, so that the basis proves nothing. The
+  // violations are compared with the rounding of y, |M_SS⁻¹| (|M_SS||y| + |q_S|). Cost: up to |S|³ operations.
   bool IsDoubtful(const ScaledLcp& lcp, const Basis& basis);
 
   const std::vector<Index>& indices() const { return factor_.indices(); }  // S, increasing
   double y(Index position) const { return y_[position]; }                  // y of indices()[position], scaled
   double w(Index i) const { return w_[i]; }                                // scaled
-  // Whether setting y_j = value to zero would go unnoticed in every w_i.
+  // Whether setting y_j = `value` to zero changes every w_i by no more than is allowed.
   bool Negligible(const ScaledLcp& lcp, Index j, double value);
 
   // Writes y >= 0 in the caller's units.
@@ -79,7 +79,7 @@ class BasisPoint {
   Vector y_;      // the first indices().size() entries
   Vector other_;  // a correction of y, or a copy
   Vector w_;
-  Vector allowed_;  // without the product where is_summed_[i] = 0: few rows need it
+  Vector allowed_;  // without the term Σ|M_ij||y_j| while is_summed_[i] = 0, since few rows need it
   std::vector<std::uint8_t> is_summed_;
   std::vector<Index> violations_;
   bool accurate_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every solver of LCP(q, M) is to those who use it.
+// The interface of all solvers of LCP(q, M).
 
 #ifndef DLCS_CORE_LCP_BASIS_LCP_SOLVER_H_
 #define DLCS_CORE_LCP_BASIS_LCP_SOLVER_H_
@@ -23,43 +23,42 @@ enum class LcpStatus {
 };
 const char* LcpStatusName(LcpStatus verdict);  // "SOLVED", "INFEASIBLE", ...
 
-// Which y_i are basic (may be positive): the warm start of a solve, and what it leaves behind.
+// Which y_i are basic (may be positive). It is both the warm start of a solve and part of its result.
 using Basis = std::vector<std::uint8_t>;
 
 // How a solve went, for statistics and messages.
 struct LcpStats {
   Index pivots = 0;         // basic variables exchanged
-  const char* method = "";  // the one that gave the verdict: "principal pivoting", ...
+  const char* method = "";  // the method that gave the verdict: "principal pivoting", ...
   std::string message;      // why, where the verdict is not kSolved
 };
 
-// Solves LCP(q, M) for one matrix and many q. One object per thread: a solver keeps factorizations and work
-// space and allocates nothing in a solve that finds its basis again.
+// Solves LCP(q, M) for one matrix and many q. One object per thread. A solver keeps factorizations and work space, and
+// allocates nothing in a solve with the same basis as before.
 //
-// A solve is a pure function of its arguments: the factors kept from earlier calls are those that a fresh
-// solver would compute, so the bits of the answer depend neither on the past nor on which of several clones
-// is asked.
+// A solve is a pure function of its arguments: the factors kept from earlier calls are those that a new solver would
+// compute, so the bits of the solution depend neither on earlier calls nor on which of several clones is used.
 class LcpSolver {
  public:
   virtual ~LcpSolver() = default;
 
   // `q`          n entries.
   // `tolerance`  n entries >= 0, absolute: w_i above -tolerance_i counts as nonnegative. The caller knows the
-  //              rounding in q_i; a good value is 1e-13 times the size of the numbers that it was summed
-  //              from. The rounding of the solver's own arithmetic is allowed for in any case.
+  //              rounding in q_i; a good value is 1e-13 times the size of the terms that q_i is the sum of.
+  //              The rounding of the solver's own arithmetic is added to it in any case.
   // `basis`      in: a guess, n entries; out: the basis of the solution, the last one tried where there is
   //              none. The solution does not depend (beyond rounding and `tolerance`) on the guess where it
   //              is unique or the least element.
   // `y`          out: >= 0 exactly, from a factorization of the basis: in a kSolved result w_i is off by at most
   //              10·tolerance_i + 1e-12·(|q_i| + Σ_j|M_ij| y_j). Zero where the verdict is another one.
-  virtual LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                           Basis& basis, Eigen::Ref<Vector> y) = 0;
+  virtual LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                          Eigen::Ref<Vector> y) = 0;
 
-  // Whether the last solution is the one that the selection means. False only where a coupled solver found a
-  // solution of LCP(q, M + K) that is not the selected one of LCP(q + K y, M), and none that is.
+  // Whether the last solution is the selected one. False only if a coupled solver found a solution of LCP(q, M + K)
+  // that is not the selected one of LCP(q + K y, M), and found none that is.
   virtual bool KeptSelection() const { return true; }
 
-  // Whether no other solution would have served the selection as well. False only for minimizers.
+  // Whether the selection determines the last solution uniquely. False only for minimizers.
   virtual bool IsOnlyChoice() const { return true; }
 
   // How the last Solve() went. Allocates; not for the inner loop.

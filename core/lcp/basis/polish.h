@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last digits of a solution.
+// Refines the last digits of a solution.
 
 #ifndef DLCS_CORE_LCP_BASIS_POLISH_H_
 #define DLCS_CORE_LCP_BASIS_POLISH_H_
@@ -8,10 +8,10 @@
 
 namespace dlcs {
 
-// Refines a solution `y` of LCP(q, M) that is right to rounding in each row. What rounding left of zeros, y_i that no w
-// tells from zero, becomes zero; of J = { i : y_i > 0 } the equations w_J = 0 are solved anew with residuals in longer
-// numbers, so that each component is right to rounding in its own size, whatever the condition of M_JJ (below 1e12).
-// `y` stays as it is where that moves it by more than rounding could. Cost: |J|³.
+// Refines a solution `y` of LCP(q, M) whose residual is at rounding level in each row. Each y_i so small that setting
+// it to zero changes no w by more than rounding becomes zero. With J = { i : y_i > 0 } the equations w_J = 0 are solved
+// again with residuals in extended precision, so that each component has a small relative error for any condition of
+// M_JJ below 1e12. `y` is not changed if that would move it by more than rounding can explain. Cost: |J|³.
 void PolishSolution(const Matrix& M, const Vector& q, Vector& y);
 
 }  // namespace dlcs

@@ -22,19 +22,16 @@ enum class Exchange {
 // the least of them does until it drops (Murty's rule). On a P-matrix that is finite from any start, in exact
 // arithmetic; on an M-matrix blocks alone are: y rises from one round to the next (the new equations, taken
 // at the old y, have residuals
-// <= 0), so an index whose y_i has once been zero never leaves again, although many rounds may add only a
-// few.
+// <= 0), so an index whose y_i has once been zero never leaves again, although many rounds may add only a few.
 //
 // `point` has Compute(lcp, basis), violations() and accurate() as BasisPoint has. True when it is solved.
 // False when a basis on the way is singular, or after `max_rounds` rounds: neither says anything about
 // solutions. Adds the exchanges to `pivots`. One factorization per round.
 //
 // Source: [Júdice & Pires 1994] J. J. Júdice, F. M. Pires. A block principal pivoting algorithm for
-// large-scale
-//         strictly monotone linear complementarity problems. Computers & Operations Research 21, 587-596.
+//         large-scale strictly monotone linear complementarity problems. Computers & Operations Research 21, 587-596.
 template <typename Lcp, typename Point>
-bool PivotPrincipally(const Lcp& lcp, int max_rounds, Exchange exchange, Point& point, Basis& basis,
-                      Index& pivots) {
+bool PivotPrincipally(const Lcp& lcp, int max_rounds, Exchange exchange, Point& point, Basis& basis, Index& pivots) {
   constexpr int kPatience = 5;  // block exchanges without progress; 3 to 10 are all fine in the literature
   std::size_t fewest = basis.size() + 1;
   int patience = kPatience;

@@ -25,8 +25,7 @@ struct ScaledMatrix {
   Bandwidth band;       // of M
 };
 
-// One such LCP. All solvers of this folder read this struct; only its y = C y' leaves it. Copies share the
-// matrix.
+// One such LCP, the input of all solvers of this folder, which return y = C y'. Copies share the matrix.
 struct ScaledLcp {
   // q = 0 and no tolerance until Load().
   explicit ScaledLcp(const Matrix& M);

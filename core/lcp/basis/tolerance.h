@@ -9,9 +9,9 @@
 
 namespace dlcs {
 
-// For each row, the size of the numbers that q = N x + g is summed from, max over the columns: the rounding in q_i is
-// this times 1e-16, and w_i smaller than kLcpTolerance times it counts as zero. Rows have sizes of their own, since
-// they have units of their own (volts beside amperes).
+// For each row the size of the terms that q = N x + g is the sum of, the maximum over the columns: the rounding in q_i
+// is 1e-16 times this size, and w_i smaller than kLcpTolerance times it counts as zero. Each row has its own size,
+// since rows may have different units (volts and amperes).
 Vector SizeOfSums(const StructuredMatrix& N, const Eigen::Ref<const Matrix>& x, const Eigen::Ref<const Matrix>& g);
 constexpr double kLcpTolerance = 1e-13;
 

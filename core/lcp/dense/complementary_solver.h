@@ -20,7 +20,7 @@ namespace dlcs {
 // the ray that the LCP is infeasible, enumeration (n <= 12), and a linear program for infeasibility.
 class ComplementarySolver final : public LcpSolver {
  public:
-  // What is known of M, and trusted.
+  // What the caller knows about M; it is not checked.
   enum class Known {
     kNothing,
     kPMatrix,
@@ -30,13 +30,12 @@ class ComplementarySolver final : public LcpSolver {
   ComplementarySolver(const Matrix& M, Known known);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
 
   // As Solve(), but where several solutions can be found one with a basis that `preferred` accepts is taken:
   // the guess and Lemke's solution count only if accepted, then enumeration looks for one (n <= 12).
-  LcpStatus SolvePreferring(const std::function<bool(const Basis&)>& preferred,
-                             const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                             Basis& basis, Eigen::Ref<Vector> y);
+  LcpStatus SolvePreferring(const std::function<bool(const Basis&)>& preferred, const Eigen::Ref<const Vector>& q,
+                            const Eigen::Ref<const Vector>& tolerance, Basis& basis, Eigen::Ref<Vector> y);
 
   LcpStats Account() const override { return {pivots_, method_, message_}; }
   std::unique_ptr<LcpSolver> Clone() const override;

@@ -18,19 +18,18 @@ namespace dlcs {
 // + K y, M), until it repeats itself. A guess that is right costs one check with kept factors.
 //
 // Where Newton's method does not end (or meets an infeasible LCP, which proves nothing about LCP(q, M + K)):
-// Chandrasekaran's method if M + K is a Z-matrix, then ComplementarySolver, which prefers solutions that are
-// least elements with respect to M. A solution that is none is returned only where no other was found.
+// Chandrasekaran's method if M + K is a Z-matrix, then ComplementarySolver, which prefers solutions that are least
+// elements with respect to M. A solution that is not the least element is returned only if no other was found.
 //
 // Source: [Chen & Xiang 2013] X. Chen, S. Xiang. Newton iterations in implicit time-stepping scheme for
-// differential
-//         linear complementarity systems. Math. Programming 138, 579-606, (3.3).
+//         differential linear complementarity systems. Math. Programming 138, 579-606, (3.3).
 class CoupledLeastElementSolver final : public LcpSolver {
  public:
   CoupledLeastElementSolver(const Matrix& M, const Matrix& K);
   CoupledLeastElementSolver(const CoupledLeastElementSolver& other);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   bool KeptSelection() const override { return kept_selection_; }
   LcpStats Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;
@@ -42,8 +41,8 @@ class CoupledLeastElementSolver final : public LcpSolver {
   bool TryBasis(const Basis& basis, Eigen::Ref<Vector> y);
   bool Newton(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
               Eigen::Ref<Vector> y);
-  LcpStatus Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                      Basis& basis, Eigen::Ref<Vector> y);
+  LcpStatus Fallback(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
+                     Eigen::Ref<Vector> y);
 
   Matrix M_;
   Matrix K_;

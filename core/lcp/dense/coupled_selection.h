@@ -21,8 +21,8 @@ namespace dlcs {
 //
 // With the least norm and M + K positive semidefinite, `fallback` is the least-norm solver of M + K, so what is
 // returned then is the discrete solution of [Han, Tiwari, Camlibel & Pang], who take the least norm over the coupled
-// problem: for M = 0 (ideal diodes) the least-norm element of SOL(N x + g, 0) is zero, which can hardly be meant, and
-// (1.9) has no solution as soon as a constraint acts.
+// problem: for M = 0 (ideal diodes) the least-norm element of SOL(N x + g, 0) is always zero, so (1.9) has no solution
+// as soon as a constraint becomes active.
 //
 // Source: [Han, Tiwari, Camlibel & Pang 2009] L. Han, A. Tiwari, M. K. Camlibel, J.-S. Pang. Convergence of
 // time-stepping schemes for passive and extended linear complementarity systems. SIAM J. Numer. Anal. 47, 3768-3796.
@@ -32,7 +32,7 @@ class CoupledSelectionSolver final : public LcpSolver {
                          std::unique_ptr<LcpSolver> fallback);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   bool KeptSelection() const override { return kept_selection_; }
   bool IsOnlyChoice() const override { return !kept_selection_ || selection_->IsOnlyChoice(); }
   LcpStats Account() const override { return account_; }

@@ -34,10 +34,10 @@ FeasiblePoint SolveFaceExactly(const Matrix& M, const Vector& q, const std::vect
 // is a proof to working precision: no y at all solves the LCP (although q + M y >= 0 may be possible). Where rounding
 // could decide, and no tolerance is given, exact arithmetic does.
 //
-// kSolved: `basis` and `y` (caller's units) hold the solution. kInfeasible: there is none. kSingular: no
-// solution found, and a basis is too close to singular to exclude one. `point` is for kPivoting.
+// kSolved: `basis` and `y` (caller's units) hold the solution. kInfeasible: there is none. kSingular: no solution
+// found, and a basis is too close to singular to exclude one. `point` must have been made for Elimination::kPivoting.
 LcpStatus Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)>& preferred, BasisPoint& point,
-                     Basis& basis, Eigen::Ref<Vector> y);
+                    Basis& basis, Eigen::Ref<Vector> y);
 
 }  // namespace dlcs
 

@@ -16,15 +16,15 @@ struct FeasiblePoint {
   Vector y;  // when feasible: y >= 0 with c + C y >= -tolerance beyond rounding
 };
 
-// Decides whether { y >= 0 : c + C y >= 0 } is empty, by Lemke's method on the skew-symmetric LCP of the
-// linear program with zero costs, `tolerance` as in LcpSolver::Solve(); an empty set is proven by λ >= 0 with Cᵀλ <= 0
-// and cᵀλ < 0 (Farkas). `C` is r × k, any shape. Dense, (r + k)³: for verdicts, not for the inner loop.
+// Decides whether { y >= 0 : c + C y >= 0 } is empty, by Lemke's method on the skew-symmetric LCP of the linear program
+// with zero costs, `tolerance` as in LcpSolver::Solve(); an empty set is proven by λ >= 0 with Cᵀλ <= 0 and cᵀλ < 0
+// (Farkas). `C` is r × k, any shape. Cost: (r + k)³; not for the inner loop.
 FeasiblePoint FindFeasiblePoint(const Matrix& C, const Vector& c, const Vector& tolerance);
 
-// Whether the y-part of a secondary `ray`, taken for multipliers of the rows, proves to working precision that no
-// y >= 0 has q + M y >= 0: λ >= 0 (negative entries are cut), Mᵀλ <= 0 and qᵀλ < 0 beyond the rounding of these sums
-// and the tolerance of `lcp`. A y_i is the multiplier of row i in the caller's units, of rows and columns that have the
-// same; both these and the units of `lcp` are tried.
+// Whether the y-part of a secondary `ray`, taken for multipliers of the rows, proves to working precision that no y >=
+// 0 has q + M y >= 0: λ >= 0 (negative entries are cut), Mᵀλ <= 0 and qᵀλ < 0 beyond the rounding of these sums and the
+// tolerance of `lcp`. y_i is a multiplier of row i in the caller's units if row i and column i have the same unit, and
+// otherwise in the units of `lcp`; both are tried.
 bool ProvesInfeasible(const ScaledLcp& lcp, const Eigen::Ref<const Vector>& ray);
 
 }  // namespace dlcs

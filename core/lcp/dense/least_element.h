@@ -19,25 +19,24 @@ namespace dlcs {
 // v = (-M_SS⁻ᵀ M_rSᵀ, 1) on (S, r) shows it: v >= 0, Mᵀv <= 0, qᵀv < 0. At most n pivots; M need not be a
 // P-matrix.
 //
-// Warm start, for any guess S: if M_SS is a nonsingular M-matrix, every feasible y has y_S >= -M_SS⁻¹ q_S
-// (M_SS⁻¹ >= 0 and M_{S,rest} <= 0), so the indices where that bound is positive are in the basis of the
-// least element: the method goes on from them. If all are and w >= 0, the point is the least element. A guess
-// that is no M-matrix is dropped.
+// Warm start, for any guess S: if M_SS is a nonsingular M-matrix, every feasible y has y_S >= -M_SS⁻¹ q_S (M_SS⁻¹ >= 0
+// and M_{S,rest} <= 0), so the indices where that bound is positive are in the basis of the least element, and the
+// method continues from them. If it is positive for all of S and w >= 0, the point is the least element. A guess for
+// which M_SS is not an M-matrix is dropped.
 //
 // Source: [Chandrasekaran 1970] R. Chandrasekaran. A special case of the complementary pivot problem.
-// Opsearch 7,
-//         263-268; [Cottle, Pang & Stone 1992], Section 4.7 and Theorem 3.11.6 (least elements).
+//         Opsearch 7, 263-268; [Cottle, Pang & Stone 1992], Section 4.7 and Theorem 3.11.6 (least elements).
 class LeastElementSolver final : public LcpSolver {
  public:
   explicit LeastElementSolver(const Matrix& M);  // a Z-matrix
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   LcpStats Account() const override;
   std::unique_ptr<LcpSolver> Clone() const override;
 
  private:
-  // What to do about indices whose addition spoiled the M-matrix.
+  // The verdict on indices whose addition makes M_SS lose the M-matrix property.
   enum class Refusal { kInfeasible, kWithinRounding, kUnclear };
 
   bool KeepProvenIndices(Basis& basis);

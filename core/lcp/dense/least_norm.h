@@ -24,7 +24,7 @@ namespace dlcs {
 //     y*ᵀ(v - y*) = w'ᵀv + y'ᵀw(v) >= 0   if y'_i >= 0 for i in S with y*_i = 0, w'_i >= 0 for other i with w*_i = 0.
 //
 // That is sufficient, not necessary (S may have other y'): where no ε passes, the quadratic program over the whole
-// solution set decides (core/lcp/dense/nearest_point.h). Where IsPlainlyUnique() nothing of this is needed.
+// solution set decides (core/lcp/dense/nearest_point.h). If IsPlainlyUnique(), none of this is needed.
 //
 // The least-norm solution need not depend continuously on q: see TestInteriorPoint() in
 // core/lcp/basis/solution_function.h.
@@ -36,7 +36,7 @@ class LeastNormSolver final : public LcpSolver {
   explicit LeastNormSolver(const Matrix& M);  // positive semidefinite
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override { return std::make_unique<LeastNormSolver>(*this); }
 

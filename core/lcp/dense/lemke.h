@@ -28,9 +28,9 @@ class Lemke {
   explicit Lemke(Index n);
   Lemke(const Lemke& other) : Lemke(other.n_) {}  // work space for problems of the same size
 
-  // Entries of the tableau below `zero` times the largest of their column do not become pivots.
-  // kBasis: `basis` holds a complementary basis that the tableau takes for a solution; to be checked.
-  // kRay: ray() holds the direction.
+  // Entries of the tableau below `zero` times the largest of their column do not become pivots. kBasis: `basis` holds a
+  // complementary basis that solves the LCP according to the tableau; the caller has to check it. kRay: ray() holds the
+  // direction.
   LemkeEnd Run(const ScaledLcp& lcp, double zero, Basis& basis);
 
   // The y-part of the secondary ray, scaled. For copositive-plus M it proves that there is no solution.

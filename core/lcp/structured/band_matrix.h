@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Matrices whose entries stand near the diagonal.
+// Matrices whose nonzero entries are near the diagonal.
 
 #ifndef DLCS_CORE_LCP_STRUCTURED_BAND_MATRIX_H_
 #define DLCS_CORE_LCP_STRUCTURED_BAND_MATRIX_H_
@@ -16,7 +16,7 @@ Index BandwidthUpToRounding(const Matrix& K);
 // The entries (i, j) of an n × n matrix with |i - j| <= b, row by row: n (2b + 1) numbers.
 class BandMatrix {
  public:
-  // Of `K`, which may have others: they are left out.
+  // The entries of `K` within `bandwidth`; others are ignored.
   BandMatrix(const Matrix& K, Index bandwidth);
 
   Index size() const { return size_; }
@@ -33,9 +33,9 @@ class BandMatrix {
 };
 
 // Products with a matrix by its diagonals. Functions of second differences with fixed ends, such as the K_0 of a
-// Kronecker sum, have one number on each diagonal but for what the ends reflect,
+// Kronecker sum, have one number on each diagonal plus terms reflected at both ends,
 //     K(i, j) = t_{|i-j|} - t_{i+j+2} - t_{2n-i-j},
-// and are applied as that: t to y continued oddly beyond both ends, all of it in the first cache.
+// and are applied in this form: t is applied to the odd continuation of y beyond both ends, within the first cache.
 class BandProduct {
  public:
   // Of the entries of `K` within `bandwidth`, others being zero. Cost: n times the bandwidth.

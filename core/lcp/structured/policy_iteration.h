@@ -12,12 +12,12 @@
 
 namespace dlcs {
 
-// Policy iteration (Howard's method, Newton's method on min(y, q + M y) = 0). With the basis S, solve M_SS
-// y_S = -q_S and set to zero what is negative; with w = q + M y the indices with w_i < 0 enter S, those with
-// y_i = 0 < w_i leave it, all at once. For an M-matrix y is at most the solution, whatever S, so what enters
-// belongs there. A guess that is off by a few indices takes two or three rounds; from a bad one S may grow by
-// an index a round, so it gives up after kPatience rounds, and GrowLeastBasis() serves. A round costs a
-// division for each index of S and about 25 n operations.
+// Policy iteration (Howard's method, Newton's method on min(y, q + M y) = 0). With the basis S, solve M_SS y_S = -q_S
+// and set to zero what is negative; with w = q + M y the indices with w_i < 0 enter S, those with y_i = 0 < w_i leave
+// it, all at once. For an M-matrix y is at most the solution, whatever S, so what enters belongs there. A guess that is
+// wrong in a few indices takes two or three rounds. From a bad guess S may grow by one index per round, so the
+// iteration gives up after kPatience rounds, and GrowLeastBasis() is used instead. A round costs a division for each
+// index of S and about 25 n operations.
 //
 // What counts as zero: w_i may be negative, and where y_i > 0 differ from zero, by `tolerance`_i and the
 // rounding of its own sum,
@@ -29,8 +29,7 @@ namespace dlcs {
 // here.
 //
 // Source: [Bokanowski, Maroso & Zidani 2009] O. Bokanowski, S. Maroso, H. Zidani. Some convergence results
-// for
-//         Howard's algorithm. SIAM J. Numerical Analysis 47(4), 3001-3026.
+//         for Howard's algorithm. SIAM J. Numerical Analysis 47(4), 3001-3026.
 class PolicyIteration {
  public:
   static constexpr int kPatience = 12;
@@ -41,21 +40,21 @@ class PolicyIteration {
   // False, with neither `basis` nor `y` of use, where it is not solved. All arrays have n entries.
   bool Solve(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
              Basis& basis, Eigen::Ref<Vector> y, Index& pivots);
-  // The same with the M of the call before: where the basis is the last one of that, its pivots serve again, and with
-  // them half of the time is saved.
+  // The same with the M of the previous call. If the basis is the last one of that call, its pivots are used again,
+  // which saves half of the time.
   bool SolveAgain(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                   Basis& basis, Eigen::Ref<Vector> y, Index& pivots);
 
  private:
   std::vector<double> ratio_;    // M_{i,i+1} over the pivot of i, for i in S
   std::vector<double> inverse_;  // 1 over the pivot
-  Basis factored_;               // the basis that these are of; empty: none
+  Basis factored_;               // the basis of these pivots; empty: none
 };
 
-// The same for sixteen right-hand sides in the lanes of vector registers. Each lane goes through the
-// operations of PolicyIteration in their order, in IEEE arithmetic, without contraction: so its bits are the
-// same as there, whatever stands in the other lanes and however wide the registers of the processor are.
-// Which instructions serve is chosen when the program runs (x86-64: AVX-512, AVX2 or the baseline).
+// The same for sixteen right-hand sides in the lanes of vector registers. Each lane goes through the operations of
+// PolicyIteration in their order, in IEEE arithmetic, without contraction: so its bits are the same, whatever is in the
+// other lanes and however wide the registers of the processor are. The instruction set is chosen at run time (x86-64:
+// AVX-512, AVX2 or the baseline).
 class PolicyLanes {
  public:
   static constexpr Index kLanes = 16;

@@ -67,13 +67,12 @@ class SparsePoint {
   bool accurate_ = false;
 };
 
-// Block principal pivoting with a sparse factorization of M_SS for each basis: LDLᵀ for symmetric M, LU for
-// others. No n × n matrix is formed. Memory and the work of a round are those of the factors of M_SS; a guess
-// that is off by little takes two or three rounds, and one that is right, with the factors kept, two
-// triangular solves.
+// Block principal pivoting with a sparse factorization of M_SS for each basis: LDLᵀ for symmetric M, LU for others. No
+// n × n matrix is formed. Memory and the work of a round are those of the factors of M_SS; a guess that is wrong in a
+// few indices takes two or three rounds, and a correct one whose factors are kept two triangular solves.
 class SparseLcpSolver final : public LcpSolver {
  public:
-  // What is known of M, and trusted.
+  // What the caller knows about M; it is not checked.
   enum class Known {
     kPMatrix,
     kMMatrix,  // P and Z
@@ -82,7 +81,7 @@ class SparseLcpSolver final : public LcpSolver {
   SparseLcpSolver(const SparseMatrix& M, Known known);
 
   LcpStatus Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance, Basis& basis,
-                   Eigen::Ref<Vector> y) override;
+                  Eigen::Ref<Vector> y) override;
   LcpStats Account() const override { return account_; }
   std::unique_ptr<LcpSolver> Clone() const override;
 
@@ -90,7 +89,7 @@ class SparseLcpSolver final : public LcpSolver {
   SparseLcpSolver(SparseLcp lcp, Exchange exchange);
 
   bool Pivot(int max_rounds);
-  // Once more, with fifty times the rounding of each row allowed for.
+  // Tries again with fifty times the rounding of each row as tolerance.
   bool PivotLoosely();
 
   SparseLcp lcp_;
@@ -100,9 +99,9 @@ class SparseLcpSolver final : public LcpSolver {
   LcpStats account_;
 };
 
-// The solver of LCP(q, M) for a sparse M: TridiagonalSolver or SparseLcpSolver. `choice` is taken on trust,
-// as by MakeLcpSolver(). Null where no sparse solver serves: for selections other than kUnique, and than
-// kLeastElement of an M-matrix.
+// The solver of LCP(q, M) for a sparse M: TridiagonalSolver or SparseLcpSolver. `choice` is not checked, as in
+// MakeLcpSolver(). Null for selections that no sparse solver supports: all but kUnique, and kLeastElement of an
+// M-matrix.
 std::unique_ptr<LcpSolver> MakeSparseLcpSolver(const SparseMatrix& M, const SolutionChoice& choice);
 
 }  // namespace dlcs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// LCP(q, K) for a K whose entries fall off from the diagonal.
+// LCP(q, K) for a dense K whose entries decay away from the diagonal.
 
 #ifndef DLCS_CORE_LCP_STRUCTURED_SPLITTING_SOLVER_H_
 #define DLCS_CORE_LCP_STRUCTURED_SPLITTING_SOLVER_H_
@@ -21,32 +21,32 @@ struct BandSplitting {
   Index bandwidth = 0;  // of K up to rounding
 };
 
-// Splits the square matrix `K` where that serves: its entries in the band of B are clearly those of an M-matrix B' but
-// for positive ones off the diagonal, which are left to R, and the rate is at most `largest_rate` < 1. Then K is an
-// H-matrix with a positive diagonal, so that its LCP has one solution. Not where the diagonal says that rows or columns
-// have units of their own: what is rounding in one may count in another. The band is as narrow as a rate of 3e-4
-// allows. B is B' with what is left out of each row added to the diagonal: smooth y, for which B' is least like K, have
-// the same image then. Cost: n² and a few n b².
+// Splits the square matrix `K`, if its entries in the band, without positive ones off the diagonal (which belong to R),
+// are clearly those of an M-matrix B', and if the rate is at most `largest_rate` < 1. Then K is an H-matrix with a
+// positive diagonal, so its LCP has one solution. Otherwise absent; also if the diagonal shows that rows or columns
+// have different units, since rounding in one row may then be significant in another. The band is as narrow as a rate
+// of 3e-4 allows. B is B' with the sum of the omitted entries of each row added to the diagonal, so that B and K agree
+// on constant vectors, where B' and K differ most. Cost: n² and a few n b².
 std::optional<BandSplitting> SplitOffBand(const Matrix& K, double largest_rate = 0.5);
 
 enum class SplittingVerdict {
   kSolved,
-  kNotContracting,  // the residual does not fall, or not fast enough to be worth it: take another solver
+  kNotContracting,  // the residual does not decrease, or too slowly: use another solver
   kFailed,          // q is not finite, or numbers overflowed
 };
 
-// The coupled step of a march has the matrix M + K_0, dense although M is tridiagonal; but K_0 falls off from its
-// diagonal where h and the diffusion are such that a step sees its neighbors only. Policy iteration (semismooth
-// Newton) with an approximate inverse: for the basis S of y, w = q + K y,
+// The LCP of a coupled step has the matrix M + K_0, which is dense even if M is tridiagonal. But the entries of K_0
+// decay away from the diagonal if diffusion during one step h only reaches neighboring constraints. Policy iteration
+// (semismooth Newton) with an approximate inverse: for the basis S of y, w = q + K y,
 //
 //     y_S <- max(0, y_S - B_SS⁻¹ w_S),
 //
-// and indices change sides where y_i = 0 < w_i in S or w_i < 0 beside it. From one step to the next S hardly moves, and
-// the factors of B_SS serve again before the first index that has. An extrapolated guess takes two to four rounds,
-// each a product with K and 4 n b operations. What ends it is the certificate of K itself: y >= 0 exactly, and w_i >=
-// 0, beside S, or = 0, in S, up to
+// and an index leaves S if y_i = 0 < w_i, and enters it if w_i < 0. S hardly changes from one step to the next, and the
+// factors of B_SS before the first changed index are used again. From an extrapolated guess it takes two to four
+// rounds, each a product with K and 4 n b operations. It ends with a certificate for K itself: y >= 0 exactly, and w_i
+// >= 0 outside S and w_i = 0 in S, up to
 //     tolerance_i + 1e-14 (|q_i| + |Σ_j K_ij y_j - 2 K_ii y_i|),
-// which is at most 1e-14 of the numbers that w_i is summed from, and equal to it where K_ij <= 0 off the diagonal.
+// which is at most 1e-14 times the absolute values of the terms of w_i, with equality if K_ij <= 0 off the diagonal.
 //
 // Source: [Cottle, Pang & Stone 1992], Section 5.2 (matrix splitting methods).
 class SplittingLcpSolver {
@@ -63,12 +63,12 @@ class SplittingLcpSolver {
 
  private:
   struct Judgment {
-    bool moved = false;  // indices changed sides
+    bool moved = false;  // S changed
     bool solved = true;
     bool finite = true;
     double residual = 0;  // ‖w_S‖_∞
   };
-  // Judges y_ by w_, and moves what has to between the sides of the basis.
+  // Checks y_ and w_, and updates the basis.
   Judgment Judge(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance);
   // y_S <- max(0, y_S - B_SS⁻¹ w_S).
   void Correct();

@@ -21,16 +21,15 @@ struct Tridiagonal {
   Vector below, diagonal, above;
 };
 
-// The diagonals of a square matrix, and none where an entry stands beside them.
+// The diagonals of a square matrix; absent if it has other nonzero entries.
 std::optional<Tridiagonal> TridiagonalOf(const Matrix& M);
 std::optional<Tridiagonal> TridiagonalOf(const Eigen::SparseMatrix<double>& M);
 
 Matrix DenseOf(const Tridiagonal& M);
 
-// Whether `M` is a nonsingular M-matrix whose elimination loses few digits: no entry beside the diagonal is
-// positive, and all pivots are above 1e-7 of the diagonal entry. Then the same holds for every M_SS (the
-// Schur complement of an index falls as more indices are eliminated before it), so that nothing has to be
-// looked at while bases are factored.
+// Whether `M` is a nonsingular M-matrix whose elimination loses few digits: no off-diagonal entry is positive, and all
+// pivots are above 1e-7 of the diagonal entry. Then the same holds for every M_SS (the Schur complement of an index
+// decreases as more indices are eliminated before it), so pivots need no tests.
 bool IsClearlyMMatrix(const Tridiagonal& M);
 
 }  // namespace dlcs

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // libpq with owners: connections, statements with their values, results, transactions.
 //
-// What fails throws PostgresError, so that a transaction reads as the list of its steps; postgres_database.h is where
-// those end and become absl::Status.
+// Failures throw PostgresError, so that a transaction reads as the list of its steps; postgres_database.h turns them
+// into absl::Status.
 
 #ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_H_
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_H_
@@ -28,8 +28,8 @@ namespace dlcs::jobs {
 class PostgresError final : public std::exception {
  public:
   PostgresError(std::string sqlstate, std::string text) : sqlstate_(std::move(sqlstate)), text_(std::move(text)) {}
-  // Five characters (PostgreSQL's manual, appendix A); empty when there was no answer: the connection is of no use any
-  // more, and what was asked for last may or may not have been done.
+  // Five characters (PostgreSQL's manual, appendix A); empty if there was no answer: the connection is broken, and the
+  // last statement may or may not have been executed.
   const std::string& sqlstate() const { return sqlstate_; }
   // For the operator: may name hosts and users, never a password.
   const char* what() const noexcept override { return text_.c_str(); }
@@ -100,8 +100,8 @@ class PostgresRows {
 // For one thread at a time.
 class PostgresConnection {
  public:
-  // `address` is what libpq takes for a database: a URI, or keyword=value pairs. Connects within about
-  // `patience`, 5 s at most a host, and later waits so long for a sign of life of the server, not longer.
+  // `address` is what libpq takes for a database: a URI, or keyword=value pairs. Connects within about `patience`, at
+  // most 5 s per host. Later it waits at most `patience` for a response of the server.
   PostgresConnection(const std::string& address, Duration patience);
   ~PostgresConnection();
   PostgresConnection(const PostgresConnection&) = delete;
@@ -115,17 +115,17 @@ class PostgresConnection {
   // Any number of statements, without values or rows.
   void Execute(const std::string& script);
 
-  // Whether the other end still seems to be there, without asking it.
+  // Whether the connection still seems to be open, without a round trip.
   bool IsAlive();
   bool InTransaction() const;
-  // Returns what it was.
+  // Returns the previous value.
   Duration set_patience(Duration patience) { return std::exchange(patience_, patience); }
 
   // Of notifications. -------------------------------------------------------------------------------------------------
 
-  // The socket, which can be read when there is something to take.
+  // The socket, which is readable when there are notifications.
   int socket() const;
-  // The payloads of the notifications that have come, without waiting.
+  // The payloads of the received notifications, without waiting.
   std::vector<std::string> TakeNotifications();
 
  private:

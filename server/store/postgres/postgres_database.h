@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PostgreSQL database that may go away while it is used, and come back.
+// A PostgreSQL database that may become unavailable and available again while it is used.
 
 #ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_DATABASE_H_
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_DATABASE_H_
@@ -26,20 +26,20 @@ namespace dlcs::jobs {
 struct PostgresDatabaseOptions {
   // What libpq takes for a database: postgresql://user@host:port/name?sslmode=verify-full, keyword=value pairs, ...
   std::string address;
-  // At once, and one more that listens; a call that finds all of them busy waits.
+  // Concurrent connections, not counting the one that listens; if all are busy a call waits.
   int max_connections = 8;
-  // Of one statement, on the server. A lock of another transaction is waited for half as long.
+  // Time limit of one statement on the server. The limit for waiting for a lock is half of it.
   Duration statement_timeout = std::chrono::seconds(10);
-  // What a call waits for: a connection, a free one among those that are open, a sign of life.
+  // Time limit for connecting, for a free connection, and for a response of the server.
   Duration patience = std::chrono::seconds(15);
-  // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
+  // Called for every operation, with the name of the function that calls Write() or Read(); may be empty.
   StoreTimer timer = {};
 };
 
 // A pool of connections, made when they are needed. One that fails is closed; when no connection can be made, calls
-// fail at once for a moment that doubles up to a second, and then it is tried again. Tables are made, or brought to
-// this program's version, by the first connection; when they go missing later they are *not* made anew, since what they
-// held was acknowledged.
+// fail at once for a moment that doubles up to a second, and then it is tried again. The first connection creates the
+// tables or migrates them to this program's version. If they are missing later they are *not* created again, since
+// their contents were acknowledged.
 //
 // Safe from any thread.
 class PostgresDatabase {
@@ -81,7 +81,7 @@ class PostgresDatabase {
   bool healthy() const { return healthy_; }
 
  private:
-  // Gives its connection back.
+  // Returns its connection to the pool when it is destroyed.
   class Lent {
    public:
     Lent(PostgresDatabase& database, std::unique_ptr<PostgresConnection> connection)
@@ -111,7 +111,7 @@ class PostgresDatabase {
   absl::StatusOr<std::unique_ptr<PostgresConnection>> Take();
   absl::StatusOr<std::unique_ptr<PostgresConnection>> Open();
   absl::Status PrepareTables(PostgresConnection& connection);
-  // Closed where it is of no use any more.
+  // Returns a connection to the pool; closes it if it is broken.
   void GiveBack(std::unique_ptr<PostgresConnection> connection);
   absl::Status Failed(const PostgresError& error);
 

@@ -13,8 +13,8 @@
 
 namespace dlcs::jobs {
 
-// Never fails to be made: a database that cannot be reached is an unhealthy store, which tries again at every call
-// (Probe() says what is wrong). Time is the database server's. A call takes as many round trips as its rule has
+// Construction never fails: with a database that cannot be reached the store is unhealthy, and tries again at every
+// call (Probe() says what is wrong). Time is the database server's. A call takes as many round trips as its rule has
 // statements, up to about ten, and a commit.
 class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTable> {
  public:
@@ -41,7 +41,7 @@ class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTabl
  private:
   PostgresJobTable TableIn(PostgresConnection& connection) const override { return PostgresJobTable(connection); }
 
-  // Finished jobs, and problems that nobody has used for long. Each returns how many.
+  // Delete finished jobs, and problems that were not used for long. Each returns how many.
   absl::StatusOr<int> ExpireJobs(const Expiry& expiry);
   absl::StatusOr<int> ExpireProblems(const Expiry& expiry);
 

@@ -17,7 +17,7 @@
   "created, started, finished, attempts, sequence, last_event, chunks, progress, error_code, "      \
   "error_message, stored_bytes, fence, worker, lease_until, body_hash, problem, about, dlcs_now() "
 
-// True of a job that nobody is at work on.
+// True for a job that no worker holds.
 #define DLCS_POSTGRES_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < dlcs_now())"
 
 namespace dlcs::jobs {
@@ -49,7 +49,7 @@ class PostgresJobTable final : public JobTable {
   PostgresConnection& connection_;
 };
 
-// The problem is used now, and stays until the transaction ends. False when the owner has none of this id.
+// Marks the problem as used now, and locks it until the transaction ends. False if the owner has none with this id.
 bool MarkUsed(PostgresConnection& connection, const std::string& owner, const std::string& id);
 
 }  // namespace dlcs::jobs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hears what other servers change in the job store (LISTEN).
+// Receives notifications of changes by other servers (LISTEN).
 
 #ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_LISTENER_H_
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_LISTENER_H_
@@ -14,8 +14,8 @@
 
 namespace dlcs::jobs {
 
-// A thread with a connection of its own. What happens while there is none is not heard; when it is back, that is told
-// as kUnknown. Destruction waits for the call of `heard` that is under way.
+// A thread with its own connection. Notifications are lost while the connection is broken; after reconnecting it
+// reports kUnknown. The destructor waits for a running call of `heard`.
 class PostgresListener {
  public:
   // `database` must outlive it.
@@ -24,7 +24,7 @@ class PostgresListener {
 
  private:
   void Work(const std::stop_token& stop);
-  // Until `socket` can be read, `duration` is over (never for a negative one), or the end.
+  // Waits until `socket` is readable, `duration` is over (never if negative), or the thread has to end.
   void Sleep(int socket, std::chrono::milliseconds duration) const;
 
   const PostgresDatabase& database_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What servers on one PostgreSQL tell each other (NOTIFY), as text.
+// The notifications between servers on one PostgreSQL (NOTIFY), as text.
 
 #ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_NOTICE_H_
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_NOTICE_H_
@@ -13,13 +13,13 @@
 namespace dlcs::jobs {
 
 // The payloads for kWatched and kPassing, to be sent in this order within one transaction; PostgreSQL takes less than
-// 8000 bytes in one. None for an event that is too large to be worth it: above 2 MB.
+// 8000 bytes in one. Empty for events above 2 MB, which are not sent.
 std::vector<std::string> NoticesOf(const JobChange& change);
 
-// Puts together what arrives over one connection: the payloads of a transaction follow each other there.
+// Assembles changes from the payloads received on one connection, where those of a transaction are consecutive.
 class NoticeReader {
  public:
-  // Nothing while more is to come, and for what this program does not understand: newer ones may say more.
+  // Absent while more parts are to come, and for payloads of newer versions that are not understood.
   std::optional<JobChange> Read(const std::string& payload);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of the job store in PostgreSQL, and how an older database becomes a newer one.
+// The tables of the job store in PostgreSQL, and their migrations.
 
 #ifndef DLCS_SERVER_STORE_POSTGRES_POSTGRES_SCHEMA_H_
 #define DLCS_SERVER_STORE_POSTGRES_POSTGRES_SCHEMA_H_
@@ -11,8 +11,8 @@
 
 namespace dlcs::jobs {
 
-// Where other servers, and this one, are told of changes: the payload is a letter and a job's id. Servers tell more
-// there (postgres_notice.h).
+// The channel for notifications of changes, with a letter and a job id as payload. Servers also send the messages of
+// postgres_notice.h.
 inline constexpr const char* kPostgresChannel = "dlcs_jobs";
 inline constexpr char kPostgresQueued = 'q';
 inline constexpr char kPostgresEvents = 'e';
@@ -24,9 +24,9 @@ std::span<const char* const> PostgresMigrations();
 enum class IfMissing { kCreate, kFail };
 
 // Brings the schema at the head of the search path to the version of the last script, each step in a transaction of its
-// own under a lock that all servers know: whoever comes first does it, the others wait. The version is in dlcs_schema.
-// Errors: FAILED_PRECONDITION for a database that a newer program has made. Throws PostgresError; 42P01 when there are
-// no tables and none are to be made.
+// own under a lock shared by all servers: the first one migrates, the others wait. The version is in dlcs_schema.
+// Errors: FAILED_PRECONDITION for a database made by a newer program. Throws PostgresError; 42P01 if there are no
+// tables and they must not be created.
 absl::Status Migrate(PostgresConnection& connection, std::span<const char* const> scripts, IfMissing if_missing);
 
 }  // namespace dlcs::jobs

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // SQLite's C interface with owners: connections, prepared statements, transactions.
 //
-// What fails throws SqliteError, so that a transaction reads as the list of its steps; sqlite_database.h is where those
-// end and become absl::Status.
+// Failures throw SqliteError, so that a transaction reads as the list of its steps; sqlite_database.h turns them into
+// absl::Status.
 
 #ifndef DLCS_SERVER_STORE_SQLITE_SQLITE_H_
 #define DLCS_SERVER_STORE_SQLITE_SQLITE_H_
@@ -113,7 +113,7 @@ class SqliteConnection {
   std::unordered_map<const char*, sqlite3_stmt*> statements_;
 };
 
-// Rolled back unless committed. Takes the write lock at once, so that it cannot fail half way for want of it.
+// Rolled back unless committed. Takes the write lock at the beginning, so that it cannot fail later because of it.
 class SqliteTransaction {
  public:
   explicit SqliteTransaction(SqliteConnection& connection);

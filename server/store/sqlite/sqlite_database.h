@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A database file that may break while it is used, and come back.
+// An SQLite database file that may become unavailable and available again while it is used.
 
 #ifndef DLCS_SERVER_STORE_SQLITE_SQLITE_DATABASE_H_
 #define DLCS_SERVER_STORE_SQLITE_SQLITE_DATABASE_H_
@@ -34,18 +34,18 @@ struct SqliteDatabaseOptions {
   std::int64_t max_bytes = 0;
   // A file up to this size is checked page by page when it is opened, at about 1 GB/s.
   std::int64_t check_up_to_bytes = std::int64_t{256} << 20;
-  // Told of every operation, under the name of the function that calls Write() or Read(); may be empty.
+  // Called for every operation, with the name of the function that calls Write() or Read(); may be empty.
   StoreTimer timer = {};
 };
 
 // Two connections: one writes, in short transactions, and one reads beside it (write-ahead log). A connection is opened
 // when it is needed and closed after an error that may come from its file, so that the next call starts afresh. The
-// file is made when there is none at the beginning; one that goes missing later is *not* made anew, since what it held
-// was acknowledged: calls fail until it is back.
+// file is created if it does not exist at the beginning. If it is missing later it is *not* created again, since its
+// contents were acknowledged: calls fail until it is back.
 //
 // Group commit: a commit costs a flush of the disk, some ms on many, and one write is under way at a time. Writes that
 // come meanwhile wait, and go into the next transaction together, each under a savepoint of its own: the number of
-// writes a second does not hang on the disk, and a write waits for at most two flushes.
+// writes per second does not depend on the disk, and a write waits for at most two flushes.
 //
 // Safe from any thread.
 class SqliteDatabase {
@@ -109,11 +109,11 @@ class SqliteDatabase {
     }
   }
 
-  // Writes `part` with those that wait, or has whoever does so write it. Throws what its `write` threw.
+  // Writes `part` together with the waiting ones, or lets another thread do so. Rethrows an exception of its `write`.
   absl::Status Join(Part& part);
   void WriteGroup(const std::vector<Part*>& parts);
-  // Fills what the parts have to say. False where nothing was written because of one of them, so that each is to be
-  // tried for itself.
+  // Sets the results of the parts. False if nothing was written because one of them failed; then each must be tried
+  // separately.
   bool TryTogether(const std::vector<Part*>& parts);
   // In one transaction. Throws SqliteError; `in_part` then says whether a part did.
   void WriteTogether(const std::vector<Part*>& parts, bool& in_part);

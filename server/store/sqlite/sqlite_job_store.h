@@ -11,9 +11,9 @@
 
 namespace dlcs::jobs {
 
-// Needs nothing but a folder that can be written. Never fails to be made: a file that cannot be opened is an
-// unhealthy store, which looks again at every call (Probe() says what is wrong).
-// A commit of a few rows takes as long as the disk takes to synchronize; blobs cost their copy into the log.
+// Needs only a writable folder. Construction never fails: with a file that cannot be opened the store is unhealthy, and
+// tries again at every call (Probe() says what is wrong).
+// A commit of a few rows takes as long as one flush of the disk; blobs cost a copy into the log.
 class SqliteJobStore final : public SqlStore<SqliteDatabase, SqliteJobTable> {
  public:
   // `clock` is the store's time, and must outlive it.

@@ -19,7 +19,7 @@
   "stored_bytes, fence, worker, lease_until, body_hash, problem, about, "                           \
   "(SELECT MAX(sequence) FROM events WHERE events.job = jobs.number)"
 
-// True of a job that nobody is at work on at the time ?1.
+// True for a job that no worker holds at the time ?1.
 #define DLCS_CLAIMABLE "finished IS NULL AND (state = 1 OR lease_until < ?1)"
 
 namespace dlcs::jobs {

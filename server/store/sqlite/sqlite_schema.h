@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tables of the job store, and how an older database becomes a newer one.
+// The tables of the job store in SQLite, and their migrations.
 
 #ifndef DLCS_SERVER_STORE_SQLITE_SQLITE_SCHEMA_H_
 #define DLCS_SERVER_STORE_SQLITE_SQLITE_SCHEMA_H_
