@@ -120,7 +120,7 @@ void AddSubmit(CLI::App& main, SubmitCommand& command) {
   AddProblem(app, solve.problem_path);
   AddTarget(app, command.target, kSubmitExamples);
   AddHowToSolve(app, solve.options, solve.grid, solve.rule);
-  app.add_option("--title", command.title, "Title of the job in lists, at most 200 bytes (the problem's name)")
+  app.add_option("--title", command.title, "Title of the job in lists, at most 256 bytes (the problem's name)")
       ->type_name("TEXT");
   app.add_flag("--wait", command.wait, "Then watch it to its end, and exit as solve would");
   app.add_option("--request-id", command.request_id,

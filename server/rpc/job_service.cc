@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "fmt/format.h"
-#include "proto/shared/truncate_text.h"
+#include "proto/shared/title_limit.h"
 #include "proto/wire/content_hash.h"
 #include "proto/wire/matrix_shape.h"
 #include "server/rpc/call_deadline.h"
@@ -28,7 +28,6 @@ namespace dlcs {
 namespace {
 
 constexpr std::size_t kMaxRequestIdBytes = 128;
-constexpr std::size_t kMaxTitleBytes = 200;
 
 absl::Status Check(const v1::CreateSolveJobRequest& request) {
   std::vector<Violation> violations;
@@ -53,7 +52,7 @@ std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v
   v1::SolveJob about;
   about.set_title(create.title());
   if (uploaded) {
-    if (about.title().empty()) about.set_title(TruncateUtf8(uploaded->title(), kMaxTitleBytes));
+    if (about.title().empty()) about.set_title(uploaded->title());
     about.set_states(uploaded->states());
     about.set_constraints(uploaded->constraints());
     about.set_horizon(uploaded->horizon());

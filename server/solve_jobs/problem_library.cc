@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "fmt/format.h"
+#include "proto/shared/title_limit.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_refusal.h"
 #include "server/solve_jobs/page_size.h"
@@ -15,7 +16,6 @@ namespace dlcs {
 namespace {
 
 constexpr std::string_view kPrefix = "problems/";
-constexpr std::size_t kMaxTitleBytes = 256;
 
 // What is told of a problem without its matrices.
 v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {

@@ -10,6 +10,8 @@
 #include "client/files/json_text.h"
 #include "client/local/agreement.h"
 #include "client/rpc/problem_client.h"
+#include "proto/shared/title_limit.h"
+#include "proto/shared/truncate_text.h"
 #include "proto/wire/matrix_shape.h"
 
 namespace dlcs::client {
@@ -78,7 +80,8 @@ std::string ProblemInput::title() const {
   std::string title = is_uploaded() ? about_.title() : file_.name;
   if (title.empty()) return source_;
   // Whoever wrote it, a terminal shows it.
-  std::ranges::replace_if(title, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
+  std::ranges::replace_if(
+      title, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
   return title;
 }
 
@@ -87,9 +90,7 @@ double ProblemInput::horizon() const {
   return file_.nonlinear ? file_.nonlinear->horizon() : file_.problem.horizon();
 }
 
-std::int64_t ProblemInput::states() const {
-  return is_uploaded() ? about_.states() : ShapeOf(file_.problem.a()).rows;
-}
+std::int64_t ProblemInput::states() const { return is_uploaded() ? about_.states() : ShapeOf(file_.problem.a()).rows; }
 
 std::int64_t ProblemInput::constraints() const {
   return is_uploaded() ? about_.constraints() : ShapeOf(file_.problem.m()).rows;
@@ -123,7 +124,7 @@ v1::ProblemBody ProblemInput::Body() const {
   } else {
     *body.mutable_problem() = file_.problem;
   }
-  body.set_title(file_.name);
+  body.set_title(TruncateUtf8(file_.name, kMaxTitleBytes));
   return body;
 }
 

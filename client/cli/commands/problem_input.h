@@ -56,9 +56,6 @@ class ProblemInput {
   v1::StoredProblem about_;  // of an uploaded problem, after FetchUploaded()
 };
 
-// The longest title that a server accepts.
-inline constexpr std::size_t kMaxTitleBytes = 200;
-
 // "problems/" and 64 characters of 0-9a-f.
 bool IsProblemName(const std::string& text);
 

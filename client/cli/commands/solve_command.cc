@@ -23,6 +23,7 @@
 #include "client/cli/output/terminal.h"
 #include "client/result/names.h"
 #include "client/rpc/retry.h"
+#include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {

@@ -10,6 +10,7 @@
 #include "client/cli/commands/job_support.h"
 #include "client/cli/commands/problem_input.h"
 #include "client/cli/output/atomic_file.h"
+#include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
 
 namespace dlcs::client {

@@ -124,8 +124,8 @@ TEST_F(JobServiceTest, RefusesWithTheFieldOrTheLimit) {
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("deadline: passed"));
   request.clear_deadline();
-  request.set_title(std::string(201, 'x'));
-  EXPECT_THAT(std::string(client_->Submit(request, {}).status().message()), HasSubstr("title: has 201 bytes"));
+  request.set_title(std::string(257, 'x'));
+  EXPECT_THAT(std::string(client_->Submit(request, {}).status().message()), HasSubstr("title: has 257 bytes"));
   request.clear_title();
   request.set_priority(101);
   EXPECT_EQ(client_->Submit(request, {}).status().code(), absl::StatusCode::kInvalidArgument);
