@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
           }
         },
         ParseCommandLine(argc, argv));
-    // What a signal stopped fails as what it kills does; what was finished all the same has its own code.
+    // A command stopped by a signal exits with the code of a killed program, unless it finished anyway.
     const int signal = Interrupt::Signal();
     return code == kServiceFailed && signal != 0 ? 128 + signal : code;
   } catch (const std::bad_alloc&) {

@@ -25,7 +25,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Both are process-wide and wanted before the first ServerBuilder. A static object that registers reflection
+// Both are process-wide and must be done before the first ServerBuilder. A static object that registers reflection
 // would be lost to the linker's --as-needed; so would the description of the health service, which nothing else here
 // names.
 void InitializePlugins() {
@@ -38,7 +38,7 @@ void InitializePlugins() {
   static_cast<void>(once);
 }
 
-// Takes reflection out of one server.
+// Disables reflection for one server.
 class WithoutReflection final : public grpc::ServerBuilderOption {
   void UpdateArguments(grpc::ChannelArguments* /*arguments*/) override {}
   void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
@@ -50,9 +50,9 @@ class WithoutReflection final : public grpc::ServerBuilderOption {
 
 void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, access.max_streams_per_connection);
-  // Who connects and then says nothing keeps a connection for two minutes by default.
+  // By default a client that connects and sends nothing keeps its connection for two minutes.
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 20'000);
-  // Notice a cut link within 15 s instead of minutes, and let clients ping as often; gRPC's default cuts an
+  // Notice a broken link within 15 s instead of minutes, and let clients ping as often; gRPC's default disconnects an
   // idle client that pings every 30 s.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
@@ -60,7 +60,7 @@ void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& buil
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
 }
 
-// Errors: InvalidArgument for a network that could listen.
+// Errors: InvalidArgument if other machines could read the traffic.
 absl::Status CheckEncryption(const ListenAddress& address, const AccessSettings& access) {
   if (!access.tls_cert.empty() || access.insecure_listen || IsLoopback(address)) return absl::OkStatus();
   return absl::InvalidArgumentError(fmt::format(
@@ -88,7 +88,7 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   absl::StatusOr<std::unique_ptr<Access>> access = Access::Open(config.access);
   if (!access.ok()) return access.status();
   if (config.access.insecure_listen && !IsLoopback(*address)) {
-    spdlog::warn("--insecure-listen: requests and results{} travel on {} without encryption",
+    spdlog::warn("--insecure-listen: requests and results{} are sent on {} without encryption",
                  config.access.tokens.empty() ? "" : ", and the tokens of users,", ToString(*address));
   }
 
@@ -162,9 +162,9 @@ HttpPages DlcsServer::Pages() const {
   pages.metrics = [this] { return metrics_.Text(State()); };
   pages.why_not_ready = [this]() -> std::string { return draining_ ? "shutting down" : ""; };
   pages.why_no_jobs = [this]() -> std::string {
-    if (!environment_.jobs) return "this server takes no jobs: it has no --store";
+    if (!environment_.jobs) return "this server has no jobs: it has no --store";
     if (draining_) return "shutting down";
-    return environment_.jobs->manager().Healthy() ? "" : "the store of jobs does not answer";
+    return environment_.jobs->manager().Healthy() ? "" : "the job store does not answer";
   };
   return pages;
 }
@@ -198,12 +198,12 @@ void DlcsServer::Stop(milliseconds delivery) {
   if (server_ == nullptr) return;
   Drain();
   environment_.calls.StopAll(StopCause::kShutdown);
-  // Running jobs go back to the store with what was found.
+  // Running jobs are released to the store with the part solved so far.
   if (environment_.jobs) environment_.jobs->manager().Drain(milliseconds(0));
-  // Watchers and readers that were cancelled would not learn that the server ends, and would not look for the next one.
+  // If watchers and readers were cancelled, they would not know that the server shuts down and not try another one.
   environment_.calls.WaitUntilIdle(delivery);
   listener_.reset();
-  // Cancels what is left: readers that do not read, and streams of the health service, which never end.
+  // Cancels the remaining calls: readers that do not read, and streams of the health service, which never end.
   server_->Shutdown(std::chrono::system_clock::now() + milliseconds(100));
   server_->Wait();
   server_.reset();

@@ -32,7 +32,7 @@ constexpr std::size_t kMaxShownBytes = 80;  // of a name that nobody knows
 
 constexpr const char* kFooter =
     "Every flag is also a variable and a key of the file that --config names: --max-steps 1000, DLCSD_MAX_STEPS=1000,\n"
-    "max-steps = 1000. The flag counts before the variable, the variable before the file.\n\n"
+    "max-steps = 1000. The flag takes precedence over the variable, and the variable over the file.\n\n"
     "Prints one line on standard output when it is ready: dlcsd listening on HOST:PORT.\n"
     "SIGTERM and SIGINT end it: no new solves, running ones get the grace period, then they are stopped and deliver\n"
     "their summary. A second signal skips the rest of the grace period. SIGHUP looks for changed certificates and "
@@ -43,12 +43,12 @@ constexpr const char* kFooter =
     "  dlcsd                                     serve this machine on port 50051\n"
     "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
     "  dlcsd --threads 4                         four threads per solve\n"
-    "  dlcsd --store jobs.db                     take jobs as well, which outlive this server\n"
+    "  dlcsd --store jobs.db                     accept jobs too, which survive restarts\n"
     "  dlcsd --store postgresql://dlcs@db/dlcs --role worker --listen 127.0.0.1:0\n"
-    "                                            run the jobs that others take\n"
+    "                                            run the jobs that other servers accept\n"
     "  dlcsd --listen 0.0.0.0:50051 --tls-cert server.pem --tls-key server.key --tokens tokens.txt\n"
     "                                            serve the network, to users with tokens\n"
-    "  dlcsd --config dlcsd.conf --check-config  say what these settings come to, and whether they are sound";
+    "  dlcsd --config dlcsd.conf --check-config  check and print these settings";
 
 // "90", "90s", "30m", "12h", "7d".
 void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) {
@@ -60,7 +60,7 @@ void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) 
     const auto unit = units.find(std::string(rest, end));
     const bool sound = error == std::errc() && std::isfinite(number) && number >= 0 && unit != units.end();
     if (!sound) {
-      return fmt::format("\"{}\" is no length of time; write seconds, or 90s, 30m, 12h, 7d",
+      return fmt::format("\"{}\" is not a duration; write seconds, or 90s, 30m, 12h, 7d",
                          TruncateUtf8(text, kMaxShownBytes));
     }
     text = fmt::format("{}", number * unit->second);
@@ -69,13 +69,12 @@ void AddAge(CLI::App& app, const char* name, double& seconds, const char* help) 
   app.add_option(name, seconds, help)->transform(CLI::Validator(in_seconds, ""))->type_name("AGE");
 }
 
-// Of jobs and uploaded problems: without --store they change nothing.
+// Flags about jobs and uploaded problems; without --store they have no effect.
 void AddJobFlags(CLI::App& app, ServerConfig& config) {
   app.add_option("--max-job-core-seconds", config.max_job_core_seconds, "Largest job, as predicted");
   app.add_option("--max-queued-jobs", config.max_queued_jobs, "Most jobs waiting");
   app.add_option("--max-queued-jobs-per-user", config.max_queued_jobs_per_user, "Most jobs of one user waiting");
-  app.add_option("--max-queued-core-seconds", config.max_queued_core_seconds,
-                 "All jobs waiting together, as predicted");
+  app.add_option("--max-queued-core-seconds", config.max_queued_core_seconds, "All queued jobs together, as predicted");
   app.add_option("--max-job-attempts", config.max_job_attempts,
                  "A job that was started this often without progress fails");
   AddAge(app, "--keep-finished", config.keep_finished_s, "How long a job that has ended is kept: 90s, 30m, 12h, 7d");
@@ -98,7 +97,7 @@ void AddAccessFlags(CLI::App& app, AccessSettings& access) {
                  "Authorities of clients, PEM: only clients with a certificate of theirs may connect")
       ->type_name("FILE");
   app.add_option("--tokens", access.tokens,
-                 "Users, one a line; read again when it changes. Without it everybody may do everything")
+                 "Users, one per line; read again when it changes. Without it every caller may do everything")
       ->type_name("FILE");
   app.add_flag("--insecure-listen", access.insecure_listen,
                "Serve other machines without encryption: only on a trusted network, or behind a proxy that encrypts");
@@ -122,10 +121,13 @@ void AddTokenCommand(CLI::App& app, TokenRequest& wanted) {
   CLI::App& token = *app.add_subcommand("token", "Make a token for a user, and print the line for --tokens");
   token.add_option("NAME", wanted.user, "The user, in letters, digits or . _ @ : / + -")->required()->type_name("");
   AddWord(token, "--right", wanted.right, {"reader", "submitter", "admin"}, "What the user may do");
-  token.add_option("--save", wanted.save, "Write the token there, for its owner alone, and not on standard error")
+  token
+      .add_option("--save", wanted.save,
+                  "Write the token to this file, readable by its owner only, and not to standard error")
       ->type_name("FILE");
   token.footer(
-      "A reader looks at its own jobs; a submitter solves and has jobs as well; an admin sees everybody's.\n\n"
+      "A reader may read its own jobs; a submitter may also solve and submit jobs; an admin may do so for all "
+      "users.\n\n"
       "Example:\n"
       "  dlcsd token alice --save alice.token >> tokens.txt");
 }
@@ -134,15 +136,14 @@ void AddFlags(CLI::App& app, Flags& flags) {
   ServerConfig& config = flags.config;
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one");
   AddAccessFlags(app, config.access);
-  app.add_option(
-      "--metrics-listen", config.metrics_listen,
-      "HOST:PORT of /metrics for Prometheus, /livez and /readyz, over plain HTTP; without it nothing listens");
+  app.add_option("--metrics-listen", config.metrics_listen,
+                 "HOST:PORT of /metrics for Prometheus, /livez and /readyz, over plain HTTP (default: not served)");
   app.add_flag("--reflection", config.reflection, "Describe the services to callers that have no .proto files");
   app.add_option("--max-concurrent-solves", config.max_concurrent_solves,
                  "Solves at once, more are refused; 0: one per processor, at least 2");
   app.add_option("--threads", config.threads, "Threads of one solve; 0: all processors");
   app.add_option("--max-states", config.max_states, "Largest number of states (rows of A)");
-  app.add_option("--max-dense-states", config.max_dense_states, "The same where A is written down entry by entry");
+  app.add_option("--max-dense-states", config.max_dense_states, "The same for dense A");
   app.add_option("--max-constraints", config.max_constraints, "Largest number of pairs (rows of M)");
   app.add_option("--max-steps", config.max_steps, "Most steps of one solve");
   app.add_option("--max-members", config.max_members, "Most members of one ensemble");
@@ -154,13 +155,13 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option(
       "--store", config.store,
       "Store of jobs: a file, created if there is none, or postgresql://USER@HOST/NAME, which several servers share; "
-      "without it the server takes no jobs");
+      "without it the server accepts no jobs");
   AddWord(app, "--role", config.role, {"all", "front", "worker"},
-          "front: takes calls and leaves jobs to workers; worker: runs jobs and takes no calls");
+          "front: serves calls and leaves jobs to workers; worker: runs jobs and serves no calls");
   app.add_option("--worker-name", config.worker_name,
                  "Name of this server on a shared store, the same after a restart (HOST:PORT)");
   app.add_option("--lease-ms", config.lease_ms,
-                 "After this time without a sign of life from a server, others take over its jobs");
+                 "If a server does not renew its lease for this long, others resume its jobs");
   app.add_option("--checkpoint-ms", config.checkpoint_ms, "How often the progress of a running job is stored");
   AddJobFlags(app, config);
   app.add_option("--max-message-bytes", config.max_message_bytes, "Largest request");
@@ -175,8 +176,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
                                    TruncateUtf8(text, kMaxShownBytes));
       });
   AddWord(app, "--log-level", flags.log_level, {"debug", "info", "warn", "error", "off"},
-          "Least level of the lines on standard error");
-  AddWord(app, "--log-format", flags.log_format, {"text", "json"}, "Lines of text, or one object a line");
+          "Lowest level of the lines on standard error");
+  AddWord(app, "--log-format", flags.log_format, {"text", "json"}, "Lines of text, or one JSON object per line");
 }
 
 std::string VariableOf(const std::string& key) {
@@ -186,13 +187,13 @@ std::string VariableOf(const std::string& key) {
   return name;
 }
 
-// What a message about a name that is no setting ends with.
+// The end of a message about an unknown setting.
 std::string Proposal(const std::string& name, const std::vector<std::string>& known) {
   const std::string meant = DidYouMean(NearestName(name, known));
   return meant.empty() ? "; dlcsd --help lists all" : meant;
 }
 
-// Kubernetes gives every container variables of all services: those of one that is called dlcsd.
+// Kubernetes sets variables for all services in every container; these are for a service named dlcsd.
 bool IsOfKubernetes(const std::string& variable) {
   return variable.rfind("DLCSD_SERVICE_", 0) == 0 || variable.rfind("DLCSD_PORT", 0) == 0;
 }
@@ -213,7 +214,7 @@ std::vector<std::string> KeysOf(const CLI::App& app) {
 bool IsWhole(const CLI::Option& option) { return option.get_type_name().find("INT") != std::string::npos; }
 bool IsSwitch(const CLI::Option& option) { return option.get_expected_min() == 0; }
 
-// CLI11 takes what is too large for the largest number, and 010 for eight.
+// CLI11 reads numbers that are too large as the largest one, and 010 as eight.
 std::string WhatIsWrongWithWholeNumber(const std::string& text) {
   std::int64_t number = 0;
   const char* const end = text.data() + text.size();
@@ -228,10 +229,10 @@ std::string WhyUnreadable(const std::string& path) {
   std::FILE* const file = std::fopen(path.c_str(), "r");
   const int error = file == nullptr ? errno : EISDIR;  // a folder opens, and then cannot be read
   if (file != nullptr) std::fclose(file);
-  return fmt::format("--config {}: {}; give the path of a file with a setting a line", path, std::strerror(error));
+  return fmt::format("--config {}: {}; give the path of a file with one setting per line", path, std::strerror(error));
 }
 
-// Help without a remark at every flag on the variable that it has: the rule is in the footer.
+// Help without the variable at every flag: the footer has the rule.
 class HelpText final : public CLI::Formatter {
   std::string make_option_opts(const CLI::Option* option) const override {
     const std::string text = CLI::Formatter::make_option_opts(option);
@@ -239,7 +240,7 @@ class HelpText final : public CLI::Formatter {
   }
 };
 
-// The file, for CLI11, which would let it count before the environment.
+// The configuration file for CLI11, which would give it precedence over the environment.
 class SettingsFile final : public CLI::ConfigBase {
  public:
   // `origins` gets FILE:LINE of every key. Both must outlive it.
@@ -284,7 +285,7 @@ class CommandLine {
     app_.set_version_flag("--version", fmt::format("dlcsd {} ({})", kVersion, BuildText()))->configurable(false);
     app_.get_help_ptr()->configurable(false);
     const char* const path = std::getenv("DLCSD_CONFIG");
-    app_.set_config("--config", path == nullptr ? "" : path, "File of settings, one key = value a line",
+    app_.set_config("--config", path == nullptr ? "" : path, "Configuration file, one key = value per line",
                     IsSet("DLCSD_CONFIG"))
         ->configurable(false);
     app_.config_formatter(std::make_shared<SettingsFile>(app_, origins_));
@@ -300,7 +301,7 @@ class CommandLine {
     app_.footer(kFooter);
   }
 
-  // False when the program is to end with `exit_status`.
+  // False if the program should exit with `exit_status`.
   bool Read(int& exit_status) {
     exit_status = 0;
     try {
@@ -382,7 +383,7 @@ class CommandLine {
     return named;
   }
 
-  // What CLI11 says, and the rule where it leaves that out.
+  // The message of CLI11, with the rule if it has none.
   std::string Explain(const CLI::ParseError& error) const {
     switch (static_cast<CLI::ExitCodes>(error.get_exit_code())) {
       case CLI::ExitCodes::ExtrasError:
@@ -410,7 +411,7 @@ class CommandLine {
     return 2;
   }
 
-  // As a file of settings.
+  // Prints the settings as a configuration file.
   void Print() const {
     for (const CLI::Option* const option : app_.get_options(&IsSetting)) {
       std::string value = IsSwitch(*option) ? "false" : option->get_default_str();

@@ -20,7 +20,7 @@
 namespace dlcs {
 namespace {
 
-// Of the line that this thread is writing: spdlog hands a formatter nothing but text.
+// The fields of the line that this thread is writing, since spdlog passes only text to a formatter.
 thread_local const LogFields* fields_of_line = nullptr;
 
 bool IsLeftOut(const LogField& field) {
@@ -49,14 +49,14 @@ class JsonLines final : public spdlog::formatter {
         std::visit([&](const auto& value) { json[field.name] = value; }, field.value);
       }
     }
-    // Callers and libraries may send bytes that are no UTF-8.
+    // Callers and libraries may send bytes that are not UTF-8.
     const std::string text = json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     output.append(text.data(), text.data() + text.size());
   }
   std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<JsonLines>(); }
 };
 
-// One word, or a text in quotes, on one line whatever is in it.
+// One word, or quoted text; always on one line.
 std::string Word(const std::string& text) {
   const bool is_word = text.find_first_of(" \"\\=") == std::string::npos;
   bool is_printable = true;
@@ -91,7 +91,8 @@ class TextLines final : public spdlog::formatter {
   spdlog::pattern_formatter pattern_{"%Y-%m-%d %H:%M:%S.%e %^%l%$ %v"};
 };
 
-// A caller without TLS, or with a certificate of nobody: no fault of this server, and as many lines as callers like.
+// Messages about callers without TLS or with an unknown certificate: not a fault of this server, and callers could
+// cause any number of them.
 bool IsOfHandshake(const gpr_log_func_args& line) {
   return std::string_view(line.file).find("ssl_transport_security") != std::string_view::npos;
 }

@@ -26,13 +26,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// A solve that was stopped has its summary ready within a fraction of a second; the rest is for slow readers.
+// A stopped solve has its summary ready within a fraction of a second; the remaining time is for slow readers.
 constexpr milliseconds kDelivery{5000};
 
-// The handler leaves the number of each signal here. A handler, because libraries start threads before main() that
-// block no signals: a mask would leave those threads to die of them. That of dlcs (client/cli/commands/interrupt) is
-// for the same reason, and not the same: it stops one thing, ends the process at the second signal and goes when its
-// command is done. What the two could share is a write to a descriptor.
+// The handler writes the number of each signal here. It is a handler and not a signal mask, because libraries start
+// threads before main() that do not block signals. The handler of dlcs (client/cli/commands/interrupt) is separate: it
+// stops one command, ends the process at the second signal, and is removed after the command.
 std::array<int, 2> signal_pipe;
 
 extern "C" void OnSignal(int number) {
@@ -52,7 +51,7 @@ bool CatchSignals() {
   return true;
 }
 
-// The next signal, or 0 where none comes within `wait_ms` milliseconds; -1 waits for ever.
+// The next signal, or 0 if none arrives within `wait_ms` milliseconds; -1 waits forever.
 int NextSignal(int wait_ms) {
   pollfd readable{.fd = signal_pipe[0], .events = POLLIN, .revents = 0};
   int ready = 0;

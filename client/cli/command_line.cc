@@ -35,7 +35,7 @@ void AddDeadline(CLI::App& app, double& deadline_s) {
       fmt::format("Stop after this time ({})", deadline_s));
 }
 
-// What a solve and an ensemble share.
+// The options that a solve and an ensemble share.
 void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   v1::SolveOptions& options = command.options;
   AddProblem(app, command.problem_path);
@@ -90,13 +90,13 @@ void AddLcp(CLI::App& main, LcpCommand& command) {
 }
 
 void AddDcp(CLI::App& main, DcpCommand& command) {
-  CLI::App& app = *main.add_subcommand("dcp", "Solve a dynamic complementarity problem, or measure a path");
+  CLI::App& app = *main.add_subcommand("dcp", "Solve a dynamic complementarity problem, or check a path");
   app.add_option("FILE", command.path, "JSON file with M and q; - reads standard input")->required()->type_name("FILE");
   AddServer(app, command.server, kServerHelp);
   CLI::Option* step = AddNumber(
       app, "--step", "H", Positive(), [&](double v) { command.step = v; },
       "Largest length of a step between the nodes of q (a thousandth of its time)");
-  app.add_option("--check", command.check, "Measure this path v instead of solving: JSON with times and values")
+  app.add_option("--check", command.check, "Check this path v instead of solving: JSON with times and values")
       ->type_name("FILE")
       ->excludes(step);
   AddDeadline(app, command.deadline_s);
@@ -105,7 +105,7 @@ void AddDcp(CLI::App& main, DcpCommand& command) {
 }
 
 void AddModel(CLI::App& main, ModelCommand& command) {
-  CLI::App& app = *main.add_subcommand("model", "Make a problem file of a model");
+  CLI::App& app = *main.add_subcommand("model", "Make a problem file from a model");
   AddWord<std::string>(
       app, "KIND", {"input-output", "signorini"},
       [](const std::string& word) {
@@ -124,7 +124,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
       "signorini: c of V_t = c ΔV (2e-4)");
   CLI::Option* horizon = AddNumber(
       app, "--horizon", "T", Positive(), [&command](double v) { command.horizon = v; },
-      "signorini: the end of time (4)");
+      "signorini: the end time T (4)");
   app.callback([=, &command] {
     const bool grid = command.kind == "signorini";
     if (grid && cells->count() == 0) throw CLI::ValidationError("signorini", "needs --cells N");
@@ -157,8 +157,7 @@ void AddHealth(CLI::App& main, HealthCommand& command) {
 
 void AddContext(CLI::App& main, ContextCommand& command) {
   using Action = ContextCommand::Action;
-  CLI::App& app =
-      *main.add_subcommand("context", "Keep servers under names, instead of typing --server and --tls-... each time");
+  CLI::App& app = *main.add_subcommand("context", "Name servers, instead of typing --server and --tls-... each time");
   app.require_subcommand(1);
   app.footer(kContextExamples);
   const auto add = [&](const char* name, const char* what, Action action) -> CLI::App& {
@@ -174,7 +173,7 @@ void AddContext(CLI::App& main, ContextCommand& command) {
   AddServer(set, command.server, "The dlcsd at this address");
   set.get_option("--server")->required();
   for (const char* option : {"--local", "--context"}) set.remove_option(set.get_option(option));
-  name_of(add("use", "Use this context from now on; without a name, none", Action::kUse));
+  name_of(add("use", "Use this context from now on; without a name, use none", Action::kUse));
   add("list", "List the contexts; the current one has a star", Action::kList);
   name_of(add("delete", "Delete a context", Action::kDelete))->required();
   for (CLI::App* sub : app.get_subcommands({})) sub->footer(kContextExamples);
@@ -199,7 +198,7 @@ std::vector<std::string> WithNegativeNumbersTied(int argc, const char* const* ar
   return arguments;
 }
 
-// CLI11 breaks no lines: what stands behind the column of the options' names gets lines of 70 letters.
+// CLI11 does not wrap text: wraps descriptions of options at 70 characters.
 void BreakDescriptions(CLI::App& app) {
   constexpr std::size_t kLetters = 70;
   for (CLI::Option* option : app.get_options()) {
@@ -216,7 +215,7 @@ void BreakDescriptions(CLI::App& app) {
   }
 }
 
-// The command of `app` that was typed, as far as it goes.
+// The command of `app` that was typed, down to the last subcommand.
 const CLI::App& Current(const CLI::App& app) {
   const auto subcommands = app.get_subcommands();
   return subcommands.empty() ? app : Current(*subcommands.front());
@@ -239,7 +238,7 @@ std::vector<std::string> KnownNames(const CLI::App& current) {
   return names;
 }
 
-// "--step-solver newton" for "--newton": the option of which `name` is a value.
+// "--step-solver newton" for "--newton": the option that has `name` as a value.
 std::optional<std::string> OptionOfValue(const CLI::App& current, const std::string& name) {
   const std::string value = name.substr(std::min(name.find_first_not_of('-'), name.size()));
   for (const CLI::Option* option : current.get_options()) {
@@ -252,7 +251,7 @@ std::optional<std::string> OptionOfValue(const CLI::App& current, const std::str
   return std::nullopt;
 }
 
-// A word that is no option or command here, with the nearest one that is.
+// The message for a word that is not an option or command here, with the nearest one that is.
 std::string NotKnown(const CLI::App& app, const std::string& word) {
   const std::string name = word.substr(0, word.find('='));
   const CLI::App& current = Current(app);
@@ -261,7 +260,7 @@ std::string NotKnown(const CLI::App& app, const std::string& word) {
   return fmt::format("\"{}\" is not known here{}", name, DidYouMean(meant));
 }
 
-// An empty name of a file, a job or the like is a variable of a script that is not set.
+// Refuses empty names of files, jobs and the like: most likely a variable of a script is not set.
 void RefuseEmptyNames(CLI::App& command) {
   const auto not_empty = [](const std::string& text) {
     return std::string(text.empty() ? "is empty; is a variable of your script unset?" : "");
@@ -295,7 +294,7 @@ std::string GroupOf(const std::string& flag) {
   return kOther;
 }
 
-// Puts the options of a command with many into groups.
+// Puts the options of a command that has many into groups.
 void Group(CLI::App& app) {
   constexpr std::size_t kMany = 20;
   const auto options = app.get_options();
@@ -306,8 +305,8 @@ void Group(CLI::App& app) {
   }
 }
 
-// The groups in the order in which they are wanted, not in that of the options; of an option its names and its value,
-// not what it goes with, which is said to who gives the two.
+// Prints groups in a fixed order, not in that of the options. Of an option it prints names and value, but not which
+// options it excludes or needs, since the error says that.
 class GroupedHelp : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
@@ -328,9 +327,9 @@ class GroupedHelp : public CLI::Formatter {
  private:
   std::string Groups(const CLI::App& app) const {
     std::string text;
-    for (const std::string& group : {std::string("Options"), std::string(kEveryday), std::string(kOther),
-                                     OnlyFor(v1::METHOD_TIME_STEPPING), OnlyFor(v1::METHOD_LAPLACE_ITERATION),
-                                     OnlyFor(v1::METHOD_WU_CHEN_ITERATION), std::string(kServer)}) {
+    for (const std::string& group :
+         {std::string("Options"), std::string(kEveryday), std::string(kOther), OnlyFor(v1::METHOD_TIME_STEPPING),
+          OnlyFor(v1::METHOD_LAPLACE_ITERATION), OnlyFor(v1::METHOD_WU_CHEN_ITERATION), std::string(kServer)}) {
       const auto options = app.get_options(
           [&group](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
       if (!options.empty()) text += make_group(group, false, options);
@@ -339,26 +338,24 @@ class GroupedHelp : public CLI::Formatter {
   }
 };
 
-// What is wrong with `arguments`: CLI11's words, but for names that do not exist.
+// What is wrong with `arguments`: the message of CLI11, except for names that do not exist.
 std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& arguments) {
   const auto is_option = [](const std::string& word) { return word.size() > 1 && word[0] == '-'; };
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    const std::vector<std::string> extras = app.remaining(/*recurse=*/true);
-    // The values of an unknown option are left over as well.
-    const auto option = std::find_if(extras.begin(), extras.end(), is_option);
-    if (option != extras.end()) return NotKnown(app, *option);
-    if (!extras.empty()) return NotKnown(app, extras.front());
-  }
+  // An unknown option comes first: other errors may follow from it. (Its values are left over as well.)
+  const std::vector<std::string> extras = app.remaining(/*recurse=*/true);
+  const auto option = std::find_if(extras.begin(), extras.end(), is_option);
+  if (option != extras.end()) return NotKnown(app, *option);
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !extras.empty()) return NotKnown(app, extras.front());
   if (const CLI::App& group = Current(app); &group != &app && !KnownCommands(group).empty()) {
     const auto name = std::find(arguments.begin(), arguments.end(), group.get_name());
     const auto word = std::find_if_not(name == arguments.end() ? name : name + 1, arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return fmt::format("say what to do: {}", fmt::join(KnownCommands(group), ", "));
+    return fmt::format("missing command: {}", fmt::join(KnownCommands(group), ", "));
   }
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "say what to do: solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs "
+    return "missing command: solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs "
            "submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
@@ -375,7 +372,7 @@ ExitCode PrintError(const CLI::App& app, const CLI::ParseError& error, const std
   return kBadInput;
 }
 
-// `command`, whose server is `target`, or what is wrong with what the environment says of that.
+// `command` with its server `target` completed from the environment, or the exit code if the environment is wrong.
 template <typename Command>
 ParsedCommandLine WithServer(Command& command, ServerTarget& target) {
   const absl::Status status = Complete(target);

@@ -7,12 +7,12 @@
 namespace dlcs::client {
 
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 solved; 1 the mathematics has no answer, or none within the error that was asked for (the\n"
+    "Exit codes: 0 solved; 1 there is no solution, or none was found within the allowed error (the\n"
     "result says which); 2 bad input (file, option, problem); 3 the service failed, or the solve was cancelled\n"
     "there or ran out of time; 130 Ctrl-C, 143 SIGTERM.";
 
 inline constexpr const char* kEnsembleExitCodes =
-    "Exit codes: 0 all members solved; 1 for some the mathematics has no answer; 2 bad input (file, option,\n"
+    "Exit codes: 0 all members solved; 1 some have no solution; 2 bad input (file, option,\n"
     "problem, member); 3 the service failed, or members were cancelled there or ran out of time; 130 Ctrl-C,\n"
     "143 SIGTERM.";
 
@@ -24,8 +24,8 @@ inline constexpr const char* kMainExamples =
     "  dlcs analyze circuit.json                          what is known before solving, and how to solve\n"
     "  dlcs lcp lcp.json                                  one linear complementarity problem\n"
     "  dlcs dcp dcp.json                                  one dynamic complementarity problem\n"
-    "  dlcs model input-output economy.json               a model of a whole field to a problem file\n"
-    "  dlcs submit circuit.json                           a job on a server that outlives this terminal\n"
+    "  dlcs model input-output economy.json               a problem file from a model\n"
+    "  dlcs submit circuit.json                           a job on a server, which survives this terminal\n"
     "  dlcs help solve                                    all options, more examples\n"
     "\n"
     "DLCS_SERVER=HOST:PORT, DLCS_CONTEXT=NAME or `dlcs context use NAME` replace --server; --local overrides them.";
@@ -51,29 +51,30 @@ inline constexpr const char* kSolveExamples =
     "  dlcs solve circuit.json --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
-    "Ctrl-C and SIGTERM cancel the solve and print what is known; a file is then named FILE.partial. A second one\n"
+    "Ctrl-C and SIGTERM cancel the solve and print the part solved so far; a file is then named FILE.partial. A second "
+    "one\n"
     "ends the program at once. On a terminal a bar shows the progress; --verbose shows every iterate.";
 
 inline constexpr const char* kContextExamples =
     "A context is a name for a server and the options of its connection. Tokens stay in their files.\n"
-    "--server counts first, then --context, DLCS_SERVER, DLCS_CONTEXT and the context in use.\n"
+    "--server takes precedence, then --context, DLCS_SERVER, DLCS_CONTEXT and the context in use.\n"
     "\n"
     "Examples:\n"
     "  dlcs context set lab --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
     "  dlcs context use lab               from now on\n"
     "  dlcs solve circuit.json            runs there\n"
     "  dlcs solve circuit.json --local    runs here\n"
-    "  dlcs context use                   no context any more";
+    "  dlcs context use                   no current context";
 
 inline constexpr const char* kEnsembleExamples =
     "MEMBERS is a list of objects, each with what its member replaces in the problem: x0, f, g, pieces, T,\n"
     "break_points, and a label, as in\n"
     "    [{\"x0\": [1, 0]}, {\"x0\": [2, 0], \"T\": 3, \"label\": \"far\"}]\n"
-    "or a table with one initial state a line:\n"
+    "or a table with one initial state per line:\n"
     "    x1,x2\n"
     "    1,0\n"
     "    2,0\n"
-    "What depends on the matrices alone is computed once. As many members as there are threads are solved at\n"
+    "Everything that depends on the matrices alone is computed once. One member per thread is solved at\n"
     "the same time.\n"
     "\n"
     "Examples:\n"
@@ -81,7 +82,7 @@ inline constexpr const char* kEnsembleExamples =
     "  dlcs ensemble circuit.json sources.json --steps 10000 --server localhost:50051\n"
     "  dlcs ensemble circuit.json starts.csv --at 1,2 --format json --output solved.jsonl\n"
     "\n"
-    "Ctrl-C and SIGTERM cancel the members that run and print what is known; a second one ends at once.";
+    "Ctrl-C and SIGTERM cancel the running members and print the results so far; a second one ends at once.";
 
 inline constexpr const char* kAnalyzeExamples =
     "Reports what is known about the system before it is solved: the class of M with witnesses, constants,\n"
@@ -103,7 +104,7 @@ inline constexpr const char* kLcpExamples =
 
 inline constexpr const char* kDcpExamples =
     "Finds v, nondecreasing with v(0) = 0, such that w = q + M v >= 0 and the integral of w_i dv_i is 0\n"
-    "for all i, by time stepping. q is linear between nodes; a time that stands twice is a jump. As in\n"
+    "for all i, by time stepping. q is linear between nodes; a time that occurs twice is a jump. As in\n"
     "    {\"M\": [[1, 3, 0], [0, 1, 3], [3, 0, 1]],\n"
     "     \"q\": {\"times\": [0, 1], \"values\": [[0, 0, 0], [-1, -1, -1]]}}\n"
     "\n"

@@ -19,29 +19,30 @@ namespace dlcs::client {
 namespace {
 
 constexpr const char* kJobNames =
-    "A job: the name that submit printed, or its first letters, as many as no other job has.";
+    "A job: the name that submit printed, or the first characters of its id, if no other job begins with them.";
 
 constexpr const char* kSubmitExamples =
-    "Prints the name of the job, jobs/..., and nothing else. The job outlives this terminal, cuts and restarts of the "
+    "Prints the name of the job, jobs/..., and nothing else. The job survives this terminal, lost connections and "
+    "restarts of the "
     "server.\n"
     "\n"
     "Examples:\n"
-    "  dlcsd --store jobs.db &                           a server that takes jobs\n"
+    "  dlcsd --store jobs.db &                           a server with jobs\n"
     "  job=$(dlcs submit circuit.json --tolerance 1e-8)\n"
     "  dlcs submit circuit.json --title 'diode, warm' --wait\n"
-    "  dlcs submit circuit.json --check                  would it be taken, and what would it need?";
+    "  dlcs submit circuit.json --check                  would it be accepted, and what would it need?";
 
 constexpr const char* kWatchExamples =
-    "Exits as solve would. Ctrl-C and SIGTERM end the watching; the job continues.\n"
+    "Exits with the code of solve. Ctrl-C and SIGTERM end the watch; the job continues.\n"
     "\n"
     "Examples:\n"
     "  dlcs watch $job\n"
-    "  dlcs watch $job --format json          every event a line, for programs\n"
-    "  dlcs watch $job --quiet && plot.sh     the exit code alone";
+    "  dlcs watch $job --format json          one event per line, for programs\n"
+    "  dlcs watch $job --quiet && plot.sh     only the exit code";
 
 constexpr const char* kGetExamples =
     "Examples:\n"
-    "  dlcs get k3f                          the job whose name begins so\n"
+    "  dlcs get k3f                          the job whose id begins with k3f\n"
     "  dlcs get $job -o json\n"
     "  dlcs get problems/41cb                an uploaded problem";
 
@@ -54,7 +55,7 @@ constexpr const char* kListExamples =
 constexpr const char* kCancelExamples =
     "Examples:\n"
     "  dlcs cancel k3f\n"
-    "  dlcs result k3f                       what it had found until then";
+    "  dlcs result k3f                       the part solved before the cancellation";
 
 constexpr const char* kDeleteExamples =
     "Only a job that has ended can be deleted: cancel it first.\n"
@@ -98,12 +99,11 @@ void AddTarget(CLI::App& app, JobTarget& target, const std::string& footer) {
   app.footer(fmt::format("{}\n\n{}", footer, kExitCodes));
 }
 
-void AddName(CLI::App& app, std::string& name) {
-  app.add_option("JOB", name, kJobNames)->required()->type_name("JOB");
-}
+void AddName(CLI::App& app, std::string& name) { app.add_option("JOB", name, kJobNames)->required()->type_name("JOB"); }
 
 void AddNameOfEither(CLI::App& app, std::string& name) {
-  app.add_option("NAME", name, std::string(kJobNames) + " Or an uploaded problem: problems/ and its first letters")
+  app.add_option("NAME", name,
+                 std::string(kJobNames) + " Or an uploaded problem: problems/ and the first characters of its id")
       ->type_name("JOB|problems/ID");
 }
 
@@ -122,14 +122,14 @@ void AddSubmit(CLI::App& main, SubmitCommand& command) {
   AddHowToSolve(app, solve.options, solve.grid, solve.rule);
   app.add_option("--title", command.title, "Title of the job in lists, at most 256 bytes (the problem's name)")
       ->type_name("TEXT");
-  app.add_flag("--wait", command.wait, "Then watch it to its end, and exit as solve would");
+  app.add_flag("--wait", command.wait, "Then watch it to its end, and exit with the code of solve");
   app.add_option("--request-id", command.request_id,
                  "Identifies this job: submitting again with the same text gives the same job (random)")
       ->type_name("TEXT");
   AddNumber(
       app, "--priority", "N", Within("a whole number between -100 and 100", -100, 100),
       [&command](double v) { command.priority = static_cast<std::int32_t>(v); },
-      "Order among your own jobs: higher first (0)");
+      "Order among your own jobs, higher first (0)");
   AddNumber(
       app, "--within", "SECONDS", Positive(), [&command](double v) { command.within_s = v; },
       "Deadline, from now: the job is refused if it cannot meet it, and stopped then");
@@ -146,7 +146,7 @@ void AddWatch(CLI::App& main, WatchCommand& command) {
       [&command](double v) { command.after = static_cast<std::int64_t>(v); }, "Only events above this number (0)");
   AddNumber(
       app, "--interval", "SECONDS", Positive(), [&command](double v) { command.interval_s = v; },
-      "Least time between two iterates");
+      "Minimum time between two iterates");
   AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
   CLI::Option& quiet = *app.add_flag("-q,--quiet", command.quiet, "Print only the verdict, on standard error");
   CLI::Option& values = *AddWord<v1::WatchView>(
@@ -218,7 +218,7 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
       "List at most this many (100)");
   AddFormat(list, {"table", "json", "name"}, commands.list.format, "What to print (table)");
 
-  CLI::App& cancel = *main.add_subcommand("cancel", "Cancel a job; what it found can still be read");
+  CLI::App& cancel = *main.add_subcommand("cancel", "Cancel a job; the part solved so far can still be read");
   AddName(cancel, commands.cancel.name);
   AddTarget(cancel, commands.cancel.target, kCancelExamples);
 

@@ -4,19 +4,19 @@
 namespace dlcs::client {
 
 void AddServer(CLI::App& app, ServerTarget& target, const std::string& help) {
-  CLI::Option* const server = app.add_option_function<std::string>(
-                                     "-s,--server",
-                                     [&target](const std::string& address) {
-                                       if (address.empty()) {
-                                         throw CLI::ValidationError(
-                                             "--server",
-                                             "is empty; must be HOST:PORT. Is a variable of your script unset?");
-                                       }
-                                       target.address = address;
-                                       target.typed = true;
-                                     },
-                                     help)
-                                  ->type_name("HOST:PORT");
+  CLI::Option* const server =
+      app.add_option_function<std::string>(
+             "-s,--server",
+             [&target](const std::string& address) {
+               if (address.empty()) {
+                 throw CLI::ValidationError("--server",
+                                            "is empty; must be HOST:PORT. Is a variable of your script unset?");
+               }
+               target.address = address;
+               target.typed = true;
+             },
+             help)
+          ->type_name("HOST:PORT");
   CLI::Option* const context = app.add_option_function<std::string>(
                                       "--context",
                                       [&target](const std::string& name) {
@@ -37,7 +37,7 @@ void AddServer(CLI::App& app, ServerTarget& target, const std::string& help) {
   };
   file("--token-file", target.token_file, "File with your token (default: the variable DLCS_TOKEN)");
   file("--tls-ca", target.tls_ca, "Encrypt; trust the authorities in this PEM file");
-  app.add_flag("--tls", target.tls, "Encrypt; trust the authorities that this machine trusts");
+  app.add_flag("--tls", target.tls, "Encrypt; trust the authorities of this machine");
   file("--tls-cert", target.tls_cert, "Encrypt; your certificate, PEM, for servers that require one");
   file("--tls-key", target.tls_key, "Its private key, PEM");
 }

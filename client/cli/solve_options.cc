@@ -19,12 +19,13 @@ void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
   AddWord<v1::SolutionRule>(
       app, "--rule", Words<v1::SolutionRule>(), ParseWord<v1::SolutionRule>,
       [&rule](v1::SolutionRule value) { rule = value; },
-      "Which solution of the LCP where there are several; overrides the file");
+      "Which solution of the LCP to take if there are several; overrides the file");
 }
 
 void AddOutput(CLI::App& app, std::string& output, const char* what) {
-  app.add_option("-o,--output", output,
-                 fmt::format("Write {} there, whole or not at all, instead of printing it; - prints it", what))
+  app.add_option(
+         "-o,--output", output,
+         fmt::format("Write {} to this file, completely or not at all, instead of printing it; - prints it", what))
       ->type_name("FILE");
 }
 

@@ -49,25 +49,20 @@ void ReadSelectorKey(const json& root, JsonReader& reader, v1::Selector& selecto
   const json& value = root["selector"];
   if (!value.is_object()) {
     return reader.Refuse(
-        "selector",
-        fmt::format("is {}; must be an object {{\"C\": [[...], ...], \"b\": [...]}}", DescribeJson(value)));
+        "selector", fmt::format("is {}; must be an object {{\"C\": [[...], ...], \"b\": [...]}}", DescribeJson(value)));
   }
   reader.RefuseUnknownKeys(value, {"C", "b"}, "selector");
-  const json* c =
-      reader.Require(value, "C", "selector needs the rows of the matrix C of ‖C y - b‖, n values each");
-  const json* b =
-      reader.Require(value, "b", "selector needs the vector b of ‖C y - b‖, a value per row of C");
+  const json* c = reader.Require(value, "C", "selector needs the rows of the matrix C of ‖C y - b‖, n values each");
+  const json* b = reader.Require(value, "b", "selector needs the vector b of ‖C y - b‖, a value per row of C");
   if (c != nullptr) {
     if (auto matrix = ReadAnyMatrix(*c, "selector.C", reader)) *selector.mutable_c() = *std::move(matrix);
   }
   if (b != nullptr) {
-    if (const auto list = reader.ReadNumbers(*b, "selector.b"))
-      selector.mutable_b()->Add(list->begin(), list->end());
+    if (const auto list = reader.ReadNumbers(*b, "selector.b")) selector.mutable_b()->Add(list->begin(), list->end());
   }
 }
 
-absl::StatusOr<json> ParseObject(const std::string& text, const std::string& source,
-                                 const std::string& holds) {
+absl::StatusOr<json> ParseObject(const std::string& text, const std::string& source, const std::string& holds) {
   auto root = ParseJson(text, source);
   if (!root.ok() || root->is_object()) return root;
   return absl::InvalidArgumentError(
@@ -91,8 +86,7 @@ absl::Status CheckKind(const json& root, FileKind kind, const std::string& sourc
     case FileKind::kUnknown:
       break;
     case FileKind::kSystem:
-      what =
-          "a system of differential equations with complementarity; run dlcs solve or dlcs analyze with it";
+      what = "a system of differential equations with complementarity; run dlcs solve or dlcs analyze with it";
       break;
     case FileKind::kLcp:
       what = "one linear complementarity problem; run dlcs lcp with it";
@@ -101,10 +95,10 @@ absl::Status CheckKind(const json& root, FileKind kind, const std::string& sourc
       what = "a dynamic complementarity problem; run dlcs dcp with it";
       break;
     case FileKind::kPath:
-      what = "a path; it goes with dlcs dcp --check";
+      what = "a path; check it with dlcs dcp --check";
       break;
     case FileKind::kModel:
-      what = "an input-output model; make a problem of it with dlcs model input-output";
+      what = "an input-output model; make a problem from it with dlcs model input-output";
       break;
     case FileKind::kMembers:
       what = "the members of an ensemble; run dlcs ensemble with a problem and with it";

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMaxRefusals = 20;
 constexpr std::size_t kMaxShownBytes = 40;
 
-// What people call the notes that a file has.
+// Keys that people use for the notes of a file, and the right keys.
 std::optional<std::string> NoteMeantBy(const std::string& key) {
   constexpr std::array kMeant = {
       std::pair("title", "name"),           std::pair("label", "name"),        std::pair("note", "about"),
@@ -45,8 +45,7 @@ bool LooksLikeANumber(const nlohmann::json& value) {
   if (!value.is_string()) return false;
   const std::string& text = value.get_ref<const std::string&>();
   // No number is long, and other long text may be nested to any depth.
-  return text.size() <= kMaxShownBytes &&
-         nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false).is_number();
+  return text.size() <= kMaxShownBytes && nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false).is_number();
 }
 
 }  // namespace
@@ -58,11 +57,11 @@ std::string DescribeJson(const nlohmann::json& value) {
     case nlohmann::json::value_t::boolean:
       return value.dump();
     case nlohmann::json::value_t::string:
-      // Cut before it is quoted: there may be any number of letters.
+      // Cut before it is quoted, since the string may be very long.
       return fmt::format("a string ({})",
                          TruncateUtf8(nlohmann::json(value.get_ref<const std::string&>().substr(0, kMaxShownBytes))
-                                       .dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore),
-                                   kMaxShownBytes));
+                                          .dump(-1, ' ', false, nlohmann::json::error_handler_t::ignore),
+                                      kMaxShownBytes));
     case nlohmann::json::value_t::array:
       return value.empty() ? "an empty list" : fmt::format("a list (of {})", value.size());
     case nlohmann::json::value_t::object:
@@ -123,7 +122,7 @@ const nlohmann::json* JsonReader::Require(const nlohmann::json& object, const st
 std::optional<double> JsonReader::ReadNumber(const nlohmann::json& value, const std::string& path) {
   if (value.is_number()) return value.get<double>();
   const char* hint = LooksLikeANumber(value) ? "; write it without quotes" : "";
-  const char* null_hint = value.is_null() ? " (null stands where a number was not finite?)" : "";
+  const char* null_hint = value.is_null() ? " (was a number not finite, and written as null?)" : "";
   Refuse(path, fmt::format("is {}; must be a number{}{}", DescribeJson(value), hint, null_hint));
   return std::nullopt;
 }
@@ -134,8 +133,7 @@ std::optional<std::string> JsonReader::ReadString(const nlohmann::json& value, c
   return std::nullopt;
 }
 
-std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json& value,
-                                                           const std::string& path) {
+std::optional<std::vector<double>> JsonReader::ReadNumbers(const nlohmann::json& value, const std::string& path) {
   if (!value.is_array()) {
     Refuse(path, fmt::format("is {}; must be a list of numbers", DescribeJson(value)));
     return std::nullopt;
@@ -178,8 +176,8 @@ std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& valu
   for (std::size_t i = 0; i < value.size(); ++i) {
     const std::string row_path = fmt::format("{}[{}]", path, i);
     if (value[i].is_number()) {
-      Refuse(row_path, fmt::format("is {}; every row is a list, and a column is written [[1], [2]]",
-                                   DescribeJson(value[i])));
+      Refuse(row_path,
+             fmt::format("is {}; every row is a list, and a column is written [[1], [2]]", DescribeJson(value[i])));
       return std::nullopt;
     }
     const bool has_text = may_have_formulas && value[i].is_array() &&
@@ -201,8 +199,8 @@ std::optional<v1::DenseMatrix> JsonReader::ReadMatrix(const nlohmann::json& valu
       continue;
     }
     if (value[0].is_array() && row->size() != value[0].size()) {
-      Refuse(row_path, fmt::format("has {} values but {}[0] has {}; all rows must have the same length",
-                                   row->size(), path, value[0].size()));
+      Refuse(row_path, fmt::format("has {} values but {}[0] has {}; all rows must have the same length", row->size(),
+                                   path, value[0].size()));
       sound = false;
       continue;
     }

@@ -27,13 +27,13 @@ constexpr std::size_t kMaxLists = std::size_t{1} << 23;
 
 constexpr std::size_t kMaxShownBytes = 200;  // of text that is shown: not all of what a file of any size holds
 
-// Makes the value as it is read, and stops at once where nlohmann's own reader would go on and we do not: at a key
-// given twice and at deep nesting. (A callback of that reader could stop it too; but then it looks at all elements of a
-// list again at the end of each that is a list or an object.)
+// Builds the value while it is read, and stops at errors that nlohmann's own reader accepts: duplicate keys and deep
+// nesting. (A callback of that reader could stop it too, but the reader then scans all elements of a list again after
+// each nested list or object.)
 class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   nlohmann::json& value() { return root_; }
-  // Why the text is refused by us; empty where the parser or nobody refuses it.
+  // Why the text is refused; empty if it is not refused, or by the parser itself.
   const std::string& refusal() const { return refusal_; }
   const std::optional<nlohmann::json::parse_error>& syntax_error() const { return syntax_error_; }
   // A number that is larger than all doubles, and how far the parser has read.
@@ -67,8 +67,7 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
     object.key = std::move(key);
     return true;
   }
-  bool parse_error(std::size_t position, const std::string& token,
-                   const nlohmann::detail::exception& error) override {
+  bool parse_error(std::size_t position, const std::string& token, const nlohmann::detail::exception& error) override {
     if (const auto* syntax = dynamic_cast<const nlohmann::json::parse_error*>(&error)) {
       syntax_error_.emplace(*syntax);
     } else {
@@ -78,7 +77,7 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  // A list or an object that is being read. It stays where it is: what holds it grows only behind it, and later.
+  // A list or an object that is being read. Its address is stable, since its container grows only after it is complete.
   struct Open {
     nlohmann::json* value;
     std::string key = {};  // of an object: whose value comes next, or is being read
@@ -138,7 +137,7 @@ Place PlaceOf(std::string_view text, std::size_t offset) {
 
 bool IsWordLetter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 
-// The letters around `offset`: the parser stops somewhere inside a word that it does not know.
+// The word around `offset`: the parser stops somewhere inside an unknown word.
 std::string WordAt(std::string_view text, std::size_t offset) {
   if (offset >= text.size() || !IsWordLetter(text[offset])) return "";
   std::size_t begin = offset;
@@ -148,14 +147,14 @@ std::string WordAt(std::string_view text, std::size_t offset) {
   return std::string(text.substr(begin, std::min<std::size_t>(end - begin, 40)));
 }
 
-// What people write that JSON does not have; empty when the parser's own words have to do.
+// A message for common errors that are not JSON; empty if only the parser's message applies.
 std::string Explain(std::string_view text, std::size_t offset) {
   const std::string word = WordAt(text, offset);
   std::string lower = word;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (lower == "nan" || lower == "inf" || lower == "infinity") {
-    return fmt::format("{} is neither JSON nor allowed here; every number must be finite", word);
+    return fmt::format("{} is not JSON; every number must be finite", word);
   }
   if (lower == "true" || lower == "false" || lower == "none") {
     return fmt::format("{} is Python; JSON writes true, false and null", word);
@@ -182,7 +181,7 @@ std::string ReasonOf(const std::string& what) {
   return prefix == std::string::npos ? what : what.substr(prefix + 2);
 }
 
-// A file that is no text at all, by its first bytes.
+// Files that are not text, recognized by their first bytes.
 struct Signature {
   std::string_view bytes;
   const char* what;
@@ -204,7 +203,7 @@ constexpr std::array kSignatures = {
     Signature{"\x89PNG", "a picture"},
     Signature{"SQLite format 3", "a database of SQLite"}};
 
-// The first byte of `text` that belongs to no letter in UTF-8; npos where there is none.
+// The first byte of `text` that is not valid UTF-8; npos if there is none.
 std::size_t FindNoUtf8(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
     const auto lead = static_cast<unsigned char>(text[at]);
@@ -238,7 +237,7 @@ std::string WideEncoding(std::string_view text) {
   return "";
 }
 
-// What `text` is instead of text in UTF-8; empty where it is that.
+// What `text` is if it is not UTF-8; empty if it is.
 std::string ExplainEncoding(const std::string& text) {
   constexpr const char* kWanted = "a text file with JSON in UTF-8 is wanted here";
   if (const std::string wide = WideEncoding(text); !wide.empty()) {
@@ -264,7 +263,7 @@ std::string ExplainEncoding(const std::string& text) {
       place.line, place.column, byte, letter);
 }
 
-// Where the parser found a value behind a value: the begin of the second one.
+// If the parser found a value directly after another: the begin of the second one.
 std::optional<std::size_t> FindMissingComma(std::string_view text, std::size_t offset, const std::string& reason) {
   const auto has = [&reason](const char* part) { return reason.find(part) != std::string::npos; };
   if (!has("expected '}'") && !has("expected ']'")) return std::nullopt;
@@ -278,8 +277,7 @@ std::optional<std::size_t> FindMissingComma(std::string_view text, std::size_t o
   return offset;
 }
 
-std::string Describe(const std::string& text, const std::string& source,
-                     const nlohmann::json::parse_error& error) {
+std::string Describe(const std::string& text, const std::string& source, const nlohmann::json::parse_error& error) {
   std::size_t offset = std::min(error.byte > 0 ? error.byte - 1 : 0, text.size());
   const std::string reason = ReasonOf(error.what());
   std::string why;
@@ -314,8 +312,7 @@ absl::StatusOr<std::string> ReadTextFile(const std::string& path, std::size_t li
   const auto close = [](std::FILE* file) {
     if (file != stdin) std::fclose(file);
   };
-  const std::unique_ptr<std::FILE, decltype(close)> file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"),
-                                                         close);
+  const std::unique_ptr<std::FILE, decltype(close)> file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"), close);
   if (file == nullptr) return ErrnoStatus(source, errno);
   std::string text;
   std::vector<char> block(std::size_t{1} << 16);
@@ -334,7 +331,7 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return absl::InvalidArgumentError(fmt::format("{}: the file is empty", source));
   }
-  // To the parser a zero is the end, whatever stands behind it.
+  // The parser would take a zero byte for the end of the text.
   const bool has_zeros = text.find('\0') != std::string::npos;
   StrictReader reader;
   if (!has_zeros && nlohmann::json::sax_parse(text, &reader)) return std::move(reader.value());

@@ -22,7 +22,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr std::int64_t kMostRows = std::numeric_limits<std::int32_t>::max();
-// Of one matrix that a file spells out by rule: a gigabyte.
+// Limit for matrices that a file describes by a rule: about a gigabyte.
 constexpr std::int64_t kMostEntries = std::int64_t{1} << 26;
 
 constexpr const char* kForms =
@@ -32,8 +32,8 @@ constexpr const char* kForms =
 std::optional<std::int32_t> ReadWhole(const json& value, std::int64_t least, std::int64_t limit,
                                       const std::string& path, JsonReader& reader) {
   if (value.is_number_integer() && value >= least && value < limit) return value.get<std::int32_t>();
-  reader.Refuse(path, fmt::format("is {}; must be a whole number from {} to {}", DescribeJson(value), least,
-                                  limit - 1));
+  reader.Refuse(path,
+                fmt::format("is {}; must be a whole number from {} to {}", DescribeJson(value), least, limit - 1));
   return std::nullopt;
 }
 
@@ -101,8 +101,7 @@ std::optional<v1::SparseMatrix> ReadEntries(const json& object, const std::strin
 // Fills `indices`; whether all are whole and below `size`.
 bool ReadIndices(const json& object, const std::string& key, std::int64_t size, const std::string& path,
                  JsonReader& reader, google::protobuf::RepeatedField<std::int32_t>& indices) {
-  const json* list =
-      reader.Require(object, key, fmt::format("{} needs an index for each of its values", path));
+  const json* list = reader.Require(object, key, fmt::format("{} needs an index for each of its values", path));
   if (list == nullptr) return false;
   const std::string place = fmt::format("{}.{}", path, key);
   if (!list->is_array()) {
@@ -121,19 +120,16 @@ std::optional<v1::SparseMatrix> ReadValues(const json& object, const std::string
   auto matrix = ReadShape(object, path, reader);
   const auto values = reader.ReadNumbers(object["values"], path + ".values");
   if (!matrix || !values) return std::nullopt;
-  const bool rows =
-      ReadIndices(object, "row_indices", matrix->rows(), path, reader, *matrix->mutable_row_indices());
-  const bool columns = ReadIndices(object, "column_indices", matrix->columns(), path, reader,
-                                   *matrix->mutable_column_indices());
+  const bool rows = ReadIndices(object, "row_indices", matrix->rows(), path, reader, *matrix->mutable_row_indices());
+  const bool columns =
+      ReadIndices(object, "column_indices", matrix->columns(), path, reader, *matrix->mutable_column_indices());
   if (!rows || !columns) return std::nullopt;
   matrix->mutable_values()->Add(values->begin(), values->end());
-  if (matrix->row_indices_size() == matrix->values_size() &&
-      matrix->column_indices_size() == matrix->values_size()) {
+  if (matrix->row_indices_size() == matrix->values_size() && matrix->column_indices_size() == matrix->values_size()) {
     return matrix;
   }
-  reader.Refuse(
-      path, fmt::format("has {} row_indices, {} column_indices and {} values; must have as many of each",
-                        matrix->row_indices_size(), matrix->column_indices_size(), matrix->values_size()));
+  reader.Refuse(path, fmt::format("has {} row_indices, {} column_indices and {} values; must have as many of each",
+                                  matrix->row_indices_size(), matrix->column_indices_size(), matrix->values_size()));
   return std::nullopt;
 }
 
@@ -170,16 +166,15 @@ bool ReadDiagonal(const json& value, std::int64_t offset, const std::string& pat
   return true;
 }
 
-std::optional<v1::SparseMatrix> ReadDiagonals(const json& object, const std::string& path,
-                                              JsonReader& reader) {
+std::optional<v1::SparseMatrix> ReadDiagonals(const json& object, const std::string& path, JsonReader& reader) {
   reader.RefuseUnknownKeys(object, {"rows", "columns", "diagonals"}, path);
   const auto rows = ReadSize(object, "rows", path, reader);
   const auto columns = object.contains("columns") ? ReadSize(object, "columns", path, reader) : rows;
   const json& diagonals = object["diagonals"];
   const std::string place = path + ".diagonals";
   if (!diagonals.is_object()) {
-    reader.Refuse(place, fmt::format("is {}; must be an object, as in {{\"0\": 4, \"1\": -1}}",
-                                     DescribeJson(diagonals)));
+    reader.Refuse(place,
+                  fmt::format("is {}; must be an object, as in {{\"0\": 4, \"1\": -1}}", DescribeJson(diagonals)));
     return std::nullopt;
   }
   if (!rows || !columns) return std::nullopt;
@@ -209,8 +204,7 @@ std::optional<v1::Matrix> ReadMarket(const json& object, const std::string& path
   const std::filesystem::path beside = std::filesystem::path(reader.source()).parent_path();
   auto matrix = ReadMatrixMarket((beside / *name).string());
   if (matrix.ok()) return *std::move(matrix);
-  reader.Refuse(path + ".matrix_market",
-                fmt::format("cannot be read: {}", std::string(matrix.status().message())));
+  reader.Refuse(path + ".matrix_market", fmt::format("cannot be read: {}", std::string(matrix.status().message())));
   return std::nullopt;
 }
 
@@ -305,8 +299,7 @@ std::optional<v1::Matrix> ReadAnyMatrix(const json& value, const std::string& pa
   return std::nullopt;
 }
 
-std::optional<std::vector<double>> ReadAnyVector(const json& value, const std::string& path,
-                                                 JsonReader& reader) {
+std::optional<std::vector<double>> ReadAnyVector(const json& value, const std::string& path, JsonReader& reader) {
   if (!value.is_object() || !value.contains("matrix_market")) return reader.ReadNumbers(value, path);
   const auto matrix = ReadMarket(value, path, reader);
   if (!matrix) return std::nullopt;
@@ -319,8 +312,8 @@ std::optional<std::vector<double>> ReadAnyVector(const json& value, const std::s
     return std::vector<double>(matrix->dense().values().begin(), matrix->dense().values().end());
   }
   if (matrix->sparse().rows() > kMostEntries) {
-    reader.Refuse(path, fmt::format("has {} components; at most {} are possible", matrix->sparse().rows(),
-                                    kMostEntries));
+    reader.Refuse(path,
+                  fmt::format("has {} components; at most {} are possible", matrix->sparse().rows(), kMostEntries));
     return std::nullopt;
   }
   std::vector<double> values(static_cast<std::size_t>(matrix->sparse().rows()), 0.0);

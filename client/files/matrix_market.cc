@@ -18,7 +18,7 @@
 namespace dlcs::client {
 namespace {
 
-// What ends the reading, with its line; never leaves this file.
+// An error with its line; thrown and caught in this file only.
 struct Fault {
   std::int64_t line;
   std::string what;
@@ -26,7 +26,7 @@ struct Fault {
 
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-// The words of a text, with the lines they stand in. Lines that begin with % are comments.
+// The words of a text, with their line numbers. Lines that begin with % are comments.
 class Words {
  public:
   explicit Words(std::string_view text) : text_(text) {}

@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 using Members = std::vector<v1::EnsembleMember>;
 
-// Members with mistakes that are told; of a file whose every member has the same one, a few say enough.
+// The most members with errors that are reported, since often every member has the same error.
 constexpr std::size_t kMostFaulty = 10;
 
 std::string PlaceOf(const std::string& source, std::size_t member) {
@@ -75,7 +75,7 @@ absl::StatusOr<Members> ReadList(const json& list, const std::string& source, in
   return members;
 }
 
-// The numbers of a line between commas; nothing where one is none.
+// The numbers of a line, separated by commas; absent if one is not a number.
 std::optional<std::vector<double>> NumbersOf(absl::string_view line) {
   std::vector<double> numbers;
   for (const absl::string_view field : absl::StrSplit(line, ',')) {

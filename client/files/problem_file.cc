@@ -64,7 +64,7 @@ constexpr bool kFormulas = true;
 // T and the break points, which both kinds of problems have.
 template <typename Problem>
 void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
-  if (const json* horizon = reader.Require(root, "T", "the end of time, a number above 0")) {
+  if (const json* horizon = reader.Require(root, "T", "the end time, a number above 0")) {
     if (const auto number = reader.ReadNumber(*horizon, "T")) problem.set_horizon(*number);
   }
   if (root.contains("break_points")) {
@@ -72,8 +72,7 @@ void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
   }
 }
 
-// A list of names, one for each of what `key` calls; how many there must be, and what may be a name, is the engine's to
-// say.
+// A list of names. Their number and form are checked by the engine.
 void ReadNamesKey(const json& root, const std::string& key, JsonReader& reader,
                   google::protobuf::RepeatedPtrField<std::string>& names) {
   if (!root.contains(key)) return;
@@ -96,7 +95,7 @@ void ReadNames(const json& root, JsonReader& reader, Problem& problem) {
     ReadParameters(root["parameters"], "parameters", reader, *problem.mutable_parameters());
 }
 
-// Whether a comma stands between two digits of `text`, as in 1,5, where others have a space behind them.
+// Whether `text` has a comma between two digits, as in 1,5, although other commas are followed by a space.
 bool HasDecimalComma(const std::string& text) {
   if (text.find(", ") == std::string::npos) return false;
   const auto is_digit = [&text](std::size_t at) { return text[at] >= '0' && text[at] <= '9'; };
@@ -107,7 +106,7 @@ bool HasDecimalComma(const std::string& text) {
   return false;
 }
 
-// Too many numbers where a decimal comma may have made two of one; other shapes are the engine's to judge.
+// Reports too many numbers if a decimal comma may be the reason; other wrong shapes are reported by the engine.
 void RefuseDecimalCommas(const std::string& text, const v1::Problem& problem, JsonReader& reader) {
   constexpr const char* kCommas = "JSON reads 1,5 as two numbers; a decimal is written 1.5";
   const v1::DenseMatrix& a = problem.a().dense();
@@ -120,7 +119,7 @@ void RefuseDecimalCommas(const std::string& text, const v1::Problem& problem, Js
   }
 }
 
-// f and g; where they are given by pieces and once more, only if both say the same.
+// f and g; they may be given both directly and by pieces only if both are equal.
 void ReadSourcesOnce(const json& root, int states, int constraints, const AgreementCheck& agrees, JsonReader& reader,
                      v1::Problem& problem) {
   v1::TimeFunction& f = *problem.mutable_f();
@@ -137,10 +136,11 @@ void ReadSourcesOnce(const json& root, int states, int constraints, const Agreem
   if (!reader.status().ok()) return;
   const auto check = [&](const char* key, const v1::TimeFunction& one, const v1::TimeFunction& other, int size) {
     if (!root.contains(key) || agrees(one, other, size, problem)) return;
-    reader.Refuse(key,
-                  fmt::format("is given beside pieces, which hold another {}; put it into the pieces, or leave one of "
-                              "them out",
-                              key));
+    reader.Refuse(
+        key,
+        fmt::format("is given as well as pieces, which hold another {}; put it into the pieces, or leave out one of "
+                    "them out",
+                    key));
   };
   check("f", f, f_beside, states);
   check("g", g, g_beside, constraints);
@@ -155,21 +155,19 @@ void ReadLinear(const json& root, const AgreementCheck& agrees, JsonReader& read
   ReadNumbersKey(root, "x0", "the m values of the initial state", reader, *problem.mutable_x0());
   ReadTimes(root, reader, problem);
   const auto rows = [](const v1::Matrix& matrix) {
-    return static_cast<int>(
-        std::clamp<std::int64_t>(ShapeOf(matrix).rows, 0, std::numeric_limits<int>::max()));
+    return static_cast<int>(std::clamp<std::int64_t>(ShapeOf(matrix).rows, 0, std::numeric_limits<int>::max()));
   };
   ReadNames(root, reader, problem);
   ReadSourcesOnce(root, rows(problem.a()), rows(problem.m()), agrees, reader, problem);
   ReadRuleKeys(root, reader, problem);
 }
 
-// A list of formulas in t, x1, ... and y1, ...; a number is one too.
+// A list of formulas in t, x1, ... and y1, ...; numbers are allowed as formulas.
 void ReadFormulasKey(const json& root, const std::string& key, const std::string& rule, JsonReader& reader,
                      google::protobuf::RepeatedPtrField<std::string>& formulas) {
   const json* value = reader.Require(root, key, rule);
   if (value == nullptr) return;
-  if (!value->is_array())
-    return reader.Refuse(key, fmt::format("is {}; must be {}", DescribeJson(*value), rule));
+  if (!value->is_array()) return reader.Refuse(key, fmt::format("is {}; must be {}", DescribeJson(*value), rule));
   for (std::size_t i = 0; i < value->size(); ++i) {
     const json& formula = (*value)[i];
     if (formula.is_number()) {
@@ -181,8 +179,7 @@ void ReadFormulasKey(const json& root, const std::string& key, const std::string
 }
 
 void ReadNonlinear(const json& root, JsonReader& reader, v1::NonlinearProblem& problem) {
-  ReadFormulasKey(root, "f",
-                  "a list of m formulas in t, x1, x2, ... and y1, y2, ..., as in [\"x2\", \"y1-sin(x1)\"]",
+  ReadFormulasKey(root, "f", "a list of m formulas in t, x1, x2, ... and y1, y2, ..., as in [\"x2\", \"y1-sin(x1)\"]",
                   reader, *problem.mutable_f());
   ReadFormulasKey(root, "g", "a list with a formula per complementarity pair, as in [\"y1+x1-1\"]", reader,
                   *problem.mutable_g());
@@ -201,8 +198,8 @@ bool IsNonlinear(const json& root, JsonReader& reader) {
 
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
                                          const AgreementCheck& agrees) {
-  const auto root = ParseObject(
-      text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
+  const auto root =
+      ParseObject(text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
   if (!root.ok()) return root.status();
   if (absl::Status kind = CheckKind(*root, FileKind::kSystem, source); !kind.ok()) return kind;
 

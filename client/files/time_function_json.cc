@@ -21,14 +21,13 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-// Zeros that a file is given where it leaves f or g out: a few bytes can ask for any number of components.
+// Limit of the zeros added for missing f or g, since a file of a few bytes may declare any number of components.
 constexpr std::int64_t kMostZeros = std::int64_t{1} << 26;
 
 // A list with a formula or a number per component. Numbers alone are a constant; next to formulas they are
 // written as formulas, with all their digits.
 void ReadComponents(const json& value, const std::string& path, JsonReader& reader, v1::TimePiece& piece) {
-  const bool all_numbers =
-      std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
+  const bool all_numbers = std::all_of(value.begin(), value.end(), [](const json& v) { return v.is_number(); });
   if (all_numbers) {
     auto& values = *piece.mutable_constant()->mutable_values();
     for (const json& component : value) values.Add(component.get<double>());
@@ -41,14 +40,13 @@ void ReadComponents(const json& value, const std::string& path, JsonReader& read
     } else if (value[i].is_string()) {
       formulas.Add(value[i].get<std::string>());
     } else {
-      reader.Refuse(
-          fmt::format("{}[{}]", path, i),
-          fmt::format("is {}; must be a formula in t (a string) or a number", DescribeJson(value[i])));
+      reader.Refuse(fmt::format("{}[{}]", path, i),
+                    fmt::format("is {}; must be a formula in t (a string) or a number", DescribeJson(value[i])));
     }
   }
 }
 
-// On the wire the rows are flat: one of the wrong length would be read as something else.
+// On the wire the rows are concatenated, so a row of the wrong length would shift the others.
 bool HasRowsOf(int size, const v1::DenseMatrix& rows, const std::string& path, JsonReader& reader) {
   if (rows.columns() == size || size == 0) return true;
   reader.Refuse(path, fmt::format("has rows of {}; must have one value per component in each row, {} here",
@@ -56,39 +54,33 @@ bool HasRowsOf(int size, const v1::DenseMatrix& rows, const std::string& path, J
   return false;
 }
 
-void ReadSamples(const json& value, const std::string& path, int size, JsonReader& reader,
-                 v1::TimePiece& piece) {
+void ReadSamples(const json& value, const std::string& path, int size, JsonReader& reader, v1::TimePiece& piece) {
   reader.RefuseUnknownKeys(value, {"times", "values"}, path);
   const json* times = reader.Require(value, "times", fmt::format("{} needs the times of its samples", path));
-  const json* values =
-      reader.Require(value, "values", fmt::format("{} needs a row of values per time", path));
+  const json* values = reader.Require(value, "values", fmt::format("{} needs a row of values per time", path));
   if (times == nullptr || values == nullptr) return;
   const auto time_list = reader.ReadNumbers(*times, path + ".times");
   const auto rows = reader.ReadMatrix(*values, path + ".values");
   if (!time_list || !rows || !HasRowsOf(size, *rows, path + ".values", reader)) return;
   if (time_list->size() != static_cast<std::size_t>(rows->rows())) {
-    reader.Refuse(path + ".values",
-                  fmt::format("has {} rows but {}.times has {}; must hold one row of values per time",
-                              rows->rows(), path, time_list->size()));
+    reader.Refuse(path + ".values", fmt::format("has {} rows but {}.times has {}; must hold one row of values per time",
+                                                rows->rows(), path, time_list->size()));
     return;
   }
   piece.mutable_samples()->mutable_times()->Add(time_list->begin(), time_list->end());
   *piece.mutable_samples()->mutable_values() = rows->values();
 }
 
-void ReadPolynomials(const json& value, const std::string& path, int size, JsonReader& reader,
-                     v1::TimePiece& piece) {
+void ReadPolynomials(const json& value, const std::string& path, int size, JsonReader& reader, v1::TimePiece& piece) {
   reader.RefuseUnknownKeys(value, {"breaks", "coefficients"}, path);
-  const json* breaks =
-      reader.Require(value, "breaks", fmt::format("{} needs the ends of its intervals", path));
+  const json* breaks = reader.Require(value, "breaks", fmt::format("{} needs the ends of its intervals", path));
   const json* coefficients =
       reader.Require(value, "coefficients", fmt::format("{} needs a list of rows per interval", path));
   if (breaks == nullptr || coefficients == nullptr) return;
   const auto break_list = reader.ReadNumbers(*breaks, path + ".breaks");
   if (!coefficients->is_array()) {
-    reader.Refuse(
-        path + ".coefficients",
-        fmt::format("is {}; must be a list with one polynomial per interval", DescribeJson(*coefficients)));
+    reader.Refuse(path + ".coefficients",
+                  fmt::format("is {}; must be a list with one polynomial per interval", DescribeJson(*coefficients)));
     return;
   }
   auto& polynomial = *piece.mutable_polynomial();
@@ -112,8 +104,7 @@ void ReadZero(const std::string& path, int size, std::int64_t& zeros, JsonReader
   piece.mutable_constant()->mutable_values()->Resize(size, 0);
 }
 
-void ReadSource(const json& value, const std::string& path, int size, JsonReader& reader,
-                v1::TimePiece& piece) {
+void ReadSource(const json& value, const std::string& path, int size, JsonReader& reader, v1::TimePiece& piece) {
   if (value.is_array()) {
     ReadComponents(value, path, reader, piece);
   } else if (value.is_object() && (value.contains("breaks") || value.contains("coefficients"))) {
@@ -141,15 +132,15 @@ void ReadPiece(const json& object, const std::string& key, const std::string& pr
 void ReadOwnPieces(const json& pieces, const std::string& path, int size, JsonReader& reader,
                    v1::TimeFunction& function) {
   if (!pieces.is_array() || pieces.empty()) {
-    reader.Refuse(path, fmt::format("is {}; must be a list of objects {{\"t0\": ..., \"of\": ...}}",
-                                    DescribeJson(pieces)));
+    reader.Refuse(path,
+                  fmt::format("is {}; must be a list of objects {{\"t0\": ..., \"of\": ...}}", DescribeJson(pieces)));
     return;
   }
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const std::string place = fmt::format("{}[{}]", path, k);
     if (!pieces[k].is_object() || !pieces[k].contains("t0") || !pieces[k].contains("of")) {
-      reader.Refuse(place, fmt::format("is {}; must be an object {{\"t0\": ..., \"of\": ...}}",
-                                       DescribeJson(pieces[k])));
+      reader.Refuse(place,
+                    fmt::format("is {}; must be an object {{\"t0\": ..., \"of\": ...}}", DescribeJson(pieces[k])));
       continue;
     }
     reader.RefuseUnknownKeys(pieces[k], {"t0", "of"}, place);
@@ -171,13 +162,12 @@ void ReadFunction(const json& root, const std::string& key, int size, std::int64
     const auto lift = ReadAnyMatrix((*value)["matrix"], key + ".matrix", reader);
     if (!lift) return;
     *function.mutable_lift() = *lift;
-    size = static_cast<int>(
-        std::clamp<std::int64_t>(ShapeOf(*lift).columns, 0, std::numeric_limits<int>::max()));
+    size = static_cast<int>(std::clamp<std::int64_t>(ShapeOf(*lift).columns, 0, std::numeric_limits<int>::max()));
   }
   if (value->contains("pieces")) {
     ReadOwnPieces((*value)["pieces"], key + ".pieces", size, reader, function);
-  } else if (const json* of = reader.Require(
-                 *value, "of", fmt::format("{} needs the functions that its matrix multiplies", key))) {
+  } else if (const json* of =
+                 reader.Require(*value, "of", fmt::format("{} needs the functions that its matrix multiplies", key))) {
     ReadSource(*of, key + ".of", size, reader, *function.add_pieces());
   }
 }
@@ -198,8 +188,7 @@ ordered_json PieceJson(const v1::TimePiece& piece, int size) {
   }
   if (piece.has_polynomial()) {
     ordered_json coefficients = ordered_json::array();
-    for (const auto& one : piece.polynomial().coefficients())
-      coefficients.push_back(RowsOf(one.values(), size));
+    for (const auto& one : piece.polynomial().coefficients()) coefficients.push_back(RowsOf(one.values(), size));
     return {{"breaks", piece.polynomial().breaks()}, {"coefficients", std::move(coefficients)}};
   }
   return piece.constant().values();
@@ -225,27 +214,27 @@ void ReadSources(const json& root, int states, int constraints, JsonReader& read
   }
   for (const char* key : {"f", "g"}) {
     if (root.contains(key)) {
-      reader.Refuse(key, "is given beside pieces, which hold f and g; put it into the pieces, or leave the pieces out");
+      reader.Refuse(key,
+                    "is given as well as pieces, which hold f and g; put it into the pieces, or leave the pieces out");
     }
   }
   if (!pieces->is_array() || pieces->empty()) {
-    reader.Refuse("pieces",
-                  fmt::format("is {}; must be a list of objects {{\"t0\": ..., \"f\": ..., \"g\": ...}}",
-                              DescribeJson(*pieces)));
+    reader.Refuse("pieces", fmt::format("is {}; must be a list of objects {{\"t0\": ..., \"f\": ..., \"g\": ...}}",
+                                        DescribeJson(*pieces)));
     return;
   }
   for (std::size_t k = 0; k < pieces->size(); ++k) {
     const json& piece = (*pieces)[k];
     const std::string path = fmt::format("pieces[{}]", k);
     if (!piece.is_object()) {
-      reader.Refuse(path, fmt::format("is {}; must be an object {{\"t0\": ..., \"f\": ..., \"g\": ...}}",
-                                      DescribeJson(piece)));
+      reader.Refuse(
+          path, fmt::format("is {}; must be an object {{\"t0\": ..., \"f\": ..., \"g\": ...}}", DescribeJson(piece)));
       continue;
     }
     reader.RefuseUnknownKeys(piece, {"t0", "f", "g"}, path);
     const auto t0 = piece.find("t0");
     if (t0 == piece.end()) {
-      reader.Refuse(path, "has no \"t0\"; must say from when it holds");
+      reader.Refuse(path, "has no \"t0\"; must be the time from which it is valid");
       continue;
     }
     const double start = reader.ReadNumber(*t0, path + ".t0").value_or(0);

@@ -22,7 +22,7 @@
 namespace dlcs::client {
 namespace {
 
-// Hands events on as they come.
+// Passes events on as they arrive.
 class CallbackSink final : public SolveSink {
  public:
   CallbackSink(ResultCollector& collector, const EventCallback& on_event)
@@ -54,11 +54,9 @@ class DeadlineTimer {
   std::jthread waiter_;  // last: it uses the others
 };
 
-// A trajectory or a system beyond this machine's memory is refused at once: asked for, it would take the
-// machine down.
+// A trajectory or a system beyond the memory of this machine is refused at once; allocating it would stall the machine.
 SessionLimits LimitsOfThisMachine() {
-  // Of the least that a solve holds for a state or a pair: the rows of the matrices and of the vectors made
-  // of them.
+  // The least memory that a solve needs for a state or a pair: the rows of its matrices and vectors.
   constexpr std::int64_t kBytesPerRow = 128;
   SessionLimits limits;
   limits.max_result_bytes = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
@@ -72,10 +70,10 @@ absl::Status Describe(const absl::Status& status) {
     const bool trajectory = status.message().find("max_result_bytes") != std::string_view::npos;
     const double gigabytes = 1e-9 * static_cast<double>(LimitsOfThisMachine().max_result_bytes);
     if (trajectory) {
-      return absl::ResourceExhaustedError(
-          fmt::format("a trajectory of so many steps does not fit into the {:.1f} GB of this machine; ask for fewer, "
-                      "or with --at for some times",
-                      gigabytes));
+      return absl::ResourceExhaustedError(fmt::format(
+          "a trajectory with this many steps does not fit into the {:.1f} GB of this machine; ask for fewer, "
+          "or for fewer times with --at",
+          gigabytes));
     }
     return absl::InvalidArgumentError(fmt::format(
         "the system has more states or pairs (rows of A or M) than fit into the {:.1f} GB of this machine: at most {}",
@@ -87,7 +85,7 @@ absl::Status Describe(const absl::Status& status) {
   return absl::Status(status.code(), DescribeViolations(bad_request));
 }
 
-// A call with one answer, `run(stop)`. As over the wire nobody reads the answer of a call that was given up.
+// A unary call, `run(stop)`. As on the wire, a cancelled call returns no answer.
 template <typename Response, typename Run>
 absl::StatusOr<Response> Ask(const char* what, const CallLimits& limits, const Run& run) {
   SolveControl control;

@@ -42,7 +42,7 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
     if (const auto demand = reader.ReadNumbers(*value, "d"))
       model.demand = Eigen::Map<const Vector>(demand->data(), static_cast<Index>(demand->size()));
   }
-  if (const json* value = reader.Require(root, "T", "the end of time, a number above 0"))
+  if (const json* value = reader.Require(root, "T", "the end time, a number above 0"))
     model.horizon = reader.ReadNumber(*value, "T").value_or(0);
   v1::TimeFunction f, g;
   const int commodities = static_cast<int>(model.C.rows());
@@ -76,7 +76,7 @@ absl::Status InWordsOfTheModel(const absl::Status& status, const std::string& so
   return absl::InvalidArgumentError(lines);
 }
 
-// What the model says of itself, then the problem.
+// The notes of the model, then the problem.
 ordered_json FileOf(const json& root, const Problem& problem) {
   ordered_json file = ordered_json::object();
   for (const char* key : {"name", "about", "source"}) {
@@ -92,9 +92,8 @@ absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const s
   const auto root = ParseJson(text, source);
   if (!root.ok()) return root.status();
   if (!root->is_object()) {
-    return absl::InvalidArgumentError(
-        fmt::format("{}: holds {}; must be one object {{...}} with the keys C, A, B, d and T", source,
-                    DescribeJson(*root)));
+    return absl::InvalidArgumentError(fmt::format(
+        "{}: holds {}; must be one object {{...}} with the keys C, A, B, d and T", source, DescribeJson(*root)));
   }
   if (absl::Status kind = CheckKind(*root, FileKind::kModel, source); !kind.ok()) return kind;
   JsonReader reader(source);

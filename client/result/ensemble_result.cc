@@ -85,7 +85,7 @@ absl::StatusOr<v1::EnsembleSummary> EnsembleCollector::Finish() && {
   const std::int64_t announced = summary_.solved() + summary_.reached() + summary_.failed() + summary_.stopped();
   const std::int64_t came = counted_.solved() + counted_.reached() + counted_.failed() + counted_.stopped();
   if (announced != came) {
-    return absl::DataLossError(fmt::format("{} members came; {} were announced", came, announced));
+    return absl::DataLossError(fmt::format("received {} members; expected {}", came, announced));
   }
   return std::move(summary_);
 }

@@ -38,8 +38,7 @@ ResultCollector::ResultCollector(const v1::SolveRequest& request, bool keep_traj
       static_cast<std::size_t>(request.has_nonlinear() ? nonlinear.g_size() : ShapeOf(linear.m()).rows);
 }
 
-ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, DisplayNames names,
-                                 bool keep_trajectory)
+ResultCollector::ResultCollector(std::size_t states, std::size_t constraints, DisplayNames names, bool keep_trajectory)
     : keep_trajectory_(keep_trajectory) {
   result_.names = std::move(names);
   result_.states = states;
@@ -88,7 +87,7 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
   }
 }
 
-// Room for the trajectory, so that it is not copied as it grows; pages that are not filled cost nothing.
+// Reserves memory for the trajectory, so that it is not copied as it grows; unused pages cost nothing.
 void ResultCollector::Reserve() {
   constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // whatever a server announces
   const std::size_t most = kMostBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints));

@@ -16,23 +16,23 @@
 namespace dlcs::client {
 namespace {
 
-// For what is done behind a result: nobody waits for long.
+// Time limit for cleaning up after a result, so that the caller does not wait long.
 CallLimits Briefly() { return {.deadline = std::chrono::seconds(5), .stop = {}}; }
 
-// `limits` of a call that a Stopping ends.
+// `limits` for a call that is stopped by a Stopping instead.
 CallLimits WithoutStop(CallLimits limits) {
   limits.stop = {};
   return limits;
 }
 
-// Ends `stream` when a stop is requested: asks the server for what it has found, where the call is a solve there that
-// can be asked, and hangs up otherwise.
+// Ends `stream` when a stop is requested: by StopSolve, which delivers the part solved so far, if the call is a solve
+// on the server; otherwise by cancelling the call.
 class Stopping {
  public:
   Stopping(v1::SolverService::Stub& stub, const Connection& connection, Call& stream, const std::stop_token& stop)
       : stub_(stub), connection_(connection), stream_(stream), on_stop_(stop, [this] { Stop(); }) {}
 
-  // What StopSolve knows the call by.
+  // The id of the call for StopSolve.
   void Accepted(const std::string& solve_id) {
     const std::lock_guard lock(mutex_);
     solve_id_ = solve_id;
@@ -95,7 +95,7 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     const bool goes_on =
         !solve.job().empty() && !collector.has_summary() && IsTransient(ended) && !limits.stop.stop_requested();
     if (goes_on) {
-      if (notice_) notice_(fmt::format("{}; going on with {}", ended.error_message(), solve.job()));
+      if (notice_) notice_(fmt::format("{}; resuming {}", ended.error_message(), solve.job()));
       CallLimits left = limits;
       left.deadline = limits.deadline - seconds();
       status = solve.Resume(jobs_, left);
@@ -103,7 +103,7 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
   }
   const bool stopped = limits.stop.stop_requested() && !solve.job().empty() && !collector.has_summary();
   if (stopped && jobs_.Cancel(solve.job(), Briefly()).ok()) {
-    // What it found until it stopped, some milliseconds later.
+    // The part solved until it stopped, some milliseconds later.
     CallLimits left = limits;
     left.deadline = limits.deadline - seconds();
     left.stop = {};
@@ -150,12 +150,12 @@ absl::StatusOr<v1::EnsembleSummary> Client::SolveEnsemble(const v1::SolveEnsembl
   }
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && collector.accepted()) {
     return std::move(collector).FinishIncomplete("The deadline passed. Allow more time or ask for fewer members.",
-                                        seconds.count());
+                                                 seconds.count());
   }
   return connection_.Describe(status);
 }
 
-// A call with one answer, a method of the stub.
+// A unary call of a method of the stub.
 template <typename Request, typename Response>
 absl::StatusOr<Response> Client::Ask(UnaryMethod<Request, Response> method, const Request& request,
                                      const CallLimits& limits) {

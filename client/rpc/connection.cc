@@ -25,10 +25,10 @@ grpc::ChannelArguments ChannelSettings() {
   // the defaults let seconds of iterates pile up in transit.
   settings.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   settings.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 256 << 10);
-  // A cut link is noticed after half a minute instead of many; dlcsd permits a ping every 10 s.
+  // A broken link is noticed after half a minute instead of many; dlcsd permits a ping every 10 s.
   settings.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
   settings.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
-  // After a cut the next attempt to connect follows at once, and then at most every two seconds.
+  // After a lost connection the next attempt to connect follows at once, and then at most every two seconds.
   settings.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   settings.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
   settings.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
@@ -50,7 +50,7 @@ bool IsHostAndPort(const std::string& address) {
   return number > 0 && number < 65536;
 }
 
-// Without a look-up: what a name stands for may be another machine a moment later.
+// Without a name lookup: a name may resolve to another machine a moment later.
 bool IsThisMachine(const std::string& address) {
   const std::string host = address.substr(0, address.rfind(':'));
   in_addr ipv4{};
@@ -58,7 +58,7 @@ bool IsThisMachine(const std::string& address) {
   return host == "localhost" || host == "[::1]";
 }
 
-// Errors: InvalidArgument for a token that cannot stand in a header, or that everybody could read on its way.
+// Errors: InvalidArgument for a token that is not allowed in a header, or that would be sent without encryption.
 absl::Status CheckToken(const ConnectionOptions& options) {
   constexpr std::size_t kMaxBytes = 1024;
   const auto is_letter = [](unsigned char c) { return c > ' ' && c < 0x7f; };
@@ -98,7 +98,7 @@ absl::StatusOr<Connection> Connection::Open(const ConnectionOptions& options) {
 Connection::Connection(ConnectionOptions options, std::shared_ptr<grpc::Channel> channel)
     : options_(std::move(options)), channel_(std::move(channel)) {}
 
-// Without details it is of another machine, of the network, or of TLS: not of a dlcsd that was reached.
+// Without details it comes from a proxy, the network or TLS, not from a dlcsd.
 bool Connection::IsAnswer(const grpc::Status& status) {
   return status.error_code() != grpc::StatusCode::UNAVAILABLE || !status.error_details().empty();
 }
@@ -121,7 +121,7 @@ Call::Call(const Connection& connection, const CallLimits& limits)
   const std::string& token = connection.options().token;
   if (!token.empty()) context_.AddMetadata("authorization", "Bearer " + token);
   const auto now = std::chrono::system_clock::now();
-  // Decades are as good as for ever, and do not overflow the clock.
+  // Decades instead of infinity, which would overflow the clock.
   constexpr std::chrono::duration<double> kLongest = std::chrono::hours(24 * 365 * 20);
   const auto allowed = std::min(std::max(limits.deadline, std::chrono::duration<double>::zero()), kLongest);
   context_.set_deadline(now + std::chrono::duration_cast<std::chrono::system_clock::duration>(allowed));

@@ -9,7 +9,7 @@
 namespace dlcs::client {
 namespace {
 
-// What of `chunk` is behind the first `taken` times of the trajectory.
+// The part of `chunk` after the first `taken` times of the trajectory.
 v1::TrajectoryChunk Behind(std::int64_t taken, const v1::TrajectoryChunk& chunk) {
   const std::int64_t skipped = std::clamp<std::int64_t>(taken - chunk.first(), 0, chunk.times_size());
   if (skipped == 0) return chunk;
@@ -47,7 +47,7 @@ absl::Status ResumableSolve::Resume(JobClient& jobs, const CallLimits& limits) {
   absl::StatusOr<v1::SolveJob> job = jobs.Get(job_, limits);
   if (!job.ok()) return job.status();
   if (!job->has_summary()) {
-    if (job->state() == v1::JOB_STATE_CANCELLED) return absl::CancelledError("the job was cancelled before it began");
+    if (job->state() == v1::JOB_STATE_CANCELLED) return absl::CancelledError("the job was cancelled before it started");
     return absl::Status(static_cast<absl::StatusCode>(job->error().code()), job->error().message());
   }
   if (absl::Status status = ReadTrajectory(jobs, limits); !status.ok()) return status;

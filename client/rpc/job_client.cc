@@ -71,7 +71,7 @@ absl::Status JobClient::Watch(const v1::WatchSolveJobRequest& request,
     if (!status.ok()) return status;
     // Behind the last event there is nothing more to see.
     if (rest.after_sequence() > 0) return grpc::Status::OK;
-    return grpc::Status(grpc::StatusCode::DATA_LOSS, "the events of the job ended without its end");
+    return grpc::Status(grpc::StatusCode::DATA_LOSS, "the events of the job ended before the job did");
   });
 }
 

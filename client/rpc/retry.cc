@@ -24,18 +24,16 @@ using std::chrono::steady_clock;
 
 constexpr Seconds kFirstPause{0.1};
 constexpr Seconds kLongestPause{5};
-// For a first answer: long enough for a server that was started by the command before, short enough not to be waited
-// for.
+// Time to wait for a first answer: long enough for a server started by the previous command, short enough for a user.
 constexpr Seconds kForFirstAnswer{1};
 
-// Between half and all of `pause`: so that clients that were cut at the same moment do not come back at the same
-// moment.
+// Between half and all of `pause`, so that clients that lost their connections together do not all retry together.
 Seconds Jittered(Seconds pause) {
   thread_local std::minstd_rand random{std::random_device{}()};
   return pause * std::uniform_real_distribution<double>(0.5, 1)(random);
 }
 
-// When the server said that it is worth to come back.
+// The delay of RetryInfo, if the server sent one.
 std::optional<Seconds> RetryDelay(const grpc::Status& status) {
   google::rpc::Status details;
   if (!details.ParseFromString(status.error_details())) return std::nullopt;
@@ -55,8 +53,8 @@ void Pause(Seconds duration, const std::stop_token& stop) {
   changed.wait_for(lock, stop, duration, [&] { return stop.stop_requested(); });
 }
 
-// Returns when there is a connection, `stop` is requested, or it has taken so long. After a cut gRPC lets some time go
-// by before it connects again, and meanwhile fails every call at once.
+// Returns when there is a connection, `stop` is requested, or the time is over. After a lost connection gRPC waits
+// before it connects again, and until then fails every call at once.
 void WaitForConnection(grpc::Channel& channel, Seconds most, const std::stop_token& stop) {
   constexpr std::chrono::milliseconds kBetweenLooksAtStop{100};
   const auto end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(most);
@@ -72,7 +70,7 @@ std::string NewRequestId() {
   return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
 }
 
-// A stream that is cut in the middle ends as UNKNOWN or INTERNAL as well.
+// A stream that breaks in the middle may also end as UNKNOWN or INTERNAL.
 bool IsTransient(const grpc::Status& status) {
   switch (status.error_code()) {
     case grpc::StatusCode::UNAVAILABLE:
@@ -90,10 +88,10 @@ bool IsTransient(const grpc::Status& status) {
 
 namespace {
 
-// In words, without the end of a sentence.
+// As text without a final period.
 std::string WhatHappened(const grpc::Status& status) {
   std::string said = status.error_message();
-  if (said.empty() || status.error_code() == grpc::StatusCode::CANCELLED) return "the connection was cut";
+  if (said.empty() || status.error_code() == grpc::StatusCode::CANCELLED) return "the connection was lost";
   if (said.starts_with("failed to connect")) return "no server answers (" + WhyNobodyAnswers(said) + ")";
   if (said.ends_with('.')) said.pop_back();
   return said;
@@ -128,10 +126,10 @@ absl::Status Retry::UntilDeadline(const CallLimits& limits, const Attempt& attem
     if (!IsTransient(status) || repeat == Repeat::kNever || !in_time || limits.stop.stop_requested())
       return connection_.Describe(status);
     if (const auto never = connection_.PermanentFailure(status)) return *never;
-    if (notice_ && known) notice_(fmt::format("{}; again in {:.1f} s", WhatHappened(status), wait.count()));
+    if (notice_ && known) notice_(fmt::format("{}; retrying in {:.1f} s", WhatHappened(status), wait.count()));
     Pause(wait, limits.stop);
     WaitForConnection(*connection_.channel(), std::min<Seconds>(kLongestPause, end - steady_clock::now()), limits.stop);
-    // Says what is wrong; a call without any time left would say that it had none.
+    // The last real error; a call without time left would only report the deadline.
     if (steady_clock::now() >= end) return connection_.Describe(status);
     pause = std::min(2 * pause, kLongestPause);
   }

@@ -35,7 +35,7 @@ Details DetailsOf(const grpc::Status& status) {
   return details;
 }
 
-// Empty where `said` tells it already.
+// Empty if `said` contains it already.
 std::string WhenToRetry(const Details& details, const std::string& said) {
   if (!details.retry_info || said.find("Try again in") != std::string::npos) return "";
   const auto& delay = details.retry_info->retry_delay();
@@ -43,14 +43,14 @@ std::string WhenToRetry(const Details& details, const std::string& said) {
   return fmt::format(" Try again in {:.3g} s.", seconds);
 }
 
-// Nobody answers at `address`; gRPC says `said` of it.
+// No server answers at `address`; `said` is the message of gRPC.
 std::string NoAnswer(const std::string& address, const std::string& said) {
   const std::string host = address.substr(0, address.rfind(':'));
   const bool no_name =
       said.find("DNS resolution failed") != std::string::npos || said.find("ares") != std::string::npos;
   if (no_name) {
-    return fmt::format(
-        "no machine called \"{}\" is known (DNS has no address for it). Check the spelling of HOST in --server", host);
+    return fmt::format("no host \"{}\" was found (DNS has no address for it). Check the spelling of HOST in --server",
+                       host);
   }
   const bool here = host == "localhost" || host == "[::1]" || host.starts_with("127.");
   return fmt::format("no server answers at {} ({}). Check host and port{}", address, WhyNobodyAnswers(said),
@@ -66,15 +66,13 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
       break;
     case grpc::StatusCode::UNAVAILABLE:
       if (ours)
-        return fmt::format("the server at {} cannot take the call: {}{}", address, said,
-                           WhenToRetry(details, said));
+        return fmt::format("the server at {} cannot take the call: {}{}", address, said, WhenToRetry(details, said));
       return NoAnswer(address, said);
     case grpc::StatusCode::RESOURCE_EXHAUSTED:
       return fmt::format("the server at {} refuses: {}{}", address, said, WhenToRetry(details, said));
     case grpc::StatusCode::DEADLINE_EXCEEDED:
-      return fmt::format(
-          "no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
-          address);
+      return fmt::format("no answer from {} within the deadline. Allow more time, or check that a dlcsd listens there",
+                         address);
     case grpc::StatusCode::UNIMPLEMENTED:
       if (said.ends_with('.')) break;  // a sentence: of a dlcsd, which says why
       return fmt::format(
@@ -83,10 +81,10 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
           address, said.empty() ? "" : " (" + said + ")");
     case grpc::StatusCode::UNAUTHENTICATED:
       return fmt::format(
-          "the server at {} does not know who calls: {} Yours is named with --token-file, or is DLCS_TOKEN", address,
+          "the server at {} does not accept your identity: {} Give your token with --token-file or DLCS_TOKEN", address,
           said);
     case grpc::StatusCode::PERMISSION_DENIED:
-      return fmt::format("the server at {} does not allow it: {} Ask who runs the server", address, said);
+      return fmt::format("the server at {} does not allow it: {} Ask the operator of the server", address, said);
     case grpc::StatusCode::INTERNAL:
     case grpc::StatusCode::UNKNOWN:
       return fmt::format("the server at {} failed: {}. Its log has the details, with trace_id {}", address, said,
@@ -116,8 +114,7 @@ std::string DescribeViolations(const google::rpc::BadRequest& bad_request) {
 
 absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address) {
   // The canonical codes have the same numbers in both libraries.
-  return absl::Status(static_cast<absl::StatusCode>(status.error_code()),
-                      Describe(status, DetailsOf(status), address));
+  return absl::Status(static_cast<absl::StatusCode>(status.error_code()), Describe(status, DetailsOf(status), address));
 }
 
 }  // namespace dlcs::client

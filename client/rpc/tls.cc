@@ -77,7 +77,7 @@ absl::Status ShowCertificate(const ConnectionOptions& options, const TlsTexts& t
                 fmt::format("cannot be used: {}", ERR_reason_error_string(ERR_peek_last_error())));
 }
 
-// What both ends are to be checked with. Errors: InvalidArgument, as ReadTls().
+// The TLS context for the files. Errors: InvalidArgument, as ReadTls().
 absl::StatusOr<Context> MakeContext(const ConnectionOptions& options, const TlsTexts& texts) {
   Context context(SSL_CTX_new(TLS_client_method()));
   if (context == nullptr) return absl::InternalError("OpenSSL gives no context");
@@ -138,7 +138,7 @@ class Socket {
   bool ok_ = false;
 };
 
-// A server that hangs up must not end this program: OpenSSL writes without asking for that.
+// OpenSSL writes without MSG_NOSIGNAL: a closed connection must not end this program.
 class NoSigpipe {
  public:
   NoSigpipe() {
@@ -172,7 +172,7 @@ void ExpectHost(const std::string& host, SSL* session) {
 std::string BadServerCertificate(long verdict, const ConnectionOptions& options, const std::string& host) {
   switch (verdict) {
     case X509_V_ERR_CERT_HAS_EXPIRED:
-      return "its certificate has expired; who runs it has to renew that";
+      return "its certificate has expired; the operator has to renew it";
     case X509_V_ERR_CERT_NOT_YET_VALID:
       return "its certificate is not valid yet; is the clock of this machine right?";
     case X509_V_ERR_HOSTNAME_MISMATCH:
@@ -180,7 +180,7 @@ std::string BadServerCertificate(long verdict, const ConnectionOptions& options,
       return fmt::format("its certificate is not for {}; use a name that is in the certificate", host);
     default:
       return fmt::format(
-          "its certificate is not of an authority in {} ({})",
+          "its certificate is not from an authority in {} ({})",
           options.tls_ca.empty() ? "the store of this machine; name its authority with --tls-ca" : options.tls_ca,
           X509_verify_cert_error_string(verdict));
   }
@@ -192,16 +192,16 @@ bool RefusesInTls() {
   return ERR_GET_LIB(error) == ERR_LIB_SSL && ERR_GET_REASON(error) > SSL_AD_REASON_OFFSET;
 }
 
-// Why a server hangs up on a client that has found nothing wrong with it. gRPC's servers do it without a word.
+// Why a server closes the connection although the client accepted its certificate. gRPC servers send no reason.
 std::string RefusalOfClient(const ConnectionOptions& options, const SSL_CTX& context) {
   if (options.tls_cert.empty()) {
-    return "it hung up on a client that shows no certificate; give one with --tls-cert and --tls-key";
+    return "it closed the connection of a client without a certificate; give one with --tls-cert and --tls-key";
   }
   const X509* const certificate = SSL_CTX_get0_certificate(&context);
   if (certificate != nullptr && X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0) {
-    return fmt::format("it hung up on the client certificate in {}, which has expired", options.tls_cert);
+    return fmt::format("it closed the connection because the client certificate in {} has expired", options.tls_cert);
   }
-  return fmt::format("it hung up on the client certificate in {}, which must be of an authority that it trusts",
+  return fmt::format("it closed the connection; the client certificate in {} must be from an authority that it trusts",
                      options.tls_cert);
 }
 
@@ -238,7 +238,7 @@ std::optional<std::string> DiagnoseTls(const ConnectionOptions& options) {
   ERR_clear_error();
   const bool connected = SSL_connect(session.get()) == 1;
   if (!options.UsesTls()) {
-    // Whoever speaks TLS agrees, or refuses in the words of TLS.
+    // A TLS server accepts the handshake, or refuses it with a TLS alert.
     if (!connected && !RefusesInTls()) return std::nullopt;
     return "it wants encrypted connections; name the authority of its certificate with --tls-ca, or give --tls where "
            "this machine knows that authority";
@@ -252,7 +252,8 @@ std::optional<std::string> DiagnoseTls(const ConnectionOptions& options) {
     }
     return RefusesInTls() ? std::optional(RefusalOfClient(options, **context)) : std::nullopt;
   }
-  // With TLS 1.3 a client is done before the server has looked at its certificate. Who speaks HTTP/2 begins at once.
+  // With TLS 1.3 the client's handshake ends before the server has checked its certificate. An HTTP/2 server sends
+  // first.
   char byte = 0;
   const int got = SSL_read(session.get(), &byte, 1);
   const bool still_waiting = got <= 0 && SSL_get_error(session.get(), got) == SSL_ERROR_WANT_READ;

@@ -17,8 +17,7 @@ bool IsSeparator(char c) { return c == '_' || c == '-' || c == ' '; }
 
 int ReplaceCost(char a, char b) {
   if (a == b) return 0;
-  const bool same_letter =
-      std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+  const bool same_letter = std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
   return same_letter || (IsSeparator(a) && IsSeparator(b)) ? kHalfEdit : kEdit;
 }
 
@@ -35,8 +34,8 @@ int Distance(const std::string& a, const std::string& b) {
     last.swap(row);
     row[0] = last[0] + InsertCost(a[i]);
     for (std::size_t j = 0; j < b.size(); ++j) {
-      row[j + 1] = std::min(
-          {last[j] + ReplaceCost(a[i], b[j]), last[j + 1] + InsertCost(a[i]), row[j] + InsertCost(b[j])});
+      row[j + 1] =
+          std::min({last[j] + ReplaceCost(a[i], b[j]), last[j + 1] + InsertCost(a[i]), row[j] + InsertCost(b[j])});
       if (i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j]) {
         row[j + 1] = std::min(row[j + 1], last_but_one[j - 1] + kHalfEdit);
       }
@@ -45,7 +44,7 @@ int Distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-// Who writes "laplace" or "iteration" means "laplace-iteration", however many letters are missing.
+// "laplace" or "iteration" means "laplace-iteration", however many characters are missing.
 bool IsAbbreviation(const std::string& name, const std::string& candidate) {
   if (name.size() < kShortestAbbreviation) return false;
   for (std::size_t at = candidate.find(name); at != std::string::npos; at = candidate.find(name, at + 1)) {

@@ -14,14 +14,14 @@ using Bio = std::unique_ptr<BIO, FreeWith<BIO_free>>;
 
 Bio Reader(const std::string& pem) { return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size()))); }
 
-// OpenSSL would ask the terminal.
+// Without a callback OpenSSL would ask on the terminal.
 int NoPassphrase(char*, int, int, void* asked) {
   *static_cast<bool*>(asked) = true;
   return -1;
 }
 
 absl::Status Broken(const std::string& rule) {
-  ERR_clear_error();  // of this thread, which others look at too
+  ERR_clear_error();  // of this thread: other code checks it too
   return absl::InvalidArgumentError(rule);
 }
 

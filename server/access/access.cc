@@ -93,10 +93,10 @@ absl::StatusOr<Caller> Access::Identify(std::optional<std::string_view> authoriz
   if (const User* user = users->WithCertificate(certificate_names)) return Caller{user->name, user->right};
   if (!certificate_names.empty()) {
     return absl::UnauthenticatedError(
-        "This server knows no user with the name of the client certificate, and the call has no token "
+        "This server has no user with the name of the client certificate, and the call has no token "
         "(authorization: Bearer TOKEN).");
   }
-  return absl::UnauthenticatedError("This server wants a token with every call (authorization: Bearer TOKEN).");
+  return absl::UnauthenticatedError("This server requires a token with every call (authorization: Bearer TOKEN).");
 }
 
 absl::Status Access::MayCall(std::string_view path, std::optional<std::string_view> authorization,
@@ -107,7 +107,7 @@ absl::Status Access::MayCall(std::string_view path, std::optional<std::string_vi
   const absl::StatusOr<Caller> caller = Identify(authorization, certificate_names);
   absl::Status verdict = caller.status();
   if (caller.ok() && !rule) {
-    // Before any question of rights, so that a newer client hears the same as from a server without users.
+    // Before rights are checked, so that a newer client gets the same error as from a server without users.
     verdict = absl::UnimplementedError("This server does not offer that method.");
   } else if (caller.ok() && caller->right < rule->right) {
     verdict = absl::PermissionDeniedError(fmt::format("This needs the right \"{}\", and {} has the right \"{}\".",

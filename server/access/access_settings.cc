@@ -19,11 +19,11 @@ absl::Status CheckAtLeastOne(const char* flag, int value) {
 
 absl::Status Validate(const AccessSettings& settings) {
   if (!settings.tls_cert.empty() && settings.tls_key.empty()) {
-    return Missing("--tls-key", fmt::format("since --tls-cert {} is of no use without its key", settings.tls_cert));
+    return Missing("--tls-key", fmt::format("since --tls-cert {} cannot be used without its key", settings.tls_cert));
   }
   if (!settings.tls_key.empty() && settings.tls_cert.empty()) {
     return Missing("--tls-cert",
-                   fmt::format("since --tls-key {} is of no use without its certificate", settings.tls_key));
+                   fmt::format("since --tls-key {} cannot be used without its certificate", settings.tls_key));
   }
   if (!settings.tls_client_ca.empty() && settings.tls_cert.empty()) {
     return Missing("--tls-cert", fmt::format("since clients show the certificates of --tls-client-ca {} over TLS only",

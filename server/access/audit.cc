@@ -6,7 +6,7 @@
 namespace dlcs {
 namespace {
 
-// What a caller sent may be anything: a line break in it must not look like a line of ours.
+// Escapes data from callers: a line break in it must not look like a line of the log.
 std::string Printable(std::string_view text) {
   constexpr std::size_t kMaxBytes = 128;
   std::string result;

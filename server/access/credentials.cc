@@ -13,14 +13,14 @@ namespace dlcs {
 namespace {
 
 constexpr const char* kAuthorization = "authorization";
-// By which a certificate may name a user.
+// The properties of a certificate that may name a user.
 constexpr const char* kNames[] = {GRPC_X509_CN_PROPERTY_NAME, GRPC_X509_SAN_PROPERTY_NAME};
 
 std::string_view View(const grpc_slice& slice) {
   return {reinterpret_cast<const char*>(GRPC_SLICE_START_PTR(slice)), GRPC_SLICE_LENGTH(slice)};
 }
 
-// The names in the certificate that the client has shown, and that was checked.
+// The names in the verified certificate of the client.
 std::vector<std::string> CertificateNames(const grpc_auth_context* context) {
   std::vector<std::string> names;
   if (context == nullptr || grpc_auth_context_peer_is_authenticated(context) == 0) return names;
@@ -33,7 +33,7 @@ std::vector<std::string> CertificateNames(const grpc_auth_context* context) {
   return names;
 }
 
-// gRPC calls this with the headers of every call, before it reads a message or looks for the method.
+// gRPC calls this with the headers of every call, before it reads a message or looks up the method.
 void AskAccess(void* state, grpc_auth_context* context, const grpc_metadata* headers, std::size_t count,
                grpc_process_auth_metadata_done_cb done, void* call) {
   std::string_view path;
@@ -49,9 +49,8 @@ void AskAccess(void* state, grpc_auth_context* context, const grpc_metadata* hea
        verdict.ok() ? nullptr : verdict.error_message().c_str());
 }
 
-// The C++ face of gRPC 1.51 has no certificates that change in memory (its FileWatcherCertificateProvider takes what it
-// finds in the files, broken or not, and then refuses everybody), and no question who calls on sockets without TLS. Its
-// C face has both.
+// The C++ API of gRPC 1.51 cannot replace certificates in memory (its FileWatcherCertificateProvider loads broken files
+// too, and then refuses every connection), and has no authentication on sockets without TLS. Its C API has both.
 class Credentials final : public grpc::ServerCredentials {
  public:
   explicit Credentials(const Access& access) : access_(access) {}
@@ -85,7 +84,7 @@ class Credentials final : public grpc::ServerCredentials {
     const std::shared_ptr<const TlsFiles> files = credentials.access_.Tls();
     if (files == credentials.served_) return GRPC_SSL_CERTIFICATE_CONFIG_RELOAD_UNCHANGED;
     const grpc_ssl_pem_key_cert_pair pair{files->key.c_str(), files->certificate.c_str()};
-    // gRPC insists on authorities even where clients are asked for no certificate, and does not use them then.
+    // gRPC requires authorities even if clients need no certificate, and does not use them then.
     const std::string& authorities = files->client_ca.empty() ? files->certificate : files->client_ca;
     *config = grpc_ssl_server_certificate_config_create(authorities.c_str(), &pair, 1);
     credentials.served_ = files;

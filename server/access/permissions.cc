@@ -12,7 +12,7 @@ constexpr MethodRule kLook{Right::kReader, false};
 constexpr MethodRule kWork{Right::kSubmitter, false};
 constexpr MethodRule kChange{Right::kSubmitter, true};
 
-// Whose jobs a user sees is not said here: everybody sees their own, admins all.
+// Which jobs a user sees is not decided here: users see their own jobs, admins all.
 constexpr std::pair<std::string_view, MethodRule> kRules[] = {
     {"/dlcs.v1.SolverService/Solve", kWork},
     {"/dlcs.v1.SolverService/SolveEnsemble", kWork},

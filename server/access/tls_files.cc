@@ -22,7 +22,7 @@ absl::Status Broken(const char* flag, const std::string& path, const std::string
   return absl::InvalidArgumentError(fmt::format("{} {}: {}", flag, path, rule));
 }
 
-// The content of the file at `path` that `parse` takes, and `text` itself.
+// Reads the file at `path` into `text`, and returns its content parsed by `parse`.
 template <typename Parse>
 auto Read(const char* flag, const std::string& path, std::string& text, Parse parse) -> decltype(parse(text)) {
   absl::StatusOr<std::string> read = ReadSmallFile(path);
@@ -57,7 +57,7 @@ absl::StatusOr<TlsFiles> ReadTlsFiles(const TlsPaths& paths) {
   const auto key = Read("--tls-key", paths.key, files.key, ParsePrivateKey);
   if (!key.ok()) return key.status();
   if (X509_check_private_key(certificates->front().get(), key->get()) != 1) {
-    ERR_clear_error();  // of this thread, which others look at too
+    ERR_clear_error();  // of this thread: other code checks it too
     return Broken("--tls-key", paths.key,
                   fmt::format("is not the key of the first certificate in {}", paths.certificate));
   }

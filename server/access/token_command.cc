@@ -16,7 +16,7 @@
 namespace dlcs {
 namespace {
 
-// For its owner alone, and never over a file that is there: it may be somebody's only copy.
+// Readable by its owner only. Never replaces a file: it may be the only copy of another token.
 absl::Status Save(const std::string& token, const std::string& file) {
   const auto failed = [&] {
     return absl::InvalidArgumentError(fmt::format("--save {}: cannot be made: {}", file, std::strerror(errno)));
@@ -42,7 +42,7 @@ absl::Status MakeToken(const TokenRequest& wanted) {
   const std::string token = RandomToken();
   const std::string line = fmt::format("{} {} {}\n", wanted.user, wanted.right, TokenHashText(token));
   if (wanted.save.empty()) {
-    fmt::print(stderr, "The token of {}, shown this once: {}\n", wanted.user, token);
+    fmt::print(stderr, "The token of {}, shown only once: {}\n", wanted.user, token);
   } else if (absl::Status saved = Save(token, wanted.save); !saved.ok()) {
     return saved;
   }

@@ -48,7 +48,7 @@ bool IsUserName(std::string_view text) {
 }
 
 absl::StatusOr<Users::Entry> Users::ParseLine(const std::vector<std::string_view>& words) {
-  // Words of the line are not repeated in messages: people paste tokens into the wrong places.
+  // Messages do not repeat words of the line, which may be a token in the wrong place.
   if (words.size() != 3) {
     return absl::InvalidArgumentError(
         fmt::format("has {} words; must be NAME RIGHT sha256:HASH, or NAME RIGHT certificate", words.size()));
@@ -77,12 +77,12 @@ absl::Status Users::Add(Entry entry) {
   for (const Entry& earlier : entries_) {
     if (earlier.user.name == entry.user.name && earlier.user.right != entry.user.right) {
       return absl::InvalidArgumentError(
-          fmt::format("{} has the right {} on a line before, and {} here; must be the same", entry.user.name,
+          fmt::format("{} has the right {} on an earlier line, and {} here; must be the same", entry.user.name,
                       RightName(earlier.user.right), RightName(entry.user.right)));
     }
     if (!entry.hash.empty() && earlier.hash == entry.hash) {
-      return absl::InvalidArgumentError(
-          fmt::format("has the hash of a line before, of {}; every token must be of one user", earlier.user.name));
+      return absl::InvalidArgumentError(fmt::format(
+          "has the same hash as an earlier line, of {}; every token must belong to one user", earlier.user.name));
     }
   }
   entries_.push_back(std::move(entry));
@@ -102,7 +102,7 @@ absl::StatusOr<Users> Users::Parse(std::string_view text, const std::string& fil
       return absl::InvalidArgumentError(fmt::format("{}:{}: {}", file, number, std::string(added.message())));
     }
   }
-  // A file that is being written is empty for a moment, and nobody means to lock everybody out.
+  // A file that is being written is empty for a moment; that must not lock out all users.
   if (users.entries_.empty()) return absl::InvalidArgumentError(fmt::format("{}: must hold at least one user", file));
   return users;
 }

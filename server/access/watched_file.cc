@@ -14,8 +14,8 @@ std::string FileStamps(const std::vector<std::string>& files) {
     if (stat(file.c_str(), &found) != 0) {
       stamps += "none;";
     } else {
-      // The inode, since orchestrators replace files by links to others; the time of the change of the inode, since a
-      // copy may keep the time of the original.
+      // The inode, since orchestrators replace files by links to others; and its change time, since a copy may keep the
+      // modification time of the original.
       stamps += fmt::format("{}.{}.{}.{}.{}.{}.{};", found.st_dev, found.st_ino, found.st_size, found.st_mtim.tv_sec,
                             found.st_mtim.tv_nsec, found.st_ctim.tv_sec, found.st_ctim.tv_nsec);
     }

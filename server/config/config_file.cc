@@ -12,7 +12,7 @@
 namespace dlcs {
 namespace {
 
-// All settings together are some thousand bytes; what is larger is another kind of file.
+// All settings together take some thousand bytes; a larger file is a file of another kind.
 constexpr std::size_t kMaxFileBytes = 1'000'000;
 constexpr std::size_t kMaxLineBytes = 4096;
 constexpr std::size_t kMaxShownBytes = 2 * kMaxLineBytes;  // a line, and what is said of it
@@ -27,7 +27,7 @@ std::string Trimmed(const std::string& text) {
 
 bool IsComment(const std::string& text) { return text.empty() || text.front() == '#'; }
 
-// What stands behind "=", or a rule that it breaks.
+// The value after "=", or the rule that it breaks.
 struct Value {
   std::string text;
   const char* broken_rule = nullptr;
@@ -79,13 +79,13 @@ absl::StatusOr<std::vector<Setting>> ReadSettings(std::istream& input, const std
       return absl::InvalidArgumentError(fmt::format("{}:{}: {}: {}", path, number, WithoutPassword(text), rule));
     };
     const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) return broken("must be key = value, or a comment behind #");
+    if (equals == std::string::npos) return broken("must be key = value, or a comment after #");
     const std::string key = Trimmed(text.substr(0, equals));
     if (key.empty()) return broken("a key must stand before \"=\"");
     Value value = ReadValue(Trimmed(text.substr(equals + 1)));
     if (value.broken_rule != nullptr) return broken(value.broken_rule);
     if (const auto [earlier, is_new] = lines.emplace(key, number); !is_new) {
-      return broken(fmt::format("was given in line {} already", earlier->second));
+      return broken(fmt::format("was already given in line {}", earlier->second));
     }
     settings.push_back({key, std::move(value.text), number});
   }
@@ -99,7 +99,7 @@ std::string WriteSetting(const std::string& key, const std::string& value) {
 }
 
 std::string WithoutPassword(const std::string& value) {
-  // The library's expressions take stack for every letter.
+  // std::regex uses stack for every character.
   if (value.size() > kMaxShownBytes) return fmt::format("({} bytes)", value.size());
   static const std::regex in_url(R"((://[^/:@\s]*):[^@\s]*@)");
   static const std::regex in_words(R"((password\s*=\s*)('[^']*'|[^\s&"']+))", std::regex::icase);

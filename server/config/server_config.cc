@@ -36,8 +36,9 @@ absl::Status ValidateStore(const ServerConfig& config) {
     return absl::InvalidArgumentError(fmt::format("--role {}: must be all, front or worker", config.role));
   }
   if (config.role != "all" && !jobs::IsShared(config.store)) {
-    return absl::InvalidArgumentError(fmt::format(
-        "--role {}: needs a store that servers share, --store postgresql://...; a file is for one dlcsd", config.role));
+    return absl::InvalidArgumentError(
+        fmt::format("--role {}: needs a shared store, --store postgresql://...; a file can be used by one dlcsd only",
+                    config.role));
   }
   if (config.worker_name.size() > 200) {
     return absl::InvalidArgumentError(
@@ -68,7 +69,7 @@ absl::Status ValidateJobs(const ServerConfig& config) {
   }
   if (config.keep_finished_bytes < 0)
     return OutOfRange("--keep-finished-bytes", config.keep_finished_bytes, "at least 0");
-  // A database takes no larger value in one piece.
+  // Databases do not accept larger values.
   if (config.max_upload_bytes < 1 || config.max_upload_bytes > 1'000'000'000) {
     return OutOfRange("--max-upload-bytes", config.max_upload_bytes, "between 1 and 1000000000");
   }

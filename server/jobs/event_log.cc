@@ -25,7 +25,7 @@ EventLog::EventLog(const EventLogLimits& limits, const Clock& clock, EventWaker*
 }
 
 Event EventLog::Append(EventKind kind, std::string payload) {
-  // Memory is taken, and time read, before the mutex is.
+  // Memory is allocated, and the time read, before the mutex is locked.
   Event event{.sequence = 0,
               .time = clock_.Now(),
               .kind = kind,
@@ -68,7 +68,7 @@ void EventLog::Reserve(std::int64_t through) {
 
 std::int64_t EventLog::WantedReservation() const {
   const std::lock_guard lock(mutex_);
-  // A block in proportion to what was used so far: the store is asked O(log events) times.
+  // A block in proportion to the numbers used so far: O(log events) writes to the store.
   const std::int64_t block = std::max(kReservationBlock, last_ - first_);
   return reserved_ - last_ >= block / 2 ? 0 : last_ + block;
 }
@@ -243,7 +243,7 @@ bool EventLog::NeedsWake() {
   return woken_;
 }
 
-// A thousand iterates a second must not wake somebody a thousand times who wants twenty of them.
+// A thousand iterates per second must not wake a watcher that wants twenty per second a thousand times.
 bool EventLog::NeedsWakeForPassing() {
   if (waker_ == nullptr || woken_) return false;
   woken_ = std::any_of(watches_.begin(), watches_.end(), [](const EventWatch* watch) {
@@ -314,7 +314,7 @@ EventWatch::Delivery EventWatch::Next() {
       case What::kWait:
         waiting_ = true;
         due_ = choice.due;
-        // The waker sleeps until the earliest of the times it knows.
+        // The waker sleeps until the earliest time that it was given.
         wake = due_ < log_->next_due_ && log_->NeedsWake();
         break;
     }

@@ -78,7 +78,7 @@ bool EventRelay::PassOn(const JobId& id, Relayed& relayed) {
         }
         break;
       case EventWatch::Got::kArchived:
-        // Whoever hears of the next event reads these in the store.
+        // Watchers that receive the next event read these from the store.
         relayed.kept = delivery.archived_through;
         relayed.watch->Supply({}, delivery.archived_through);
         break;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens by itself: leases, deadlines, jobs and events of other servers, expiry, the store's health.
+// Periodic work of the job manager: leases, deadlines, jobs and events of other servers, expiry, the store's health.
 #include <algorithm>
 #include <chrono>
 #include <set>
@@ -10,10 +10,10 @@
 namespace dlcs::jobs {
 namespace {
 
-// Between two looks at the queue that were asked for: submissions come in bursts.
+// Minimum time between two requested polls of the queue, since submissions come in bursts.
 constexpr std::chrono::milliseconds kBetweenLooks{20};
 
-// A task that is due every so often.
+// A periodic task.
 class Every {
  public:
   Every(Duration period, Duration now) : period_(period), next_(now + period) {}
@@ -65,7 +65,7 @@ void JobManager::RunMaintenance() {
       FollowOthers();
     }
     if (ask.Due(now) || asks) AskOthers();
-    // Nobody waits for the answers of these: Healthy() tells.
+    // The results of these are not used; Healthy() reports failures.
     if (probe.Due(now)) store_.Probe().IgnoreError();
     if (expire.Due(now)) store_.Expire(options_.expiry).status().IgnoreError();
     lock.lock();
@@ -81,7 +81,7 @@ void JobManager::ReclaimJobs() {
     gone.insert(queued.begin(), queued.end());
   }
   if (!leases_released_) {
-    // Of an earlier life: this one claims nothing before.
+    // Leases of an earlier process: this one has not claimed anything yet.
     if (!store_.ReleaseLeases(options_.worker).ok()) return;
     leases_released_ = true;
   }
@@ -120,14 +120,14 @@ void JobManager::FollowOther(const JobId& id) {
   if (!job.ok() && !absl::IsNotFound(job.status())) return;
   const std::lock_guard lock(mutex_);
   const auto found = logs_.find(id);
-  // Once it is ours, what the log gets comes from the run.
+  // Once this server has the job, events come from the run.
   if (found == logs_.end() || active_.contains(id)) return;
   const std::shared_ptr<EventLog> log = found->second.lock();
   if (log == nullptr) return;
   if (job.ok()) {
     log->AdvanceArchive(job->last_event, IsFinal(job->state));
   } else {
-    // Deleted: watchers are sent to the store, which tells them so.
+    // Deleted: watchers are sent to the store, which reports that.
     log->AdvanceArchive(log->last_sequence() + 1, true);
   }
 }
@@ -152,7 +152,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
     const bool is_ours = active != active_.end();
     switch (change.what) {
       case JobChange::What::kClaimable:
-        // Who is busy looks when it has a core free.
+        // A busy server polls when it has a free core.
         heard_of_work_ = options_.runs_jobs;
         break;
       case JobChange::What::kEvents:
@@ -168,7 +168,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
         break;
       case JobChange::What::kWatched:
         if (!options_.runs_jobs) return;
-        // Perhaps it begins here in a moment.
+        // It may start here in a moment.
         watched_elsewhere_[change.job] = {clock_.Elapsed() + EventRelay::kFor, change.detail};
         if (is_ours && active->second.run) relay_.Want(change.job, active->second.run->log(), change.detail);
         return;
@@ -182,9 +182,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
   house_.notify_one();
 }
 
-bool JobManager::WantsLook() const {
-  return heard_something_ || (heard_of_work_ && scheduler_.has_free_cores());
-}
+bool JobManager::WantsLook() const { return heard_something_ || (heard_of_work_ && scheduler_.has_free_cores()); }
 
 void JobManager::Refresh(const JobId& id) {
   std::shared_ptr<JobRun> run;
@@ -215,7 +213,7 @@ void JobManager::RenewLeases() {
 void JobManager::RenewLease(JobRun& run) {
   const absl::StatusOr<bool> cancelled = store_.RenewLease(run.lease(), options_.lease);
   if (absl::IsAborted(cancelled.status())) {
-    // Ended a moment ago, or lost: either way there is nothing to go on for.
+    // The job has ended, or its lease was lost: there is nothing to renew.
     run.Stop(StopCause::kLeaseLost);
   } else if (cancelled.ok() && *cancelled) {
     run.Stop(StopCause::kCancelled);
@@ -255,8 +253,9 @@ void JobManager::FailUnmeetable() {
     const std::shared_ptr<EventLog> log = LogOf(job);
     log->AdvanceArchive(job.last_event, false);
     const auto run = std::make_shared<JobRun>(**std::move(claimed), 1, log, [](const std::weak_ptr<JobRun>&) {});
-    const absl::Status late = absl::DeadlineExceededError("The deadline came too near while the job was queued.");
-    // A failure leaves it with a lease that runs out.
+    const absl::Status late =
+        absl::DeadlineExceededError("While the job was queued, the time left before its deadline became too short.");
+    // After a failure the lease expires.
     run->Finish(store_, JobState::kFailed, late, "").IgnoreError();
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What users ask for, and how a job runs. What happens by itself is in job_housekeeping.cc.
+// Requests of users, and running jobs. Periodic work is in job_housekeeping.cc.
 #include "server/jobs/job_manager.h"
 
 #include <algorithm>
@@ -17,10 +17,10 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFirstPause{10};
 constexpr milliseconds kLongestPause{1000};
 constexpr std::chrono::seconds kPatienceWithTheStore{2};
-// How long a job that does not fit may wait for the next look at the queue; ends of others are noticed at once.
+// The interval after which a job that does not fit is tried again; the end of another job is noticed at once.
 constexpr milliseconds kLookAgain{500};
 
-absl::Status Draining() { return absl::UnavailableError("The server is shutting down: ask another, or later."); }
+absl::Status Draining() { return absl::UnavailableError("The server is shutting down: try another one, or later."); }
 
 }  // namespace
 
@@ -37,7 +37,7 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
       scheduler_(options_.limits, clock) {
   ReclaimJobs();
   threads_.emplace_back([this] { RunMaintenance(); });
-  // While a job waits for the store at its end, its cores work for the next.
+  // While a job waits for the store at its end, the next one uses its cores.
   const SchedulerLimits& limits = options_.limits;
   const int threads = options_.runs_jobs ? 2 * limits.cores + limits.burst_cores : 0;
   for (int k = 0; k < threads; ++k) threads_.emplace_back([this] { Work(); });
@@ -86,12 +86,12 @@ absl::Status JobManager::CheckPlaces(const std::string& owner) const {
 }
 
 absl::StatusOr<JobStore::Created> JobManager::Submit(const Submission& submission) {
-  // First of all, so that what was taken is found again when there is no room for more.
+  // First, so that a repeated request finds its job even if the queue is full.
   absl::StatusOr<std::optional<Job>> earlier =
       store_.FindRequest(submission.owner, submission.request_id, submission.body_hash);
   if (!earlier.ok()) return earlier.status();
   if (earlier->has_value()) return JobStore::Created{.job = **std::move(earlier), .existed = true};
-  // To predict takes longer than to refuse.
+  // Checked first, since predicting takes longer than refusing.
   if (absl::Status full = CheckPlaces(submission.owner); !full.ok()) return full;
 
   const absl::StatusOr<Demand> demand = cost_(submission);
@@ -175,7 +175,7 @@ std::shared_ptr<EventLog> JobManager::LogOf(const Job& job) {
   if (IsFinal(job.state)) {
     log->AdvanceArchive(job.last_event, true);
   } else if (!active_.contains(job.id)) {
-    // What another server has told since `job` was read found no log.
+    // Notifications of other servers since `job` was read were lost, because there was no log.
     heard_of_.insert(job.id);
     house_.notify_one();
   }
@@ -254,7 +254,7 @@ void JobManager::RunJob(const Scheduler::Start& start) {
 std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
   const JobId candidates[] = {start.id};
   absl::StatusOr<std::optional<ClaimedJob>> claimed = store_.Claim(options_.worker, options_.lease, candidates);
-  // What the store did not give now, the housekeeper finds again.
+  // If the store failed, the housekeeper finds the job again.
   if (!claimed.ok() || !claimed->has_value()) return nullptr;
   const Job job = (*claimed)->job;
   const std::shared_ptr<EventLog> log = LogOf(job);
@@ -274,13 +274,14 @@ std::shared_ptr<JobRun> JobManager::Begin(const Scheduler::Start& start) {
 
 JobEnd JobManager::Solve(JobRun& run) {
   if (run.job().attempts > options_.max_attempts) {
-    return {absl::InternalError(fmt::format("The job was begun {} times and each time its server ended without a word.",
-                                            options_.max_attempts)),
+    return {absl::InternalError(fmt::format(
+                "The job was started {} times without progress: each time its server crashed or was killed.",
+                options_.max_attempts)),
             ""};
   }
   for (milliseconds pause = kFirstPause; !run.stop().stop_requested(); WaitForStore(pause)) {
     JobEnd end;
-    // CatchExceptions() logs what is thrown and gives the status for it.
+    // CatchExceptions() logs an exception and returns a status for it.
     end.status = CatchExceptions(run.id(), [&]() -> absl::Status {
       end = solve_(run);
       return end.status;

@@ -122,7 +122,7 @@ absl::Status JobRun::Release(JobStore& store) {
   const std::lock_guard write_lock(write_mutex_);
   const std::int64_t last = log_->last_sequence();
   if (absl::Status status = store.Release(job_.lease, last); !status.ok()) return status;
-  // It is the store that says QUEUED, with the next number.
+  // The store writes the event QUEUED, with the next number.
   log_->AdvanceArchive(last + 1, false);
   return absl::OkStatus();
 }

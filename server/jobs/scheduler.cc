@@ -52,7 +52,7 @@ std::optional<Refusal> Scheduler::RefuseForPlaces(const std::string& name) const
       std::count_if(reserved_.begin(), reserved_.end(), [&](const auto& entry) { return entry.second.owner == name; });
   const auto of_owner =
       static_cast<double>(kept) + (owner == owners_.end() ? 0.0 : static_cast<double>(owner->second.queue.size()));
-  // When one place is free again: after a job of average size.
+  // The time until a place is free: that of an average job.
   const double drain = queued_core_seconds_ / limits_.cores;
   const auto after_one = [drain](double jobs) { return RetryAfter(drain / std::max(jobs, 1.0)); };
   if (of_owner >= limits_.max_queued_jobs_per_user) {
@@ -94,7 +94,7 @@ std::optional<Refusal> Scheduler::RefuseForDeadline(const Request& request) cons
   const double wait = WaitSeconds(request);
   if (wait + run <= left) return std::nullopt;
   Refusal refusal{"deadline", left, wait + run, std::nullopt};
-  // Later the same time allowed may do, unless it does not even do on an idle server.
+  // The same allowed time may be enough later, unless it is not enough even on an idle server.
   if (run <= left) refusal.retry_after = RetryAfter(wait);
   return refusal;
 }
@@ -154,8 +154,8 @@ bool Scheduler::Fits(const Demand& demand) const {
 
 double Scheduler::Savings(const Owner& owner) const {
   if (!owner.queue.empty()) return owner.deficit;
-  // What the others were given at once, as their jobs began, one may have saved as well: it has to last until those
-  // end. Not for large jobs, which leave cores to the others.
+  // A user may accumulate as much as the others received at once when their jobs started, since it has to last until
+  // those end. Not for large jobs, which leave cores to the others.
   double most = limits_.max_saved_core_seconds;
   for (const auto& [id, running] : running_) {
     const Demand& demand = running.request.demand;
@@ -193,7 +193,7 @@ std::optional<Scheduler::Choice> Scheduler::Choose(bool only_fitting) {
     const double missing = job->second.request.demand.core_seconds - owner->second.deficit;
     if (!best.has_value() || missing < best->missing) best = Choice{owner, job, missing};
   };
-  // Of equals, the next in the ring.
+  // Of equal ones, the next in round-robin order.
   const auto begin = owners_.upper_bound(turn_);
   for (auto owner = begin; owner != owners_.end(); ++owner) consider(owner);
   for (auto owner = owners_.begin(); owner != begin; ++owner) consider(owner);
@@ -214,7 +214,7 @@ std::optional<Scheduler::Start> Scheduler::StartNext() {
     if (!since.has_value()) since = now;
     const bool is_patient = now - *since <= limits_.max_skip_time;
     if (const std::optional<Choice> other = is_patient ? Choose(true) : std::nullopt) return Begin(*other);
-    // Cores that are lent keep nobody from those there are; memory would.
+    // Additional threads do not use up cores, but memory is limited.
     if (!is_patient && !FitsMemory(demand)) return std::nullopt;
   }
   const std::optional<Choice> small = ChooseSmall();
@@ -227,7 +227,7 @@ Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_lent_cores) {
   given_ += gift;
   for (auto& [name, owner] : owners_) {
     if (owner.queue.empty()) continue;
-    // Whoever is passed over for want of memory or cores saves no more than its next job costs.
+    // A user whose job is passed over because of memory or cores accumulates no more than that job costs.
     const double most = std::max(owner.deficit, owner.queue.begin()->second.request.demand.core_seconds);
     owner.deficit = name == choice.owner->first ? owner.deficit + gift : std::min(owner.deficit + gift, most);
   }
@@ -290,7 +290,7 @@ double Scheduler::WaitSeconds(const Request& request) const {
   for (const auto& [key, queued] : own.queue) {
     if (key.priority >= request.priority) ahead += queued.request.demand.core_seconds;
   }
-  // While this user is served so much, each of the others gets at most the same.
+  // While this user receives this much, each of the others gets at most the same.
   double total = RunningCoreSeconds() + ahead;
   for (const auto& [name, owner] : owners_) {
     if (name != request.owner) total += std::min(owner.queued_core_seconds, ahead + request.demand.core_seconds);

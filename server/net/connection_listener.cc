@@ -30,8 +30,8 @@ constexpr std::chrono::milliseconds kUntilDescriptorsAreFree{100};
 
 void SetOption(int socket, int level, int name, int value) { setsockopt(socket, level, name, &value, sizeof value); }
 
-// The first descriptor that no connection gets. A new one is the lowest that is free, so that its number says how many
-// there are.
+// The first descriptor that connections may not use. A new descriptor is the lowest free one, so its number shows how
+// many are in use.
 int FirstKeptDescriptor() {
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
@@ -39,7 +39,7 @@ int FirstKeptDescriptor() {
   return std::max(most - ConnectionListener::kKeptDescriptors, most / 2);
 }
 
-// As gRPC has it: who listens on all addresses of one family listens on those of the other.
+// As in gRPC, listening on all addresses of one family includes the other family.
 bool IsWildcard(const addrinfo& address) {
   if (address.ai_family == AF_INET) {
     return reinterpret_cast<const sockaddr_in*>(address.ai_addr)->sin_addr.s_addr == htonl(INADDR_ANY);
@@ -58,12 +58,12 @@ class ConnectionListener::Socket {
   Socket& operator=(const Socket&) = delete;
   int descriptor() const { return descriptor_; }
 
-  // Null, with errno, where that cannot be.
+  // Null, with errno set, on failure.
   static std::unique_ptr<Socket> Listen(const sockaddr* address, socklen_t size, bool dual_stack) {
     const int descriptor = socket(address->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (descriptor < 0) return nullptr;
     auto result = std::make_unique<Socket>(descriptor);
-    // A port whose last connections are only fading away is free.
+    // A port whose last connections are in TIME_WAIT is free.
     SetOption(descriptor, SOL_SOCKET, SO_REUSEADDR, 1);
     if (address->sa_family == AF_INET6) SetOption(descriptor, IPPROTO_IPV6, IPV6_V6ONLY, dual_stack ? 0 : 1);
     if (bind(descriptor, address, size) != 0 || listen(descriptor, SOMAXCONN) != 0) return nullptr;
@@ -103,7 +103,7 @@ absl::StatusOr<std::unique_ptr<ConnectionListener>> ConnectionListener::Open(Lis
       socket = Socket::Listen(reinterpret_cast<const sockaddr*>(&both), sizeof both, true);
     }
     if (socket == nullptr) {
-      // The same place in both families.
+      // The wildcard address of both families.
       reinterpret_cast<sockaddr_in*>(one->ai_addr)->sin_port = port;
       socket = Socket::Listen(one->ai_addr, one->ai_addrlen, false);
     }
@@ -136,7 +136,8 @@ void ConnectionListener::SayRefused(const char* why) {
   const auto now = steady_clock::now();
   if (now < next_word_) return;
   next_word_ = now + std::chrono::seconds(1);
-  spdlog::warn("connections refused: {}; {} since the last such line; see ulimit -n", why, std::exchange(refused_, 0));
+  spdlog::warn("connections refused: {}; {} since the last such message; see ulimit -n", why,
+               std::exchange(refused_, 0));
 }
 
 void ConnectionListener::Run() {
@@ -147,7 +148,7 @@ void ConnectionListener::Run() {
     if (polled[0].revents != 0) return;
     for (std::size_t k = 1; k < polled.size(); ++k) {
       if (polled[k].revents == 0 || Accept(polled[k].fd)) continue;
-      // The connection that waits would wake the thread again at once.
+      // The pending connection would wake the thread again at once.
       poll(polled.data(), 1, static_cast<int>(kUntilDescriptorsAreFree.count()));
     }
   }
@@ -156,14 +157,14 @@ void ConnectionListener::Run() {
 bool ConnectionListener::Accept(int listener) {
   const int connection = accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
   if (connection < 0) {
-    // All others are of the connection, which is gone.
+    // All other errors concern the connection, which is gone.
     const bool exhausted = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
     if (exhausted) SayRefused(std::strerror(errno));
     return !exhausted;
   }
   if (connection >= FirstKeptDescriptor()) {
     close(connection);
-    SayRefused("the file descriptors that are left are kept for other things");
+    SayRefused("the remaining file descriptors are reserved for the server itself");
     return true;
   }
   SetOption(connection, IPPROTO_TCP, TCP_NODELAY, 1);

@@ -18,10 +18,9 @@ namespace {
 
 // Returns 0 or the errno of the attempt.
 int TryBind(const addrinfo& candidate) {
-  const int socket_fd =
-      socket(candidate.ai_family, candidate.ai_socktype | SOCK_CLOEXEC, candidate.ai_protocol);
+  const int socket_fd = socket(candidate.ai_family, candidate.ai_socktype | SOCK_CLOEXEC, candidate.ai_protocol);
   if (socket_fd < 0) return errno;
-  // As gRPC does: a port whose last connections are only fading away is free.
+  // As gRPC does: a port whose last connections are in TIME_WAIT is free.
   const int on = 1;
   setsockopt(socket_fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
   if (candidate.ai_family == AF_INET6) setsockopt(socket_fd, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof(on));
@@ -32,7 +31,7 @@ int TryBind(const addrinfo& candidate) {
 
 using AddressList = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
-// What `address` stands for; null, and then `error` says why, where that is nothing.
+// The resolved addresses of `address`; null if there are none, and `error` says why.
 AddressList LookUp(const ListenAddress& address, int& error) {
   addrinfo hints{};
   hints.ai_family = AF_UNSPEC;
@@ -86,8 +85,8 @@ absl::Status CheckCanListen(const ListenAddress& address) {
   int lookup = 0;
   const AddressList addresses = LookUp(address, lookup);
   if (addresses == nullptr) {
-    return absl::InvalidArgumentError(fmt::format("cannot listen on {}: unknown host {} ({})",
-                                                  ToString(address), address.host, gai_strerror(lookup)));
+    return absl::InvalidArgumentError(fmt::format("cannot listen on {}: unknown host {} ({})", ToString(address),
+                                                  address.host, gai_strerror(lookup)));
   }
 
   int free = 0;
@@ -95,10 +94,10 @@ absl::Status CheckCanListen(const ListenAddress& address) {
   for (const addrinfo* candidate = addresses.get(); candidate != nullptr; candidate = candidate->ai_next) {
     const int attempt = TryBind(*candidate);
     if (attempt == EADDRINUSE) {
-      return absl::AlreadyExistsError(fmt::format(
-          "cannot listen on {}: the port is taken by another program; choose another one, or 0 for "
-          "any free port",
-          ToString(address)));
+      return absl::AlreadyExistsError(
+          fmt::format("cannot listen on {}: the port is taken by another program; choose another one, or 0 for "
+                      "any free port",
+                      ToString(address)));
     }
     if (attempt == 0) {
       ++free;
@@ -106,8 +105,7 @@ absl::Status CheckCanListen(const ListenAddress& address) {
       error = attempt;
     }
   }
-  // A name may stand for an address that this machine does not have (::1 without IPv6); one that works is
-  // enough.
+  // A name may resolve to an address that this machine does not have (::1 without IPv6); one that works is enough.
   if (free > 0) return absl::OkStatus();
   const std::string message = fmt::format("cannot listen on {}: {}", ToString(address), std::strerror(error));
   if (error == EACCES) return absl::PermissionDeniedError(message);

@@ -8,7 +8,7 @@
 namespace dlcs {
 namespace {
 
-// Most solves take less; a caller who comes back too early is told again.
+// Most solves take less; a caller that retries too early is refused again.
 constexpr std::chrono::milliseconds kRetryAfter{1000};
 
 }  // namespace

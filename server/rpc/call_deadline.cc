@@ -6,8 +6,7 @@
 namespace dlcs {
 namespace {
 
-// Time to notice and to compute the certificate, and time to deliver the trajectory at what one busy gigabit link
-// carries.
+// Time to notice the stop and to compute the certificate, and time to deliver the trajectory over a busy gigabit link.
 constexpr double kMaxWindDown_s = 1;
 constexpr double kDeliveryBytesPerSecond = 100e6;
 
@@ -17,7 +16,7 @@ std::optional<std::chrono::system_clock::time_point> StopTime(std::chrono::syste
                                                               std::int64_t result_bytes) {
   using SystemClock = std::chrono::system_clock;
   const SystemClock::time_point now = SystemClock::now();
-  // gRPC's "no deadline" is the end of time; a century is as good and safe to compute with.
+  // gRPC's "no deadline" is the maximum time; a century is equivalent and does not overflow.
   if (deadline > now + std::chrono::hours(24 * 365 * 100)) return std::nullopt;
   const double left_s = std::max(0.0, std::chrono::duration<double>(deadline - now).count());
   const double delivery_s = static_cast<double>(result_bytes) / kDeliveryBytesPerSecond;

@@ -13,7 +13,7 @@ std::shared_ptr<SolveControl> CallRegistry::Register(CallKind kind, CallName nam
       const std::lock_guard deregistering(mutex_);
       calls_.erase(done);
       if (kind == CallKind::kCompute) --computing_;
-      // Under the lock: whoever waits may destroy the registry as soon as it is released.
+      // Under the lock: the waiting thread may destroy the registry as soon as it is released.
       ended_.notify_all();
     }
     delete done;

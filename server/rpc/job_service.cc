@@ -45,8 +45,8 @@ absl::Status Check(const v1::CreateSolveJobRequest& request) {
   return violations.empty() ? absl::OkStatus() : InvalidRequest(violations);
 }
 
-// What is told of a job without its body: fields of SolveJob. `uploaded` is the problem that the request names, if it
-// names one.
+// The description of a job that is available without its body: fields of SolveJob. `uploaded` is the problem that the
+// request names, if any.
 std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v1::StoredProblem>& uploaded) {
   const v1::SolveRequest& request = create.solve();
   v1::SolveJob about;
@@ -74,7 +74,7 @@ std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v
   return about.SerializeAsString();
 }
 
-// What is wrong with the solve of a request to create a job, by its path in that request.
+// Renames violations of the solve to their paths in the request to create a job.
 absl::Status InCreateRequest(const absl::Status& status) {
   std::vector<Violation> violations = ViolationsOf(status);
   if (violations.empty()) return status;
@@ -94,7 +94,7 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
                                                 const std::string& trace_id) {
   if (request.title().empty()) request.set_title(request.solve().title());
   if (absl::Status status = Check(request); !status.ok()) return status;
-  // A request that may have been taken already is looked for first.
+  // First looks for a job of the same request.
   if (request.request_id().empty() && !request.validate_only()) {
     if (absl::Status full = jobs_.manager().CheckPlaces(caller.user); !full.ok()) return WithDetails(full);
   }
@@ -126,7 +126,8 @@ absl::StatusOr<v1::SolveJob> JobService::Create(const Caller& caller, v1::Create
     job.set_predicted_memory_bytes(demand->memory_bytes);
     return job;
   }
-  // The deadline and the priority are those of the first request: a client that repeats it may count from now.
+  // Deadline and priority are not part of the identity of a request: a client that repeats it may compute a new
+  // deadline.
   submission.body_hash = ContentHash(submission.body);
   submission.body = WithTraceId(std::move(submission.body), trace_id);  // a client that repeats it may be in another
   const absl::StatusOr<jobs::JobStore::Created> created = jobs_.manager().Submit(submission);

@@ -11,12 +11,13 @@
 namespace dlcs {
 namespace {
 
-// Of a job that ended before anything was solved. Errors: of a job that failed for another reason than its deadline.
+// The summary of a job that ended before anything was solved. Errors: that of a job that failed for another reason than
+// its deadline.
 absl::StatusOr<v1::Summary> SummaryWithoutSolve(const jobs::Job& job) {
   v1::Summary summary;
   if (job.state == jobs::JobState::kCancelled) {
     summary.set_termination(v1::TERMINATION_CANCELLED);
-    summary.set_message("The job was cancelled before it began.");
+    summary.set_message("The job was cancelled before it started.");
     return summary;
   }
   if (!absl::IsDeadlineExceeded(job.error)) return job.error;

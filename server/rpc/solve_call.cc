@@ -55,7 +55,7 @@ void Count(const char* kind, const FinishedSolve& solve, Metrics& metrics) {
   metrics.Solved(kind, MethodName(solution.method), TerminationLabel(solve.termination()), solution.cost);
 }
 
-// What the engine took to work with goes back to the system while a large result waits for its reader.
+// Returns the work memory of the engine to the system while a large result waits for its reader.
 void TrimAfter(std::int64_t result_bytes) {
   if (result_bytes > kLargeResultBytes) malloc_trim(0);
 }

@@ -36,7 +36,7 @@ grpc::ServerUnaryReactor* SolverService::StopSolve(grpc::CallbackServerContext* 
     if (!caller.ok()) return caller.status();
     const bool stopped = environment_.calls.Stop(request->solve_id(), caller->SeesJobsOf(), StopCause::kCancelled);
     return stopped ? absl::OkStatus()
-                   : absl::NotFoundError(fmt::format("no solve {} of yours is under way here; it may have ended",
+                   : absl::NotFoundError(fmt::format("no solve {} of yours is running here; it may have ended",
                                                      Quoted(request->solve_id())));
   };
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();

@@ -40,7 +40,7 @@ void UnaryCall::OnCancel() {
 }
 
 void UnaryCall::OnDone() {
-  // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
+  // May be the last reference: moved out first, so that the pointer is not destroyed while it is being reset.
   const std::shared_ptr<UnaryCall> self = std::move(self_);
 }
 

@@ -7,7 +7,8 @@ namespace {
 class Refusal final : public grpc::ServerGenericBidiReactor {
  public:
   Refusal() {
-    Finish({grpc::StatusCode::UNIMPLEMENTED, "This server runs jobs and takes no calls (--role worker): ask a front."});
+    Finish({grpc::StatusCode::UNIMPLEMENTED,
+            "This server runs jobs and serves no calls (--role worker): call a server with --role all or front."});
   }
   void OnDone() override { delete this; }
 };

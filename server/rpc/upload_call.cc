@@ -34,7 +34,7 @@ void UploadCall::Admit() {
     return End(ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryAfter));
   }
   const std::weak_ptr<UploadCall> weak = weak_from_this();
-  // Not at once: whoever stops all calls holds the lock that the end of this one needs.
+  // On another thread: the registry, which stops all calls, holds the lock that the end of this one needs.
   on_stop_.emplace(control_->token(), [weak, &workers = environment_.store_workers] {
     workers.Run([weak] {
       if (const auto call = weak.lock()) call->End(ShuttingDown());
@@ -89,7 +89,7 @@ void UploadCall::End(const absl::StatusOr<v1::UploadProblemResponse>& end) {
 }
 
 void UploadCall::OnDone() {
-  // May be the last share: moved out first, so that nobody destroys the pointer that is being reset.
+  // May be the last reference: moved out first, so that the pointer is not destroyed while it is being reset.
   const std::shared_ptr<UploadCall> self = std::move(self_);
   on_stop_.reset();
   if (has_place_) --places_.taken;

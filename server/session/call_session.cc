@@ -19,7 +19,7 @@
 namespace dlcs {
 namespace {
 
-// A step that is not given is this part of the time of q.
+// The default step, as a fraction of the time of q.
 constexpr double kDefaultDcpSteps = 1000;
 
 absl::Status CheckPairs(const v1::Matrix& m, const SessionLimits& limits) {
@@ -29,8 +29,7 @@ absl::Status CheckPairs(const v1::Matrix& m, const SessionLimits& limits) {
 }
 
 absl::Status CheckDcpSize(const DcpProblem& problem, double max_step, const SessionLimits& limits) {
-  const double steps =
-      std::ceil(problem.q.times.back() / max_step) + static_cast<double>(problem.q.times.size());
+  const double steps = std::ceil(problem.q.times.back() / max_step) + static_cast<double>(problem.q.times.size());
   const double bytes = (steps + 1) * static_cast<double>(1 + problem.M.rows()) * sizeof(double);
   absl::Status limit = CheckLimit("max_steps", steps, limits.max_steps);
   limit.Update(CheckLimit("max_result_bytes", bytes, limits.max_result_bytes));
@@ -41,8 +40,7 @@ absl::Status CheckDcpSize(const DcpProblem& problem, double max_step, const Sess
 v1::SolveDcpResponse MakeResponse(const DcpCertificate& certificate, const Fact& unique) {
   v1::SolveDcpResponse response;
   *response.mutable_certificate() = ToProto(certificate);
-  *response.mutable_unique() =
-      ToProto(Finding{"dcp-unique", "one solution for every q with q(0) >= 0", unique, ""});
+  *response.mutable_unique() = ToProto(Finding{"dcp-unique", "one solution for every q with q(0) >= 0", unique, ""});
   return response;
 }
 
@@ -52,8 +50,8 @@ absl::StatusOr<v1::SolveDcpResponse> Measure(const DcpProblem& problem, const Pi
   return MakeResponse(*certificate, TestDcpUniqueness(problem.M));
 }
 
-absl::StatusOr<v1::SolveDcpResponse> Step(const DcpProblem& problem, double max_step,
-                                          const SessionLimits& limits, std::stop_token stop) {
+absl::StatusOr<v1::SolveDcpResponse> Step(const DcpProblem& problem, double max_step, const SessionLimits& limits,
+                                          std::stop_token stop) {
   const double horizon = problem.q.times.empty() ? 0 : problem.q.times.back();
   const bool takes_time = std::isfinite(horizon) && horizon > 0;
   if (max_step == 0) max_step = takes_time ? horizon / kDefaultDcpSteps : 1;
@@ -117,7 +115,7 @@ absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemR
   if (!read.ok()) return read.status();
   absl::StatusOr<Analysis> analysis = Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
   if (!analysis.ok()) return FromEngine(analysis.status(), "problem");
-  // The bound of this server is not part of how the problem is to be solved.
+  // The memory limit of this server is not part of the recommended options.
   const double asked = request.options().max_memory_bytes();
   analysis->recommendation.options.max_memory = asked > 0 ? asked : Options().max_memory;
   return ToProto(*analysis);

@@ -15,18 +15,18 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Of a result besides its trajectory: messages, warnings, certificate.
+// Size of a result without its trajectory: messages, warnings, certificate.
 constexpr std::int64_t kSummaryBytes = 4096;
 // Small results wait for their reader up to here, so that a slow one does not stop the threads at once.
 constexpr std::int64_t kWaitingBytes = 64 << 20;
-// Enough for the set-ups of an ordinary ensemble in a process that keeps none.
+// Size of the cache for one ensemble in a process without a set-up cache.
 constexpr double kOwnSetupBytes = 1e9;
 
 std::int64_t HeldBytes(const PreparedEnsemble& prepared, const SessionLimits& limits) {
   const std::int64_t largest = *std::max_element(prepared.result_bytes.begin(), prepared.result_bytes.end());
   const int asked = prepared.ensemble.options.num_threads;
   const std::int64_t threads = asked > 0 ? asked : std::max(1U, std::thread::hardware_concurrency());
-  // Each thread one in the making and one that waits.
+  // For each thread one result in progress and one that waits.
   const double useful =
       std::max(2.0 * static_cast<double>(threads) * static_cast<double>(largest), double{kWaitingBytes});
   const auto allowed = static_cast<std::int64_t>(std::min(useful, static_cast<double>(limits.max_result_bytes)));
@@ -146,7 +146,7 @@ v1::EnsembleEvent EnsembleWriter::Summary(v1::EnsembleSummary summary) {
 
 absl::Status RunEnsembleToEnd(const v1::SolveEnsembleRequest& request, const SessionLimits& limits,
                               const std::string& solve_id, const SolveControl& control, const EnsembleEvents& take) {
-  // The reader is as fast as the members: what a member holds is gone when it has finished.
+  // The callback takes each member when it finishes, so no results are held.
   class Forwarder final : public EnsembleSink {
    public:
     Forwarder(EnsembleWriter& writer, const EnsembleEvents& take) : writer_(writer), take_(take) {}

@@ -16,12 +16,12 @@ constexpr const char* kField = "problem_name";
 absl::StatusOr<v1::ProblemBody> Find(const std::string& name, const ProblemResolver& find) {
   if (find) return find(name);
   return InvalidRequest(
-      {{kField, fmt::format("\"{}\": nothing can be uploaded here; send the problem itself, or ask a server that takes "
+      {{kField, fmt::format("\"{}\": nothing can be uploaded here; send the problem itself, or use a server with "
                             "uploads (dlcsd --store)",
                             name)}});
 }
 
-// What a member has in place of the problem's, put there.
+// Replaces the fields of the problem that a member sets.
 absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
   if (changes.x0_size() > 0) *problem.mutable_x0() = changes.x0();
   if (changes.has_f()) *problem.mutable_f() = changes.f();
@@ -37,16 +37,16 @@ absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
   return absl::OkStatus();
 }
 
-// Where the request has a field for a linear problem and one for a name.
+// For requests with a field for a linear problem and one for a name.
 template <typename Request>
 absl::StatusOr<Request> WithLinearProblem(const Request& request, const ProblemResolver& find) {
   if (request.has_problem())
-    return InvalidRequest({{kField, "the request holds a problem as well; say one of the two"}});
+    return InvalidRequest({{kField, "the request also holds a problem; give only one of the two"}});
   absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
   if (!body.ok()) return body.status();
   if (!body->has_problem()) {
-    return InvalidRequest({{kField, fmt::format("{} is nonlinear, and this call knows linear problems only",
-                                                request.problem_name())}});
+    return InvalidRequest(
+        {{kField, fmt::format("{} is nonlinear, but this call accepts only linear problems", request.problem_name())}});
   }
   Request whole = request;
   whole.clear_problem_name();
@@ -64,8 +64,8 @@ absl::StatusOr<v1::SolveRequest> ResolveProblem(const v1::SolveRequest& request,
   absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
   if (!body.ok()) return body.status();
   if (request.has_changes() && !body->has_problem()) {
-    return InvalidRequest({{"changes", fmt::format("{} is nonlinear, and only a linear problem takes them",
-                                                   request.problem_name())}});
+    return InvalidRequest(
+        {{"changes", fmt::format("{} is nonlinear, but only linear problems can be changed", request.problem_name())}});
   }
   v1::SolveRequest whole = request;
   whole.clear_changes();
@@ -84,7 +84,7 @@ absl::StatusOr<v1::SolveEnsembleRequest> ResolveProblem(const v1::SolveEnsembleR
 }
 
 absl::StatusOr<v1::AnalyzeProblemRequest> ResolveProblem(const v1::AnalyzeProblemRequest& request,
-                                                      const ProblemResolver& find) {
+                                                         const ProblemResolver& find) {
   return WithLinearProblem(request, find);
 }
 

@@ -18,7 +18,7 @@
 namespace dlcs {
 namespace {
 
-// What the engine will find wrong when it is asked to run, named as on the wire.
+// The violations that the engine would report, with the field names of the wire.
 template <typename System>
 std::vector<Violation> AllViolations(const System& problem, const Options& options) {
   std::vector<Violation> violations = Validate(problem);
@@ -32,7 +32,7 @@ std::vector<Violation> AllViolations(const System& problem, const Options& optio
 constexpr const char* kLinear = "problem";
 constexpr const char* kNonlinear = "nonlinear";
 
-// The name of a field of a problem in files and formulas, as the contract has it, where matrices have small letters.
+// The name in the contract for the name of a problem's field in files and formulas; matrices are lower case there.
 std::string WireProblemName(const std::string& name) {
   if (name == "T") return "horizon";
   if (name == "states") return "state_names";
@@ -46,7 +46,7 @@ bool IsOption(const std::string& name) {
   return options.FindFieldByName(name) != nullptr || options.FindOneofByName(name) != nullptr;
 }
 
-// As InRequest() says, of one field.
+// InRequest() for one field.
 std::string PathOf(const std::string& field, const std::string& system) {
   constexpr std::string_view kMembers = "members[";
   if (field == "members") return field;
@@ -62,8 +62,8 @@ std::string PathOf(const std::string& field, const std::string& system) {
   return (system.empty() ? "" : system + ".") + WireProblemName(name) + field.substr(end);
 }
 
-// The declared shapes against the limits, before anything is read: a sparse matrix of a few bytes may name
-// any size, and takes memory for it when it is made.
+// Checks the declared shapes against the limits before anything is read: a sparse matrix of a few bytes may declare any
+// size, for which memory would be allocated.
 class ShapeCheck {
  public:
   explicit ShapeCheck(const SessionLimits& limits) : limits_(limits) {}
@@ -86,10 +86,9 @@ class ShapeCheck {
 
 absl::Status CheckShapes(const v1::Problem& problem, const SessionLimits& limits) {
   ShapeCheck check(limits);
-  for (const std::int64_t count :
-       {ShapeOf(problem.a()).rows, ShapeOf(problem.a()).columns, ShapeOf(problem.b()).rows,
-        ShapeOf(problem.n()).columns, ShapeOf(problem.f().lift()).rows, ShapeOf(problem.f().lift()).columns,
-        ShapeOf(problem.g().lift()).columns}) {
+  for (const std::int64_t count : {ShapeOf(problem.a()).rows, ShapeOf(problem.a()).columns, ShapeOf(problem.b()).rows,
+                                   ShapeOf(problem.n()).columns, ShapeOf(problem.f().lift()).rows,
+                                   ShapeOf(problem.f().lift()).columns, ShapeOf(problem.g().lift()).columns}) {
     check.States(count);
   }
   for (const std::int64_t count :
@@ -158,7 +157,7 @@ absl::Status CheckLimit(const char* name, double asked, std::int64_t limit) {
 }
 
 absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v1::SolveOptions& options,
-                                      const SessionLimits& limits) {
+                                             const SessionLimits& limits) {
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   Problem read = ProblemFromProto(problem, violations);
@@ -166,7 +165,7 @@ absl::StatusOr<SoundSystem> ParseAndValidate(const v1::Problem& problem, const v
 }
 
 absl::StatusOr<SoundSystem> ParseAndValidate(const v1::NonlinearProblem& problem, const v1::SolveOptions& options,
-                                      const SessionLimits& limits) {
+                                             const SessionLimits& limits) {
   if (absl::Status limit = CheckShapes(problem, limits); !limit.ok()) return limit;
   std::vector<Violation> violations;
   NonlinearProblem read = NonlinearProblemFromProto(problem, violations);
@@ -233,8 +232,8 @@ absl::Status FromEngine(const absl::Status& status, const std::string& system) {
   std::istringstream lines{std::string(status.message())};
   for (std::string line; std::getline(lines, line);) {
     const std::size_t colon = std::min(line.find(": "), line.size());
-    violations.push_back({WireOptionName(line.substr(0, colon)),
-                          colon < line.size() ? line.substr(colon + 2) : std::string()});
+    violations.push_back(
+        {WireOptionName(line.substr(0, colon)), colon < line.size() ? line.substr(colon + 2) : std::string()});
   }
   return InvalidRequest(InRequest(std::move(violations), system));
 }

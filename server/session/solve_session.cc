@@ -17,8 +17,8 @@
 namespace dlcs {
 namespace {
 
-// A chunk of 1/4 MB stays in the second cache while it is made, serialized and sent, and the reader unpacks it while
-// the next is made. The contract says below 1 MB.
+// A chunk of 1/4 MB stays in the L2 cache while it is made, serialized and sent, and the reader processes it while the
+// next is made. The contract says below 1 MB.
 constexpr Index kMaxChunkDoubles = (Index{1} << 18) / sizeof(double);
 
 absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& options, Observer& observer,

@@ -64,7 +64,7 @@ jobs::Time FromProto(const google::protobuf::Timestamp& time) {
 }
 
 v1::JobState ToProto(jobs::JobState state) {
-  // Both count from 1 in the same order (jobs/job.h, jobs.proto); neither may change.
+  // Both enumerations have the same numbers (server/store/job.h, jobs.proto); neither may change.
   return static_cast<v1::JobState>(static_cast<int>(state));
 }
 

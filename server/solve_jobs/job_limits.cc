@@ -31,7 +31,7 @@ std::string WorkerName(const ServerConfig& config) {
   char host[256] = {};
   gethostname(host, sizeof host - 1);
   const std::string port = config.listen.substr(config.listen.rfind(':') + 1);
-  // A free port is another one next time: then the jobs of this life are taken up when their leases run out.
+  // A free port differs after a restart: then the jobs of this process are resumed when their leases expire.
   return fmt::format("{}:{}", host, port == "0" ? fmt::format("pid-{}", getpid()) : port);
 }
 
@@ -57,18 +57,18 @@ jobs::JobManagerOptions ToJobManagerOptions(const ServerConfig& config) {
   options.expiry.max_age = FromSeconds(config.keep_finished_s);
   options.expiry.max_finished_bytes = config.keep_finished_bytes;
   options.expiry.max_unused_problem_age = FromSeconds(config.keep_problems_s);
-  // Often enough that what is kept for a short time does not stay for much longer.
-  options.expire_every = std::clamp<jobs::Duration>(
-      std::min(options.expiry.max_age, options.expiry.max_unused_problem_age) / 10, std::chrono::milliseconds(100),
-      options.expire_every);
+  // So often that jobs with a short retention time are not kept much longer.
+  options.expire_every =
+      std::clamp<jobs::Duration>(std::min(options.expiry.max_age, options.expiry.max_unused_problem_age) / 10,
+                                 std::chrono::milliseconds(100), options.expire_every);
   return options;
 }
 
 UploadLimits ToUploadLimits(const ServerConfig& config) {
-  return {.max_upload_bytes = config.max_upload_bytes,
-          .quota = {.max_bytes = config.max_uploaded_bytes_per_user,
-                    .max_problems = config.max_uploaded_problems_per_user},
-          .keep_unused = FromSeconds(config.keep_problems_s)};
+  return {
+      .max_upload_bytes = config.max_upload_bytes,
+      .quota = {.max_bytes = config.max_uploaded_bytes_per_user, .max_problems = config.max_uploaded_problems_per_user},
+      .keep_unused = FromSeconds(config.keep_problems_s)};
 }
 
 v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options) {

@@ -12,11 +12,11 @@
 namespace dlcs {
 namespace {
 
-// For who reads it; programs read the details.
+// The message; programs read the details.
 std::string InWords(const jobs::Refusal& refusal) {
   if (refusal.limit == "deadline") {
-    return fmt::format("An answer is predicted in {:.3g} s, and the deadline leaves {:.3g} s.", refusal.asked,
-                       refusal.value);
+    return fmt::format("The predicted time until the job ends is {:.3g} s, but the deadline leaves {:.3g} s.",
+                       refusal.asked, refusal.value);
   }
   if (refusal.limit.starts_with("max_uploaded")) {
     return fmt::format(

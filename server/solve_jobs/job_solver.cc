@@ -23,9 +23,9 @@ namespace {
 using jobs::EventKind;
 using std::chrono::steady_clock;
 
-// The resume state of a job is one letter and what it says:
+// The resume state of a job is one letter and its data:
 constexpr char kEngineState = 'e';  // a checkpoint of the engine
-constexpr char kSummary = 's';      // all is stored but the end of the job
+constexpr char kSummary = 's';      // everything is stored except the end of the job
 
 std::string Tagged(char tag, const std::string& content) { return tag + content; }
 
@@ -34,11 +34,11 @@ std::optional<std::string> ContentOf(const std::optional<std::string>& state, ch
   return state->substr(1);
 }
 
-// Brings what the engine tells into the run, and counts what that takes of its time.
+// Writes the events of the engine into the run, and measures the time that takes.
 class RunObserver final : public Observer {
  public:
-  // Columns below `stored` of the trajectory are in the store; `resumed` where this attempt goes on.
-  // `share`: of the work, up to the end of the trajectory.
+  // Columns below `stored` of the trajectory are in the store; `resumed` if this attempt resumes. `share`: the part of
+  // the work up to the end of the trajectory.
   RunObserver(jobs::JobRun& run, double horizon, double share, const ComponentNames& names, Index stored, bool resumed,
               std::chrono::milliseconds checkpoint_every)
       : run_(run),
@@ -84,8 +84,8 @@ class RunObserver final : public Observer {
           Tagged(kEngineState, checkpoint.state));
   }
 
-  // Stores the columns of `solution` below `end` that are not stored yet, in chunks; `state` is that behind the last of
-  // them.
+  // Stores the columns of `solution` below `end` that are not stored yet, in chunks; `state` is the state after the
+  // last of them.
   void Store(const Solution& solution, Index end, double time, const std::optional<std::string>& state) {
     const Index per_chunk = MostTimesInChunk(solution.x.rows(), solution.y.rows());
     do {
@@ -100,7 +100,7 @@ class RunObserver final : public Observer {
       window.end = count > 0 ? chunk.times(static_cast<int>(count) - 1) : time;
       window.trajectory = chunk.SerializeAsString();
       if (is_last) window.state = state;
-      // Where only some times are kept, the solve is further than the last of them. What is told never goes back.
+      // If only some times are kept, the solve is further than the last of them. Reported progress never decreases.
       reached_ = std::max(reached_, is_last ? time : window.end);
       window.progress = share_ * std::clamp(reached_ / horizon_, 0.0, 1.0);
       v1::JobEvent event;
@@ -115,12 +115,12 @@ class RunObserver final : public Observer {
   // Columns of the trajectory that the store has, or is about to get.
   Index stored() const { return stored_; }
   std::int64_t num_told() const { return num_told_; }
-  // The work is done: progress is that of the trajectory from now on.
+  // The solve has ended: from now on progress is that of storing the trajectory.
   void FinishWork() { share_ = 1; }
   double seconds_telling() const { return seconds_telling_; }
 
  private:
-  // One call from the engine.
+  // Measures one call from the engine.
   class Telling {
    public:
     explicit Telling(RunObserver& observer) : observer_(observer) {}
@@ -161,7 +161,7 @@ v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
   return summary;
 }
 
-// Solves of twice and four times the step follow for the error estimate.
+// Solves with twice and four times the step follow for the error estimate.
 bool WillCompare(const Options& options) {
   return options.has_grid() && options.error_tolerance == 0 && options.estimate_error &&
          options.method != Method::kEventDriven;
@@ -250,7 +250,7 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   const double reached = columns > 0 ? solution->times.back() : 0;
   v1::Summary summary = SummaryOf(*solution, run.cause());
   if (stopped) {
-    // An attempt that was stopped before it went on has nothing of what earlier ones found.
+    // An attempt that was stopped before it resumed does not have the results of earlier ones.
     if (columns >= observer.stored()) observer.Store(*solution, columns, reached, std::nullopt);
     summary.set_times(observer.stored());
     return {absl::CancelledError(), summary.SerializeAsString()};

@@ -91,7 +91,7 @@ absl::StatusOr<TrajectoryReader> TrajectoryReader::Create(jobs::JobStore& store,
   if (token.empty()) return reader;
   const auto [stop, error] = std::from_chars(token.data(), token.data() + token.size(), reader.next_part_);
   if (error != std::errc() || stop != token.data() + token.size() || reader.next_part_ < 0) {
-    return InvalidRequest({{"resume_token", fmt::format("{}; no page gave this one", Quoted(token))}});
+    return InvalidRequest({{"resume_token", fmt::format("{}; is not the token of a page", Quoted(token))}});
   }
   return reader;
 }
@@ -137,7 +137,7 @@ absl::StatusOr<std::optional<v1::TrajectoryPage>> TrajectoryReader::Next() {
     v1::TrajectoryPage page;
     bool may_grow = false;
     if (read_.empty()) {
-      // Before the parts, so that a job that ends in between is not said to be complete too early.
+      // Read before the parts, so that a job that ends in between is not reported as complete too early.
       const absl::StatusOr<jobs::Job> job = store_->Get(owner_, id_);
       if (!job.ok()) return job.status();
       may_grow = !jobs::IsFinal(job->state);

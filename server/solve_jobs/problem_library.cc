@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kPrefix = "problems/";
 
-// What is told of a problem without its matrices.
+// The description of a problem without its matrices.
 v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {
   v1::StoredProblem about;
   about.set_title(title);
@@ -86,7 +86,7 @@ absl::StatusOr<v1::UploadProblemResponse> ProblemLibrary::Add(const std::string&
   {
     v1::ProblemBody body;
     if (!body.ParseFromString(problem.body)) {
-      return InvalidRequest({{"data", "the bytes are no dlcs.v1.ProblemBody"}});
+      return InvalidRequest({{"data", "the bytes are not a dlcs.v1.ProblemBody"}});
     }
     const absl::StatusOr<SoundSystem> sound = ReadBody(body, session_);
     if (!sound.ok()) return sound.status();

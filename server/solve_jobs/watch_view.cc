@@ -45,7 +45,7 @@ absl::StatusOr<WatchView> WatchView::Create(const v1::WatchSolveJobRequest& requ
       break;
     default:
       return InvalidRequest(
-          {{"view", fmt::format("{}; this server knows no such view", static_cast<int>(request.view()))}});
+          {{"view", fmt::format("{}; this server does not know this view", static_cast<int>(request.view()))}});
   }
   if (request.y_components_size() > 0 && view.detail_.most_times == 0) {
     return InvalidRequest({{"y_components", fmt::format("{} given; only the views SAMPLED and FULL have values of y",
@@ -78,7 +78,7 @@ void WatchView::Narrow(v1::Iterate& iterate) const {
   if (iterate.times().empty()) return;
   const auto size = static_cast<std::size_t>(iterate.times_size());
   const auto rows = static_cast<std::size_t>(iterate.y_size()) / size;
-  // Rows of what was told, in the order asked for.
+  // Rows of the reported components, in the requested order.
   std::vector<std::size_t> wanted;
   if (components_.empty()) {
     wanted.resize(iterate.y_components().empty() ? rows : 0);
@@ -110,7 +110,7 @@ void WatchView::Narrow(v1::Iterate& iterate) const {
 void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1::Iterate& iterate) {
   if (detail.most_times == 0) return;
   const auto n = static_cast<int>(values.y.rows());
-  // Components that the problem does not have are refused where somebody asks for them: WatchView::Admits().
+  // Requests for components that the problem does not have are refused by WatchView::Admits().
   const auto& all = detail.components;
   const std::vector<int> rows(all.begin(), std::ranges::lower_bound(all, n));
   if (all.empty() ? n == 0 : rows.empty()) return;

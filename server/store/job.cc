@@ -31,7 +31,7 @@ const char* JobStateName(JobState state) {
 }
 
 JobId NewJobId() {
-  // The system's own randomness on every draw: an id is a secret of a kind.
+  // Random bits from the system each time, since an id must not be guessable.
   std::random_device random;
   JobId id(kIdLength, ' ');
   std::generate(id.begin(), id.end(), [&random] { return kAlphabet[random() % kAlphabet.size()]; });

@@ -14,13 +14,13 @@ namespace dlcs::jobs {
 namespace {
 
 absl::Status NoSuchJob(const JobId& id) {
-  // What was asked for may be anything: only what can be a name is repeated.
+  // The requested name may be any text: only valid names are repeated in the message.
   return absl::NotFoundError(IsJobId(id) ? fmt::format("There is no job {}.", id) : "There is no job of that name.");
 }
 
 bool IsRunning(JobState state) { return state == JobState::kRunning || state == JobState::kCancelling; }
 
-// The row of a job whose lease is `lease`, which may have run out as long as nobody else has claimed the job.
+// The row of the job with this lease. The lease may have expired if no other worker has claimed the job.
 absl::StatusOr<JobRow> Held(JobTable& table, const Lease& lease) {
   std::optional<JobRow> row = table.Lock(lease.job);
   if (!row.has_value() || row->fence != lease.fence || row->worker != lease.worker) {
@@ -31,7 +31,7 @@ absl::StatusOr<JobRow> Held(JobTable& table, const Lease& lease) {
 
 absl::Status CheckRunning(const JobRow& row) {
   if (IsRunning(row.job.state)) return absl::OkStatus();
-  return absl::AbortedError("The job has ended, or was given back.");
+  return absl::AbortedError("The job has ended or was released.");
 }
 
 absl::StatusOr<JobRow> HeldAndRunning(JobTable& table, const Lease& lease) {
@@ -41,7 +41,7 @@ absl::StatusOr<JobRow> HeldAndRunning(JobTable& table, const Lease& lease) {
   return row;
 }
 
-// Adds `event` unless it is there; the job's mark rises to its number.
+// Adds `event` unless it exists; raises the job's mark to its number.
 void AddEvent(JobTable& table, JobRow& row, const Event& event) {
   if (!table.AddEvent(row.number, event)) return;
   row.job.sequence = std::max(row.job.sequence, event.sequence);
@@ -74,7 +74,7 @@ absl::StatusOr<std::optional<Job>> FindRequestedJob(JobTable& table, const std::
   std::optional<JobRow> row = table.FindRequest(owner, request_id);
   if (!row.has_value()) return std::optional<Job>();
   if (row->body_hash != body_hash) {
-    return absl::AlreadyExistsError("request_id was used for another request: take a new one for this.");
+    return absl::AlreadyExistsError("request_id was used for another request: choose a new one for this.");
   }
   return std::optional<Job>(std::move(row->job));
 }
@@ -117,7 +117,7 @@ absl::StatusOr<Job> RequestCancelOfJob(JobTable& table, const std::optional<std:
     row->job.finished = row->now;
     table.Save(*row);
   } else if (row->job.state == JobState::kRunning) {
-    // Whoever holds the lease writes the event: numbers above the mark are theirs.
+    // The holder of the lease writes the event, since the numbers above the mark belong to it.
     row->job.state = JobState::kCancelling;
     table.Save(*row);
   }
@@ -186,14 +186,14 @@ absl::Status FinishJob(JobTable& table, const Lease& lease, const Outcome& outco
   absl::StatusOr<JobRow> row = Held(table, lease);
   if (!row.ok()) return row.status();
   Job& job = row->job;
-  // The same again: the first answer was lost on its way.
+  // The same request again: the first response was lost.
   if (job.state == outcome.state) return absl::OkStatus();
   if (absl::Status status = CheckRunning(*row); !status.ok()) return status;
   for (const Event& event : outcome.events) AddEvent(table, *row, event);
   job.state = outcome.state;
   job.finished = row->now;
   job.error = outcome.error;
-  // Reserved numbers that were not used are given back: nothing comes behind the summary.
+  // Unused reserved numbers are released: no event follows the summary.
   job.sequence = outcome.events.back().sequence;
   if (outcome.state == JobState::kSucceeded) job.progress = 1;
   row->lease_until = {};
@@ -214,7 +214,7 @@ absl::Status ReleaseJob(JobTable& table, const Lease& lease, std::int64_t throug
 }
 
 absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page_size) {
-  const absl::Status refusal = absl::InvalidArgumentError("page_token: no page gave this one.");
+  const absl::Status refusal = absl::InvalidArgumentError("page_token: is not the token of a page.");
   if (page_size < 1) return refusal;
   if (page_token.empty()) return std::numeric_limits<std::int64_t>::max();
   std::int64_t number = 0;

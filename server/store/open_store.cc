@@ -37,8 +37,8 @@ bool IsShared(std::string_view address) {
 
 absl::Status CheckStoreAddress(const std::string& address) {
   if (!IsShared(address)) return absl::OkStatus();
-  // Behind the user there must be no other @: libpq would take what is left of a password for a host or a database, and
-  // name it in its errors.
+  // There must be no second @: libpq would take the rest of a password for a host or a database, and print it in its
+  // errors.
   const std::string_view place = std::string_view(address).substr(address.find("://") + 3);
   const std::size_t first = place.find_first_of("@/");
   const bool ambiguous = first != std::string_view::npos &&

@@ -11,7 +11,7 @@ bool IsProblemId(std::string_view text) {
 }
 
 absl::Status NoSuchProblem(const ProblemId& id) {
-  // What was asked for may be anything: only what can be a name is repeated.
+  // The requested name may be any text: only valid names are repeated in the message.
   return absl::NotFoundError(IsProblemId(id) ? fmt::format("There is no uploaded problem {}. Upload it (again).", id)
                                              : "There is no uploaded problem of that name.");
 }

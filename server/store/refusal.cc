@@ -9,7 +9,7 @@
 namespace dlcs::jobs {
 namespace {
 
-// Within this process only: what goes over the wire is made from a Refusal by the layer that knows google.rpc.
+// Used within this process only: WithDetails() turns a Refusal into google.rpc details for the wire.
 constexpr char kPayload[] = "dlcs.jobs/Refusal";
 
 }  // namespace

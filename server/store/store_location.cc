@@ -26,10 +26,10 @@ absl::Status CheckStoreLocation(const std::string& store) {
   }
   fs::path folder = fs::path(store).parent_path();
   if (folder.empty()) folder = ".";
-  if (!fs::is_directory(folder, error)) return refuse(fmt::format("the folder {} must be there", folder.string()));
+  if (!fs::is_directory(folder, error)) return refuse(fmt::format("the folder {} must exist", folder.string()));
   // SQLite keeps its log beside the file.
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    return refuse(fmt::format("this user must be allowed to make files in {}", folder.string()));
+    return refuse(fmt::format("this user must be allowed to create files in {}", folder.string()));
   }
   return absl::OkStatus();
 }

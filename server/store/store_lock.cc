@@ -24,7 +24,7 @@ absl::StatusOr<StoreLock> StoreLock::Take(const std::string& store) {
   if (lock.descriptor_ < 0) return refuse(fmt::format("cannot make {}: {}", path, std::strerror(errno)));
   if (flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0) {
     return refuse(errno == EWOULDBLOCK
-                      ? "another dlcsd uses it. A file of jobs is for one at a time; several share PostgreSQL"
+                      ? "another dlcsd uses it. Only one can use a file at a time; several can share PostgreSQL"
                       : fmt::format("cannot lock {}: {}", path, std::strerror(errno)));
   }
   return lock;

@@ -59,7 +59,7 @@ absl::StatusOr<std::unique_ptr<HttpEndpoint>> HttpEndpoint::Start(const std::str
   if (!bound) return absl::UnavailableError(fmt::format("cannot listen on {}", address));
   result->address_ = ToString(*place);
   result->thread_ = std::thread([&server] { server.listen_after_bind(); });
-  // It would not hear of an end that comes before it has begun.
+  // A stop() before it has started would be lost.
   while (!server.is_running()) std::this_thread::yield();
   return result;
 }

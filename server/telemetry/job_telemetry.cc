@@ -46,7 +46,7 @@ Cost CostOf(const v1::Cost& cost) {
   return result;
 }
 
-// METHOD_LAPLACE_ITERATION as MethodName() has it, laplace-iteration.
+// The name of METHOD_LAPLACE_ITERATION as in MethodName(), laplace-iteration.
 std::string NameOf(v1::Method method) {
   std::string name = v1::Method_Name(method).substr(std::string("METHOD_").size());
   for (char& c : name) c = c == '_' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -85,7 +85,7 @@ std::string TerminationLabel(v1::Termination termination) {
 jobs::SolveFunction WithTelemetry(Metrics& metrics, jobs::SolveFunction solve) {
   return [&metrics, solve = std::move(solve)](jobs::JobRun& run) {
     const auto begin = steady_clock::now();
-    jobs::JobEnd end{absl::InternalError("an exception; the log has it"), ""};
+    jobs::JobEnd end{absl::InternalError("an exception; see the log"), ""};
     try {
       end = solve(run);
     } catch (...) {

@@ -24,7 +24,7 @@ std::string TraceIdIn(const std::string& request) {
   const std::size_t begin = request.size() - kTagSize - kIdSize;
   if (request.compare(begin, kTagSize, kTag) != 0) return "";
   const std::string id = request.substr(begin + kTagSize);
-  // What a request ends with may look like the tag by chance.
+  // The end of a request may look like the tag by chance.
   return id.find_first_not_of("0123456789abcdef") == std::string::npos ? id : "";
 }
 

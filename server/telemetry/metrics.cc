@@ -29,8 +29,7 @@ using prometheus::MetricFamily;
 using prometheus::MetricType;
 using prometheus::Registry;
 
-// Upper bounds [s]. Calls take from some hundred microseconds to hours; store and lag are of interest where they are
-// short.
+// Upper bounds [s]. Calls take from some hundred microseconds to hours; for the store and the lag short times matter.
 const Histogram::BucketBoundaries kCallSeconds = {0.001, 0.003, 0.01, 0.03, 0.1, 0.3,  1,
                                                   3,     10,    30,   100,  300, 1000, 3600};
 const Histogram::BucketBoundaries kShortSeconds = {0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10};
@@ -42,7 +41,7 @@ Family<Histogram>& AddHistogram(Registry& registry, const char* name, const char
   return prometheus::BuildHistogram().Name(name).Help(help).Register(registry);
 }
 
-// Families of one value each, read a moment ago.
+// Families with one current value each.
 class Readings {
  public:
   using Labels = std::vector<prometheus::ClientMetric::Label>;
@@ -73,26 +72,24 @@ void ReadSetups(const SetupCache::Statistics& setups, Readings& readings) {
                       static_cast<double>(setups.hits));
   readings.AddCounter("dlcs_setup_cache_misses_total", "Set-ups that had to be made.",
                       static_cast<double>(setups.misses));
-  readings.AddCounter("dlcs_setup_cache_dropped_total", "Set-ups that left the cache to keep it within its bound.",
+  readings.AddCounter("dlcs_setup_cache_dropped_total", "Set-ups dropped to keep the cache within its bound.",
                       static_cast<double>(setups.dropped));
-  readings.AddGauge("dlcs_setup_cache_bytes", "Memory that the set-ups in the cache fill.", setups.bytes);
+  readings.AddGauge("dlcs_setup_cache_bytes", "Size of the set-ups in the cache.", setups.bytes);
 }
 
 void ReadJobs(const ServerState::Jobs& jobs, Readings& readings) {
-  readings.AddGauge("dlcs_jobs_queued", "Jobs that wait for their turn on this store.", jobs.load.queued);
-  readings.AddGauge("dlcs_jobs_queued_core_seconds",
-                    "What the jobs that wait are predicted to take, in seconds of one core.",
+  readings.AddGauge("dlcs_jobs_queued", "Queued jobs on this store.", jobs.load.queued);
+  readings.AddGauge("dlcs_jobs_queued_core_seconds", "Predicted core-seconds of the queued jobs.",
                     jobs.load.queued_core_seconds);
   readings.AddGauge("dlcs_jobs_running", "Jobs that run on this server.", jobs.load.running);
-  readings.AddGauge("dlcs_store_healthy", "1 where the store of jobs answered the last time, 0 where it did not.",
+  readings.AddGauge("dlcs_store_healthy", "1 if the last access to the job store succeeded, otherwise 0.",
                     jobs.store_healthy ? 1 : 0);
 }
 
 void ReadProcess(Readings& readings) {
   const ProcessUsage usage = ReadProcessUsage();
   readings.AddGauge("process_resident_memory_bytes", "Resident memory of this process.", usage.resident_bytes);
-  readings.AddCounter("process_cpu_seconds_total", "Time on processors, of the user and of the system.",
-                      usage.cpu_seconds);
+  readings.AddCounter("process_cpu_seconds_total", "Processor time, user and system.", usage.cpu_seconds);
   readings.AddGauge("process_open_fds", "Open file descriptors.", usage.open_files);
   readings.AddGauge("process_threads", "Threads of this process.", usage.threads);
 }
@@ -100,11 +97,11 @@ void ReadProcess(Readings& readings) {
 std::vector<MetricFamily> Read(const ServerState& state) {
   Readings readings;
   readings.AddGauge(
-      "dlcs_build_info", "Which program this is; always 1.", 1,
+      "dlcs_build_info", "The version of the program; always 1.", 1,
       {{"version", kVersion}, {"revision", kBuild.revision}, {"compiler", kBuild.compiler}, {"type", kBuild.type}});
-  readings.AddGauge("dlcs_solves_running", "Calls of SolverService for which an engine runs.", state.solves);
-  readings.AddGauge("dlcs_solves_limit", "How many may run at once; more are refused.", state.max_solves);
-  readings.AddGauge("dlcs_held_result_bytes", "Trajectories that are computed for calls or wait for their readers.",
+  readings.AddGauge("dlcs_solves_running", "Running solves of SolverService.", state.solves);
+  readings.AddGauge("dlcs_solves_limit", "Limit of running solves; more are refused.", state.max_solves);
+  readings.AddGauge("dlcs_held_result_bytes", "Trajectories that are being computed or not yet read.",
                     static_cast<double>(state.held_result_bytes));
   ReadSetups(state.setups, readings);
   if (state.jobs) ReadJobs(*state.jobs, readings);
@@ -121,7 +118,7 @@ struct Metrics::Families {
       AddHistogram(registry, "dlcs_rpc_duration_seconds", "From the first byte of a call to its status.");
   Family<Gauge>& calls_under_way = prometheus::BuildGauge()
                                        .Name("dlcs_rpcs_in_flight")
-                                       .Help("Calls under way, watchers among them.")
+                                       .Help("Running calls, including watchers.")
                                        .Register(registry);
   Family<Counter>& events = AddCounter(registry, "dlcs_events_sent_total", "Events of streams that were sent.");
   Counter& EventsOf(const std::string& method) {
@@ -134,11 +131,11 @@ struct Metrics::Families {
   std::unordered_map<std::string, Counter*> events_of;  // by method
 
   Histogram& lag = AddHistogram(registry, "dlcs_event_lag_seconds",
-                                "From when an event of a running job came about to when it was sent to a watcher.")
+                                "Time from an event of a running job until it was sent to a watcher.")
                        .Add({}, kShortSeconds);
   Family<Counter>& gaps = AddCounter(registry, "dlcs_event_gaps_total", "Gaps that readers received, by reason.");
   Family<Counter>& dropped =
-      AddCounter(registry, "dlcs_events_dropped_total", "Events that readers did not get, a gap in their place.");
+      AddCounter(registry, "dlcs_events_dropped_total", "Events that readers did not receive; a gap was sent instead.");
   Family<Counter>& solves =
       AddCounter(registry, "dlcs_solves_total", "Solves that have ended, by kind, method and termination.");
   Family<Counter>& seconds =
@@ -151,9 +148,9 @@ struct Metrics::Families {
   Family<Counter>& jobs =
       AddCounter(registry, "dlcs_jobs_finished_total", "Attempts at jobs that have ended on this server, by outcome.");
   Family<Histogram>& store_seconds = AddHistogram(registry, "dlcs_store_operation_duration_seconds",
-                                                  "What the store of jobs took to answer, by operation.");
+                                                  "Duration of operations of the job store, by operation.");
   Family<Counter>& store_errors =
-      AddCounter(registry, "dlcs_store_errors_total", "Operations of the store that failed for its own reasons.");
+      AddCounter(registry, "dlcs_store_errors_total", "Operations that failed because of the store.");
 };
 
 Metrics::Metrics() : families_(std::make_unique<Families>()) {}
@@ -167,7 +164,7 @@ void Metrics::CallEnded(const std::string& method, const std::string& code, Seco
   families_->call_seconds.Add({{"method", method}}, kCallSeconds).Observe(took.count());
 }
 
-// To make labels, and to find their counter by them, costs more than all else that is done for an event.
+// Counters are cached, since building labels and looking up their counter costs more than all other work for an event.
 void Metrics::EventSent(const std::string& method) { families_->EventsOf(method).Increment(); }
 
 void Metrics::EventSent(const std::string& method, Seconds lag) {
@@ -201,7 +198,7 @@ void Metrics::JobEnded(const std::string& outcome) { families_->jobs.Add({{"outc
 jobs::StoreTimer Metrics::StoreTimer() {
   return [this](const char* operation, const absl::Status& status, Seconds took) {
     families_->store_seconds.Add({{"operation", operation}}, kShortSeconds).Observe(took.count());
-    // Of the store; the others are answers to callers.
+    // Errors of the store itself; other codes are normal responses.
     if (absl::IsUnavailable(status) || absl::IsDataLoss(status) || absl::IsInternal(status)) {
       const std::string code = absl::StatusCodeToString(status.code());
       families_->store_errors.Add({{"operation", operation}, {"code", code}}).Increment();

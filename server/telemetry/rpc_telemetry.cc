@@ -34,7 +34,8 @@ constexpr const char* kCreate = "dlcs.v1.JobService/CreateSolveJob";
 // "/dlcs.v1.SolverService/Solve" without the slash.
 std::string NameOf(const char* method) { return method[0] == '/' ? method + 1 : method; }
 
-// The same for a label: callers may ask for whatever they like, and each name would be kept for ever.
+// The same for a label. Unknown methods share one label, since callers may send any name and each would be kept
+// forever.
 std::string LabelOf(std::string name) {
   std::string full_name = name;
   std::replace(full_name.begin(), full_name.end(), '/', '.');
@@ -59,7 +60,7 @@ const char* ReasonOf(v1::JobGap::Reason reason) {
   }
 }
 
-// One call, from when its headers were read to when gRPC has done with it.
+// One call, from reading its headers until gRPC has finished it.
 class Call final : public Interceptor {
  public:
   Call(Metrics& metrics, const Access& access, ServerRpcInfo& info)
@@ -95,7 +96,7 @@ class Call final : public Interceptor {
     const auto* const metadata = methods.GetRecvInitialMetadata();
     const auto found = metadata->find(kTraceparent);
     if (found != metadata->end()) trace_id_ = TraceIdOf({found->second.data(), found->second.size()});
-    // Asking costs more than the rest.
+    // Looking up the user costs more than the rest.
     if (!spdlog::should_log(spdlog::level::debug)) return;
     peer_ = info_.server_context()->peer();
     user_ = UserOf(access_, *info_.server_context());
@@ -117,7 +118,7 @@ class Call final : public Interceptor {
     }
     const std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
     const std::chrono::nanoseconds since = SinceEpoch(event.time());
-    // Old events that a watcher asks for have no lag.
+    // Old events that a watcher requests have no lag.
     if (since < began_) return metrics_.EventSent(method_);
     metrics_.EventSent(method_, now - since);
   }

@@ -19,19 +19,19 @@
 namespace dlcs {
 namespace {
 
-// What names the components of one kind, and how messages write an index of theirs.
+// How messages write the index of a component, and which names apply to it.
 struct Spelling {
   std::string_view text;  // before "[1]"
   bool of_states;
 };
-// Longer ones before those that they end with.
+// A spelling comes before its suffixes.
 constexpr std::array kSpellings = {Spelling{"(N x + g)", false}, Spelling{"x0", true}, Spelling{"x", true},
                                    Spelling{"f", true},          Spelling{"y", false}, Spelling{"w", false},
                                    Spelling{"g", false}};
 
 bool IsWordLetter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
-// The index in "[12]" at `at` of `text`, and the position behind it.
+// The index in "[12]" at `at` of `text`, and the position after it.
 struct IndexAt {
   std::size_t index = 0;
   std::size_t end = 0;
@@ -50,13 +50,13 @@ std::string NameOf(const std::vector<std::string>& names, std::size_t index) {
   return index < names.size() ? names[index] : std::string();
 }
 
-// Whether `name` is x, y or w and a number.
+// Whether `name` is x, y or w followed by a number.
 bool IsNumbered(std::string_view name) {
   return name.size() > 1 && (name[0] == 'x' || name[0] == 'y' || name[0] == 'w') &&
          name.find_first_not_of("0123456789", 1) == std::string_view::npos;
 }
 
-// Why `name` is none that a problem may give; empty where it is one.
+// Why `name` is not allowed; empty if it is.
 std::string FaultOfOwnName(const std::string& name) {
   constexpr std::array kWords = {"t", "pi", "e", "and", "or", "not", "in", "is", "if", "else", "lambda"};
   const bool is_function = std::any_of(kFormulaFunctions.begin(), kFormulaFunctions.end(),
@@ -64,16 +64,16 @@ std::string FaultOfOwnName(const std::string& name) {
   const bool is_identifier = !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
                              std::all_of(name.begin(), name.end(), IsWordLetter);
   if (!is_identifier) return fmt::format("{}; must be a letter or _, and then letters, digits and _", Quoted(name));
-  if (is_function) return fmt::format("{}; is a function, must be another name", Quoted(name));
+  if (is_function) return fmt::format("{}; is a function; choose another name", Quoted(name));
   if (std::find(kWords.begin(), kWords.end(), name) != kWords.end()) {
-    return fmt::format("{}; is a word of formulas, must be another name", Quoted(name));
+    return fmt::format("{}; is reserved in formulas; choose another name", Quoted(name));
   }
   if (IsNumbered(name))
-    return fmt::format("{}; x, y and w with a number are components, must be another name", Quoted(name));
+    return fmt::format("{}; x, y and w with a number are components; choose another name", Quoted(name));
   return "";
 }
 
-// The same for component `index`, whose own name would be `letter` and its number.
+// The same for component `index`, whose default name is `letter` and its number.
 std::string FaultOfName(const std::string& name, char letter, std::size_t index) {
   const std::string own = fmt::format("{}{}", letter, index + 1);
   if (name == own) return "";
@@ -100,7 +100,7 @@ class NameCheck {
       if (const std::string fault = FaultOfName(names[i], letter, i); !fault.empty()) {
         violations_.push_back({place, fault});
       } else if (const auto [other, is_new] = taken_.emplace(names[i], place); !is_new) {
-        violations_.push_back({place, fmt::format("{}; is the name of {} already, and every name stands for one thing",
+        violations_.push_back({place, fmt::format("{}; is already the name of {}; names must be unique",
                                                   Quoted(names[i]), other->second)});
       }
     }
@@ -164,9 +164,9 @@ void ChangeParameters(const google::protobuf::RepeatedPtrField<v1::Parameter>& c
     if (found == parameters.end()) {
       std::vector<std::string> known;
       for (const auto& [name, value] : parameters) known.push_back(name);
-      violations.push_back({place, known.empty() ? "the problem has no parameters"
-                                                 : fmt::format("no parameter of the problem, which has {}",
-                                                               fmt::join(known, ", "))});
+      violations.push_back(
+          {place, known.empty() ? "the problem has no parameters"
+                                : fmt::format("no parameter of the problem, which has {}", fmt::join(known, ", "))});
     } else if (!std::isfinite(change.value())) {
       violations.push_back({place, fmt::format("{}; must be finite", change.value())});
     } else {
@@ -196,7 +196,7 @@ std::string NamesInFormulas::InNumbers(const std::string& formula) const {
   const std::string_view text = formula;
   std::string result;
   for (std::size_t at = 0; at < text.size();) {
-    // A number and what follows it at once, the e of an exponent, is no name.
+    // Letters that directly follow a number, such as the e of an exponent, are not a name.
     const std::size_t begin = at;
     while (at < text.size() && (IsWordLetter(text[at]) || text[at] == '.')) ++at;
     if (at == begin) {

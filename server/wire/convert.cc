@@ -30,7 +30,7 @@ Matrix ColumnsFromProto(const Doubles& values, Index size, const std::string& fi
 
 Index DeclaredRows(const v1::Matrix& matrix) { return std::max<Index>(0, ShapeOf(matrix).rows); }
 
-// Each of `formulas` as the engine reads it.
+// Each of `formulas` with names replaced as the engine expects.
 std::vector<std::string> InNumbers(const google::protobuf::RepeatedPtrField<std::string>& formulas,
                                    const NamesInFormulas& names) {
   std::vector<std::string> result;
@@ -93,8 +93,8 @@ bool HasFormulas(const v1::TimeFunction& function) {
                      [](const v1::TimePiece& piece) { return piece.has_formulas(); });
 }
 
-// Members share the matrices of their problem: no entry may have another value with the parameters `after` than
-// `before`.
+// Members share the matrices of their problem: no entry may change its value when the parameters change from `before`
+// to `after`.
 void CheckSharedMatrices(const v1::Problem& base, const FormulaParameters& before, const FormulaParameters& after,
                          const std::string& field, std::vector<Violation>& violations) {
   const NamesInFormulas names_before({}, before), names_after({}, after);
@@ -109,8 +109,7 @@ void CheckSharedMatrices(const v1::Problem& base, const FormulaParameters& befor
   for (const auto& [name, matrix] : {std::pair("A", &base.a()), {"B", &base.b()}, {"N", &base.n()}, {"M", &base.m()}}) {
     if (!differs(matrix->dense().formulas()) && !differs(matrix->sparse().formulas())) continue;
     violations.push_back(
-        {field,
-         fmt::format("change {}, which all members of an ensemble have in common; solve them one by one", name)});
+        {field, fmt::format("change {}, which all members of an ensemble share; solve them one by one", name)});
   }
 }
 
@@ -127,8 +126,8 @@ TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size,
   if (function.pieces().empty()) violations.push_back({field, "not set; at least one piece is required"});
   for (int p = 0; p < function.pieces_size(); ++p) {
     const v1::TimePiece& piece = function.pieces(p);
-    result.pieces.push_back({piece.start(), TimePieceFromProto(piece, size, fmt::format("{}.pieces[{}]", field, p),
-                                                               violations, names)});
+    result.pieces.push_back(
+        {piece.start(), TimePieceFromProto(piece, size, fmt::format("{}.pieces[{}]", field, p), violations, names)});
   }
   return result;
 }
@@ -153,14 +152,14 @@ SolutionRule RuleFromProto(v1::SolutionRule rule, std::vector<Violation>& violat
       break;
   }
   violations.push_back(
-      {"rule", fmt::format("{}; this server does not know such a rule (0 automatic, 1 unique, "
+      {"rule", fmt::format("{}; this server does not know this rule (0 automatic, 1 unique, "
                            "2 least element, 3 hidden least element, 4 least norm, 5 minimizer, 6 sparsest)",
                            static_cast<int>(rule))});
   return SolutionRule::kAuto;
 }
 
 Selector SelectorFromProto(const v1::Selector& selector, Index n, std::vector<Violation>& violations) {
-  // Before a matrix is made of a shape that may be any.
+  // Before a matrix of an arbitrary declared shape is allocated.
   const WireShape shape = ShapeOf(selector.c());
   if (shape.rows != selector.b_size() || shape.columns != n) {
     violations.push_back(
@@ -196,7 +195,7 @@ Problem ProblemFromProto(const v1::Problem& problem, std::vector<Violation>& vio
 EnsembleMember MemberFromProto(const v1::EnsembleMember& member, const v1::Problem& base, const std::string& field,
                                std::vector<Violation>& violations) {
   EnsembleMember result;
-  // As declared; numbers below 0 are refused with the problem.
+  // As declared; negative numbers are refused with the problem.
   const Index m = DeclaredRows(base.a()), n = DeclaredRows(base.m());
   std::vector<Violation> of_base;  // told with the problem
   FormulaParameters parameters = ParametersFromProto(base.parameters(), "parameters", of_base);

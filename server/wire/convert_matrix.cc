@@ -25,10 +25,10 @@ namespace {
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Indices = google::protobuf::RepeatedField<std::int32_t>;
 
-// Of one list of indices; more help nobody.
+// The most errors reported for one list of indices.
 constexpr int kMostListed = 20;
 
-// The value of an entry that is a formula; nothing, and a violation, where it has none.
+// The value of an entry that is a formula; absent, with a violation, if it has none.
 std::optional<double> EntryValue(const std::string& text, const NamesInFormulas& names, const std::string& field,
                                  std::vector<Violation>& violations) {
   absl::StatusOr<Formula> formula = Formula::Parse(names.InNumbers(text));
@@ -37,8 +37,7 @@ std::optional<double> EntryValue(const std::string& text, const NamesInFormulas&
     return std::nullopt;
   }
   if (formula->DependsOnTime()) {
-    violations.push_back(
-        {field, fmt::format("{}; depends on t, and the entries of matrices are constant", Quoted(text))});
+    violations.push_back({field, fmt::format("{}; depends on t, but matrix entries must be constant", Quoted(text))});
     return std::nullopt;
   }
   const double value = formula->Evaluate(0);
@@ -49,14 +48,14 @@ std::optional<double> EntryValue(const std::string& text, const NamesInFormulas&
 
 using EntryFormulas = google::protobuf::RepeatedPtrField<v1::EntryFormula>;
 
-// Puts the values of `formulas` into `values`; `place_of` names the entry of an index for violations.
+// Writes the values of `formulas` into `values`; `place_of` names the entry of an index in violations.
 template <typename PlaceOf>
 void PutFormulas(const EntryFormulas& formulas, const FormulaParameters* parameters, const std::string& field,
                  const PlaceOf& place_of, Doubles& values, std::vector<Violation>& violations) {
   if (formulas.empty()) return;
   if (parameters == nullptr) {
     violations.push_back({place_of(formulas[0].index()),
-                          fmt::format("{}; must be a number: only the matrices of a problem have formulas as entries",
+                          fmt::format("{}; must be a number: only matrices of a problem may have formulas as entries",
                                       Quoted(formulas[0].formula()))});
     return;
   }
@@ -68,7 +67,7 @@ void PutFormulas(const EntryFormulas& formulas, const FormulaParameters* paramet
     if (index < 0 || index >= values.size() || !taken.insert(index).second) {
       violations.push_back(
           {fmt::format("{}.formulas[{}].index", field, k),
-           fmt::format("{}; must be at least 0, below {}, and another one than those before", index, values.size())});
+           fmt::format("{}; must be at least 0, below {}, and different from earlier ones", index, values.size())});
       ++listed;
     } else if (const auto value = EntryValue(formulas[k].formula(), names, place_of(index), violations)) {
       values[index] = *value;
@@ -83,8 +82,8 @@ StructuredMatrix DenseFromProto(const v1::DenseMatrix& dense, const std::string&
   const Index rows = dense.rows();
   const Index columns = dense.columns();
   if (dense.values_size() != rows * columns) {
-    violations.push_back({field, fmt::format("{} values; {} x {} needs {}", dense.values_size(), rows,
-                                             columns, rows * columns)});
+    violations.push_back(
+        {field, fmt::format("{} values; {} x {} needs {}", dense.values_size(), rows, columns, rows * columns)});
     return {};
   }
   if (dense.formulas().empty()) return Matrix(Eigen::Map<const RowMajorMatrix>(dense.values().data(), rows, columns));
@@ -96,27 +95,25 @@ StructuredMatrix DenseFromProto(const v1::DenseMatrix& dense, const std::string&
   return Matrix(Eigen::Map<const RowMajorMatrix>(values.data(), rows, columns));
 }
 
-void CheckIndices(const Indices& indices, Index size, const std::string& field,
-                  std::vector<Violation>& violations) {
+void CheckIndices(const Indices& indices, Index size, const std::string& field, std::vector<Violation>& violations) {
   int listed = 0;
   for (int k = 0; k < indices.size() && listed < kMostListed; ++k) {
     if (indices[k] >= 0 && indices[k] < size) continue;
-    violations.push_back({fmt::format("{}[{}]", field, k),
-                          fmt::format("{}; must be at least 0 and below {}", indices[k], size)});
+    violations.push_back(
+        {fmt::format("{}[{}]", field, k), fmt::format("{}; must be at least 0 and below {}", indices[k], size)});
     ++listed;
   }
 }
 
-// The first entry, in the order of their places, whose place has one already.
+// The first entry, in the order of positions, whose position occurs twice.
 Violation SecondEntry(const v1::SparseMatrix& sparse, const std::string& field) {
   std::vector<int> order(static_cast<std::size_t>(sparse.values_size()));
   std::iota(order.begin(), order.end(), 0);
   const auto place = [&](int k) { return std::pair(sparse.column_indices(k), sparse.row_indices(k)); };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
-  const auto first =
-      std::adjacent_find(order.begin(), order.end(), [&](int a, int b) { return place(a) == place(b); });
+  const auto first = std::adjacent_find(order.begin(), order.end(), [&](int a, int b) { return place(a) == place(b); });
   return {fmt::format("{}.values[{}]", field, *std::next(first)),
-          fmt::format("row {}, column {} has values[{}] already; must be one entry for a place",
+          fmt::format("row {}, column {} has values[{}] already; every position may occur only once",
                       sparse.row_indices(*first), sparse.column_indices(*first), *first)};
 }
 
@@ -124,9 +121,8 @@ StructuredMatrix SparseFromProto(const v1::SparseMatrix& sparse, const std::stri
                                  std::vector<Violation>& violations, const FormulaParameters* parameters) {
   const int entries = sparse.values_size();
   if (sparse.row_indices_size() != entries || sparse.column_indices_size() != entries) {
-    violations.push_back(
-        {field, fmt::format("{} row indices, {} column indices and {} values; must be as many of each",
-                            sparse.row_indices_size(), sparse.column_indices_size(), entries)});
+    violations.push_back({field, fmt::format("{} row indices, {} column indices and {} values; must be as many of each",
+                                             sparse.row_indices_size(), sparse.column_indices_size(), entries)});
     return {};
   }
   const std::size_t sound = violations.size();
@@ -156,9 +152,8 @@ StructuredMatrix SparseFromProto(const v1::SparseMatrix& sparse, const std::stri
   return matrix;
 }
 
-// Nothing is allocated for factors of which one is not sound.
-bool HasSoundFactors(const v1::KroneckerSum& sum, const std::string& field,
-                     std::vector<Violation>& violations) {
+// Nothing is allocated if one factor is not valid.
+bool HasSoundFactors(const v1::KroneckerSum& sum, const std::string& field, std::vector<Violation>& violations) {
   const std::size_t sound = violations.size();
   if (sum.factors().empty()) violations.push_back({field, "no factors; must have at least one"});
   for (int k = 0; k < sum.factors_size(); ++k) {
@@ -234,10 +229,9 @@ StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::
 Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations,
                        const FormulaParameters* parameters) {
   const WireShape shape = ShapeOf(matrix);
-  if (shape.rows > 0 && shape.columns > StructuredMatrix::kMostDenseEntries / shape.rows &&
-      !matrix.has_dense()) {
+  if (shape.rows > 0 && shape.columns > StructuredMatrix::kMostDenseEntries / shape.rows && !matrix.has_dense()) {
     violations.push_back(
-        {field, fmt::format("{}; at most {} entries are possible here, where all are written down",
+        {field, fmt::format("{}; at most {} entries are possible here, where the matrix is stored as dense",
                             ShapeText(shape.rows, shape.columns), StructuredMatrix::kMostDenseEntries)});
     return {};
   }

@@ -26,13 +26,13 @@ Method MethodFromProto(v1::Method method, std::vector<Violation>& violations) {
     default:
       break;
   }
-  violations.push_back({"method", fmt::format("{}; this server does not know such a method (see "
+  violations.push_back({"method", fmt::format("{}; this server does not know this method (see "
                                               "GetCapabilities)",
                                               static_cast<int>(method))});
   return Method::kAuto;
 }
 
-// An enumerator of a newer version, with those that this one knows.
+// The violation for an unknown enumerator, listing the known ones.
 Violation Unknown(const char* field, int number, const char* known) {
   return {field, fmt::format("{}; this server does not know it ({})", number, known)};
 }
@@ -154,8 +154,8 @@ PropagatorKind PropagatorFromProto(v1::PropagatorKind propagator, std::vector<Vi
     default:
       break;
   }
-  violations.push_back(Unknown("propagator", propagator,
-                               "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping"));
+  violations.push_back(
+      Unknown("propagator", propagator, "0 automatic, 1 dense, 2 Kronecker sum, 3 contour, 4 sparse stepping"));
   return PropagatorKind::kAuto;
 }
 

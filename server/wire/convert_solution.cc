@@ -11,7 +11,7 @@
 namespace dlcs {
 namespace {
 
-// A summary is one message.
+// Limit of lists in a summary, which is a single message.
 constexpr int kMostListedSwitchings = 10000;
 constexpr Index kMostErrors = 10000;
 

@@ -30,7 +30,7 @@ google::rpc::ErrorInfo MakeErrorInfo(const std::string& reason) {
   return info;
 }
 
-// Of errors that were made without one: there is one cause of each code, or the text has the rest.
+// The reason for errors without an ErrorInfo, by code; the message has the details.
 const char* ReasonOf(absl::StatusCode code) {
   switch (code) {
     case absl::StatusCode::kInvalidArgument:

@@ -6,8 +6,9 @@ a document shows print it. And no line of the project is longer than 120 columns
     documents_test.py PROJECT_FOLDER DLCS
 
 A fenced block "```json FILE" or an indented `cat > FILE <<'END'` makes a file. An indented line `$ dlcs ...` is run in
-a folder with these files and with deploy/ and tests/ of the project. The lines below it must be in the output, in this
-order; lines of the output may be missing. Numbers agree to a millionth, or in the digits that are shown.
+a folder with these files and with deploy/ and tests/ of the project. The lines below it must be those of the output;
+"..." stands for any number of lines, and blank lines do not count. Numbers agree to a millionth, or in the digits that
+are shown.
 """
 
 import itertools
@@ -59,13 +60,20 @@ def last_digit(number):
     return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2])) if "." in digits else 0
 
 
-def missing(shown, output):
-    """The first of the `shown` lines that `output` does not hold behind the one before it, or None."""
-    lines = iter(output.splitlines())
+def difference(shown, output):
+    """The first of the `shown` lines that is not the next one of `output`, or None if all are. "..." skips lines."""
+    printed = [line for line in output.splitlines() if line.strip()]
+    at, may_skip = 0, False
     for line in shown:
-        if not any(same(line, printed) for printed in lines):
+        if line.strip() == "...":
+            may_skip = True
+            continue
+        while may_skip and at < len(printed) and not same(line, printed[at]):
+            at += 1
+        if at == len(printed) or not same(line, printed[at]):
             return line
-    return None
+        at, may_skip = at + 1, False
+    return None if may_skip or at == len(printed) else "(the end)"
 
 
 def files_named_in(text):
@@ -127,7 +135,7 @@ class DocumentsTest(unittest.TestCase):
                         words = [DLCS, *shlex.split(command)[1:]]
                         run = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=60)
                         self.assertEqual(run.returncode, 0, run.stderr)
-                        self.assertIsNone(missing(shown, run.stdout), run.stdout)
+                        self.assertIsNone(difference(shown, run.stdout), run.stdout)
 
 
 if __name__ == "__main__":

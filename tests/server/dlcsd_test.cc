@@ -86,8 +86,7 @@ TEST(DlcsdTest, SolvesAreStoppedAfterTheGracePeriodAndTellTheirSummary) {
   RunningSolve solve(*stub, 20'000'000);
   dlcsd.Signal(SIGTERM);
   std::this_thread::sleep_for(milliseconds(100));
-  EXPECT_EQ(testing::Solve(*stub, testing::SwitchingRequest(10)).status.error_code(),
-            grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(testing::Solve(*stub, testing::SwitchingRequest(10)).status.error_code(), grpc::StatusCode::UNAVAILABLE);
   // Stopped, not solved: the summary says so.
   const v1::Summary summary = solve.ReadToEnd();
   EXPECT_EQ(summary.termination(), v1::TERMINATION_CANCELLED);
@@ -160,7 +159,7 @@ TEST(DlcsdTest, TakenPortsUnknownHostsAndBadFlagsAreClearErrors) {
       {{"--max-stepz", "7"}, 2, "--max-stepz"},
       {{"--log-level", "loud"}, 2, "--log-level"},
       {{"--role", "boss"}, 2, "--role: \"boss\" is none of all, front, worker"},
-      {{"--role", "front", "--store", "jobs.db"}, 2, "--role front: needs a store that servers share"},
+      {{"--role", "front", "--store", "jobs.db"}, 2, "--role front: needs a shared store"},
       {{"--store", "postgresql://dlcs:p@ss@db/jobs"}, 2, "--store: not an address as postgresql://"},
       {{"--lease-ms", "10"}, 2, "--lease-ms 10: must be between 1000 and 3600000"},
   };

@@ -30,17 +30,16 @@ void Print(const AnalyzeCommand& command, const std::string& name, const v1::Ana
                          .server = there && command.server.typed ? command.server.address : "",
                          .rule = command.rule,
                          .grid = command.grid};
-    PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out),
-                       out);
+    PrintAnalysisTable(name, asked, analysis, command.verbose ? Detail::kWhole : Detail::kBrief, WidthOf(out), out);
   }
 }
 
 ExitCode PrintNonlinearError(const ProblemInput& input) {
   return PrintError(absl::InvalidArgumentError(
-                      fmt::format("{}: holds a nonlinear problem, and dlcs analyze knows linear ones only; "
-                                  "dlcs solve takes it and says what it finds about g",
-                                  input.source())),
-                  kBadInput);
+                        fmt::format("{}: holds a nonlinear problem, but dlcs analyze accepts only linear ones; "
+                                    "dlcs solve accepts it and reports the class of the Jacobian of g",
+                                    input.source())),
+                    kBadInput);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@
 namespace dlcs::client {
 namespace {
 
-// Parts of the names of fields in messages, and what stands for them in a file.
+// Parts of field names in requests, and the corresponding keys of files.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFileNames = {{
     {".sparse.values[", ".entries["},
     {".sparse.row_indices[", ".entries["},
@@ -27,7 +27,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFileName
     {"].start:", "].t0:"},
 }};
 
-// "problem.a[0]" as it is called in a file, "A[0]"; `path` begins with the path of a field in the request.
+// The name in a file, "A[0]" for "problem.a[0]"; `path` begins with the path of a field in the request.
 std::string WithoutRequest(std::string path) {
   for (const std::string_view part : {"solve.", "problem.", "nonlinear.", "options."}) {
     if (path.starts_with(part)) path.erase(0, part.size());
@@ -81,7 +81,7 @@ void PrintNotice(const std::string& text) { fmt::print(stderr, "dlcs: {}\n", tex
 
 ExitCode PrintError(const absl::Status& status, ExitCode code) {
   if (absl::IsCancelled(status) && Interrupt::Signal() != 0) {
-    fmt::print(stderr, "dlcs: interrupted; what was sent to a server may have been done\n");
+    fmt::print(stderr, "dlcs: interrupted; a request that was already sent may still be executed\n");
     return code;
   }
   std::istringstream lines{std::string(status.message())};
@@ -92,8 +92,7 @@ ExitCode PrintError(const absl::Status& status, ExitCode code) {
 ExitCode PrintCallError(const absl::Status& status, const std::string& source) {
   if (!absl::IsInvalidArgument(status)) return PrintError(status, ExitCodeOf(status));
   std::istringstream lines{std::string(status.message())};
-  for (std::string line; std::getline(lines, line);)
-    fmt::print(stderr, "dlcs: {}\n", WithPlace(line, source));
+  for (std::string line; std::getline(lines, line);) fmt::print(stderr, "dlcs: {}\n", WithPlace(line, source));
   return kBadInput;
 }
 

@@ -38,7 +38,7 @@ Json ToJson(const ServerTarget& target) {
   return json;
 }
 
-// Throws what nlohmann throws where a value is of another kind.
+// Throws an nlohmann exception if a value has the wrong type.
 ServerTarget FromJson(const Json& json) {
   ServerTarget target;
   for (const auto& [key, field] : kFields) target.*field = json.value(key, "");

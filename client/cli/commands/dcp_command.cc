@@ -28,9 +28,9 @@ ExitCode Run(const DcpCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
-  auto wait = std::make_unique<WaitView>("solves the DCP");
-  const auto response = (*backend)->SolveDcp(
-      *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  auto wait = std::make_unique<WaitView>("solving the DCP");
+  const auto response =
+      (*backend)->SolveDcp(*request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   wait.reset();
   if (!response.ok()) return PrintCallError(response.status(), SourceName(command.path));
   if (command.format == OutputFormat::kJson) {

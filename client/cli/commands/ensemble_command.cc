@@ -27,7 +27,8 @@
 namespace dlcs::client {
 namespace {
 
-// How many members have finished, on standard error: redrawn on a terminal, now and then a line in a log.
+// Shows on standard error how many members have finished: a redrawn line on a terminal, lines from time to time in a
+// log.
 class MemberCount {
  public:
   MemberCount(std::int64_t members, bool quiet) : members_(members), quiet_(quiet), lines_(1, kPerSecondInLog) {
@@ -63,7 +64,7 @@ v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemI
                                      const std::vector<v1::EnsembleMember>& members) {
   v1::SolveEnsembleRequest request = input.EnsembleRequest(command.options);
   request.mutable_members()->Add(members.begin(), members.end());
-  // A table shows the end of each member, and where all have the same no more need be sent.
+  // A table shows only the end of each member, so if all have the same end only that time is requested.
   const bool same_end =
       std::none_of(members.begin(), members.end(), [](const auto& member) { return member.has_horizon(); });
   const bool table = command.format == OutputFormat::kTable;
@@ -78,7 +79,7 @@ ExitCode ExitCodeOf(const v1::EnsembleSummary& summary) {
   return summary.failed() > 0 ? kNoAnswer : kSolved;
 }
 
-// What is wrong names a member, or a field of the problem or of the options.
+// Errors name a member, or a field of the problem or of the options.
 ExitCode PrintEnsembleError(const absl::Status& status, const std::string& problem, const std::string& members) {
   const bool of_member = status.message().rfind("members", 0) == 0;
   return PrintCallError(status, of_member ? members : problem);

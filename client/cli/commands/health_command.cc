@@ -13,7 +13,7 @@
 namespace dlcs::client {
 namespace {
 
-// What to think of a server that answers, but does not serve.
+// The message about a server that answers but does not serve.
 std::string Explain(Health health, const HealthCommand& command) {
   const std::string& address = command.server.address;
   const std::string what = command.service.empty() ? "" : " " + command.service;
@@ -24,10 +24,10 @@ std::string Explain(Health health, const HealthCommand& command) {
           "--store dlcs.v1.JobService",
           address, command.service);
     case Health::kNotServing:
-      return fmt::format("the server at {} does not serve{}: it shuts down{}", address, what,
+      return fmt::format("the server at {} does not serve{}: it is shutting down{}", address, what,
                          command.service.empty() ? "" : ", or its store does not answer. Its log says which");
     default:
-      return fmt::format("the server at {} does not tell whether it serves{}", address, what);
+      return fmt::format("the server at {} does not say whether it serves{}", address, what);
   }
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array kSignals = {SIGINT, SIGTERM};
 
-// What the handler touches: it may run in any thread, between any two instructions.
+// The data used by the signal handler, which may run in any thread, between any two instructions.
 std::atomic<int> first_signal{0};
 std::atomic<int> wake{-1};  // a descriptor that becomes readable
 static_assert(std::atomic<int>::is_always_lock_free);
@@ -29,13 +29,13 @@ void Write(int descriptor) {
 extern "C" void OnInterrupt(int number) {
   const int error = errno;
   int none = 0;
-  // The engine looks at its token several times a second; who is in a greater hurry presses twice.
+  // The engine checks its token several times a second; a second signal ends the process at once.
   if (!first_signal.compare_exchange_strong(none, number)) _exit(128 + number);
   Write(wake.load());
   errno = error;
 }
 
-// What was there before, by the order of kSignals.
+// The previous handlers, in the order of kSignals.
 std::array<struct sigaction, kSignals.size()> before{};
 
 void Catch() {

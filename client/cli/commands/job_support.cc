@@ -93,13 +93,14 @@ std::string AgeText(const google::protobuf::Timestamp& time) {
 }
 
 std::string Harmless(std::string text) {
-  std::ranges::replace_if(text, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
+  std::ranges::replace_if(
+      text, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
   return text;
 }
 
 namespace {
 
-// Of all that begin so: the one, or why there is not one.
+// The only name in `found`, or an error if there is none or more than one.
 absl::StatusOr<std::string> TheOne(const std::string& typed, const char* what, const char* list,
                                    const std::vector<std::pair<std::string, std::string>>& found) {
   constexpr std::size_t kMostShown = 5;
@@ -125,8 +126,8 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   if (letters.empty() || letters.size() > kJobLetters ||
       letters.find_first_not_of(kLettersOfJobs) != std::string::npos) {
     return absl::InvalidArgumentError(
-        fmt::format("\"{}\" is no name of a job; must be jobs/ and {} of a-z2-7, or the first of these letters", typed,
-                    kJobLetters));
+        fmt::format("\"{}\" is not the name of a job; must be jobs/ and {} characters of a-z2-7, or the first of them",
+                    typed, kJobLetters));
   }
   const std::string name = "jobs/" + letters;
   if (letters.size() == kJobLetters) return name;

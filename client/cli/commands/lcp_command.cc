@@ -22,9 +22,9 @@ ExitCode Run(const LcpCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return PrintError(backend.status(), kBadInput);
 
-  auto wait = std::make_unique<WaitView>("solves the LCP");
-  const auto response = (*backend)->SolveLcp(
-      *request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  auto wait = std::make_unique<WaitView>("solving the LCP");
+  const auto response =
+      (*backend)->SolveLcp(*request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   wait.reset();
   if (!response.ok()) return PrintCallError(response.status(), SourceName(command.path));
   command.format == OutputFormat::kJson ? fmt::print("{}\n", JsonLine(*response)) : PrintLcpTable(*response, stdout);

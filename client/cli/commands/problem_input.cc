@@ -44,7 +44,7 @@ absl::StatusOr<ProblemInput> ProblemInput::Read(const std::string& path, const S
   if (IsProblemName(path)) {
     if (server.address.empty()) {
       return absl::InvalidArgumentError(
-          fmt::format("{} is an uploaded problem: say where with --server HOST:PORT", path));
+          fmt::format("{} is an uploaded problem: name its server with --server HOST:PORT", path));
     }
     if (rule) {
       return absl::InvalidArgumentError("--rule: an uploaded problem has the rule that its file had");
@@ -79,7 +79,7 @@ absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
 std::string ProblemInput::title() const {
   std::string title = is_uploaded() ? about_.title() : file_.name;
   if (title.empty()) return source_;
-  // Whoever wrote it, a terminal shows it.
+  // It will be printed on a terminal.
   std::ranges::replace_if(
       title, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
   return title;

@@ -40,7 +40,7 @@ void Append(const v1::TrajectoryChunk& chunk, std::int64_t stride, SolveResult& 
   }
 }
 
-// The stored times nearest to the ones asked for, each once: gathered from pages as they pass.
+// Collects from the pages the stored times nearest to the requested ones, each once.
 class Nearest {
  public:
   explicit Nearest(std::vector<double> asked) : asked_(std::move(asked)), found_(asked_.size()) {}
@@ -62,7 +62,7 @@ class Nearest {
       if (!found_[i]) continue;
       const double time = found_[i]->times(0);
       if (time != asked_[i]) {
-        fmt::print(stderr, "dlcs: --at {}: is no stored time; the nearest is {}\n", asked_[i], time);
+        fmt::print(stderr, "dlcs: --at {}: is not a stored time; the nearest is {}\n", asked_[i], time);
       }
       if (!columns.empty() && columns.back().times(0) == time) continue;
       v1::TrajectoryChunk& column = columns.emplace_back(*std::move(found_[i]));
@@ -94,7 +94,7 @@ class Nearest {
   std::vector<std::optional<v1::TrajectoryChunk>> found_;
 };
 
-// A few rows, evenly spaced, with the first and the last: for people.
+// A few rows for a table, evenly spaced, with the first and the last.
 void Thin(SolveResult& result) {
   const std::size_t times = result.times.size();
   if (times <= kTableRows) return;
@@ -113,7 +113,7 @@ void Thin(SolveResult& result) {
   result = std::move(few);
 }
 
-// The kept event that says what was found out before the first step.
+// The event with the analysis.
 absl::Status ReadAnalysis(JobClient& client, const std::string& name, const CallLimits& limits,
                           v1::Analysis& analysis) {
   v1::WatchSolveJobRequest request;
@@ -127,7 +127,7 @@ absl::Status ReadAnalysis(JobClient& client, const std::string& name, const Call
       limits);
 }
 
-// A CSV goes to `out` as it comes, the rest into `result`.
+// Writes CSV to `out` as it arrives, and everything else into `result`.
 absl::Status ReadPages(JobClient& client, const std::string& name, const ResultCommand& command,
                        const CallLimits& limits, std::FILE* out, SolveResult& result) {
   v1::ReadTrajectoryRequest request;
@@ -160,7 +160,7 @@ absl::Status ReadPages(JobClient& client, const std::string& name, const ResultC
   return read;
 }
 
-// What the result is headed with.
+// The title of the result.
 std::string TitleOf(const v1::SolveJob& job) { return job.title().empty() ? job.name() : Harmless(job.title()); }
 
 }  // namespace

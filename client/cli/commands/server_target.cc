@@ -14,16 +14,16 @@
 namespace dlcs::client {
 namespace {
 
-// A variable that is set and empty is a mistake, of a script whose own variable was unset.
+// A variable that is set but empty is an error: most likely a script's own variable was not set.
 absl::StatusOr<std::string> Variable(const char* name) {
   const char* const value = std::getenv(name);
   if (value != nullptr && *value == '\0') {
-    return absl::InvalidArgumentError(fmt::format("{} is set and empty; give it a value, or unset it", name));
+    return absl::InvalidArgumentError(fmt::format("{} is set but empty; give it a value, or unset it", name));
   }
   return std::string(value == nullptr ? "" : value);
 }
 
-// Of the options that go with a server, the first that was typed; null where none was.
+// The first of the options for a server that was typed; null if none was.
 const char* FirstTyped(const ServerTarget& target) {
   if (target.tls) return "--tls";
   if (!target.tls_ca.empty()) return "--tls-ca";
@@ -35,7 +35,7 @@ const char* FirstTyped(const ServerTarget& target) {
 void FillFrom(const ServerTarget& context, ServerTarget& target) {
   target.address = context.address;
   target.tls = target.tls || context.tls;
-  for (std::string ServerTarget::* field :
+  for (std::string ServerTarget::*field :
        {&ServerTarget::tls_ca, &ServerTarget::tls_cert, &ServerTarget::tls_key, &ServerTarget::token_file}) {
     if ((target.*field).empty()) target.*field = context.*field;
   }
@@ -69,7 +69,7 @@ absl::Status Complete(ServerTarget& target) {
     target.origin = "context " + target.context;
     return absl::OkStatus();
   }
-  // Where a command can also run in this process, they say nothing without a server.
+  // If a command can also run in this process, these options have no effect without a server.
   const char* const typed = FirstTyped(target);
   if (typed == nullptr || !target.address.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(fmt::format("{} requires --server", typed));

@@ -25,7 +25,7 @@
 namespace dlcs::client {
 namespace {
 
-// Rows below their headers, each column as wide as its widest cell; the one called TITLE is cut where the line would be
+// Prints rows below their headers, each column as wide as its widest cell. The column TITLE is cut if the line would be
 // too long.
 void PrintRows(const std::vector<std::vector<std::string>>& rows) {
   const auto width_of = [&rows](std::size_t column) {
@@ -68,7 +68,7 @@ void PrintTable(const std::vector<v1::SolveJob>& jobs) {
   PrintRows(rows);
 }
 
-// What was asked for, as it is typed: "--method time-stepping --steps 100".
+// The options as typed on a command line: "--method time-stepping --steps 100".
 std::string OptionsText(const v1::SolveOptions& options) {
   const std::vector<std::string> words = AsTyped(options, "");
   return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
@@ -157,7 +157,7 @@ ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
   return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
 }
 
-// Every job that has ended and is in one of the states asked for.
+// Deletes every job that has ended and is in one of the given states.
 ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallLimits& limits) {
   constexpr std::size_t kMost = 1'000'000;
   std::vector<v1::JobState> states = command.states;

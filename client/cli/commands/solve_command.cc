@@ -29,10 +29,10 @@
 namespace dlcs::client {
 namespace {
 
-// Rows of the table when no times were asked for.
+// Rows of the table if no times were requested.
 constexpr int kTableIntervals = 10;
 
-// A table shows the solution at a few times, unless others were asked for.
+// A table shows the solution at a few times, unless others were requested.
 void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequest& request) {
   if (command.format != OutputFormat::kTable || !command.options.output_times().empty() || !(horizon > 0)) return;
   std::set<double> times = {0, horizon};  // of the shortest horizons some are the same
@@ -63,7 +63,7 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
   }
 }
 
-// What to try next, where an option may help; the engine's message, which knows no options, comes before.
+// An option that may help. It is printed after the message of the engine, which does not know the options.
 const char* Advice(const v1::Summary& summary) {
   const bool iterates =
       summary.method() == v1::METHOD_LAPLACE_ITERATION || summary.method() == v1::METHOD_WU_CHEN_ITERATION;
@@ -103,8 +103,7 @@ absl::Status Deliver(const SolveCommand& command, const std::string& name, const
   const absl::Status committed = whole ? file->Commit() : file->CommitPartial();
   if (!committed.ok()) return committed;
   if (!whole) {
-    fmt::print(stderr, "dlcs: wrote {}, what there is of the trajectory; {} is as it was\n", file->path(),
-               command.output);
+    fmt::print(stderr, "dlcs: wrote the incomplete trajectory to {}; {} is unchanged\n", file->path(), command.output);
   } else if (!command.quiet) {
     fmt::print(stderr, "dlcs: wrote {}\n", file->path());
   }
@@ -115,7 +114,7 @@ std::size_t ColumnsOf(const google::protobuf::RepeatedField<double>& values, con
   return static_cast<std::size_t>(values.size() / std::max(1, chunk.times_size()));
 }
 
-// `out` takes a CSV as it comes, so that it may be larger than memory.
+// Writes CSV to `out` as it arrives, so that it may be larger than memory.
 absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInput& input,
                                   const v1::SolveRequest& request, Backend& backend, std::FILE* out,
                                   const CallLimits& limits) {
@@ -168,7 +167,7 @@ ExitCode Run(const SolveCommand& command) {
                command.options.step(), input->horizon());
   }
   AskForTableTimes(command, input->horizon(), request);
-  // So that a cut does not end it, where the server takes jobs.
+  // So that a lost connection does not end the solve, if the server has jobs.
   if (!command.server.address.empty()) {
     request.set_request_id(NewRequestId());
     if (!input->is_uploaded()) request.set_title(TruncateUtf8(input->title(), kMaxTitleBytes));
@@ -186,7 +185,7 @@ ExitCode Run(const SolveCommand& command) {
   }
   PrintVerdict(command, result->summary);
   if (!result->job.empty()) {
-    fmt::print(stderr, "dlcs: {0} keeps what was found: dlcs result {0}\n", result->job);
+    fmt::print(stderr, "dlcs: {0} keeps the part solved so far: dlcs result {0}\n", result->job);
   }
   return ExitCodeOf(result->summary);
 }

@@ -50,7 +50,7 @@ ExitCode Run(const SubmitCommand& command) {
   const auto job = (*client)->Submit(request, limits);
   if (!job.ok()) return PrintCallError(job.status(), input->source());
   if (command.validate_only) {
-    fmt::print(stderr, "dlcs: would be taken; predicted {:.3g} core-seconds and {:.3g} MB\n",
+    fmt::print(stderr, "dlcs: would be accepted; predicted {:.3g} core-seconds and {:.3g} MB\n",
                job->predicted_core_seconds(), 1e-6 * static_cast<double>(job->predicted_memory_bytes()));
     return kSolved;
   }

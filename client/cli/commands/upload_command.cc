@@ -16,7 +16,7 @@ namespace dlcs::client {
 ExitCode Run(const UploadCommand& command) {
   if (IsProblemName(command.problem_path)) {
     return PrintError(absl::InvalidArgumentError(command.problem_path + " is uploaded already; upload takes a file"),
-                    kBadInput);
+                      kBadInput);
   }
   const auto input = ProblemInput::Read(command.problem_path, {}, command.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
@@ -25,7 +25,7 @@ ExitCode Run(const UploadCommand& command) {
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const auto uploaded = (*client)->Upload(input->Body(), LimitsFor(command.target, interrupt));
   if (!uploaded.ok()) return PrintCallError(uploaded.status(), input->source());
-  if (uploaded->existed()) fmt::print(stderr, "dlcs: it was there already\n");
+  if (uploaded->existed()) fmt::print(stderr, "dlcs: it was uploaded already\n");
   fmt::print("{}\n", uploaded->problem().name());
   const absl::Status printed = FlushStream(stdout, "standard output");
   return printed.ok() ? kSolved : PrintError(printed, kServiceFailed);

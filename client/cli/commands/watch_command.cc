@@ -19,7 +19,7 @@
 namespace dlcs::client {
 namespace {
 
-// What LiveView is to show of an event. An accepted window is shown when it is stored.
+// Shows an event. An accepted window is shown when it is stored.
 std::optional<v1::SolveEvent> Shown(const v1::JobEvent& event) {
   const bool of_solve = event.has_analysis() || event.has_window_started() || event.has_iterate() ||
                         (event.has_window_finished() && !event.window_finished().accepted());
@@ -53,7 +53,7 @@ class JobView {
         return;
       case v1::JobEvent::kFinished:
         view_.Finish();
-        if (skipped_ > 0) fmt::print(stderr, "({} iterates and windows passed unseen)\n", skipped_);
+        if (skipped_ > 0) fmt::print(stderr, "({} iterates and windows not shown)\n", skipped_);
         return;
       default:
         return;
@@ -93,20 +93,19 @@ ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLim
   absl::StatusOr<v1::SolveJob> job = client.Get(command.name, limits);
   if (job.ok()) {
     JobView view(command, *job);
-    const absl::Status watched =
-        client.Watch(RequestOf(command), [&](const v1::JobEvent& event) { view.Show(event); }, limits);
+    const absl::Status watched = client.Watch(
+        RequestOf(command), [&](const v1::JobEvent& event) { view.Show(event); }, limits);
     job = watched.ok() ? client.Get(command.name, limits) : absl::StatusOr<v1::SolveJob>(watched);
   }
   if (job.ok()) return ConcludeJob(*job);
   if (!limits.stop.stop_requested()) return PrintError(job.status(), ExitCodeOf(job.status()));
-  fmt::print(stderr, "dlcs: {0} goes on; dlcs watch {0} follows it, dlcs cancel {0} stops it\n", command.name);
+  fmt::print(stderr, "dlcs: {0} continues; dlcs watch {0} follows it, dlcs cancel {0} stops it\n", command.name);
   return kServiceFailed;
 }
 
 ExitCode Run(const WatchCommand& command) {
   if (command.values && command.format != OutputFormat::kJson) {
-    return PrintError(absl::InvalidArgumentError("--values: a table has no room for them; add --format json"),
-                      kBadInput);
+    return PrintError(absl::InvalidArgumentError("--values: a table does not show them; add --format json"), kBadInput);
   }
   const Interrupt interrupt;
   const auto client = ConnectToJobs(command.target);

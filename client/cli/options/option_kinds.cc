@@ -34,7 +34,7 @@ double CheckedNumber(const std::string& text, const NumberRule& rule, const std:
 
 namespace {
 
-// A time, or the times of a range begin:step:end, which ends at `end` where a whole number of steps gets there.
+// A time, or the times of a range begin:step:end; it includes `end` if that is a whole number of steps away.
 void AddTimes(const std::string& entry, const NumberRule& rule, const std::string& option, std::vector<double>& times) {
   constexpr double kMostTimes = 1e7;
   const std::size_t first = entry.find(':');
@@ -60,8 +60,7 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
 }  // namespace
 
 std::vector<double> ParseTimes(const std::string& text, const std::string& option) {
-  const NumberRule rule =
-      Within("a time: a number of at least 0", 0, std::numeric_limits<double>::infinity());
+  const NumberRule rule = Within("a time: a number of at least 0", 0, std::numeric_limits<double>::infinity());
   std::vector<double> times;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
@@ -117,9 +116,8 @@ double ParseBytes(const std::string& text, const std::string& option) {
 
 std::string LongName(const std::string& names) { return names.substr(names.rfind(',') + 1); }
 
-CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable,
-                       const NumberRule& rule, const std::function<void(double)>& set,
-                       const std::string& help) {
+CLI::Option* AddNumber(CLI::App& app, const std::string& name, const char* metavariable, const NumberRule& rule,
+                       const std::function<void(double)>& set, const std::string& help) {
   return app
       .add_option_function<std::string>(
           name, [=](const std::string& text) { set(CheckedNumber(text, rule, name)); }, help)

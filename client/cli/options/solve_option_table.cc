@@ -19,7 +19,7 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-// What serves here as `method` does in other programs.
+// The method here that corresponds to `method` in other programs.
 std::optional<std::string> MethodMeantBy(const std::string& method) {
   static const std::map<std::string, std::vector<std::string>> kElsewhere = {
       {"event-driven",
@@ -94,8 +94,9 @@ constexpr SolveOption kTable[] = {
      .flag = "--estimate-error",
      .kind = kNegatable,
      .value = "",
-     .help = "With --steps, --step or --grid: estimate the error by solves of twice and four times the step (default; "
-             "adds three quarters to the cost)"},
+     .help =
+         "With --steps, --step or --grid: estimate the error by solves with twice and four times the step (default; "
+         "adds three quarters to the cost)"},
     {.field = "iteration_tolerance",
      .flag = "--iteration-tolerance",
      .kind = kNumber,
@@ -118,7 +119,7 @@ constexpr SolveOption kTable[] = {
      .flag = "--inelastic-impact",
      .kind = kFlag,
      .value = "",
-     .help = "Solve contact (relative degree two) as inelastic impact, a law of its own, instead of refusing it",
+     .help = "Solve contact (relative degree two) as inelastic impact, an additional law, instead of refusing it",
      .linear_only = true},
     {.field = "propagator",
      .flag = "--propagator",
@@ -253,7 +254,7 @@ Place Find(const v1::SolveOptions& options, std::string_view path) {
   return {message, message->GetDescriptor()->FindFieldByName(std::string(path))};
 }
 
-// The message that holds the field at `path`, made where it is not there.
+// The message that holds the field at `path`; created if it is not set.
 Message& MutableParent(v1::SolveOptions& options, std::string_view path) {
   Message* message = &options;
   for (std::size_t dot = path.find('.'); dot != std::string_view::npos; dot = path.find('.')) {
@@ -304,7 +305,7 @@ double ParseWindow(const std::string& text, const std::string& flag) {
   return CheckedNumber(text, Whole("auto, whole or a whole number of at least 1", 1), flag);
 }
 
-// What is typed behind the flag of `row` for the value that `place` holds.
+// The text after the flag of `row` for the value at `place`.
 std::string TypedValue(const SolveOption& row, const Place& place, const v1::SolveOptions& options) {
   const double number = row.kind == OptionKind::kTimes || row.kind == OptionKind::kNodes ? 0 : NumberAt(place);
   switch (row.kind) {

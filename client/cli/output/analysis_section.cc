@@ -14,9 +14,9 @@
 namespace dlcs::client {
 namespace {
 
-// The longest index set or vector that a line shows whole.
+// The longest index set or vector that a line shows completely.
 constexpr int kMaxListed = 12;
-// A longer title stands before its text instead of in a column of its own.
+// A longer title is printed before its text instead of in a column.
 constexpr std::size_t kLongestTitle = 24;
 
 template <typename Values>
@@ -29,7 +29,7 @@ std::string Listed(const Values& values, const char* form) {
   return fmt::format("{}", fmt::join(cells, ", "));
 }
 
-// "S = {0, 2}: value -2.5, z = (1, -1)"; X and Y are for programs.
+// "S = {0, 2}: value -2.5, z = (1, -1)"; X and Y are only in the JSON.
 std::string WitnessText(const v1::Witness& witness) {
   std::vector<std::string> parts;
   if (witness.has_value()) parts.push_back(fmt::format("value {:.6g}", witness.value()));
@@ -41,7 +41,7 @@ std::string WitnessText(const v1::Witness& witness) {
   return rest.empty() ? set : fmt::format("{}: {}", set, rest);
 }
 
-// Why, with the witness and the source in brackets, as far as there are any.
+// The reason, with the witness and the source in brackets, if there are any.
 std::string Grounds(const v1::Finding& finding) {
   std::string text = finding.why();
   const std::string witness = finding.has_witness() ? WitnessText(finding.witness()) : "";
@@ -61,10 +61,8 @@ std::string ValueText(const v1::Constant& constant) {
   return fmt::format("{} {} {:.6g}", constant.symbol(), relation, constant.value());
 }
 
-// "P-matrix" of "P-matrix: all principal minors are positive"; what stands behind the colon.
-std::string Label(const v1::Finding& finding) {
-  return finding.title().substr(0, finding.title().find(": "));
-}
+// Splits "P-matrix: all principal minors are positive" at the colon.
+std::string Label(const v1::Finding& finding) { return finding.title().substr(0, finding.title().find(": ")); }
 std::string Meaning(const v1::Finding& finding) {
   const std::size_t colon = finding.title().find(": ");
   return colon == std::string::npos ? "" : finding.title().substr(colon + 2);
@@ -98,8 +96,7 @@ void PrintFindingsWhole(const v1::AnalysisSection& section, Paragraphs& paper) {
 
 void PrintConstantsWhole(const v1::AnalysisSection& section, Paragraphs& paper) {
   std::size_t width = 0;
-  for (const v1::Constant& constant : section.constants())
-    width = std::max(width, LetterCount(ValueText(constant)));
+  for (const v1::Constant& constant : section.constants()) width = std::max(width, LetterCount(ValueText(constant)));
   for (const v1::Constant& constant : section.constants()) {
     std::string text = constant.title();
     if (!constant.why().empty()) text += "; " + constant.why();
@@ -108,9 +105,8 @@ void PrintConstantsWhole(const v1::AnalysisSection& section, Paragraphs& paper) 
   }
 }
 
-// What is yes or no of itself, and in one line what follows from it.
-void PrintAnswer(const v1::AnalysisSection& section, v1::Answer answer, std::size_t width,
-                 Paragraphs& paper) {
+// Answers that do not follow from others, and in one line those that do.
+void PrintAnswer(const v1::AnalysisSection& section, v1::Answer answer, std::size_t width, Paragraphs& paper) {
   std::vector<std::string> following;
   for (const v1::Finding& finding : section.findings()) {
     if (finding.answer() != answer) continue;
@@ -121,8 +117,7 @@ void PrintAnswer(const v1::AnalysisSection& section, v1::Answer answer, std::siz
     }
   }
   if (!following.empty())
-    paper.Print(fmt::format("  {:<8} ", Word(answer)),
-                fmt::format("hence {}", fmt::join(following, ", ")));
+    paper.Print(fmt::format("  {:<8} ", Word(answer)), fmt::format("hence {}", fmt::join(following, ", ")));
 }
 
 void PrintBriefly(const v1::AnalysisSection& section, Paragraphs& paper) {

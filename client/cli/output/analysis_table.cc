@@ -12,7 +12,7 @@
 namespace dlcs::client {
 namespace {
 
-// As a shell reads it: quoted where it holds anything but letters that every shell leaves alone.
+// `word` for a shell: quoted if it contains characters that are special in some shell.
 std::string ShellWord(const std::string& text) {
   constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+:,@%";
   if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
@@ -52,9 +52,8 @@ std::string RecommendedCommand(const Asked& asked, const v1::SolveOptions& optio
   return command;
 }
 
-void PrintAnalysisTable(const std::string& name, const Asked& asked,
-                        const v1::AnalyzeProblemResponse& analysis, Detail detail, int width,
-                        std::FILE* out) {
+void PrintAnalysisTable(const std::string& name, const Asked& asked, const v1::AnalyzeProblemResponse& analysis,
+                        Detail detail, int width, std::FILE* out) {
   Paragraphs paper(width, out);
   PrintHead(name, asked, analysis, paper);
   for (const v1::AnalysisSection& section : analysis.sections()) {

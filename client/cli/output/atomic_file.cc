@@ -20,7 +20,7 @@ absl::Status CannotWrite(const std::string& path, int error) {
       fmt::format("cannot write {}: {}; choose another place for --output", path, std::strerror(error)));
 }
 
-// What a newly made file gets; mkstemp gives 0600 whatever the user's mask says.
+// The mode of a new file; mkstemp uses 0600 and ignores the umask.
 mode_t NewFileMode() {
   const mode_t mask = umask(0);
   umask(mask);
@@ -31,17 +31,15 @@ mode_t NewFileMode() {
 
 absl::StatusOr<std::unique_ptr<AtomicFile>> AtomicFile::Create(const std::string& path) {
   std::error_code ignored;
-  // A link keeps pointing where it did: its target is replaced.
+  // A link is kept: its target is replaced.
   std::filesystem::path target = path;
-  if (std::filesystem::is_symlink(target, ignored))
-    target = std::filesystem::weakly_canonical(target, ignored);
+  if (std::filesystem::is_symlink(target, ignored)) target = std::filesystem::weakly_canonical(target, ignored);
   if (std::filesystem::is_directory(target, ignored)) return CannotWrite(path, EISDIR);
   std::string temporary = target.string() + ".XXXXXX";
   const int descriptor = mkstemp(temporary.data());
   if (descriptor < 0) return CannotWrite(path, errno);
   fchmod(descriptor, NewFileMode());
-  return std::unique_ptr<AtomicFile>(
-      new AtomicFile(target.string(), std::move(temporary), fdopen(descriptor, "wb")));
+  return std::unique_ptr<AtomicFile>(new AtomicFile(target.string(), std::move(temporary), fdopen(descriptor, "wb")));
 }
 
 AtomicFile::AtomicFile(std::string path, std::string temporary, std::FILE* stream)
@@ -55,7 +53,7 @@ AtomicFile::~AtomicFile() {
 absl::Status AtomicFile::Commit() {
   const absl::Status written = FlushStream(stream_, path_);
   if (!written.ok()) return written;
-  // Without this a power cut may leave the new name with nothing behind it.
+  // Without this a power cut may leave an empty file with the new name.
   const bool synced = fsync(fileno(stream_)) == 0;
   const bool closed = std::fclose(std::exchange(stream_, nullptr)) == 0;
   if (!synced || !closed || rename(temporary_.c_str(), path_.c_str()) != 0) {
@@ -92,8 +90,7 @@ absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
 
 absl::Status FlushStream(std::FILE* stream, const std::string& name) {
   if (std::fflush(stream) == 0 && std::ferror(stream) == 0) return absl::OkStatus();
-  return absl::InternalError(
-      fmt::format("cannot write {}: {}; is the disk full?", name, std::strerror(errno)));
+  return absl::InternalError(fmt::format("cannot write {}: {}; is the disk full?", name, std::strerror(errno)));
 }
 
 }  // namespace dlcs::client

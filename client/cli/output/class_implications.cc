@@ -7,9 +7,9 @@
 namespace dlcs::client {
 namespace {
 
-// Chapter 3 of [Cottle, Pang, Stone 1992], The Linear Complementarity Problem; type I as in section 4 of
-// [Shen & Pang]. The steps between neighbors are enough where all of them are among the findings, but they
-// may not be: hence also what follows in two. There are no circles.
+// Chapter 3 of [Cottle, Pang, Stone 1992], The Linear Complementarity Problem; type I as in section 4 of [Shen & Pang].
+// Single implications are enough if all classes are among the findings, but they may not be, so chains of two are
+// listed too. There are no cycles.
 constexpr ClassImplication kImplications[] = {
     {"m", "p"},
     {"m", "z"},
@@ -58,9 +58,8 @@ constexpr ClassImplication kImplications[] = {
 };
 
 bool Has(const v1::AnalysisSection& section, std::string_view id, v1::Answer answer) {
-  return std::any_of(section.findings().begin(), section.findings().end(), [&](const v1::Finding& finding) {
-    return finding.id() == id && finding.answer() == answer;
-  });
+  return std::any_of(section.findings().begin(), section.findings().end(),
+                     [&](const v1::Finding& finding) { return finding.id() == id && finding.answer() == answer; });
 }
 
 }  // namespace

@@ -25,10 +25,9 @@ std::string Set(const Indices& indices) {
 void PrintSets(const v1::SolveLcpResponse& response, std::FILE* out) {
   if (!response.has_sets()) return;
   const v1::IndexSets& sets = response.sets();
-  fmt::print(out, "\nIndex sets\n  J (y > 0)      {}\n  I (w > 0)      {}\n  K (y = w = 0)  {}\n",
-             Set(sets.j()), Set(sets.i()),
-             sets.k().empty() ? "{}: not degenerate" : Set(sets.k()) + ": degenerate");
-  if (!response.only_choice()) fmt::print(out, "  Other solutions serve the rule as well.\n");
+  fmt::print(out, "\nIndex sets\n  J (y > 0)      {}\n  I (w > 0)      {}\n  K (y = w = 0)  {}\n", Set(sets.j()),
+             Set(sets.i()), sets.k().empty() ? "{}: not degenerate" : Set(sets.k()) + ": degenerate");
+  if (!response.only_choice()) fmt::print(out, "  Other solutions satisfy the rule as well.\n");
 }
 
 void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
@@ -40,12 +39,11 @@ void PrintAll(const v1::BasicSolutions& all, std::FILE* out) {
                solution.sets().k().empty() ? "" : ", degenerate");
   }
   for (const v1::SolutionFace& face : all.faces()) {
-    fmt::print(out, "  {} with w = 0 on {}, nearest to 0: y = {}\n",
-               face.point() ? "the point" : "a continuum", Set(face.basis()), Listed(face.nearest()));
+    fmt::print(out, "  {} with w = 0 on {}, nearest to 0: y = {}\n", face.point() ? "the point" : "a continuum",
+               Set(face.basis()), Listed(face.nearest()));
   }
   if (all.complete() && all.faces().empty()) {
-    fmt::print(out, "There {}.\n",
-               all.solutions().empty() ? "is no other solution either" : "are no other solutions");
+    fmt::print(out, "There {}.\n", all.solutions().empty() ? "is no other solution either" : "are no other solutions");
   }
 }
 
@@ -55,8 +53,7 @@ void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
   Paragraphs paper(static_cast<int>(kWidth), out);
   // The message of a solution says no more than the verdict.
   const std::string message = response.verdict() == v1::LCP_STATUS_SOLVED ? "" : response.message();
-  paper.Print("",
-              fmt::format("{}{}{}", VerdictName(response.verdict()), message.empty() ? "" : ": ", message));
+  paper.Print("", fmt::format("{}{}{}", VerdictName(response.verdict()), message.empty() ? "" : ": ", message));
   paper.Print("M       ", response.matrix_class());
   if (!response.rule().empty()) paper.Print("Rule    ", response.rule());
   paper.Print("Method  ", fmt::format("{}, {}", response.method(), Count(response.pivots(), "pivot")));
@@ -66,8 +63,7 @@ void PrintLcpTable(const v1::SolveLcpResponse& response, std::FILE* out) {
     columns.push_back(MakeColumn("i", rows, [](std::size_t i) { return static_cast<double>(i); }));
     columns.push_back(MakeColumn("y", rows, [&](std::size_t i) { return response.y(static_cast<int>(i)); }));
     if (response.w_size() == response.y_size()) {
-      columns.push_back(
-          MakeColumn("w", rows, [&](std::size_t i) { return response.w(static_cast<int>(i)); }));
+      columns.push_back(MakeColumn("w", rows, [&](std::size_t i) { return response.w(static_cast<int>(i)); }));
     }
     PrintColumns(columns, rows, kWidth, out);
     fmt::print(out, "\nResidual of min(y, w): {:.1e}\n", response.residual());

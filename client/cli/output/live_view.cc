@@ -17,11 +17,11 @@ constexpr double kBurst = 60;
 // Lines beyond the burst: windows of a condensed view.
 constexpr double kLinesPerSecondOnTerminal = 4;
 constexpr double kLinesPerSecondInLog = 0.5;
-// Lines while one window takes long, or a method that has no iterates.
+// Lines while one window takes long, or for a method without iterates.
 constexpr double kSignsPerSecondOnTerminal = 1;
 constexpr double kSignsPerSecondInLog = 0.2;
 constexpr int kBarLetters = 30;
-// From here on how long it will take is worth guessing.
+// The time from which on the remaining time is estimated.
 constexpr double kSecondsBeforeGuess = 1;
 constexpr double kDoneBeforeGuess = 0.02;
 
@@ -105,14 +105,13 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   }
   std::string lipschitz;
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
-  PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"),
-                        Count(analysis.constraints(), "pair"),
+  PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"), Count(analysis.constraints(), "pair"),
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
   PrintText(fmt::format("method {}: {}", Word(analysis.method()), analysis.reason()));
   if (analysis.steps() == 0) {
     PrintLine(settings_.default_error
-                  ? "steps as short as an error of 1e-06 needs (the default; choose with --tolerance or --steps)"
-                  : "steps as short as the error that is allowed needs");
+                  ? "steps chosen for an error of 1e-06 (the default; set it with --tolerance, or steps with --steps)"
+                  : "steps chosen for the allowed error");
   } else {
     PrintLine(fmt::format("{} of at most {:.4g}", Count(analysis.steps(), "step"), analysis.step()));
   }
@@ -121,7 +120,7 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
 }
 
 void LiveView::OnWaiting(const v1::Waiting& waiting) {
-  if (waiting.queued() && !settings_.terminal) PrintLine("waits for its turn on the server");
+  if (waiting.queued() && !settings_.terminal) PrintLine("waiting in the server's queue");
   const std::lock_guard lock(mutex_);
   queued_ = waiting.queued();
 }
@@ -134,8 +133,7 @@ void LiveView::OnIterate(const v1::Iterate& iterate) {
   }
   if (settings_.terminal && !settings_.verbose) return;  // the bar says so
   if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate, window_);
-  if (!condensed_)
-    PrintLine(fmt::format("{:>8}  from here on the last iterate of a window, now and then", "..."));
+  if (!condensed_) PrintLine(fmt::format("{:>8}  from here on only the last iterate of some windows", "..."));
   condensed_ = true;
   hidden_iterate_ = iterate;
   hidden_window_ = window_;
@@ -158,16 +156,15 @@ void LiveView::PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted&
   const bool known_window = window.window() == iterate.window() && window.steps() > 0;
   PrintLine(fmt::format(kHead, iterate.window(), known_window ? fmt::format("{:.6g}", window.begin()) : "",
                         iterate.iteration(), fmt::format("{:.2e}", iterate.change()), Bound(iterate),
-                        fmt::format("{:.1e}", iterate.lcp_residual()),
-                        fmt::format("{:.3f}", iterate.seconds())));
+                        fmt::format("{:.1e}", iterate.lcp_residual()), fmt::format("{:.3f}", iterate.seconds())));
 }
 
 void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
   const auto now = LineBudget::Clock::now();
   if (!outcome.accepted()) {
     if (!lines_.Take(now)) return;
-    return PrintLine(fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(),
-                                 outcome.why()));
+    return PrintLine(
+        fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(), outcome.why()));
   }
   {
     const std::lock_guard lock(mutex_);
@@ -193,17 +190,17 @@ void LiveView::PrintText(const std::string& text) {
   ticker_ ? ticker_->Above(print) : print();
 }
 
-// What is being done, where no time says so.
+// The current activity, if the time does not show it.
 std::string LiveView::Phase() const {
-  if (queued_) return "waits for its turn on the server";
+  if (queued_) return "waiting in the server's queue";
   if (iterate_.iteration() > 0) {
     return fmt::format("window {}, iteration {}, change {:.0e}", iterate_.window(), iterate_.iteration(),
                        iterate_.change());
   }
-  if (tries_steps_ && reached_ > 0) return "tries shorter and shorter steps";
-  if (reached_ >= settings_.horizon) return settings_.estimates ? "estimates the error" : "checks the result";
+  if (tries_steps_ && reached_ > 0) return "trying shorter steps";
+  if (reached_ >= settings_.horizon) return settings_.estimates ? "estimating the error" : "checking the result";
   if (reached_ > 0) return passes_ > 1 ? fmt::format("pass {}", passes_) : "";
-  return analyzed_ ? "sets up" : "analyzes";
+  return analyzed_ ? "setting up" : "analyzing";
 }
 
 std::string LiveView::Bar() const {

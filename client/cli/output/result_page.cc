@@ -52,7 +52,7 @@ std::string TableText(const std::string& name, const SolveResult& result, int wi
 
 std::string Wrapped(const std::string& line, std::size_t width) {
   if (LetterCount(line) <= width) return line;
-  // The label is what stands before the first two blanks behind the indentation.
+  // The label ends at the first two blanks after the indentation.
   const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
   const std::size_t gap = line.find("  ", begin);
   const std::size_t label = gap == std::string::npos ? begin : line.find_first_not_of(' ', gap);

@@ -43,7 +43,7 @@ void PrintJumps(const v1::Summary& summary, std::FILE* out) {
   }
 }
 
-// "y2, y4", as the columns of the table are called.
+// "y2, y4", the names of the columns of the table.
 std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices, const DisplayNames& names) {
   if (indices.empty()) return "-";
   std::vector<std::string> listed;
@@ -51,27 +51,34 @@ std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices
   return fmt::format("{}", fmt::join(listed, ", "));
 }
 
-// Which y may be positive from when on.
+// The switching times: which y may be positive from a time on (active), and which are 0 (inactive).
 void PrintSwitchings(const v1::Summary& summary, const DisplayNames& names, std::FILE* out) {
   constexpr int kMostRows = 30;
   if (summary.switching_times().empty()) return;
   fmt::print(out, "\nSwitching times\n");
-  constexpr const char* kRow = "  {:>14}  {:<20}  {:<12}  {}\n";
-  fmt::print(out, kRow, "t", "", "active", "at rest");
   const int rows = std::min(summary.switching_times_size(), kMostRows);
+  std::size_t width = 12;  // of the column of active pairs, whose names may be long
+  for (int k = 0; k < rows; ++k) {
+    width = std::max(width, LetterCount(NamesOf(summary.switching_times(k).entering(), names)));
+  }
+  const auto print_row = [&](const std::string& time, const std::string& kind, const std::string& active,
+                             const std::string& inactive) {
+    fmt::print(out, "  {:>14}  {:<20}  {}  {}\n", time, kind, Padded(active, width), inactive);
+  };
+  print_row("t", "", "active", "inactive");
   for (int k = 0; k < rows; ++k) {
     const v1::SwitchingTime& switching = summary.switching_times(k);
     std::string kind = Word(switching.kind());
     std::replace(kind.begin(), kind.end(), '-', ' ');
-    fmt::print(out, kRow, fmt::format("{:.10g}", switching.time()), kind,
-               NamesOf(switching.entering(), names), NamesOf(switching.leaving(), names));
+    print_row(fmt::format("{:.10g}", switching.time()), kind, NamesOf(switching.entering(), names),
+              NamesOf(switching.leaving(), names));
   }
   if (summary.switchings() > rows) {
     fmt::print(out, "  and {} more; --format json has them\n", summary.switchings() - rows);
   }
 }
 
-// What the estimate is of, and where it came from.
+// The estimated error, and how it was estimated.
 void PrintAccuracy(const v1::Accuracy& accuracy, std::FILE* out) {
   if (accuracy.has_error()) {
     const auto largest = [](const Doubles& errors) { return *std::max_element(errors.begin(), errors.end()); };
@@ -89,17 +96,17 @@ void PrintAccuracy(const v1::Accuracy& accuracy, std::FILE* out) {
 void PrintCertificate(const v1::Certificate& c, std::FILE* out) {
   if (std::isnan(c.node_residual())) return;  // nothing was measured
   fmt::print(out, "\nCertificate\n");
-  fmt::print(out, "  LCP residual     {:.1e} at nodes, {:.1e} between them (size of y, w: {:.2g})\n",
-             c.node_residual(), c.midpoint_residual(), c.lcp_scale());
+  fmt::print(out, "  LCP residual     {:.1e} at nodes, {:.1e} between them (size of y, w: {:.2g})\n", c.node_residual(),
+             c.midpoint_residual(), c.lcp_scale());
   fmt::print(out, "  complementarity  {:.1e} at nodes, {:.1e} between them\n", c.node_complementarity(),
              c.midpoint_complementarity());
-  // Where x solves the differential equation for y as it is, this says nothing of y.
+  // If x solves the differential equation exactly for the computed y, the defect does not show the error of y.
   const bool exact = c.ode_defect() <= 1e-14 * c.ode_scale();
   fmt::print(out, "  defect of x'     {:.1e} between nodes (size of x': {:.2g})\n", c.ode_defect(), c.ode_scale());
-  if (exact) fmt::print(out, "                   for y as it is: it does not see the error of y\n");
+  if (exact) fmt::print(out, "                   for the computed y: it does not show the error of y\n");
 }
 
-// The superlinear fall of the residual where Newton's method had most to do.
+// The residuals of Newton's method in the step with the most iterations.
 void PrintNewton(const v1::Summary& summary, std::FILE* out) {
   if (!summary.has_newton()) return;
   const v1::Cost& cost = summary.cost();
@@ -114,11 +121,11 @@ void PrintNewton(const v1::Summary& summary, std::FILE* out) {
   for (const double residual : newton.residuals()) residuals.push_back(fmt::format("{:.1e}", residual));
   fmt::print(out, "  residuals of the step to t = {}: {}\n", Cell(newton.time()), fmt::join(residuals, ", "));
   if (newton.has_contraction()) {
-    fmt::print(out, "  step times κ = {:.2g}; convergence is sure below 1/3\n", newton.contraction());
+    fmt::print(out, "  step times κ = {:.2g}; convergence is certain below 1/3\n", newton.contraction());
   }
 }
 
-// Where the kernel of the Laplace iteration, or the integrals of the paper's, come from.
+// How the kernel of the Laplace iteration, or the integrals of the Wu-Chen iteration, were computed.
 void PrintContours(const v1::Summary& summary, std::FILE* out) {
   const v1::KernelRecord& kernel = summary.kernel();
   if (kernel.blocks_by_contour() > 0 || !kernel.fallback().empty()) {
@@ -132,34 +139,29 @@ void PrintContours(const v1::Summary& summary, std::FILE* out) {
   const v1::ContourRecord& contour = summary.contour();
   fmt::print(out, "\nContour ({})\n", contour.choice());
   if (contour.nodes() > 0) {
-    fmt::print(
-        out,
-        "  P = {}, gamma {:.4g}, mu {:.4g}, step {:.4g}; for the sector of {:.3g}, error near 10^{:.1f}\n",
-        contour.nodes(), contour.gamma(), contour.mu(), contour.step(), contour.sector_angle(),
-        contour.log10_error());
+    fmt::print(out, "  P = {}, gamma {:.4g}, mu {:.4g}, step {:.4g}; for the sector of {:.3g}, error near 10^{:.1f}\n",
+               contour.nodes(), contour.gamma(), contour.mu(), contour.step(), contour.sector_angle(),
+               contour.log10_error());
   }
   if (contour.separated() > 0) {
-    fmt::print(out, "  {} outside the sector, by matrix functions instead\n",
-               Count(contour.separated(), "eigenvalue"));
+    fmt::print(out, "  {} outside the sector, by matrix functions instead\n", Count(contour.separated(), "eigenvalue"));
   }
 }
 
-// What carried the state to the constraints, where it was not simply the matrices themselves.
+// The propagator, unless it is that of dense matrices.
 void PrintPropagator(const v1::Summary& summary, int width, std::FILE* out) {
   const v1::PropagatorRecord& propagator = summary.propagator();
-  if (propagator.used() == v1::PROPAGATOR_KIND_UNSPECIFIED || propagator.used() == v1::PROPAGATOR_KIND_DENSE)
-    return;
+  if (propagator.used() == v1::PROPAGATOR_KIND_UNSPECIFIED || propagator.used() == v1::PROPAGATOR_KIND_DENSE) return;
   fmt::print(out, "\nPropagatorKind\n");
   std::string text = Word(propagator.used());
   if (propagator.terms() > 0) text += ", " + Count(propagator.terms(), "term");
-  if (propagator.factorizations() > 0)
-    text += ", " + Count(propagator.factorizations(), "sparse factorization");
+  if (propagator.factorizations() > 0) text += ", " + Count(propagator.factorizations(), "sparse factorization");
   if (propagator.error() > 0) text += fmt::format(", error {:.1e}", propagator.error());
   if (!propagator.reason().empty()) text += ": " + propagator.reason();
   Paragraphs(width, out).Print("  ", text);
 }
 
-// Of interest where it is much.
+// Memory; only printed if it is large.
 void PrintMemory(const v1::Cost& cost, std::FILE* out) {
   constexpr double kMuch = 1e8;
   if (std::max(cost.predicted_bytes(), cost.process_peak_bytes()) < kMuch) return;
@@ -169,7 +171,7 @@ void PrintMemory(const v1::Cost& cost, std::FILE* out) {
   fmt::print(out, "\n");
 }
 
-// "; 0.01 s (...)" follows what was counted; a method without windows counts none.
+// Counts and times: "...; 0.01 s (...)". Counts of 0 windows are left out.
 void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
   if (cost.lcps() == 0) {  // ended before its first step, or without telling
     fmt::print(out, "\n{:.2g} s\n", cost.seconds_total());
@@ -194,11 +196,11 @@ void PrintTable(const std::string& name, const SolveResult& result, int width, s
   fmt::print(out, "{}: {}\n", name, VerdictText(summary));
   Paragraphs paper(width, out);
   if (!summary.message().empty()) paper.Print("", summary.message());
-  // A refusal speaks for itself: no method was at work, and no step taken.
+  // A refused problem has no method and no steps to report.
   const bool refused = summary.termination() == v1::TERMINATION_UNSUPPORTED && summary.cost().lcps() == 0;
   if (!refused)
-    paper.Print("", fmt::format("Method {}{}{}", Word(summary.method()),
-                                summary.reason().empty() ? "" : ": ", summary.reason()));
+    paper.Print("", fmt::format("Method {}{}{}", Word(summary.method()), summary.reason().empty() ? "" : ": ",
+                                summary.reason()));
   for (const std::string& concern : summary.verdict().concerns()) paper.Print("Warning: ", concern);
   for (const std::string& warning : summary.warnings()) paper.Print("Warning: ", warning);
   if (!result.times.empty()) {

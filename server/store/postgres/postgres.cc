@@ -19,12 +19,12 @@ namespace {
 // Numbers of types, fixed by PostgreSQL (catalog/pg_type.dat).
 constexpr unsigned kBytea = 17, kBigint = 20, kText = 25, kDouble = 701;
 
-// Whoever shuts down waits for it.
+// A shutdown waits for it.
 constexpr std::chrono::seconds kLongestConnecting{5};
 
 using Result = std::unique_ptr<PGresult, void (*)(PGresult*)>;
 
-// libpq breaks its texts into lines, and ends them with one.
+// libpq's messages have several lines and end with a newline.
 std::string OnOneLine(const char* text) {
   std::string line;
   for (const char* c = text == nullptr ? "" : text; *c != 0; ++c) {
@@ -107,7 +107,7 @@ bool PostgresRows::IsNull(int row, int column) const { return PQgetisnull(result
 std::uint64_t PostgresRows::Bits(int row, int column) const {
   std::uint64_t bits = 0;
   if (PQgetlength(result_.get(), row, column) != sizeof bits) {
-    throw PostgresError("42804", "a column has not the type that this program gave it");
+    throw PostgresError("42804", "a column does not have the type that this program gave it");
   }
   std::memcpy(&bits, PQgetvalue(result_.get(), row, column), sizeof bits);
   return be64toh(bits);
@@ -129,8 +129,8 @@ std::optional<Time> PostgresRows::OptionalTime(int row, int column) const {
 PostgresConnection::PostgresConnection(const std::string& address, Duration patience) : patience_(patience) {
   const std::string connect_seconds = Seconds(std::min<Duration>(patience, kLongestConnecting));
   const std::string silent_milliseconds = Seconds(patience) + "000";
-  // What stands before dbname is a default, which the address may override. A peer that is gone without a word is
-  // noticed by keepalives and by unanswered data.
+  // Parameters before dbname are defaults that the address may override. Keepalives and timeouts of unacknowledged data
+  // detect a dead peer.
   const char* const keywords[] = {"application_name",
                                   "connect_timeout",
                                   "keepalives_idle",
@@ -166,7 +166,7 @@ void PostgresConnection::Wait(bool to_write) {
   do {
     ready = poll(&watched, 1, static_cast<int>(timeout.count()));
   } while (ready < 0 && errno == EINTR);
-  if (ready == 0) throw PostgresError("", "no sign of life of the database server for " + Seconds(patience_) + " s");
+  if (ready == 0) throw PostgresError("", "no response of the database server for " + Seconds(patience_) + " s");
   if (ready < 0) throw PostgresError("", std::strerror(errno));
 }
 
@@ -174,7 +174,7 @@ void PostgresConnection::Flush() {
   for (int left = PQflush(connection_); left != 0; left = PQflush(connection_)) {
     if (left < 0) ThrowLost();
     Wait(true);
-    // The server may have to say something before it reads on.
+    // The server may have to send something before it reads more.
     if (PQconsumeInput(connection_) == 0) ThrowLost();
   }
 }
@@ -218,7 +218,7 @@ void PostgresConnection::Execute(const std::string& script) {
 
 bool PostgresConnection::IsAlive() {
   if (PQstatus(connection_) != CONNECTION_OK || PQtransactionStatus(connection_) != PQTRANS_IDLE) return false;
-  // A server that was not asked anything has nothing to say but that it ends, or has ended.
+  // A server without a pending statement sends nothing but the end of the connection.
   pollfd watched{.fd = PQsocket(connection_), .events = POLLIN, .revents = 0};
   return poll(&watched, 1, 0) == 0;
 }
@@ -241,7 +241,7 @@ std::vector<std::string> PostgresConnection::TakeNotifications() {
 }
 
 PostgresTransaction::PostgresTransaction(PostgresConnection& connection) : connection_(connection) {
-  // Whatever the database's defaults are: the rules lock the rows that they change.
+  // Independent of the database's defaults: transitions lock the rows that they change.
   connection_.Run("BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE");
 }
 

@@ -22,8 +22,8 @@ struct Explanation {
   const char* text;
 };
 
-// For users, who are not told what the database says: it may name hosts and files. The log has that. The first that
-// fits.
+// Messages for users instead of those of the database, which may name hosts and files and are only logged. The first
+// match counts.
 constexpr Explanation kExplanations[] = {
     {"53100", absl::StatusCode::kUnavailable, "cannot grow: its disk is full"},
     {"53", absl::StatusCode::kUnavailable, "is short of memory or connections"},
@@ -62,8 +62,8 @@ std::int64_t Milliseconds(Duration duration) { return std::chrono::duration_cast
 std::unique_ptr<PostgresConnection> PostgresDatabase::Connect() const {
   auto connection = std::make_unique<PostgresConnection>(options_.address, options_.patience);
   const std::int64_t timeout = Milliseconds(options_.statement_timeout);
-  // A transaction that waits for us and never hears must not hold its locks. What is acknowledged is on the disk of the
-  // server, whatever the database's default is; stricter ones stay.
+  // A transaction whose client is gone must not keep its locks. Commits are durable whatever the database's default is;
+  // stricter settings are kept.
   connection->Execute(fmt::format(
       "SET statement_timeout = {}; SET lock_timeout = {}; SET idle_in_transaction_session_timeout = {};"
       "SELECT set_config('synchronous_commit', 'on', false) WHERE current_setting('synchronous_commit') = 'off'",
@@ -141,7 +141,7 @@ void PostgresDatabase::GiveBack(std::unique_ptr<PostgresConnection> connection) 
 absl::Status PostgresDatabase::Failed(const PostgresError& error) {
   healthy_ = false;
   if (IsOfTheConnection(error)) {
-    // The others are likely to have ended with it.
+    // The other connections are probably broken too.
     const std::lock_guard lock(mutex_);
     num_open_ -= static_cast<int>(idle_.size());
     idle_.clear();

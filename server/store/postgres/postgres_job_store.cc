@@ -15,7 +15,7 @@ absl::StatusOr<JobPage> PostgresJobStore::List(const JobFilter& filter, int page
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);
   if (!below.ok()) return below.status();
   return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<JobPage> {
-    // One more than asked for tells whether there is a next page.
+    // One more than requested, to know whether there is a next page.
     std::vector<JobRow> rows =
         ReadJobs(connection.Run("SELECT " DLCS_POSTGRES_JOB_COLUMNS
                                 "FROM jobs WHERE number < $1 AND (1::bigint << state::int) & $2 <> 0"
@@ -74,7 +74,7 @@ absl::StatusOr<std::vector<Chunk>> PostgresJobStore::ReadChunks(const JobId& id,
                                                                 std::int64_t max_bytes) {
   if (!IsJobId(id)) return std::vector<Chunk>();
   return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<Chunk>> {
-    // The lengths stand beside the data, which is read of the selected rows only.
+    // Lengths are stored separately, so that only the data of selected rows are read.
     const PostgresRows rows = connection.Run(
         "SELECT number, begin_time, end_time, data FROM (SELECT chunks.*,"
         " SUM(octet_length(data)) OVER (ORDER BY number) AS total FROM chunks"
@@ -103,7 +103,7 @@ absl::StatusOr<int> PostgresJobStore::Expire(const Expiry& expiry) {
 absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
   const absl::StatusOr<std::vector<std::int64_t>> expired =
       database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<std::int64_t>> {
-        // Too old, or with those that finished later more than is allowed.
+        // Jobs that are too old, or that together with more recent ones exceed the allowed size.
         const PostgresRows rows = connection.Run(
             "SELECT number FROM (SELECT number, finished, SUM(stored_bytes) OVER (ORDER BY finished DESC, number DESC)"
             " AS total FROM jobs WHERE finished IS NOT NULL) AS counted WHERE finished < dlcs_now() - $1 OR total > $2"
@@ -116,7 +116,7 @@ absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
   if (!expired.ok()) return expired.status();
   int deleted = 0;
   for (const std::int64_t number : *expired) {
-    // Each on its own: a large one takes its time, and another server may be at the same list.
+    // One transaction each: a large one takes a while, and another server may be deleting the same list.
     const absl::Status status = database_.Write([&](PostgresConnection& connection) {
       deleted += static_cast<int>(
           connection

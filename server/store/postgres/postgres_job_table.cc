@@ -20,7 +20,7 @@ std::optional<std::string> FirstBytes(const PostgresRows& rows) {
   return rows.Bytes(0, 0);
 }
 
-// An array as PostgreSQL reads it. Only what can be an id: nothing in it needs quotes.
+// An array in PostgreSQL's syntax. Only valid ids are included, which need no quotes.
 std::string ArrayOf(std::span<const JobId> ids) {
   std::string array = "{";
   for (const JobId& id : ids) {

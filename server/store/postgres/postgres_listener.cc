@@ -57,7 +57,7 @@ void PostgresListener::Work(const std::stop_token& stop) {
         }
       }
     } catch (const PostgresError&) {
-      // The database is away: those who ask it say so, and servers poll meanwhile.
+      // The database is unavailable: other calls report that, and servers poll meanwhile.
       Sleep(kNoSocket, kAgain);
     }
   }

@@ -19,7 +19,7 @@ StoredProblem ReadProblemRow(const PostgresRows& rows, int row) {
 }
 
 absl::StatusOr<StoredProblem> ProblemResolver(PostgresConnection& connection, const std::string& owner,
-                                          const ProblemId& id) {
+                                              const ProblemId& id) {
   if (!IsProblemId(id)) return NoSuchProblem(id);  // any bytes may be asked for, and TEXT is not any bytes
   const PostgresRows rows =
       connection.Run("SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = $1 AND id = $2", owner, id);
@@ -27,11 +27,11 @@ absl::StatusOr<StoredProblem> ProblemResolver(PostgresConnection& connection, co
   return ReadProblemRow(rows, 0);
 }
 
-// What one user holds is counted by one transaction at a time.
+// The quota of one user is checked by one transaction at a time.
 absl::Status CheckRoom(PostgresConnection& connection, const NewProblem& problem, const ProblemQuota& quota) {
   connection.Run("SELECT pg_advisory_xact_lock(hashtextextended($1, 0))", "dlcs problems of " + problem.owner);
-  const PostgresRows held = connection.Run(
-      "SELECT COUNT(*), COALESCE(SUM(bytes), 0)::bigint FROM problems WHERE owner = $1", problem.owner);
+  const PostgresRows held =
+      connection.Run("SELECT COUNT(*), COALESCE(SUM(bytes), 0)::bigint FROM problems WHERE owner = $1", problem.owner);
   return CheckQuota(quota, held.Int(0, 0), held.Int(0, 1), static_cast<std::int64_t>(problem.body.size()));
 }
 
@@ -73,17 +73,16 @@ absl::StatusOr<StoredProblem> PostgresJobStore::GetProblem(const std::string& ow
 absl::StatusOr<std::string> PostgresJobStore::ReadProblem(const std::string& owner, const ProblemId& id) {
   if (!IsProblemId(id)) return NoSuchProblem(id);
   bool is_to_be_marked = false;
-  absl::StatusOr<std::string> body =
-      database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::string> {
-        const PostgresRows rows = connection.Run(
-            "SELECT body, dlcs_now() - used FROM problems JOIN problem_bodies ON problem = number"
-            " WHERE owner = $1 AND id = $2",
-            owner, id);
-        if (rows.empty()) return NoSuchProblem(id);
-        is_to_be_marked = Duration(rows.Int(0, 1)) > kUseIsMarkedEvery;
-        return rows.Bytes(0, 0);
-      });
-  // A solve of an uploaded problem is to cost a read, and no write.
+  absl::StatusOr<std::string> body = database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::string> {
+    const PostgresRows rows = connection.Run(
+        "SELECT body, dlcs_now() - used FROM problems JOIN problem_bodies ON problem = number"
+        " WHERE owner = $1 AND id = $2",
+        owner, id);
+    if (rows.empty()) return NoSuchProblem(id);
+    is_to_be_marked = Duration(rows.Int(0, 1)) > kUseIsMarkedEvery;
+    return rows.Bytes(0, 0);
+  });
+  // A solve of an uploaded problem should cost a read and no write.
   if (body.ok() && is_to_be_marked) {
     const absl::Status marked = database_.Write([&](PostgresConnection& connection) {
       MarkUsed(connection, owner, id);
@@ -97,7 +96,7 @@ absl::StatusOr<std::string> PostgresJobStore::ReadProblem(const std::string& own
 absl::Status PostgresJobStore::DeleteProblem(const std::string& owner, const ProblemId& id) {
   if (!IsProblemId(id)) return NoSuchProblem(id);
   return database_.Write([&](PostgresConnection& connection) -> absl::Status {
-    // Who creates a job of it locks it first.
+    // Creating a job for it locks it first.
     const PostgresRows locked =
         connection.Run("SELECT number FROM problems WHERE owner = $1 AND id = $2 FOR UPDATE", owner, id);
     if (locked.empty()) return NoSuchProblem(id);
@@ -113,7 +112,7 @@ absl::StatusOr<ProblemPage> PostgresJobStore::ListProblems(const std::string& ow
   const absl::StatusOr<std::int64_t> below = BeginOfPage(page_token, page_size);
   if (!below.ok()) return below.status();
   return database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<ProblemPage> {
-    // One more than asked for tells whether there is a next page.
+    // One more than requested, to know whether there is a next page.
     const PostgresRows rows = connection.Run(
         "SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = $1 AND number < $2 ORDER BY number DESC LIMIT $3",
         owner, *below, page_size + std::int64_t{1});
@@ -139,7 +138,7 @@ absl::StatusOr<int> PostgresJobStore::ExpireProblems(const Expiry& expiry) {
   int deleted = 0;
   for (const std::int64_t number : *unused) {
     const absl::Status status = database_.Write([&](PostgresConnection& connection) {
-      // What was used since the list was made, or is being used at this moment, stays.
+      // Problems that were used since the list was made, or are being used now, are kept.
       const PostgresRows locked = connection.Run(
           "SELECT number FROM problems WHERE number = $1 AND used < dlcs_now() - $2 FOR UPDATE SKIP LOCKED", number,
           age);

@@ -11,9 +11,9 @@
 namespace dlcs::jobs {
 namespace {
 
-// Any number that nobody else locks.
+// An arbitrary number that no other program locks.
 constexpr std::int64_t kMigrationLock = 0x646c6373;
-// How long others may be busy with it, and a script may take.
+// Time limit for other servers' migrations and for a script.
 constexpr std::chrono::minutes kPatience{30};
 
 // As in SQLite (sqlite_schema.cc), where the comments are; what differs: what users write is BYTEA where it may be any
@@ -134,7 +134,7 @@ std::optional<std::size_t> VersionOf(PostgresConnection& connection) {
   return static_cast<std::size_t>(rows.Int(0, 0));
 }
 
-// One step, unless somebody else has done it.
+// One step, unless another server has done it.
 void MigrateOnce(PostgresConnection& connection, std::span<const char* const> scripts) {
   PostgresTransaction transaction(connection);
   connection.Execute("SET LOCAL statement_timeout = 0; SET LOCAL lock_timeout = 0");

@@ -17,7 +17,7 @@ void CheckOn(sqlite3* connection, int code) {
 }  // namespace
 
 SqliteStatement::~SqliteStatement() {
-  // Their errors are those of the last step, which threw.
+  // Their result is the error of the last step, which was thrown already.
   sqlite3_reset(statement_);
   sqlite3_clear_bindings(statement_);
 }
@@ -91,7 +91,7 @@ SqliteConnection::SqliteConnection(const std::string& path, IfMissing if_missing
     CheckOn(connection_, sqlite3_open_v2(path.c_str(), &connection_, flags, nullptr));
     const auto timeout = std::chrono::duration_cast<std::chrono::milliseconds>(busy_timeout);
     CheckOn(connection_, sqlite3_busy_timeout(connection_, static_cast<int>(timeout.count())));
-    // Otherwise the last connection to a file that was replaced would delete the newcomer's log when it closes.
+    // Otherwise the last connection to a replaced file would delete the log of the new file when it closes.
     CheckOn(connection_, sqlite3_db_config(connection_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr));
   } catch (...) {
     sqlite3_close(connection_);

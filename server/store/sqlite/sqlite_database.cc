@@ -9,7 +9,7 @@
 namespace dlcs::jobs {
 namespace {
 
-// Written by us, so that an operator need not know SQLite's codes; the file's path stays out of what users may see.
+// Own messages, so that an operator need not know SQLite's codes; they do not contain the path, since users see them.
 absl::Status Explain(const SqliteError& error) {
   const auto unavailable = [&error](const char* what) {
     return absl::UnavailableError(fmt::format("The job store {} ({}).", what, error.what()));
@@ -54,7 +54,7 @@ bool IsOfTheFile(int code) {
   }
 }
 
-// What every connection is told. FULL: the log is synchronized before a commit returns.
+// The settings of every connection. FULL: the log is synchronized before a commit returns.
 void Configure(SqliteConnection& connection, const SqliteDatabaseOptions& options) {
   connection.Execute("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
   if (options.max_bytes > 0) {
@@ -79,7 +79,7 @@ SqliteDatabase::~SqliteDatabase() {
   try {
     writer_->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
   } catch (const SqliteError&) {
-    // The log stays beside the file and is read at the next start.
+    // The log remains next to the file and is read at the next start.
   }
 }
 
@@ -120,8 +120,7 @@ bool SqliteDatabase::TryTogether(const std::vector<Part*>& parts) {
   } catch (const SqliteError& error) {
     const absl::Status status = Failed(error, writer_);
     for (Part* const part : parts) part->status = status;
-    // That nothing was committed is known where the error came before the commit, and of a disk that has no room for
-    // it.
+    // It is certain that nothing was committed if the error came before the commit, or if the disk was full.
     const bool is_undone = in_part || (error.code() & 0xff) == SQLITE_FULL;
     return parts.size() == 1 || !is_undone;
   } catch (...) {

@@ -37,7 +37,7 @@ absl::StatusOr<JobPage> SqliteJobStore::List(const JobFilter& filter, int page_s
                            : connection.Prepare("SELECT " DLCS_JOB_COLUMNS
                                                 " FROM jobs WHERE number < ?1 AND ((1 << state) & ?2) <> 0"
                                                 " ORDER BY number DESC LIMIT ?3");
-    // One more than asked for tells whether there is a next page.
+    // One more than requested, to know whether there is a next page.
     if (filter.owner.has_value()) {
       query->Bind(*below, states, page_size + std::int64_t{1}, *filter.owner);
     } else {
@@ -116,7 +116,7 @@ absl::StatusOr<int> SqliteJobStore::Expire(const Expiry& expiry) {
   return database_.Write([&](SqliteConnection& connection) -> absl::StatusOr<int> {
     std::vector<std::int64_t> expired;
     {
-      // Too old, or with those that finished later more than is allowed.
+      // Jobs that are too old, or that together with more recent ones exceed the allowed size.
       const auto query = connection.Prepare(
           "SELECT number FROM (SELECT number, finished, SUM(stored_bytes) OVER (ORDER BY finished DESC, number DESC)"
           " AS total FROM jobs WHERE finished IS NOT NULL) WHERE finished < ?1 OR total > ?2"
@@ -135,7 +135,7 @@ absl::StatusOr<int> SqliteJobStore::Expire(const Expiry& expiry) {
 
 absl::Status SqliteJobStore::Probe() {
   return database_.Write([](SqliteConnection& connection) {
-    // The same value, but written all the same: a commit that must reach the disk.
+    // Writes the same value, so that there is a commit that must reach the disk.
     const std::string version = connection.Query("PRAGMA user_version");
     connection.Execute("PRAGMA user_version = " + version);
     return absl::OkStatus();

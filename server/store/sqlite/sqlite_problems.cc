@@ -25,8 +25,7 @@ ProblemRow ReadProblemRow(const SqliteStatement& row) {
 }
 
 std::optional<ProblemRow> ProblemResolver(SqliteConnection& connection, const std::string& owner, const ProblemId& id) {
-  const auto query =
-      connection.Prepare("SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = ?1 AND id = ?2");
+  const auto query = connection.Prepare("SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = ?1 AND id = ?2");
   query->Bind(owner, id);
   if (!query->Step()) return std::nullopt;
   return ReadProblemRow(*query);
@@ -60,9 +59,8 @@ absl::StatusOr<ProblemStore::Added> SqliteJobStore::AddProblem(const NewProblem&
       return Added{.problem = ProblemResolver(connection, problem.owner, problem.id)->problem, .existed = true};
     }
     if (absl::Status room = CheckRoom(connection, problem, quota); !room.ok()) return room;
-    connection.Run(
-        "INSERT INTO problems (owner, id, about, bytes, created, used) VALUES (?1, ?2, ?3, ?4, ?5, ?5)", problem.owner,
-        problem.id, Blob{problem.about}, static_cast<std::int64_t>(problem.body.size()), now);
+    connection.Run("INSERT INTO problems (owner, id, about, bytes, created, used) VALUES (?1, ?2, ?3, ?4, ?5, ?5)",
+                   problem.owner, problem.id, Blob{problem.about}, static_cast<std::int64_t>(problem.body.size()), now);
     connection.Run("INSERT INTO problem_bodies (problem, body) VALUES (?1, ?2)", connection.LastRowId(),
                    Blob{problem.body});
     return Added{.problem = ProblemResolver(connection, problem.owner, problem.id)->problem, .existed = false};
@@ -79,17 +77,16 @@ absl::StatusOr<StoredProblem> SqliteJobStore::GetProblem(const std::string& owne
 
 absl::StatusOr<std::string> SqliteJobStore::ReadProblem(const std::string& owner, const ProblemId& id) {
   Time used;
-  absl::StatusOr<std::string> body =
-      database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::string> {
-        const std::optional<ProblemRow> row = ProblemResolver(connection, owner, id);
-        if (!row.has_value()) return NoSuchProblem(id);
-        used = row->problem.used;
-        const auto query = connection.Prepare("SELECT body FROM problem_bodies WHERE problem = ?1");
-        query->Bind(row->number);
-        query->Step();
-        return query->Bytes(0);
-      });
-  // A solve of an uploaded problem is to cost a read, and no write.
+  absl::StatusOr<std::string> body = database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::string> {
+    const std::optional<ProblemRow> row = ProblemResolver(connection, owner, id);
+    if (!row.has_value()) return NoSuchProblem(id);
+    used = row->problem.used;
+    const auto query = connection.Prepare("SELECT body FROM problem_bodies WHERE problem = ?1");
+    query->Bind(row->number);
+    query->Step();
+    return query->Bytes(0);
+  });
+  // A solve of an uploaded problem should cost a read and no write.
   if (body.ok() && clock_.Now() - used > kUseIsMarkedEvery) {
     const absl::Status marked = database_.Write([&](SqliteConnection& connection) {
       MarkUsed(connection, owner, id, clock_.Now());
@@ -118,7 +115,7 @@ absl::StatusOr<ProblemPage> SqliteJobStore::ListProblems(const std::string& owne
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<ProblemPage> {
     const auto query = connection.Prepare(
         "SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = ?1 AND number < ?2 ORDER BY number DESC LIMIT ?3");
-    // One more than asked for tells whether there is a next page.
+    // One more than requested, to know whether there is a next page.
     query->Bind(owner, *below, page_size + std::int64_t{1});
     ProblemPage page;
     std::int64_t last = 0;

@@ -92,7 +92,7 @@ ALTER TABLE jobs ADD COLUMN problem TEXT NOT NULL DEFAULT '';
 CREATE INDEX jobs_holding_problems ON jobs (problem, owner) WHERE finished IS NULL AND problem <> '';
 )sql";
 
-// What is told of a job without its body.
+// The description of a job, available without its body.
 constexpr const char* kVersion3 = "ALTER TABLE jobs ADD COLUMN about BLOB NOT NULL DEFAULT x''";
 
 constexpr std::array kScripts{kVersion1, kVersion2, kVersion3};
@@ -110,7 +110,7 @@ absl::Status Migrate(SqliteConnection& connection, std::span<const char* const> 
   }
   while (version() < scripts.size()) {
     SqliteTransaction transaction(connection);
-    // Once more under the lock: another server may be migrating as well.
+    // Checked again under the lock: another server may be migrating too.
     const std::size_t from = version();
     if (from >= scripts.size()) break;
     connection.Execute(scripts[from]);

@@ -184,8 +184,7 @@ TEST(CommandLineTest, TakesTheNodesFromTheLineOrFromAFile) {
   std::ofstream(path) << "0.25\n0.5, 1e-3\n\n2\n";
   EXPECT_THAT(Solve({"--grid", path.c_str()}).options.grid_times().times(), ElementsAre(0.001, 0.25, 0.5, 2));
   std::ofstream(path) << "0.25\nhalf\n";
-  EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}),
-              AllOf(HasSubstr(path), HasSubstr("\"half\"")));
+  EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}), AllOf(HasSubstr(path), HasSubstr("\"half\"")));
   std::ofstream(path) << "\n";
   EXPECT_THAT(Refused({"solve", "p.json", "--grid", path.c_str()}), HasSubstr("is not a time"));
   std::filesystem::remove(path);
@@ -236,20 +235,23 @@ TEST(CommandLineTest, NamesOptionValueAndRule) {
 }
 
 TEST(CommandLineTest, ProposesTheNearestWord) {
-  EXPECT_THAT(Refused({"solve", "p.json", "--method", "laplace"}),
-              HasSubstr("did you mean laplace-iteration?"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}),
-              HasSubstr("did you mean least-element?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--method", "laplace"}), HasSubstr("did you mean laplace-iteration?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastelement"}), HasSubstr("did you mean least-element?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--rule", "leastnorm"}), HasSubstr("did you mean least-norm?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--kernel", "phi"}), HasSubstr("did you mean phi-functions?"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--interpolation", "cubic"}),
-              HasSubstr("did you mean cubic-spline?"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--contour", "theorem-2.2"}),
-              HasSubstr("did you mean theorem-2-2?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--interpolation", "cubic"}), HasSubstr("did you mean cubic-spline?"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--contour", "theorem-2.2"}), HasSubstr("did you mean theorem-2-2?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--step-solver", "newtn"}), HasSubstr("did you mean newton?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--format", "jsn"}), HasSubstr("did you mean json?"));
   EXPECT_THAT(Refused({"solve", "p.json", "--stesp", "3"}), HasSubstr("did you mean --steps?"));
   EXPECT_THAT(Refused({"slove", "p.json"}), HasSubstr("did you mean solve?"));
+}
+
+TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {
+  for (const char* command : {"solve", "lcp", "ensemble", "delete"}) {
+    EXPECT_THAT(Refused({command, "--hlp"}), AllOf(HasSubstr("\"--hlp\" is not known here; did you mean --help?"),
+                                                   testing::Not(HasSubstr("required"))));
+  }
 }
 
 TEST(CommandLineTest, RefusesWhatIsMissing) {
@@ -277,8 +279,7 @@ TEST(CommandLineTest, ExplainsItself) {
     EXPECT_THAT(outcome.out, AllOf(HasSubstr("Examples:"), HasSubstr("dlcs ")));
     EXPECT_EQ(outcome.err, "");
   }
-  EXPECT_THAT(Parse({"solve", "--help"}).out,
-              AllOf(HasSubstr("Exit codes"), HasSubstr("--project-initial-state")));
+  EXPECT_THAT(Parse({"solve", "--help"}).out, AllOf(HasSubstr("Exit codes"), HasSubstr("--project-initial-state")));
   EXPECT_THAT(Parse({"--version"}).out, testing::MatchesRegex("dlcs [0-9.]+\n"));
 }
 

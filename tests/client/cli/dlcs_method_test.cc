@@ -20,7 +20,7 @@ TEST(DlcsMethodTest, LocatesSwitchingTimesForASmallErrorAndShowsThem) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("Method event-driven: for an error of 1e-09 a few steps of high order"),
                                  HasSubstr("Switching times"), HasSubstr("start"), HasSubstr("estimated error")));
-  EXPECT_THAT(outcome.err, HasSubstr("steps as short as the error that is allowed needs"));
+  EXPECT_THAT(outcome.err, HasSubstr("steps chosen for the allowed error"));
 }
 
 TEST(DlcsMethodTest, TakesAToleranceInsteadOfAStepWithEveryMethod) {
@@ -91,8 +91,7 @@ TEST(DlcsMethodTest, LandsInelasticallyOnlyWhereAskedTo) {
       R"json({"A": [[0, 1], [0, 0]], "B": [[0], [1]], "N": [[1, 0]], "M": [[0]], "x0": [1, 0], )json"
       R"json("T": 2, "f": [0, -1]})json";
   EXPECT_EQ(SolveText(kFall, "--quiet").code, 1);
-  const ProgramOutcome outcome =
-      SolveText(kFall, "--inelastic-impact --steps 2000 --at 1,2 --format json --quiet");
+  const ProgramOutcome outcome = SolveText(kFall, "--inelastic-impact --steps 2000 --at 1,2 --format json --quiet");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
   EXPECT_NEAR(root["trajectory"]["x"][0].get<double>(), 0.5, 2e-3);
@@ -101,8 +100,7 @@ TEST(DlcsMethodTest, LandsInelasticallyOnlyWhereAskedTo) {
 }
 
 TEST(DlcsMethodTest, NamesOptionsWithoutEffect) {
-  const std::string problem =
-      R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}' | )";
+  const std::string problem = R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1}' | )";
   const ProgramOutcome outcome = RunDlcs("solve - --interpolation cubic-spline", problem);
   EXPECT_EQ(outcome.code, 0);
   EXPECT_THAT(outcome.err, HasSubstr("--interpolation had no effect: it is for wu-chen-iteration"));

@@ -40,7 +40,7 @@ TEST(DlcsNamesTest, StandInRefusals) {
   root["x0"] = {0};
   EXPECT_EQ(error_of(), "");
   root["pairs"] = {"vC"};
-  EXPECT_THAT(error_of(), HasSubstr("pairs[0]: \"vC\"; is the name of states[0] already"));
+  EXPECT_THAT(error_of(), HasSubstr("pairs[0]: \"vC\"; is already the name of states[0]"));
   root["pairs"] = {"D1"};
   root["A"] = {{"-1/Q"}};
   EXPECT_THAT(error_of(), AllOf(HasSubstr("A[0][0] (vC, vC)"), HasSubstr("-1/Q")));

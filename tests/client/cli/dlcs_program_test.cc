@@ -24,9 +24,8 @@ std::string Case(const std::string& name) { return std::string("'" DLCS_CASES_DI
 TEST(DlcsProgramTest, PrintsTheResultOnStandardOutputAndTheRestOnStandardError) {
   const ProgramOutcome outcome = RunDlcs("solve " + Case("rlcd"));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out,
-              AllOf(HasSubstr("rlcd: SOLVED within an error of 1e-06 (the default)"), HasSubstr("Certificate"),
-                    HasSubstr("LCP residual")));
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("rlcd: SOLVED within an error of 1e-06 (the default)"),
+                                 HasSubstr("Certificate"), HasSubstr("LCP residual")));
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("event-driven"), HasSubstr("1e-06"), HasSubstr("--tolerance")));
   EXPECT_THAT(outcome.err, Not(HasSubstr("\x1b")));
 }
@@ -35,8 +34,7 @@ TEST(DlcsProgramTest, TabulatesElevenEvenTimes) {
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--quiet --steps 64");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  for (const char* time : {"\n  0  ", "\n0.4  ", "\n2.8  ", "\n  4  "})
-    EXPECT_THAT(outcome.out, HasSubstr(time));
+  for (const char* time : {"\n  0  ", "\n0.4  ", "\n2.8  ", "\n  4  "}) EXPECT_THAT(outcome.out, HasSubstr(time));
 }
 
 TEST(DlcsProgramTest, GivesEveryNodeToPrograms) {
@@ -86,8 +84,7 @@ TEST(DlcsProgramTest, ExitsWithOneWhenThereIsNoAnswer) {
   for (const char* format : {"table", "json", "csv"}) {
     const ProgramOutcome outcome = RunDlcs("solve " + Case("outside_infeasible") + " --format " + format);
     EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_THAT(outcome.out + outcome.err,
-                testing::AnyOf(HasSubstr("INFEASIBLE"), HasSubstr("INCONSISTENT_STATE")));
+    EXPECT_THAT(outcome.out + outcome.err, testing::AnyOf(HasSubstr("INFEASIBLE"), HasSubstr("INCONSISTENT_STATE")));
     EXPECT_THAT(outcome.out, AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf,"))));
   }
 }
@@ -108,9 +105,8 @@ TEST(DlcsProgramTest, NamesFileAndFieldOfAProblemThatBreaksARule) {
                 R"json("f": ["sin(x)"], "g": [-1]})json",
                 "");
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_THAT(outcome.err,
-              AllOf(HasSubstr("dlcs: standard input: B: "), HasSubstr("dlcs: standard input: T: "),
-                    HasSubstr("dlcs: standard input: f[0]: ")));
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("dlcs: standard input: B: "), HasSubstr("dlcs: standard input: T: "),
+                                 HasSubstr("dlcs: standard input: f[0]: ")));
 }
 
 TEST(DlcsProgramTest, NamesTheOptionThatBreaksARuleOfTheEngine) {
@@ -170,8 +166,8 @@ TEST(DlcsProgramTest, AnalysesAndRecommendsACommandThatWorks) {
 }
 
 TEST(DlcsProgramTest, RefusesAnAnalysisOfABrokenProblemWithPlaceAndRule) {
-  const ProgramOutcome outcome = RunDlcs(
-      "analyze -", R"(echo '{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4}' | )");
+  const ProgramOutcome outcome =
+      RunDlcs("analyze -", R"(echo '{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4}' | )");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("standard input: B: "));
   const ProgramOutcome option = RunDlcs("analyze " + Case("rlcd") + " --theta 3");
@@ -187,8 +183,7 @@ TEST(DlcsProgramTest, ExitsWithOneWhereNoMethodServes) {
 
 TEST(DlcsProgramTest, SendsAFileOfAnotherKindToItsCommand) {
   const std::string lcp = R"(echo '{"M": [[1]], "q": [-1]}' | )";
-  EXPECT_THAT(RunDlcs("solve -", lcp).err,
-              HasSubstr("holds one linear complementarity problem; run dlcs lcp"));
+  EXPECT_THAT(RunDlcs("solve -", lcp).err, HasSubstr("holds one linear complementarity problem; run dlcs lcp"));
   const std::string dcp = R"(echo '{"M": [[1]], "q": {"times": [0, 1], "values": [[0], [-1]]}}' | )";
   EXPECT_THAT(RunDlcs("analyze -", dcp).err, HasSubstr("run dlcs dcp"));
   EXPECT_THAT(RunDlcs("lcp -", dcp).err, HasSubstr("run dlcs dcp"));
@@ -236,7 +231,7 @@ TEST(DlcsProgramTest, TakesFBesidePiecesOnlyWhereBothSayTheSame) {
   EXPECT_EQ(same.code, 0) << same.err;
   const ProgramOutcome other = with("(t<2)*1+(t>=2)*t*1.001");
   EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("f is given beside pieces, which hold another f"));
+  EXPECT_THAT(other.err, HasSubstr("f is given as well as pieces, which hold another f"));
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ TEST(DlcsServerChoiceTest, SolvesNowhereElseThanWasMeant) {
   EXPECT_THAT(empty.err, AllOf(HasSubstr("--server"), HasSubstr("is empty")));
   const ProgramOutcome variable = RunDlcs("solve " + Case("rlcd"), "DLCS_SERVER= ");
   EXPECT_EQ(variable.code, 2);
-  EXPECT_THAT(variable.err, HasSubstr("DLCS_SERVER is set and empty"));
+  EXPECT_THAT(variable.err, HasSubstr("DLCS_SERVER is set but empty"));
 }
 
 TEST(DlcsServerChoiceTest, TakesTheServerFromTheEnvironmentOrAContext) {

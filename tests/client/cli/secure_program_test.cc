@@ -94,11 +94,11 @@ TEST_F(SecureProgramTest, SaysWhatIsMissingAndNothingElse) {
   EXPECT_THAT(plain.err, AllOf(HasSubstr("wants encrypted connections"), HasSubstr("--tls-ca")));
   const ProgramOutcome nameless = RunDlcs("list" + Server() + Ca());
   EXPECT_EQ(nameless.code, 3);
-  EXPECT_THAT(nameless.err, AllOf(HasSubstr("wants a token"), HasSubstr("--token-file")));
+  EXPECT_THAT(nameless.err, AllOf(HasSubstr("requires a token"), HasSubstr("--token-file")));
   const dlcs::testing::TestAuthority other;
   const ProgramOutcome foreign = RunDlcs("list" + Server() + " --tls-ca " + File("other.pem", other.certificate()));
   EXPECT_EQ(foreign.code, 3);
-  EXPECT_THAT(foreign.err, AllOf(HasSubstr("not of an authority in"), Not(HasSubstr("SSL_ERROR"))));
+  EXPECT_THAT(foreign.err, AllOf(HasSubstr("not from an authority in"), Not(HasSubstr("SSL_ERROR"))));
   for (const ProgramOutcome& outcome : {plain, nameless, foreign}) {
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   }

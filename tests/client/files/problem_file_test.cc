@@ -32,8 +32,8 @@ std::string ErrorOf(const std::string& text) {
 }
 
 TEST(ProblemFileTest, KeepsEveryNumberInItsPlace) {
-  const auto file = ParseProblem(
-      Example({{"name", "two tanks"}, {"rule", "unique"}, {"break_points", {0.25, 0.5}}}), "p.json");
+  const auto file =
+      ParseProblem(Example({{"name", "two tanks"}, {"rule", "unique"}, {"break_points", {0.25, 0.5}}}), "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   const v1::Problem& problem = file->problem;
   EXPECT_THAT(problem.a().dense().values(), ElementsAre(-1, 0.5, 0, -2));
@@ -74,8 +74,8 @@ TEST(ProblemFileTest, ReadsSamplesTimeByTime) {
 }
 
 TEST(ProblemFileTest, ReadsPolynomialsLowestDegreeFirst) {
-  const auto file = ParseProblem(
-      Example({{"f", {{"breaks", {0, 1, 2}}, {"coefficients", {{{1, 2}, {3, 4}}, {{5, 6}}}}}}}), "p.json");
+  const auto file =
+      ParseProblem(Example({{"f", {{"breaks", {0, 1, 2}}, {"coefficients", {{{1, 2}, {3, 4}}, {{5, 6}}}}}}}), "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   const v1::PiecewisePolynomial& polynomial = file->problem.f().pieces(0).polynomial();
   EXPECT_THAT(polynomial.breaks(), ElementsAre(0, 1, 2));
@@ -112,8 +112,7 @@ TEST(ProblemFileTest, ReadsEveryCase) {
     const auto root = nlohmann::json::parse(stream);
     EXPECT_EQ(file->name, root["name"]) << entry.path();
     EXPECT_EQ(file->problem.x0_size(), static_cast<int>(root["x0"].size())) << entry.path();
-    EXPECT_EQ(file->problem.f().pieces_size(),
-              root.contains("pieces") ? static_cast<int>(root["pieces"].size()) : 1)
+    EXPECT_EQ(file->problem.f().pieces_size(), root.contains("pieces") ? static_cast<int>(root["pieces"].size()) : 1)
         << entry.path();
     EXPECT_EQ(file->annotations.contains("refs"), root.contains("refs")) << entry.path();
   }
@@ -182,8 +181,8 @@ INSTANTIATE_TEST_SUITE_P(
                {"x0 has 2 values", "a decimal is written 1.5"}},
         Broken{"PiecesBesideF",
                Example({{"f", {"0", "0"}}, {"pieces", {{{"t0", 0}, {"g", {1}}}}}}),
-               {"f is given beside pieces, which hold f and g"}},
-        Broken{"PiecesBesideG", Example({{"g", {"0"}}, {"pieces", {{{"t0", 0}}}}}), {"g is given beside pieces"}},
+               {"f is given as well as pieces, which hold f and g"}},
+        Broken{"PiecesBesideG", Example({{"g", {"0"}}, {"pieces", {{{"t0", 0}}}}}), {"g is given as well as pieces"}},
         Broken{"Title", Example({{"title", "x"}}), {"\"title\" is not a known key; did you mean \"name\"?"}},
         Broken{"Notes", Example({{"notes", "x"}}), {"\"notes\" is not a known key; did you mean \"about\"?"}},
         Broken{"RuleNear",
@@ -310,8 +309,8 @@ TEST(ProblemFileTest, RefusesFilesThatCannotBeRead) {
 }
 
 TEST(ProblemFileTest, ReadsRuleAndSelector) {
-  const auto file = ParseProblem(
-      Example({{"rule", "minimizer"}, {"selector", {{"C", {{1}, {2}}}, {"b", {3, 4}}}}}), "p.json");
+  const auto file =
+      ParseProblem(Example({{"rule", "minimizer"}, {"selector", {{"C", {{1}, {2}}}, {"b", {3, 4}}}}}), "p.json");
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_EQ(file->problem.rule(), v1::SOLUTION_RULE_MINIMIZER);
   EXPECT_EQ(file->problem.selector().c().dense().rows(), 2);
@@ -339,10 +338,8 @@ TEST(NonlinearFileTest, ReadsFormulasTimesAndSplitting) {
 
 TEST(NonlinearFileTest, ReadsNamesAndParameters) {
   nlohmann::json root = nlohmann::json::parse(kNonlinear);
-  root.merge_patch({{"states", {"pos", "speed"}},
-                    {"pairs", {"stop"}},
-                    {"parameters", {{"k", 40}}},
-                    {"W", {{0, "k"}, {-1, 0}}}});
+  root.merge_patch(
+      {{"states", {"pos", "speed"}}, {"pairs", {"stop"}}, {"parameters", {{"k", 40}}}, {"W", {{0, "k"}, {-1, 0}}}});
   const auto file = ParseProblem(root.dump(), "n.json");
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_THAT(file->nonlinear->state_names(), ElementsAre("pos", "speed"));

@@ -62,7 +62,7 @@ constexpr const char* kCreate = "/dlcs.v1.JobService/CreateSolveJob";
 
 TEST_F(AccessTest, SaysWhatIsExpectedAndNeverTheToken) {
   const std::string secret = "dlcs_0123456789";
-  EXPECT_THAT(std::string(Call(kGet, std::nullopt).message()), HasSubstr("wants a token"));
+  EXPECT_THAT(std::string(Call(kGet, std::nullopt).message()), HasSubstr("requires a token"));
   for (const std::string& header : {"Bearer " + secret, "Basic " + secret, secret, "Bearer" + secret,
                                     std::string("Bearer "), std::string(), "Bearer token " + secret}) {
     const absl::Status status = Call(kGet, header);
@@ -90,7 +90,7 @@ TEST_F(AccessTest, AMethodWithoutARuleIsRefused) {
 TEST_F(AccessTest, ACertificateIsAsGoodAsATokenButATokenComesFirst) {
   EXPECT_TRUE(Call(kGet, std::nullopt, {"monitor"}).ok());
   EXPECT_THAT(std::string(Call(kGet, std::nullopt, {"alice"}).message()),
-              HasSubstr("knows no user with the name of the client certificate"));
+              HasSubstr("has no user with the name of the client certificate"));
   EXPECT_EQ(Call(kGet, "Bearer wrong", {"monitor"}).code(), absl::StatusCode::kUnauthenticated);
   const std::vector<std::string> monitor = {"monitor"};
   EXPECT_EQ(access_->Identify("Bearer token", monitor)->user, "alice");

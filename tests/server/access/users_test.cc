@@ -60,7 +60,7 @@ TEST(UsersTest, RefusesALineWithItsNumberAndTheRuleButNotItsWords) {
                                  "b reader certificate",
                                  "the name must be"},
                             Case{std::string(129, 'b') + " reader certificate", "the name must be"},
-                            Case{Line("alice", "admin", "x"), "submitter on a line before, and admin here"},
+                            Case{Line("alice", "admin", "x"), "submitter on an earlier line, and admin here"},
                             Case{Line("bob", "reader", "first"), "of alice"}}) {
     const auto users = Users::Parse(good + wrong.line, "users.txt");
     ASSERT_FALSE(users.ok()) << wrong.line;

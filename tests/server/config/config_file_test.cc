@@ -53,7 +53,7 @@ TEST(ConfigFileTest, NamesTheLineAndTheRule) {
            {"threads =   # none\n", "a value must follow"},
            {"store = \"jobs.db\n", "a quote that opens must close"},
            {"store = \"jobs.db\" more\n", "only a comment may follow"},
-           {"threads = 1\n\nthreads = 2\n", "dlcsd.conf:3: threads = 2: was given in line 1 already"},
+           {"threads = 1\n\nthreads = 2\n", "dlcsd.conf:3: threads = 2: was already given in line 1"},
        }) {
     const auto settings = Read(wrong.text);
     EXPECT_EQ(settings.status().code(), absl::StatusCode::kInvalidArgument) << wrong.text;

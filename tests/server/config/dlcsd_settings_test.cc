@@ -91,10 +91,10 @@ TEST_F(DlcsdSettingsTest, ErrorsNameTheSettingItsValueTheRuleAndThePlace) {
            {"grace = -1", "--grace: \"-1\" is not a number of seconds between 0 and 86400"},
            {"log-level = loud", "--log-level: \"loud\" is none of debug, info, warn, error, off (" + path_ + ":1)"},
            {"log-format = jsn", "--log-format: \"jsn\" is none of text, json; did you mean json?"},
-           {"keep-finished = 5x", "--keep-finished: \"5x\" is no length of time; write seconds, or 90s, 30m, 12h, 7d"},
+           {"keep-finished = 5x", "--keep-finished: \"5x\" is not a duration; write seconds, or 90s, 30m, 12h, 7d"},
            {"listen = here", "--listen: \"here\" is not HOST:PORT"},
            {"store = /no/such/folder/jobs.db",
-            "--store /no/such/folder/jobs.db: the folder /no/such/folder must be there"},
+            "--store /no/such/folder/jobs.db: the folder /no/such/folder must exist"},
            {"store = mysql://host/jobs", "--store mysql://host/jobs: must be a file, or begin with postgresql://"},
            {"listen = 0.0.0.0:50051", "--listen 0.0.0.0:50051: other machines can reach this address"},
            {"tls-cert = /no/such.pem\ntls-key = /no/such.key", "/no/such.pem"},
@@ -152,7 +152,7 @@ TEST_F(DlcsdSettingsTest, AFileOfAnotherKindIsRefusedForLittleMemory) {
 TEST_F(DlcsdSettingsTest, DoesNotStartWithAStoreThatCannotBe) {
   const Ended told = RunDlcsd({"--listen", "127.0.0.1:0", "--store", "/no/such/folder/jobs.db"});
   EXPECT_EQ(told.exit_status, 2);
-  EXPECT_THAT(told.errors, HasSubstr("the folder /no/such/folder must be there"));
+  EXPECT_THAT(told.errors, HasSubstr("the folder /no/such/folder must exist"));
 }
 
 // The second would go on with what the first is running.

@@ -108,7 +108,7 @@ TEST(ConnectionListenerTest, AServerThatIsConnectedToTooOftenStillServes) {
   EXPECT_TRUE(is_greeted);
   dlcsd->Signal(SIGTERM);
   EXPECT_EQ(dlcsd->Wait(), 0);
-  EXPECT_THAT(dlcsd->ReadErrors(), HasSubstr("connections refused: the file descriptors that are left are kept"));
+  EXPECT_THAT(dlcsd->ReadErrors(), HasSubstr("connections refused: the remaining file descriptors are reserved"));
 }
 
 TEST(ConnectionListenerTest, ListensOnEveryAddressOfAName) {

@@ -184,7 +184,7 @@ TEST_F(SecureServerTest, EveryMethodAsksWhoCallsAndWhatTheyMayDo) {
 TEST_F(SecureServerTest, NoTokenAndAWrongOneAreToldApartAndNotRepeated) {
   Start(WithUsers({}));
   EXPECT_EQ(Ask(Options()).code(), absl::StatusCode::kUnauthenticated);
-  EXPECT_THAT(Refusal(Options()), AllOf(HasSubstr("wants a token"), HasSubstr("--token-file")));
+  EXPECT_THAT(Refusal(Options()), AllOf(HasSubstr("requires a token"), HasSubstr("--token-file")));
   EXPECT_EQ(Ask(Options("dlcs_mistyped")).code(), absl::StatusCode::kUnauthenticated);
   EXPECT_THAT(Refusal(Options("dlcs_mistyped")), AllOf(HasSubstr("not one of"), Not(HasSubstr("mistyped"))));
   EXPECT_TRUE(Ask(Options(kReader)).ok());
@@ -292,9 +292,9 @@ TEST_F(SecureServerTest, OneUserHasSoManyWatches) {
 TEST_F(SecureServerTest, EncryptsAndProvesWhoItIs) {
   Start(WithUsers(Tls(authority_.Issue("localhost"))));
   EXPECT_TRUE(Ask(Encrypted(authority_, kReader)).ok()) << Ask(Encrypted(authority_, kReader));
-  EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("wants a token"));
+  EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("requires a token"));
   EXPECT_THAT(Refusal(Encrypted(foreign_, kReader)),
-              AllOf(HasSubstr(server_->address()), HasSubstr("not of an authority in " + folder_.File("ca.pem"))));
+              AllOf(HasSubstr(server_->address()), HasSubstr("not from an authority in " + folder_.File("ca.pem"))));
   ConnectionOptions of_this_machine = Options();
   of_this_machine.tls = true;
   EXPECT_THAT(Refusal(of_this_machine), HasSubstr("--tls-ca"));
@@ -327,13 +327,13 @@ TEST_F(SecureServerTest, WithClientAuthoritiesClientsProveWhoTheyAre) {
   const ConnectionOptions without = Encrypted(authority_, kReader);
   EXPECT_THAT(Refusal(without), AllOf(HasSubstr("shows no certificate"), HasSubstr("--tls-cert")));
   EXPECT_THAT(Refusal(Showing(foreign_.Issue("sensor"), without)),
-              AllOf(HasSubstr("client.pem"), HasSubstr("of an authority that it trusts")));
+              AllOf(HasSubstr("client.pem"), HasSubstr("from an authority that it trusts")));
   EXPECT_THAT(Refusal(Showing(authority_.Issue("sensor", -1), without)), HasSubstr("expired"));
   const ConnectionOptions no_token = Encrypted(authority_);
   EXPECT_TRUE(Ask(Showing(authority_.Issue("sensor"), no_token)).ok());
   EXPECT_TRUE(Ask(Showing(authority_.Issue("someone", 30, "DNS:sensor.example"), no_token)).ok());
   EXPECT_THAT(Refusal(Showing(authority_.Issue("someone"), no_token)),
-              HasSubstr("knows no user with the name of the client certificate"));
+              HasSubstr("has no user with the name of the client certificate"));
   EXPECT_TRUE(Ask(Showing(authority_.Issue("someone"), without)).ok());
 }
 
@@ -350,7 +350,7 @@ TEST_F(SecureServerTest, CertificatesAreReadAgainAndBrokenOnesAreNot) {
   }
   Tls(issued);
   EXPECT_TRUE(Becomes([&] { return Ask(Encrypted(next)).ok(); }));
-  EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("not of an authority"));
+  EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("not from an authority"));
 }
 
 TEST_F(SecureServerTest, ATokenIsNotSentInPlainTextToOtherMachines) {
@@ -510,7 +510,7 @@ TEST_F(SecureDlcsdTest, MakesTokens) {
   DlcsdProcess shown({"token", "bob"});
   const std::string bob = shown.ReadLine();
   EXPECT_EQ(shown.Wait(), 0);
-  EXPECT_THAT(shown.ReadErrors(), HasSubstr("The token of bob, shown this once: dlcs_"));
+  EXPECT_THAT(shown.ReadErrors(), HasSubstr("The token of bob, shown only once: dlcs_"));
   EXPECT_THAT(bob, ::testing::StartsWith("bob submitter sha256:"));
 }
 

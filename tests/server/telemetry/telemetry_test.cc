@@ -238,7 +238,7 @@ TEST_F(TelemetryTest, ProbesFollowTheStoreAndTheDrain) {
   MetricsWhen("dlcs_store_healthy", 0);
   EXPECT_EQ(Get(address, "/readyz").status, 200);
   EXPECT_EQ(Get(address, "/readyz/jobs").status, 503);
-  EXPECT_THAT(Get(address, "/readyz/jobs").text, HasSubstr("the store of jobs does not answer"));
+  EXPECT_THAT(Get(address, "/readyz/jobs").text, HasSubstr("the job store does not answer"));
   server_->Drain();
   EXPECT_EQ(Get(address, "/readyz").status, 503);
   EXPECT_EQ(Get(address, "/livez").status, 200);

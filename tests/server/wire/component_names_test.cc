@@ -54,10 +54,10 @@ TEST(CheckNamesTest, RefusesWhatFormulasKnowAndWhatStandsForTwoThings) {
       HasSubstr("states[0]: \"x2\"; x, y and w with a number are names of components, and that of this one is x1"));
   EXPECT_THAT(FaultOf({{}, {"x1"}}), HasSubstr("that of this one is y1"));
   EXPECT_THAT(FaultOf({{"iL", "w1"}, {}}), HasSubstr("states[1]: \"w1\""));
-  EXPECT_THAT(FaultOf({{"iL", "iL"}, {}}), HasSubstr("states[1]: \"iL\"; is the name of states[0] already"));
-  EXPECT_THAT(FaultOf({{"iL", "vC"}, {"vC"}}), HasSubstr("pairs[0]: \"vC\"; is the name of states[1] already"));
+  EXPECT_THAT(FaultOf({{"iL", "iL"}, {}}), HasSubstr("states[1]: \"iL\"; is already the name of states[0]"));
+  EXPECT_THAT(FaultOf({{"iL", "vC"}, {"vC"}}), HasSubstr("pairs[0]: \"vC\"; is already the name of states[1]"));
   EXPECT_THAT(FaultOf({{"R", "vC"}, {}}, {{"R", 1}}),
-              HasSubstr("states[0]: \"R\"; is the name of parameters.R already"));
+              HasSubstr("states[0]: \"R\"; is already the name of parameters.R"));
 }
 
 TEST(ParametersTest, AreNumbersWithNamesOfTheirOwn) {
@@ -171,7 +171,7 @@ TEST(EntryFormulasTest, SayWhatIsWrongWithThem) {
   EXPECT_THAT(fault(0, "R*t", &parameters), HasSubstr("A[0][0]: \"R*t\"; depends on t"));
   EXPECT_THAT(fault(0, "1/zero", &parameters), HasSubstr("A[0][0]: \"1/zero\"; is inf and must be finite"));
   EXPECT_THAT(fault(2, "R", &parameters), HasSubstr("A.formulas[0].index: 2; must be at least 0, below 2"));
-  EXPECT_THAT(fault(0, "1", nullptr), HasSubstr("only the matrices of a problem have formulas as entries"));
+  EXPECT_THAT(fault(0, "1", nullptr), HasSubstr("only matrices of a problem may have formulas as entries"));
 }
 
 // x' = -x/(R C) + y, w = N x + M y + amplitude.
@@ -215,7 +215,7 @@ TEST(ProblemParametersTest, OfAMemberChangeItsFormulasButNoMatrix) {
   MemberFromProto(member, Circuit(), "members[4]", violations);
   ASSERT_EQ(violations.size(), 1u);
   EXPECT_EQ(violations[0].field, "members[4].parameters");
-  EXPECT_THAT(violations[0].description, HasSubstr("change A, which all members of an ensemble have in common"));
+  EXPECT_THAT(violations[0].description, HasSubstr("change A, which all members of an ensemble share"));
 }
 
 }  // namespace

@@ -91,22 +91,20 @@ TEST(ConvertMatrixTest, NamesWhatIsWrong) {
       {Sparse(2, 2, {{0, 0, 1}, {2, 0, 1}}), "A.sparse.row_indices[1]", "2; must be at least 0 and below 2"},
       {Sparse(2, 2, {{0, -1, 1}}), "A.sparse.column_indices[0]", "-1; must be at least 0 and below 2"},
       {Sparse(2, 2, {{1, 0, 1}, {0, 0, 5}, {1, 0, 2}}), "A.sparse.values[2]",
-       "row 1, column 0 has values[0] already; must be one entry for a place"},
+       "row 1, column 0 has values[0] already; every position may occur only once"},
       {Sum({}), "A.kronecker_sum", "no factors"},
       {Sum({one, Sparse(2, 1, {})}), "A.kronecker_sum.factors[1]", "2x1; must be square"},
       {Sum({one, Sum({one})}), "A.kronecker_sum.factors[1]", "must be dense or sparse"},
-      {Sum({one, Sparse(1, 1, {{3, 0, 1}})}), "A.kronecker_sum.factors[1].sparse.row_indices[0]",
-       "3; must be"},
+      {Sum({one, Sparse(1, 1, {{3, 0, 1}})}), "A.kronecker_sum.factors[1].sparse.row_indices[0]", "3; must be"},
       // 2^62 rows, and more than an int64 holds.
       {Sum({Sparse(kLargest, kLargest, {}), Sparse(kLargest, kLargest, {})}), "A", "at most 2147483647 rows"},
       {Sum(std::vector<v1::Matrix>(3, Sparse(kLargest, kLargest, {}))), "A", "at most 2147483647 rows"},
       // A factor without rows makes the whole empty, but the other one must not be made either.
-      {Sum({Sparse(0, 0, {}), Sparse(kLargest, kLargest, {})}), "A.kronecker_sum.factors[0]",
-       "0x0; must be square"},
+      {Sum({Sparse(0, 0, {}), Sparse(kLargest, kLargest, {})}), "A.kronecker_sum.factors[0]", "0x0; must be square"},
   };
   for (const Case& c : cases) {
-    EXPECT_THAT(ViolationsIn(c.matrix), Contains(AllOf(Field(&Violation::field, c.field),
-                                                       Field(&Violation::description, HasSubstr(c.rule)))))
+    EXPECT_THAT(ViolationsIn(c.matrix),
+                Contains(AllOf(Field(&Violation::field, c.field), Field(&Violation::description, HasSubstr(c.rule)))))
         << c.matrix.ShortDebugString();
   }
 }
@@ -118,8 +116,7 @@ TEST(ConvertMatrixTest, ListsAFewOfManyBadIndices) {
 TEST(ConvertMatrixTest, RefusesToWriteDownWhatIsTooLarge) {
   std::vector<Violation> violations;
   EXPECT_EQ(MatrixFromProto(Sparse(kLargest, kLargest, {}), "M", violations).size(), 0);
-  EXPECT_THAT(violations,
-              ElementsAre(Field(&Violation::description, HasSubstr("entries are possible here"))));
+  EXPECT_THAT(violations, ElementsAre(Field(&Violation::description, HasSubstr("entries are possible here"))));
 }
 
 TEST(ConvertMatrixTest, StructureSurvivesTheRoundTrip) {

@@ -66,7 +66,7 @@ TEST(HealthCommandTest, TellsOfAServerThatServesUntilItDrains) {
     const ProgramOutcome draining = HealthOf(*server, service);
     EXPECT_EQ(draining.code, 1);
     EXPECT_EQ(draining.out, "NOT_SERVING\n");
-    EXPECT_THAT(draining.err, AllOf(HasSubstr(server->address()), HasSubstr("shuts down")));
+    EXPECT_THAT(draining.err, AllOf(HasSubstr(server->address()), HasSubstr("shutting down")));
   }
 }
 

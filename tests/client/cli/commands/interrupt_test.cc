@@ -116,7 +116,7 @@ TEST_F(InterruptTest, APartOfAResultDoesNotGetTheNameOfTheWhole) {
   program.Send({SIGTERM});
   const ProgramOutcome outcome = program.Await();
   EXPECT_EQ(outcome.code, 143);
-  EXPECT_THAT(outcome.err, HasSubstr("wrote " + path + ".partial"));
+  EXPECT_THAT(outcome.err, HasSubstr("wrote the incomplete trajectory to " + path + ".partial"));
   EXPECT_TRUE(std::filesystem::exists(path + ".partial"));
   std::ifstream stream(path);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(stream), {}), "before");
@@ -194,7 +194,7 @@ TEST_F(InterruptTest, WatchingEndsAndTheJobGoesOn) {
     const ProgramOutcome outcome = program.Await();
     const v1::SolveJob job = TheJob();
     EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr(job.name() + " goes on"));
+    EXPECT_THAT(outcome.err, HasSubstr(job.name() + " continues"));
     EXPECT_EQ(job.state(), v1::JOB_STATE_RUNNING);
   }
   EXPECT_TRUE(jobs_->Cancel(TheJob().name(), {}).ok());

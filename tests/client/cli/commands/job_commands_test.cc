@@ -178,7 +178,7 @@ TEST_F(JobCommandsTest, AProblemIsUploadedOnceAndSolvedByName) {
   const std::string name = uploaded.out.substr(0, uploaded.out.size() - 1);
   const ProgramOutcome again = Dlcs("upload -", kEasyProblem);
   EXPECT_EQ(again.out, uploaded.out);
-  EXPECT_EQ(again.err, "dlcs: it was there already\n");
+  EXPECT_EQ(again.err, "dlcs: it was uploaded already\n");
   EXPECT_THAT(Dlcs("problems").out, HasSubstr(name));
   EXPECT_THAT(Dlcs("get " + name).out, HasSubstr("1 state, 1 pair, T = 4"));
 
@@ -237,7 +237,7 @@ TEST_F(JobCommandsTest, TakesTheFirstLettersOfAName) {
   EXPECT_THAT(none.err, HasSubstr("no job has a name that begins with"));
   const ProgramOutcome all = Dlcs("get jobs/");
   EXPECT_EQ(all.code, 2);
-  EXPECT_THAT(Dlcs("get no/job").err, HasSubstr("is no name of a job"));
+  EXPECT_THAT(Dlcs("get no/job").err, HasSubstr("is not the name of a job"));
 }
 
 TEST_F(JobCommandsTest, SubmitsWaitsAndForgetsAll) {
@@ -259,7 +259,7 @@ TEST_F(JobCommandsTest, ResultsAreShownAtTheNearestTimes) {
   const ProgramOutcome outcome = Dlcs("result " + job + " --at 2.6,1,2.4 --format json");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["trajectory"]["times"], nlohmann::json({1.0, 2.5}));
-  EXPECT_THAT(outcome.err, HasSubstr("--at 2.6: is no stored time; the nearest is 2.5"));
+  EXPECT_THAT(outcome.err, HasSubstr("--at 2.6: is not a stored time; the nearest is 2.5"));
   EXPECT_THAT(outcome.err, testing::Not(HasSubstr("--at 1:")));
 }
 
@@ -291,14 +291,14 @@ TEST_F(JobCommandsTest, SaysAtOnceWhereNobodyServes) {
     EXPECT_THAT(outcome.err, testing::Not(HasSubstr("again in")));
   }
   const ProgramOutcome elsewhere = RunDlcs("health --server nowhere.invalid:1");
-  EXPECT_THAT(elsewhere.err, HasSubstr("no machine called \"nowhere.invalid\" is known"));
+  EXPECT_THAT(elsewhere.err, HasSubstr("no host \"nowhere.invalid\" was found"));
   EXPECT_THAT(elsewhere.err, testing::Not(HasSubstr("dlcsd --listen")));
 }
 
 TEST_F(JobCommandsTest, TellsThatItTriesAgain) {
   const ProgramOutcome outcome = RunDlcs("list --server 127.0.0.1:1 --patience 0.6");
   EXPECT_EQ(outcome.code, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("no server answers (Connection refused); again in"));
+  EXPECT_THAT(outcome.err, HasSubstr("no server answers (Connection refused); retrying in"));
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ TEST(LcpOutputTest, ShowsIndexSetsAndAllSolutions) {
   const std::string text = Printed([&](std::FILE* out) { PrintLcpTable(response, out); });
   EXPECT_THAT(text,
               AllOf(HasSubstr("Rule    the least norm\n"), HasSubstr("J (y > 0)      {0, 1}"),
-                    HasSubstr("K (y = w = 0)  {2}: degenerate"), HasSubstr("Other solutions serve"),
+                    HasSubstr("K (y = w = 0)  {2}: degenerate"), HasSubstr("Other solutions satisfy"),
                     HasSubstr("1 basic solution; the search was not complete"), HasSubstr("y = (1, 0, 0)"),
                     HasSubstr("a continuum with w = 0 on {0, 1}"), Not(HasSubstr("no other solutions"))));
   response.mutable_all()->clear_faces();

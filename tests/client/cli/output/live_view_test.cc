@@ -74,8 +74,7 @@ TEST(LiveViewTest, ShowsIteratesAsPlainLinesInALog) {
     view.OnEvent(Iterate(1));
     view.OnEvent(Iterate(2));
   });
-  EXPECT_THAT(shown, AllOf(HasSubstr("iteration"), HasSubstr("1.50e-03"), HasSubstr("10^-12.3"),
-                           HasSubstr("2.0e-16")));
+  EXPECT_THAT(shown, AllOf(HasSubstr("iteration"), HasSubstr("1.50e-03"), HasSubstr("10^-12.3"), HasSubstr("2.0e-16")));
   EXPECT_THAT(shown, AllOf(Not(HasSubstr("\r")), Not(HasSubstr("\x1b"))));
   EXPECT_EQ(std::count(shown.begin(), shown.end(), '\n'), 3);
 }
@@ -94,7 +93,7 @@ TEST(LiveViewTest, CondensesToTheLastIterateOfAWindow) {
     view.OnEvent(WindowFinished(0.5, true));
     for (int i = 1; i <= 7; ++i) view.OnEvent(Iterate(i));
   });
-  EXPECT_THAT(shown, AllOf(HasSubstr("from here on the last iterate of a window"), HasSubstr("  7  "),
+  EXPECT_THAT(shown, AllOf(HasSubstr("from here on only the last iterate of some windows"), HasSubstr("  7  "),
                            HasSubstr("iterates not shown")));
 }
 
@@ -148,11 +147,11 @@ TEST(LiveViewTest, DrawsABarOnATerminalAndTakesItAway) {
 }
 
 TEST(LiveViewTest, SaysWhatIsBeingDoneBeforeThereIsATime) {
-  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [](LiveView&) {}), HasSubstr("analyzes"));
+  EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [](LiveView&) {}), HasSubstr("analyzing"));
   v1::SolveEvent analysis;
   analysis.mutable_analysis();
   EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [&](LiveView& view) { view.OnEvent(analysis); }),
-              HasSubstr("sets up"));
+              HasSubstr("setting up"));
   EXPECT_THAT(ShownWithABar({.terminal = true, .horizon = 2}, [&](LiveView& view) { view.OnEvent(Iterate(7)); }),
               HasSubstr("iteration 7"));
 }
@@ -164,8 +163,7 @@ TEST(LiveViewTest, SaysNoTimeOfSolvesWithShorterAndShorterSteps) {
     view.OnEvent(analysis);
     view.OnEvent(WindowFinished(1.9995, true));
   });
-  EXPECT_THAT(shown,
-              AllOf(HasSubstr("  99 %  "), HasSubstr("tries shorter and shorter steps"), Not(HasSubstr(" of 2"))));
+  EXPECT_THAT(shown, AllOf(HasSubstr("  99 %  "), HasSubstr("trying shorter steps"), Not(HasSubstr(" of 2"))));
 }
 
 TEST(LiveViewTest, SaysWhatFollowsTheEnd) {
@@ -173,8 +171,8 @@ TEST(LiveViewTest, SaysWhatFollowsTheEnd) {
     return ShownWithABar({.terminal = true, .horizon = 2, .estimates = estimates},
                          [](LiveView& view) { view.OnEvent(WindowFinished(2, true)); });
   };
-  EXPECT_THAT(at_the_end(true), AllOf(HasSubstr(" 100 %  "), HasSubstr("estimates the error")));
-  EXPECT_THAT(at_the_end(false), HasSubstr("checks the result"));
+  EXPECT_THAT(at_the_end(true), AllOf(HasSubstr(" 100 %  "), HasSubstr("estimating the error")));
+  EXPECT_THAT(at_the_end(false), HasSubstr("checking the result"));
 }
 
 TEST(LiveViewTest, ShowsIteratesOnATerminalWhereAskedTo) {

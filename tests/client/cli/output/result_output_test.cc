@@ -79,6 +79,24 @@ TEST(ResultTableTest, ListsSwitchingTimesByTheNamesOfItsColumns) {
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintTable("", many, 80, out); }), HasSubstr("and 498 more"));
 }
 
+TEST(ResultTableTest, KeepsTheColumnsOfSwitchingTimesStraightWithLongNames) {
+  SolveResult result = WithSwitchings();
+  result.names.pairs = {"resistance of the valve"};
+  result.summary.mutable_switching_times(0)->add_leaving(0);
+  std::istringstream lines(Printed([&](std::FILE* out) { PrintTable("", result, 80, out); }));
+  std::string line;
+  while (std::getline(lines, line) && line != "Switching times") continue;
+  std::getline(lines, line);
+  const std::size_t active = line.find("active"), inactive = line.find("inactive");
+  ASSERT_NE(inactive, std::string::npos);
+  std::getline(lines, line);
+  EXPECT_EQ(line.substr(active, 2), "- ");
+  EXPECT_EQ(line.substr(inactive), "resistance of the valve");
+  std::getline(lines, line);
+  EXPECT_EQ(line.substr(active, inactive - active), "resistance of the valve  ");
+  EXPECT_EQ(line.substr(inactive), "-");
+}
+
 TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
   const SolveResult result = Example();
   const auto chunk = [&](std::size_t first, std::size_t end) {
@@ -102,8 +120,7 @@ TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
     ASSERT_TRUE(std::getline(lines, line));
     std::istringstream fields(line);
     std::vector<double> numbers;
-    for (std::string field; std::getline(fields, field, ',');)
-      numbers.push_back(std::strtod(field.c_str(), nullptr));
+    for (std::string field; std::getline(fields, field, ',');) numbers.push_back(std::strtod(field.c_str(), nullptr));
     EXPECT_THAT(numbers, testing::ElementsAre(result.times[k], result.x_at(k)[0], result.x_at(k)[1], result.y_at(k)[0],
                                               result.w_at(k)[0]));
   }

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The tree keeps its order. The READMEs of core, proto, server and client list their rooms (folders, or single modules)
-under "Rooms", each below those that may use it.
+"""The tree keeps its order. The READMEs of core, proto, server and client list their layers (folders, or single
+modules) under "Layers", each below those that may use it.
 
-    rooms_test.py PROJECT_FOLDER
+    layers_test.py PROJECT_FOLDER
 """
 
 import collections
@@ -33,37 +33,37 @@ def includes(path):
     return [pathlib.Path(name) for name in names if name.split("/")[0] in [*MAY_USE, "tests"]]
 
 
-def rooms(top):
-    """Room -> its place in the order, from the first table of the section."""
-    section = (ROOT / top / "README.md").read_text().split("\n## Rooms\n")[1]
+def layers(top):
+    """Layer -> its place in the order, from the first table of the section."""
+    section = (ROOT / top / "README.md").read_text().split("\n## Layers\n")[1]
     table = re.search(r"(?:^\|.*\n)+", section, re.M)[0]
-    return {room: place for place, room in enumerate(re.findall(r"^\| `([\w/]+?)/?` \|", table, re.M))}
+    return {layer: place for place, layer in enumerate(re.findall(r"^\| `([\w/]+?)/?` \|", table, re.M))}
 
 
-ROOMS = {top: rooms(top) for top in MAY_USE}
+LAYERS = {top: layers(top) for top in MAY_USE}
 
 
-def room_of(path):
-    """The innermost room of a file, None where its README lists none."""
+def layer_of(path):
+    """The innermost layer of a file, None where its README lists none."""
     inside = pathlib.Path(*path.parts[1:]).with_suffix("")
-    return next((str(place) for place in [inside, *inside.parents] if str(place) in ROOMS[path.parts[0]]), None)
+    return next((str(place) for place in [inside, *inside.parents] if str(place) in LAYERS[path.parts[0]]), None)
 
 
-class RoomsTest(unittest.TestCase):
-    def test_every_source_is_in_a_room(self):
-        self.assertEqual([str(path) for path in SOURCES if path.parts[0] in MAY_USE and room_of(path) is None], [])
+class LayersTest(unittest.TestCase):
+    def test_every_source_is_in_a_layer(self):
+        self.assertEqual([str(path) for path in SOURCES if path.parts[0] in MAY_USE and layer_of(path) is None], [])
 
-    def test_every_room_exists(self):
-        for top, listed in ROOMS.items():
+    def test_every_layer_exists(self):
+        for top, listed in LAYERS.items():
             self.assertEqual(
-                [room for room in listed if not [*(ROOT / top).glob(room), *(ROOT / top).glob(f"{room}.*")]], []
+                [layer for layer in listed if not [*(ROOT / top).glob(layer), *(ROOT / top).glob(f"{layer}.*")]], []
             )
 
-    def test_tests_mirror_the_rooms(self):
+    def test_tests_mirror_the_layers(self):
         for path in SOURCES:
             if path.parts[0] == "tests" and path.parts[1] in MAY_USE and len(path.parts) > 3:
                 with self.subTest(file=str(path)):
-                    self.assertIn("/".join(path.parts[2:-1]), ROOMS[path.parts[1]])
+                    self.assertIn("/".join(path.parts[2:-1]), LAYERS[path.parts[1]])
 
     def test_no_header_includes_itself(self):
         self.assertEqual([str(path) for path in SOURCES if path in includes(path)], [])
@@ -76,7 +76,7 @@ class RoomsTest(unittest.TestCase):
                     continue
                 with self.subTest(file=str(path), includes=str(name)):
                     if name.parts[0] == top:
-                        self.assertLessEqual(ROOMS[top][room_of(name)], ROOMS[top][room_of(path)])
+                        self.assertLessEqual(LAYERS[top][layer_of(name)], LAYERS[top][layer_of(path)])
                     else:
                         self.assertIn(name.parts[0], MAY_USE[top])
 
