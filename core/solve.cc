@@ -22,7 +22,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const Problem& problem, const Option
                                             std::stop_token stop, SetupCache* setups, const ResumePoint* resume) {
   const auto started = std::chrono::steady_clock::now();
   Options options = asked;
-  // Event location asked for by its name has an error of its own.
+  // If the options name event_driven, it has its own error control.
   const bool error_by_default = options.method != Method::kEventDriven && FillInDefaultError(options);
   auto plan = MakePlan(problem, options, setups);
   if (!plan.ok()) return plan.status();

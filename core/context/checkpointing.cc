@@ -13,7 +13,7 @@ namespace {
 // To be raised whenever what a method carries changes, or the bits that follow from it.
 constexpr Index kVersion = 2;
 
-// What tells one solve from another, as far as a state can be mistaken.
+// Identifies a solve, so that the state of another one is refused.
 std::vector<Index> Fingerprint(const SolveContext& context) {
   return {kVersion,
           static_cast<Index>(context.solution.method),

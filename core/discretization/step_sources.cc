@@ -14,10 +14,10 @@ namespace {
 
 // Not a node, and not symmetric to one: between the two nodes right of the middle.
 constexpr double kCheckPosition = 0.1305;
-// Of interpolation: what a polynomial may be off without having missed anything.
+// The rounding error of an interpolant, relative to its largest value; a smaller difference is no interpolation error.
 constexpr double kRounding = 32 * std::numeric_limits<double>::epsilon();
 
-// Of a formula that is a small difference of large terms.
+// The same relative to the terms, for a formula that is a small difference of large terms.
 constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
 
 void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<double>& times) {

@@ -185,7 +185,7 @@ SystemSolves SolvesOf(Task& task, Observer& observer) {
   return system;
 }
 
-// Steps as short as options.error_tolerance needs; a grid that was asked for is where output is wanted.
+// Steps as short as options.error_tolerance requires; the nodes of a given grid are output times only.
 absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
   if (IsPaper(task)) {
     // No halving of steps shows the error of the contour, e^{-2.06 √P}: it gets a thirtieth of the tolerance.

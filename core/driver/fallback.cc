@@ -41,7 +41,7 @@ bool IsBetter(const Solution& second, const Solution& first) {
   return second.accuracy.error < first.accuracy.error;
 }
 
-// Solves by the method that `choose_by` lets be chosen, after `first`, which it gives back where nothing serves.
+// Solves by the method that is chosen with `choose_by`, after `first`; returns `first` if no other method applies.
 absl::StatusOr<Solution> SolveAgain(Task& task, const Options& choose_by, const std::string& how, Solution first,
                                     AnalysisReport& report, Observer& observer) {
   ChooseAgain(task.problem, choose_by, task.setups, task.plan);

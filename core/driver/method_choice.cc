@@ -43,7 +43,8 @@ std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Sel
          ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
 }
 
-// The iteration solves each LCP some ten times, the march once but one after the other: so many threads outweigh that.
+// The iteration solves each LCP about ten times, but in parallel; time stepping solves it once, one step after the
+// other. With this many threads the iteration is faster.
 constexpr int kThreadsForIteration = 16;
 
 // A mode follows the one solution, or one of several, until a component of y or w vanishes. The others may end where

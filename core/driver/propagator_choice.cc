@@ -17,8 +17,8 @@ constexpr Index kSmall = 64;
 constexpr Index kSmallSparse = 300;
 // A contour costs as many solves a node.
 constexpr Index kFewConstraints = 200;
-// Beyond it the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are for
-// who asks for the march or the iteration.
+// For more states the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are
+// then used only if the options name the method.
 constexpr Index kLargestChosenContour = 20'000;
 // From here on one matrix function takes minutes.
 constexpr Index kLargestDense = 4000;

@@ -88,7 +88,7 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   for (Index e = 0; e < kErrors; ++e) {
     const double moved = mode.guard.state.row(guard).dot(errors_.col(e));
     const double delay = -(moved + std::copysign(step.guard_tail[guard], moved)) / speed;
-    // Where a guard grazes zero its speed tells nothing.
+    // If a guard only touches zero, its speed is useless.
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }
 }

@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-// Where the tolerance was asked for, a solve that has not met it has not reached what it should.
+// If the options set the tolerance, a solve that misses it has failed to reach it.
 bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, const EventRecord& record) {
   std::vector<std::string>& warnings = context.solution.warnings;
   if (record.marched_steps > 0) warnings.push_back(DescribeMarches(record));
@@ -57,7 +57,7 @@ bool EventDriven(SolveContext& context) {
   double of_steps = context.error_by_default ? kFirstByDefault * tolerance : tolerance;
   double of_steps_before = of_steps;
   double error_before = std::numeric_limits<double>::infinity();
-  // What is not asked for is bounded in its work, and leaves something for steps without events.
+  // The default tolerance has a limit of work, of which a part is left for methods with fixed steps.
   const Index num_states = context.problem.num_states();
   const Index most_work = context.error_by_default ? kMostDefaultEventWork : std::numeric_limits<Index>::max();
   Index work = 0;

@@ -24,10 +24,10 @@ constexpr double kShortModePart = 1e-6;
 // mode last that ends so soon.
 constexpr double kShortestPart = 1e-12;
 constexpr double kNoModePart = 1e-14;
-// Error control never asks for less than this part of the tolerance of one step.
+// Error control never requires less than this part of the tolerance of one step.
 constexpr double kLeastShare = 0.02;
-// A step of which an event leaves less than this part is taken again, shorter, where what is behind the event made its
-// error look small.
+// If an event cuts a step to less than this part, the step is repeated with a shorter length, because the part after
+// the event may have made its error look small.
 constexpr double kLeastKept = 0.5;
 // A step is at most so many times longer than the last two modes were: rounding grows with the length, and
 // where modes accumulate little else is left.

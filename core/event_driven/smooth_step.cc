@@ -16,14 +16,15 @@ namespace {
 
 constexpr double kUnit = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 64 * kUnit;
-// Of the noise of sources, which is a bound, that of a value is this much less.
+// The noise of sources is an upper bound; that of one value is kUnit / kRoundingOfValues of it.
 constexpr double kRoundingOfValues = 16 * kUnit;
 // The part of that which one coefficient may hold.
 constexpr double kOfCoefficient = 1.0 / 8;
-// A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the
-// step: where modes accumulate, all sizes are small. What is above is no error to speak of.
+// A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step: where
+// modes accumulate, all sizes are small. A smaller violation is a negligible error.
 constexpr double kLevelPart = 1e-6;
-// A row of which the terms act so many times on half a step has forgotten at its end what it was at the start.
+// If the rate of a row, times half a step, is larger than this, its value at the end does not depend on that at the
+// start.
 constexpr double kForgets = 2;
 
 LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const StepSources& sources) {

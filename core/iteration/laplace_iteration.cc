@@ -97,8 +97,8 @@ class Iteration {
     return y_is_solution || FailLcp(context_, LcpStatus::kInfeasible, Time(at), "LCP(N x + g, M)");
   }
 
-  // Whether a window from `at` goes on into the next run. A run that fills much of a window is better served alone,
-  // by a convolution; in a window over several lengths of steps every iteration costs O(m²) a step.
+  // Whether a window from `at` continues into the next run. A run that fills much of a window is solved alone, by a
+  // convolution, because in a window over several step lengths every iteration costs O(m²) a step.
   bool Crosses(const Position& at) const {
     constexpr Index kFew = 4, kMuch = 4;  // 4 steps, a quarter
     if (at.run + 1 == runs_.size() || runs_[at.run + 1].starts_at_break) return false;

@@ -165,7 +165,7 @@ void BalanceBlock(const Matrix& A, std::vector<Index>& states, Exponents& e) {
     block = given;
   }
   EvenOut(block, e);
-  // Graded from large to small, as the QR algorithm wants it.
+  // Graded from large to small, as the QR algorithm needs it.
   std::vector<Index> order(size);
   std::iota(order.begin(), order.end(), 0);
   std::vector<int> row_exponents(size);

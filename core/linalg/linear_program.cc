@@ -30,7 +30,7 @@ CoinPackedMatrix Packed(const Matrix& rows) {
                           starts.back(), values.data(), row_of.data(), starts.data(), /*lengths=*/nullptr);
 }
 
-// Ends the simplex method, between two of its iterations, when a stop is asked for. Nothing may be thrown through CLP.
+// Ends the simplex method, between two of its iterations, when a stop is requested. No exception may pass through CLP.
 class EndWhenStopped final : public ClpEventHandler {
  public:
   int event(Event) override {

@@ -8,7 +8,7 @@ namespace dlcs {
 
 namespace {
 
-// Up to `most` columns; tells whether what is left is `negligible`.
+// Takes up to `most` columns; returns whether the remainder is `negligible`.
 bool TakeColumns(Matrix& matrix, Index most, double negligible, LowRank& factors) {
   factors = {Matrix(matrix.rows(), 0), Matrix(0, matrix.cols())};
   if (matrix.size() == 0) return true;

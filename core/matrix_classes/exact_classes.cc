@@ -236,7 +236,7 @@ class HoleSearch {
     return std::move(found.v);
   }
 
-  // Near enough to the facet that no cone holds it, and that it is feasible where that is asked for.
+  // So close to the facet that no cone contains it and, if required, that it is feasible.
   void MakeHole(const BigVector& lambda) {
     constexpr int kNearest = 400;
     for (int k = 0; k <= kNearest; ++k) {

@@ -60,8 +60,8 @@ bool IsBelow(const Vector& value, const Vector& limit, const Vector& terms) {
   return ((limit - value).array() >= unit * (terms + limit.cwiseAbs()).array()).all();
 }
 
-// max t over x in the unit cube with x_i <= -t and (Mx)_i <= -t for i != j; `gain`ᵀx >= t is asked for too.
-// Rows of M that are zero need no margin. Empty unless t is clear.
+// max t over x in the unit cube with x_i <= -t and (Mx)_i <= -t for i != j; `gain`ᵀx >= t is a constraint too. Rows of
+// M that are zero need no margin. Empty unless t is clear.
 std::optional<Vector> Column(const Matrix& M, const Vector& gain, Index j) {
   const Index n = M.rows();
   LinearProgram program = MakeLinearProgram(2 * n + 1, n + 1);
@@ -177,8 +177,8 @@ std::optional<Solution> SearchSomeWeights(const Matrix& M) {
   return std::nullopt;
 }
 
-// max t subject to (uᵀR)_k <= bound_k - t, u >= 0, u_j = 0, Σu = total or free; t is not asked for where
-// column k of R and bound_k are zero. Empty unless the inequalities hold beyond rounding.
+// max t subject to (uᵀR)_k <= bound_k - t, u >= 0, u_j = 0, Σu = total or free; without t where column k of R and
+// bound_k are zero. Empty unless the inequalities hold beyond rounding.
 std::optional<Vector> Combination(const Matrix& R, const Vector& bound, Index j, std::optional<double> total) {
   const Index n = R.rows();
   LinearProgram program = MakeLinearProgram(n + 1, n + 1);

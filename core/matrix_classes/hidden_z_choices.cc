@@ -120,8 +120,8 @@ std::optional<Matrix> HiddenZMatrixForChoice(const Matrix& M, unsigned alpha) {
 bool HiddenZChoiceIsImpossible(const Matrix& M, unsigned alpha) {
   const Matrix G = Generators(M, alpha);
   std::vector<bool> support(static_cast<std::size_t>(M.rows()), true);
-  // For column j with w_j = 0 the sum Gᵀw itself is the combination, so a margin is asked of the others
-  // alone. The first program has no margin and finds the support.
+  // For column j with w_j = 0 the sum Gᵀw itself is the combination, so only the others need a margin. The first
+  // program has no margin and finds the support.
   for (const bool with_margin : {false, true}) {
     const std::optional<Exclusion> found = Exclude(M, G, support, with_margin);
     if (!found) return false;

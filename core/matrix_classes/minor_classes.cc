@@ -21,7 +21,7 @@ std::string MinorOfRows(const std::vector<Index>& indices) {
   return absl::StrCat("the principal minor of rows {", absl::StrJoin(indices, ", "), "}");
 }
 
-// What one class asks of the sign of a minor of order k, and what the minors seen so far say.
+// The condition of one class on the sign of a minor of order k, and its result for the minors seen so far.
 class SignTest {
  public:
   using Rule = bool (*)(int sign, Index order);

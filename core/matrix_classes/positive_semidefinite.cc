@@ -84,8 +84,8 @@ double EigenvalueRounding(const Vector& eigenvalues) {
   return 4 * kEpsilon * static_cast<double>(eigenvalues.size()) * eigenvalues.tail<1>()[0];
 }
 
-// Of a symmetric matrix, for its smallest eigenvalue, by inverse iteration. A little below it the matrix is regular,
-// and still far nearer to it than to the next one.
+// The eigenvector of a symmetric matrix for its smallest eigenvalue, by inverse iteration. The shift is a little below
+// that eigenvalue: the shifted matrix is regular, and the shift is much closer to it than to the next one.
 Vector Eigenvector(const Matrix& symmetric, double smallest) {
   const double below = smallest - 64 * kEpsilon * MaxAbs(symmetric);
   const PanelLu factor(symmetric - below * Matrix::Identity(symmetric.rows(), symmetric.cols()));

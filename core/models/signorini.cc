@@ -34,7 +34,7 @@ SparseMatrix OnMembrane(Index size, double weight) {
 }
 
 std::vector<Violation> ValidateModel(const SignoriniModel& model) {
-  // x0 has Q² entries, and so has every state that is asked for.
+  // x0 has Q² entries, and so has every requested state.
   constexpr Index kMostCells = 4096;
   std::vector<Violation> violations;
   if (model.cells < 2 || model.cells > kMostCells) {

@@ -17,7 +17,8 @@ using Verdict = ComplementarityResult::Verdict;
 constexpr Index kMaxSteps = 50;
 constexpr double kTight = 1e-13;
 constexpr double kLoose = 1e-9;
-// A kept Jacobian serves while it lowers the merit by this; a fresh one must lower it by kDescent of the step length.
+// A kept Jacobian is used as long as it lowers the merit by this factor; a fresh one must lower it by kDescent of the
+// step length.
 constexpr double kServes = 1e-2;
 constexpr double kDescent = 1e-4;
 constexpr int kHalvings = 20;
@@ -51,7 +52,7 @@ bool JosephyNewton::Linearize(const ComplementarityFunction& function, const Vec
   solver_.reset();
   jacobian_ = function.jacobian(y);
   if (!jacobian_.allFinite()) return false;
-  // The class was judged elsewhere; that of a Z-matrix is easily seen again, and without it there is no least element.
+  // The class was determined before; that of a Z-matrix is checked again, since without it there is no least element.
   const bool lost = selection_ == Selection::kLeastElement && !IsZMatrix(jacobian_);
   solver_ = MakeLcpSolver(jacobian_, lost ? Selection::kAny : selection_);
   return true;

@@ -35,7 +35,7 @@ Vector FirstGuess(const NonlinearProblem& problem, NonlinearFunctions& functions
   return functions.G(0, problem.x0, zero).allFinite() ? zero : Vector::Ones(problem.num_constraints()).eval();
 }
 
-// g_y with what may be rounding of its differences taken for zero, so that its class can be told.
+// g_y with entries that may be rounding of its differences set to zero, so that its class can be determined.
 Matrix WithoutNoise(Matrix jacobian) {
   const double noise = 1e-9 * MaxAbs(jacobian);
   return (jacobian.array().abs() <= noise).select(0, jacobian);
@@ -101,7 +101,7 @@ double PredictBytes(const NonlinearProblem& problem, double steps, double output
   return sizeof(double) * (steps + 1 + outputs * numbers);
 }
 
-// By trials, for the error that is asked for or that of the default.
+// Solves by trials, for the tolerance of the options or the default one.
 absl::StatusOr<Solution> SolveWithinError(NonlinearTask& task, bool by_default, Observer& observer) {
   TrialObserver windows(observer, task.problem.horizon);
   SystemSolves system = SolvesOf(task, windows);

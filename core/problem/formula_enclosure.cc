@@ -36,7 +36,7 @@ Interval NotNegative(Interval a) { return {std::max(a.lo, 0.0), a.hi}; }
 
 enum class Truth { kNever, kAlways, kPerhaps };
 
-// Of a comparison of two numbers whose difference is in `d`.
+// Whether a comparison holds for two numbers whose difference is in `d`.
 Truth TruthOf(FormulaOperation operation, Interval d) {
   if (d.is_empty()) return operation == kNotEqual ? Truth::kAlways : Truth::kNever;
   const auto truth = [](bool never, bool always) {

@@ -270,7 +270,7 @@ std::string AdviceForUnknownName(std::string_view name, const FormulaVariables& 
                  "depend on t alone"
                : "components are" + x_and_y;
   }
-  // A name is near when a third of its letters are wrong at most; T is near t, but x is not.
+  // A name is near if at most a third of its characters are wrong; T is near t, but x is not.
   std::size_t best = name.size() / 3 + 1;
   std::string_view nearest;
   const auto consider = [&](std::string_view candidate) {

@@ -260,7 +260,7 @@ class Reader {
     Fail(token_.position, message);
   }
 
-  // A step to go on with, until the loops have seen that the text has ended.
+  // Returns a valid step, so that the loops continue until they see the end of the text.
   int Fail(std::size_t position, const std::string& reason) {
     if (error_.empty()) error_ = "at position " + std::to_string(position + 1) + ": " + reason;
     token_ = {.kind = Kind::kEnd, .position = text_.size()};

@@ -78,7 +78,7 @@ class Finder {
   std::size_t last_ = 0;
 };
 
-// A formula on the part of `smooth interval` in [0, horizon]; without a horizon nothing is asked of it but its values.
+// A formula on the part of `smooth interval` in [0, horizon]; without a horizon only its values are used.
 absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::string& text,
                                                                  const FormulaParameters& parameters,
                                                                  const SmoothInterval& interval, double horizon) {

@@ -9,7 +9,7 @@ namespace dlcs {
 
 namespace {
 
-// Of a matrix that has no other entries, otherwise empty.
+// The diagonal of a diagonal matrix; empty if the matrix has other entries.
 Vector DiagonalOf(const SparseMatrix& matrix) {
   if (matrix.rows() != matrix.cols()) return {};
   Vector diagonal = Vector::Zero(matrix.rows());

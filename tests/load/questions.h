@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does it hold? What dlcs_load asks of a server, one function each. They print what they saw, and return whether what
-// is promised held.
+// The questions of dlcs_load, one function each: they load a server, print figures, and return whether the promises
+// of the server held.
 
 #ifndef DLCS_TESTS_LOAD_QUESTIONS_H_
 #define DLCS_TESTS_LOAD_QUESTIONS_H_

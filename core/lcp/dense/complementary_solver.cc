@@ -46,8 +46,8 @@ LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector>
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());
   LemkeEnd end = LemkeEnd::kRay;
-  // The tableau may drift; its basis is checked afresh. A second and third opinion of what a zero is, unless
-  // the path ended for reasons of its own.
+  // The tableau may drift; its basis is checked afresh. A second and third opinion of what a zero is, unless the path
+  // ended for other reasons.
   for (const double zero : {1e-11, 1e-8, 1e-14}) {
     end = lemke_->Run(lcp_, zero, basis);
     pivots_ += lemke_->pivots();

@@ -10,7 +10,7 @@ namespace dlcs {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// CLP answers to 1e-9 of the scaled data; a smaller margin of M z > 0 is not told from zero.
+// CLP is accurate to 1e-9 of the scaled data; it cannot distinguish a smaller margin of M z > 0 from zero.
 constexpr double kMargin = 1e-8;
 
 // max t subject to  q + M y >= t e, 0 <= y <= `upper`; y of the optimum, clipped to y >= 0, or nothing.

@@ -139,7 +139,7 @@ DLCS_INLINE void Substitute(const Work<V, Basic>& work, Tally* moved, Truth<V>* 
   for (int p = 0; p < parts; ++p) moved[p] += Judge(work, 0, p, V{}, y[p], right[p], wrong[p]);
 }
 
-// Rounds until no lane moves; bit l of the result tells whether lane l is solved.
+// Repeats rounds until no lane changes; bit l of the result is set if lane l is solved.
 template <typename V>
 DLCS_INLINE std::uint32_t Iterate(const Work<double, std::int64_t>& lanes) {
   constexpr int kWidth = sizeof(V) / sizeof(double);
