@@ -325,7 +325,7 @@ TEST_F(SecureServerTest, WithClientAuthoritiesClientsProveWhoTheyAre) {
   access.tokens = folder_.File("tokens.txt");
   Start(access, false);
   const ConnectionOptions without = Encrypted(authority_, kReader);
-  EXPECT_THAT(Refusal(without), AllOf(HasSubstr("shows no certificate"), HasSubstr("--tls-cert")));
+  EXPECT_THAT(Refusal(without), AllOf(HasSubstr("a client without a certificate"), HasSubstr("--tls-cert")));
   EXPECT_THAT(Refusal(Showing(foreign_.Issue("sensor"), without)),
               AllOf(HasSubstr("client.pem"), HasSubstr("from an authority that it trusts")));
   EXPECT_THAT(Refusal(Showing(authority_.Issue("sensor", -1), without)), HasSubstr("expired"));
