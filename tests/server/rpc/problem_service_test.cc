@@ -245,7 +245,7 @@ TEST_F(ProblemServiceTest, RefusesWhatIsNotWhatWasAnnouncedAndKeepsNothing) {
       {UploadRaw(size, hash, {bytes, "x"}), "goes beyond"},
       {UploadRaw(0, hash, {}), "start.bytes: 0"},
       {UploadRaw(size, "short", {bytes}), "start.sha256: has 5 bytes"},
-      {UploadRaw(100, ContentHash(garbage), {garbage}), "no dlcs.v1.ProblemBody"},
+      {UploadRaw(100, ContentHash(garbage), {garbage}), "not a dlcs.v1.ProblemBody"},
       {UploadRaw(static_cast<std::int64_t>(unsound.size()), ContentHash(unsound), {unsound}), "x0: 2 components"},
   };
   for (const auto& refused : cases) {
