@@ -4,16 +4,24 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "core/matrix_classes/positive_semidefinite.h"
 #include "core/matrix_classes/semicopositive.h"
 
 namespace dlcs {
 namespace {
 
-// The no of the symmetric matrix M + Mᵀ with its rounded sums, for the form of M itself.
+// What is known of the symmetric matrix M + Mᵀ with its rounded sums, for the form of M itself. The reason names the
+// entry of M where one on the diagonal decides, and otherwise the matrix that it is about.
 Fact OfTheForm(const Matrix& M, Fact fact, bool sums_are_exact) {
-  if (!fact.no()) return fact;
   const std::vector<Index>& S = fact.witness.indices;
+  if (fact.no() && S.size() == 1) {
+    fact.why = absl::StrCat("M[", S[0], "][", S[0], "] = ", M(S[0], S[0]), " is ",
+                            M(S[0], S[0]) < 0 ? "negative" : "not positive");
+  } else {
+    fact.why = absl::StrCat("of its symmetric part (doubled): ", fact.why);
+  }
+  if (!fact.no()) return fact;
   const Matrix block = M(S, S);
   const Vector& z = fact.witness.z;
   fact.witness.value = z.dot(block * z);

@@ -66,6 +66,16 @@ TEST(SemicopositiveTest, AgreesWithMMatricesAndRefutesOtherZMatrices) {
   }
 }
 
+TEST(CopositiveTest, NamesTheEntryOfTheMatrixItselfAndOtherwiseItsSymmetricPart) {
+  const CopositiveClasses negative = ClassifyCopositive(Matrix{{1, 4}, {3, -1.5}});
+  EXPECT_EQ(negative.strictly_copositive.why, "M[1][1] = -1.5 is negative");
+  EXPECT_EQ(negative.copositive.why, "M[1][1] = -1.5 is negative");
+  EXPECT_EQ(ClassifyCopositive(Matrix{{1, 4}, {3, 0}}).strictly_copositive.why, "M[1][1] = 0 is not positive");
+  for (const Matrix& M : {Matrix{{1, 4}, {3, 2}}, Matrix{{1, -4}, {1, 1}}, Matrix{{1, -1}, {0.5, 1}}}) {
+    EXPECT_EQ(ClassifyCopositive(M).copositive.why.rfind("of its symmetric part (doubled): ", 0), 0) << M;
+  }
+}
+
 // Beyond n = 20 sufficient tests and one linear program are left.
 TEST(SemicopositiveTest, AnswersBeyondTheExactSize) {
   LcpGenerator generator(2);
