@@ -19,8 +19,7 @@ ExitCode Run(const DcpCommand& command) {
   auto request = ReadDcpFile(command.path);
   if (!request.ok()) return PrintError(request.status(), kBadInput);
   request->set_max_step(command.step);
-  const bool measures = !command.check.empty();
-  if (measures) {
+  if (!command.check.empty()) {
     const auto path = ReadPathFile(command.check);
     if (!path.ok()) return PrintError(path.status(), kBadInput);
     *request->mutable_check() = *path;
@@ -33,14 +32,15 @@ ExitCode Run(const DcpCommand& command) {
       (*backend)->SolveDcp(*request, {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   wait.reset();
   if (!response.ok()) return PrintCallError(response.status(), SourceName(command.path));
+  const DcpVerdict verdict = VerdictOf(*request, *response);
   if (command.format == OutputFormat::kJson) {
     fmt::print("{}\n", JsonLine(*response));
   } else {
-    PrintDcpTable(*response, measures, WidthOf(stdout), stdout);
+    PrintDcpTable(*response, verdict, WidthOf(stdout), stdout);
   }
   const absl::Status printed = FlushStream(stdout, "standard output");
   if (!printed.ok()) return PrintError(printed, kServiceFailed);
-  return measures || response->solved() ? kSolved : kNoAnswer;
+  return verdict.solved ? kSolved : kNoAnswer;
 }
 
 }  // namespace dlcs::client

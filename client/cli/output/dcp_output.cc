@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 #include "client/cli/output/columns.h"
@@ -46,14 +48,57 @@ void PrintPath(const v1::PiecewiseLinearPath& v, int width, std::FILE* out) {
   PrintColumns(columns, rows.size(), static_cast<std::size_t>(width), out);
 }
 
+double Largest(const v1::PiecewiseLinearPath& path) {
+  double largest = 0;
+  for (const double value : path.values()) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+// The largest sum of absolute values of a row.
+double RowNorm(const v1::Matrix& m) {
+  const v1::DenseMatrix& dense = m.dense();
+  const v1::SparseMatrix& sparse = m.sparse();
+  std::vector<double> sums(static_cast<std::size_t>(std::max({dense.rows(), sparse.rows(), 1})));
+  for (int k = 0; k < dense.values_size(); ++k)
+    sums[static_cast<std::size_t>(k / dense.columns())] += std::abs(dense.values(k));
+  for (int k = 0; k < sparse.values_size(); ++k)
+    sums[static_cast<std::size_t>(sparse.row_indices(k))] += std::abs(sparse.values(k));
+  return *std::max_element(sums.begin(), sums.end());
+}
+
+struct Defect {
+  std::string_view name;
+  double value, size, allowed;
+  double relative() const { return value > 0 ? value / size : 0; }
+};
+
 }  // namespace
 
-void PrintDcpTable(const v1::SolveDcpResponse& response, bool measured, int width, std::FILE* out) {
-  if (!measured) fmt::print(out, "{}: {}\n", response.solved() ? "SOLVED" : "NOT SOLVED", response.message());
-  if (!measured) PrintPath(response.v(), width, out);
-  if (measured || response.solved()) {
+DcpVerdict VerdictOf(const v1::SolveDcpRequest& request, const v1::SolveDcpResponse& response) {
+  if (!request.has_check()) return {response.solved(), response.message()};
+  const double v = Largest(request.check());
+  const double w = Largest(request.q()) + RowNorm(request.m()) * v;
+  const v1::DcpCertificate& c = response.certificate();
+  double largest = 0;
+  for (const Defect& defect :
+       {Defect{"v(0) is off by", c.start(), v, 1e-6}, Defect{"v decreases by", -c.least_increase(), v, 1e-6},
+        Defect{"w goes below 0 by", -c.least_w(), w, 1e-6},
+        Defect{"an integral of w_i dv_i is", c.complementarity(), v * w, 0.01}}) {
+    if (!(defect.relative() <= defect.allowed)) {
+      return {false, fmt::format("the path is no solution: {} {:.2g}, {:.2g} of its size; at most {:g} is allowed",
+                                 defect.name, defect.value, defect.relative(), defect.allowed)};
+    }
+    largest = std::max(largest, defect.relative());
+  }
+  return {true, fmt::format("the path is a solution, off by at most {:.1e} of its size", largest)};
+}
+
+void PrintDcpTable(const v1::SolveDcpResponse& response, const DcpVerdict& verdict, int width, std::FILE* out) {
+  fmt::print(out, "{}: {}\n", verdict.solved ? "SOLVED" : "NOT SOLVED", verdict.message);
+  PrintPath(response.v(), width, out);
+  if (response.solved() || response.v().times().empty()) {
     const v1::DcpCertificate& c = response.certificate();
-    fmt::print(out, "{}Certificate\n", measured ? "" : "\n");
+    fmt::print(out, "\nCertificate\n");
     fmt::print(out, "  v starts at 0             off by {:.1e}\n", c.start());
     fmt::print(out, "  v does not decrease       least increase {:.1e}\n", c.least_increase());
     fmt::print(out, "  w = q + M v >= 0          least w {:.1e}\n", c.least_w());

@@ -60,6 +60,19 @@ TEST(DlcsLcpTest, ShowsTwoSolutionsOfExampleTen) {
   EXPECT_LE(other["certificate"]["complementarity"].get<double>(), 1e-15);
 }
 
+TEST(DlcsLcpTest, AScriptSeesWhetherAPathSolvesADcp) {
+  const std::string example = "dcp '" DLCS_EXAMPLES_DIR "/example-10-dcp.json' --check ";
+  const ProgramOutcome sound = RunDlcs(example + "'" DLCS_EXAMPLES_DIR "/example-10-dcp-other.json'");
+  EXPECT_EQ(sound.code, 0) << sound.err;
+  EXPECT_THAT(sound.out, AllOf(HasSubstr("SOLVED: the path is a solution"), HasSubstr("Certificate")));
+  const std::string zero = R"(echo '{"times": [0, 1], "values": [[0, 0, 0], [0, 0, 0]]}' | )";
+  const ProgramOutcome wrong = RunDlcs(example + "-", zero);
+  EXPECT_EQ(wrong.code, 1) << wrong.err;
+  EXPECT_THAT(wrong.out, AllOf(HasSubstr("NOT SOLVED: the path is no solution: w goes below 0 by 1, 1 of its size"),
+                               HasSubstr("Certificate")));
+  EXPECT_EQ(RunDlcs(example + "- --format json", zero).code, 1);
+}
+
 TEST(DlcsLcpTest, NamesWhatIsWrongWithADcp) {
   const ProgramOutcome start =
       RunDlcs("dcp -", R"(echo '{"M": [[1]], "q": {"times": [0], "values": [[-1]]}}' | )");

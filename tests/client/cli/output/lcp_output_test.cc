@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -74,9 +76,45 @@ v1::SolveDcpResponse Ramp() {
 }
 
 TEST(DcpOutputTest, TabulatesBothSidesOfAJump) {
-  const std::string text = Printed([](std::FILE* out) { PrintDcpTable(Ramp(), false, 80, out); });
+  const std::string text = Printed([](std::FILE* out) { PrintDcpTable(Ramp(), {true, "Found."}, 80, out); });
   EXPECT_THAT(text, AllOf(HasSubstr("SOLVED: Found."), HasSubstr("1   1\n1   6\n2   7\n"),
                           HasSubstr("-1.0e-16"), HasSubstr("unknown (a P-matrix)")));
+}
+
+// v = c t for q = -2 t and M = 1 (w = (c - 2) t) on [0, 1], in units of `scale`.
+DcpVerdict Checked(
+    double c, double scale, void (*change)(v1::DcpCertificate&) = [](v1::DcpCertificate&) {}) {
+  v1::SolveDcpRequest request;
+  request.mutable_m()->mutable_dense()->set_rows(1);
+  request.mutable_m()->mutable_dense()->set_columns(1);
+  request.mutable_m()->mutable_dense()->add_values(1);
+  for (const double t : {0.0, 1.0}) {
+    request.mutable_q()->add_times(t);
+    request.mutable_q()->add_values(-2 * t * scale);
+    request.mutable_check()->add_times(t);
+    request.mutable_check()->add_values(c * t * scale);
+  }
+  v1::SolveDcpResponse response;
+  v1::DcpCertificate& certificate = *response.mutable_certificate();
+  certificate.set_least_increase(c * scale);
+  certificate.set_least_w(std::min(0.0, (c - 2) * scale));
+  certificate.set_complementarity(std::abs(0.5 * (c - 2) * c) * scale * scale);
+  change(certificate);
+  return VerdictOf(request, response);
+}
+
+TEST(DcpOutputTest, ACheckedPathHasAVerdictInItsOwnUnits) {
+  for (const double scale : {1e-12, 1.0, 1e12}) {
+    EXPECT_TRUE(Checked(2, scale).solved) << scale;
+    EXPECT_THAT(Checked(1.9, scale).message, HasSubstr("w goes below 0")) << scale;
+    EXPECT_FALSE(Checked(1.9, scale).solved) << scale;
+    EXPECT_THAT(Checked(2.2, scale).message, HasSubstr("integral of w_i dv_i")) << scale;
+    EXPECT_FALSE(Checked(2.2, scale).solved) << scale;
+    EXPECT_FALSE(Checked(-1, scale).solved) << scale;
+  }
+  const DcpVerdict start = Checked(2, 1, [](v1::DcpCertificate& c) { c.set_start(0.5); });
+  EXPECT_FALSE(start.solved);
+  EXPECT_THAT(start.message, HasSubstr("v(0) is off by 0.5"));
 }
 
 }  // namespace
