@@ -77,8 +77,12 @@ absl::Status Fill(const Problem& problem, const Options& options, const std::sto
 }  // namespace
 
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop) {
-  const auto started = std::chrono::steady_clock::now();
   if (absl::Status status = CheckValid(problem, options); !status.ok()) return status;
+  return AnalyzeValidated(problem, options, std::move(stop));
+}
+
+absl::StatusOr<Analysis> AnalyzeValidated(const Problem& problem, const Options& options, std::stop_token stop) {
+  const auto started = std::chrono::steady_clock::now();
   Analysis analysis;
   const StopScope scope(stop);
   try {

@@ -33,6 +33,9 @@ struct Analysis {
 // checked as in Solve(); a stopped analysis holds the finished sections and a warning.
 absl::StatusOr<Analysis> Analyze(const Problem& problem, const Options& options, std::stop_token stop);
 
+// The same for a problem and options in which Validate() has found nothing: it is not called again.
+absl::StatusOr<Analysis> AnalyzeValidated(const Problem& problem, const Options& options, std::stop_token stop);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_ANALYZE_H_

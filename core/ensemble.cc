@@ -11,7 +11,6 @@
 #include "core/parallel/parallel.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/problem_checks.h"
-#include "core/problem/validate.h"
 #include "core/problem/violation_list.h"
 #include "core/solve.h"
 
@@ -55,6 +54,16 @@ absl::Status CheckRule(const Problem& base, SetupCache* setups, const std::stop_
   } catch (const Stopped&) {
     return absl::OkStatus();
   }
+}
+
+// The error of a member, which it names.
+absl::Status OfMember(Index member, const absl::Status& error) {
+  std::vector<Violation> violations = ViolationsOf(error);
+  if (violations.empty()) return absl::Status(error.code(), NameOf(member) + ": " + std::string(error.message()));
+  for (Violation& violation : violations) {
+    violation = {NameOf(member), violation.field + ": " + violation.description};
+  }
+  return StatusOf(violations);
 }
 
 Solution NotBegun() {
@@ -101,6 +110,12 @@ absl::Status SolveEnsemble(const Problem& base, const std::vector<EnsembleMember
                            const MemberFinished& finished, const std::stop_token& stop, SetupCache* setups,
                            const MemberMayBegin& may_begin) {
   if (absl::Status status = StatusOf(Validate(base, members, options)); !status.ok()) return status;
+  return SolveEnsembleValidated(base, members, options, finished, stop, setups, may_begin);
+}
+
+absl::Status SolveEnsembleValidated(const Problem& base, const std::vector<EnsembleMember>& members,
+                                    const Options& options, const MemberFinished& finished, const std::stop_token& stop,
+                                    SetupCache* setups, const MemberMayBegin& may_begin) {
   SetupCache own(kOwnCacheBytes);
   if (!setups) setups = &own;
   if (absl::Status status = CheckRule(base, setups, stop); !status.ok()) return status;
@@ -114,14 +129,13 @@ absl::Status SolveEnsemble(const Problem& base, const std::vector<EnsembleMember
     if (!stop.stop_requested()) {
       Observer silent;
       const Problem problem = MemberProblem(base, members[static_cast<std::size_t>(k)]);
-      solution = Solve(problem, of_member, silent, stop, setups);
+      solution = SolveValidated(problem, of_member, silent, stop, setups);
     }
     const std::lock_guard lock(mutex);
     if (solution.ok()) {
       finished(k, *std::move(solution));
     } else {
-      first_error.Update(
-          absl::Status(solution.status().code(), NameOf(k) + ": " + std::string(solution.status().message())));
+      first_error.Update(OfMember(k, solution.status()));
     }
   });
   return first_error;

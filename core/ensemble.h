@@ -54,6 +54,11 @@ absl::Status SolveEnsemble(const Problem& base, const std::vector<EnsembleMember
                            const MemberFinished& finished, const std::stop_token& stop, SetupCache* setups = nullptr,
                            const MemberMayBegin& may_begin = {});
 
+// The same for an ensemble in which Validate() has found nothing: it is not called again.
+absl::Status SolveEnsembleValidated(const Problem& base, const std::vector<EnsembleMember>& members,
+                                    const Options& options, const MemberFinished& finished, const std::stop_token& stop,
+                                    SetupCache* setups = nullptr, const MemberMayBegin& may_begin = {});
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_ENSEMBLE_H_

@@ -20,8 +20,8 @@ class SetupCache;
 //
 // If there is no solution, or the method fails (diverged, unsupported class, cancelled, ...), the result is a Solution
 // with that termination and the trajectory up to that time, not an error. Errors: InvalidArgument when `problem` or
-// `options` break a rule, with every violation in the message ("field: description", one per line; Validate() gives
-// them singly).
+// `options` break a rule, with every violation: one per line in the message, and singly by ViolationsOf()
+// (core/problem/violation_list.h).
 // Threads: at most options.num_threads, and the result has the same bits for any number. `setups` may be null; it
 // shares set-ups between solves of the same matrices (core/setup_cache.h), without changing the bits. `resume` may be
 // null, or a checkpoint that `observer` received in an earlier call with the same problem and options (the number of

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian packages of the given lists that are missing; says nothing when none is.
+# Installs the Debian packages of the given lists that are missing; says nothing when none is. In a list, "PACKAGE
+# unless COMMAND" asks for PACKAGE only where COMMAND is not found: it may come from elsewhere.
 #
 #     deploy/install-packages.sh build        what building and running takes
 #     deploy/install-packages.sh build test   and the tests
@@ -8,13 +9,11 @@
 # Needs root or sudo, and only when something is missing.
 set -euo pipefail
 
-lists="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/packages"
+here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+lists="$here/packages"
+# shellcheck source-path=SCRIPTDIR source=progress.sh
+source "$here/progress.sh"
 [ $# -gt 0 ] || { echo "usage: $0 LIST... (of: $(cd "$lists" && echo *.txt | sed 's/\.txt//g'))" >&2; exit 2; }
-
-packages_of() { # LIST
-  [ -f "$lists/$1.txt" ] || { echo "$0: there is no list $lists/$1.txt" >&2; exit 2; }
-  sed 's/#.*//' "$lists/$1.txt"
-}
 
 is_installed() { # PACKAGE
   [ "$(dpkg-query --show --showformat '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
@@ -33,18 +32,21 @@ as_root() {
 
 missing=()
 for list in "$@"; do
-  for package in $(packages_of "$list"); do
-    is_installed "$package" || missing+=("$package")
-  done
+  [ -f "$lists/$list.txt" ] || { echo "$0: there is no list $lists/$list.txt" >&2; exit 2; }
+  while read -r package unless command; do
+    [ -n "$package" ] || continue
+    is_installed "$package" || { [ "$unless" = unless ] && command -v "$command" >/dev/null; } || missing+=("$package")
+  done < <(sed 's/#.*//' "$lists/$list.txt")
 done
 [ ${#missing[@]} -gt 0 ] || exit 0
 
 echo "Installing ${#missing[@]} Debian packages: ${missing[*]}"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-apt=(env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0)
-if ! { as_root "${apt[@]}" update &&
-  as_root "${apt[@]}" install --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+# On descriptor 3 apt reports "dlstatus:3:12.5:Retrieving file 3 of 80" and "pmstatus:cmake:40.1:Unpacking cmake".
+apt=(env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 -o APT::Status-Fd=3)
+if ! { as_root "${apt[@]}" update && as_root "${apt[@]}" install --no-install-recommends "${missing[@]}"; } \
+  3>&1 >"$log" 2>&1 | sed --unbuffered --quiet 's/^..status:[^:]*:\([0-9]*\)[^:]*:\(.*\)/[\1 %] \2/p' | show_progress; then
   cat "$log" >&2
   echo "$0: could not install ${missing[*]}; see above." >&2
   exit 1

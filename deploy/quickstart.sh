@@ -6,6 +6,8 @@ set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 build="$root/build/quickstart"
+# shellcheck source-path=SCRIPTDIR source=progress.sh
+source "$root/deploy/progress.sh"
 work=$(mktemp -d)
 server=
 
@@ -32,8 +34,9 @@ trap 'exit 143' TERM
 headline() { printf '\n=== %s\n' "$*"; }
 
 build_release() {
-  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DDLCS_BUILD_TESTS=OFF >"$work/cmake.log" 2>&1
-  cmake --build "$build" --target dlcs dlcsd >"$work/build.log" 2>&1
+  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DDLCS_UNITY_BUILD=ON -DDLCS_BUILD_TESTS=OFF \
+    >"$work/cmake.log" 2>&1
+  cmake --build "$build" --target dlcs dlcsd 2>&1 | tee "$work/build.log" | show_progress
 }
 
 # Sets `server` and `address`. Port 0: the system picks a free one, and dlcsd prints it.
@@ -58,7 +61,7 @@ solve() { # PROBLEM OPTION...
 }
 
 start=$SECONDS
-headline "Packages and build (the first time takes minutes)"
+headline "Packages and build (the first time takes some five minutes on two cores)"
 "$root/deploy/install-packages.sh" build
 build_release
 echo "Built $build/client/dlcs and $build/server/dlcsd in $((SECONDS - start)) s."

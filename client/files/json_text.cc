@@ -25,7 +25,7 @@ constexpr std::size_t kMaxDepth = 32;
 // Of a file: each takes a hundred bytes or two, and may be written with two.
 constexpr std::size_t kMaxLists = std::size_t{1} << 23;
 
-constexpr std::size_t kMaxShownBytes = 200;  // of text that is shown: not all of what a file of any size holds
+constexpr std::size_t kMaxShownText = 200;  // of text that is shown: not all of what a file of any size holds
 
 // Builds the value while it is read, and stops at errors that nlohmann's own reader accepts: duplicate keys and deep
 // nesting. (A callback of that reader could stop it too, but the reader then scans all elements of a list again after
@@ -60,8 +60,8 @@ class StrictReader final : public nlohmann::json_sax<nlohmann::json> {
       const auto first =
           std::find_if(open_.begin(), open_.end() - 1, [](const Open& open) { return open.value->is_object(); });
       const std::string where =
-          first != open_.end() - 1 ? fmt::format(" in \"{}\"", TruncateUtf8(first->key, kMaxShownBytes)) : "";
-      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", TruncateUtf8(key, kMaxShownBytes), where);
+          first != open_.end() - 1 ? fmt::format(" in \"{}\"", TruncateUtf8(first->key, kMaxShownText)) : "";
+      refusal_ = fmt::format("key \"{}\" is given twice{}; keep one of them", TruncateUtf8(key, kMaxShownText), where);
       return false;
     }
     object.key = std::move(key);
@@ -291,7 +291,7 @@ std::string Describe(const std::string& text, const std::string& source, const n
     why = Explain(text, offset);
   }
   const Place place = PlaceOf(text, offset);
-  if (why.empty()) why = TruncateUtf8(reason, kMaxShownBytes);
+  if (why.empty()) why = TruncateUtf8(reason, kMaxShownText);
   return fmt::format("{}, line {}, column {}: {}", source, place.line, place.column, why);
 }
 
@@ -347,7 +347,7 @@ absl::StatusOr<nlohmann::json> ParseJson(const std::string& text, const std::str
   return absl::InvalidArgumentError(
       fmt::format("{}, line {}, column {}: {} is too large; every number must be finite in "
                   "double precision",
-                  source, place.line, place.column, TruncateUtf8(found.number, kMaxShownBytes)));
+                  source, place.line, place.column, TruncateUtf8(found.number, kMaxShownText)));
 }
 
 }  // namespace dlcs::client

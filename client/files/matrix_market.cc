@@ -27,9 +27,9 @@ struct Fault {
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 // The words of a text, with their line numbers. Lines that begin with % are comments.
-class Words {
+class WordReader {
  public:
-  explicit Words(std::string_view text) : text_(text) {}
+  explicit WordReader(std::string_view text) : text_(text) {}
 
   std::int64_t line() const { return line_; }
 
@@ -80,7 +80,7 @@ struct Format {
   bool half() const { return symmetric || skew; }
 };
 
-Format ReadFormat(Words& words) {
+Format ReadFormat(WordReader& words) {
   std::vector<std::string> header = words.Header();
   for (std::string& word : header) {
     std::transform(word.begin(), word.end(), word.begin(),
@@ -109,7 +109,7 @@ Format ReadFormat(Words& words) {
 }
 
 template <typename Number>
-Number ReadNumber(Words& words, const char* what) {
+Number ReadNumber(WordReader& words, const char* what) {
   std::string_view word = words.Next();
   if (word.empty()) throw Fault{words.line(), fmt::format("the file ends where {} is due", what)};
   const std::string_view shown = word.substr(0, 40);
@@ -121,13 +121,13 @@ Number ReadNumber(Words& words, const char* what) {
   return number;
 }
 
-double ReadValue(Words& words) {
+double ReadValue(WordReader& words) {
   const double value = ReadNumber<double>(words, "a value");
   if (!std::isfinite(value)) throw Fault{words.line(), fmt::format("{}; every value must be finite", value)};
   return value;
 }
 
-std::int64_t ReadSize(Words& words, const char* what, std::int64_t most) {
+std::int64_t ReadSize(WordReader& words, const char* what, std::int64_t most) {
   const auto size = ReadNumber<std::int64_t>(words, what);
   if (size < 1 || size > most) {
     throw Fault{words.line(), fmt::format("{}, {}; must be from 1 to {}", size, what, most)};
@@ -135,7 +135,7 @@ std::int64_t ReadSize(Words& words, const char* what, std::int64_t most) {
   return size;
 }
 
-std::int32_t ReadIndex(Words& words, const char* what, std::int64_t size) {
+std::int32_t ReadIndex(WordReader& words, const char* what, std::int64_t size) {
   return static_cast<std::int32_t>(ReadSize(words, what, size) - 1);
 }
 
@@ -144,7 +144,7 @@ struct Shape {
   std::int64_t columns;
 };
 
-Shape ReadShape(Words& words, const Format& format) {
+Shape ReadShape(WordReader& words, const Format& format) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
   const std::int64_t rows = ReadSize(words, "the number of rows", kMost);
   const std::int64_t columns = ReadSize(words, "the number of columns", kMost);
@@ -155,7 +155,7 @@ Shape ReadShape(Words& words, const Format& format) {
   return {rows, columns};
 }
 
-v1::SparseMatrix ReadCoordinates(Words& words, const Format& format) {
+v1::SparseMatrix ReadCoordinates(WordReader& words, const Format& format) {
   const auto [rows, columns] = ReadShape(words, format);
   const auto entries = ReadNumber<std::int64_t>(words, "the number of entries");
   if (entries < 0) throw Fault{words.line(), fmt::format("{} entries; must be at least 0", entries)};
@@ -180,7 +180,7 @@ v1::SparseMatrix ReadCoordinates(Words& words, const Format& format) {
 }
 
 // Column by column, of one triangle the part below the diagonal.
-v1::DenseMatrix ReadArray(Words& words, const Format& format, std::size_t most_entries) {
+v1::DenseMatrix ReadArray(WordReader& words, const Format& format, std::size_t most_entries) {
   const auto [rows, columns] = ReadShape(words, format);
   if (static_cast<std::uint64_t>(rows) > 2 * most_entries / static_cast<std::uint64_t>(columns)) {
     throw Fault{words.line(), fmt::format("this file does not have {} x {} values", rows, columns)};
@@ -207,7 +207,7 @@ v1::DenseMatrix ReadArray(Words& words, const Format& format, std::size_t most_e
 
 absl::StatusOr<v1::Matrix> ParseMatrixMarket(const std::string& text, const std::string& source) {
   try {
-    Words words(text);
+    WordReader words(text);
     const Format format = ReadFormat(words);
     v1::Matrix matrix;
     if (format.coordinate) {

@@ -38,8 +38,11 @@ const std::vector<std::string>& NonlinearKeys() {
   return keys;
 }
 
+// Information that is not part of the problem: any in the object "annotations", and for collections of problems with
+// reference values some keys beside it.
 const std::vector<std::string>& AnnotationKeys() {
-  static const std::vector<std::string> keys = {"name",
+  static const std::vector<std::string> keys = {"annotations",
+                                                "name",
                                                 "about",
                                                 "source",
                                                 "$schema",
@@ -214,9 +217,8 @@ absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::str
     RefuseDecimalCommas(text, file.problem, reader);
   }
 
-  file.annotations = json::object();
-  for (const std::string& key : AnnotationKeys()) {
-    if (root->contains(key)) file.annotations[key] = (*root)[key];
+  if (root->contains("annotations") && !(*root)["annotations"].is_object()) {
+    reader.Refuse("annotations", "must be an object; it may hold anything");
   }
   if (root->contains("name")) file.name = reader.ReadString((*root)["name"], "name").value_or("");
 

@@ -19,7 +19,6 @@ struct ProblemFile {
   v1::Problem problem;                            // empty where `nonlinear` is set
   std::optional<v1::NonlinearProblem> nonlinear;  // of a file with "kind": "nonlinear"
   std::string name;                               // the key `name`, empty when there is none
-  nlohmann::json annotations;  // the key `annotations`: information about the problem that is not part of it
 };
 
 // Whether two functions of `size` components are equal for a problem. Implemented in client/local/agreement.h, since it

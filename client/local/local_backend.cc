@@ -14,6 +14,8 @@
 
 #include "client/result/ensemble_result.h"
 #include "client/rpc/rpc_error.h"
+#include "core/problem/violation_list.h"
+#include "google/rpc/error_details.pb.h"
 #include "server/session/call_session.h"
 #include "server/session/capabilities.h"
 #include "server/session/ensemble_session.h"
@@ -64,7 +66,7 @@ SessionLimits LimitsOfThisMachine() {
   return limits;
 }
 
-// The session's violations travel as details of its error, as they do over the wire.
+// An error of the session as that of a server would be.
 absl::Status Describe(const absl::Status& status) {
   if (absl::IsResourceExhausted(status)) {
     const bool trajectory = status.message().find("max_result_bytes") != std::string_view::npos;
@@ -79,10 +81,13 @@ absl::Status Describe(const absl::Status& status) {
         "the system has more states or pairs (rows of A or M) than fit into the {:.1f} GB of this machine: at most {}",
         gigabytes, LimitsOfThisMachine().max_states));
   }
-  const auto payload = status.GetPayload("type.googleapis.com/google.rpc.BadRequest");
   google::rpc::BadRequest bad_request;
-  if (!payload || !bad_request.ParseFromString(std::string(*payload))) return status;
-  return absl::Status(status.code(), DescribeViolations(bad_request));
+  for (const Violation& violation : ViolationsOf(status)) {
+    auto& described = *bad_request.add_field_violations();
+    described.set_field(violation.field);
+    described.set_description(violation.description);
+  }
+  return bad_request.field_violations().empty() ? status : BadRequestError(bad_request);
 }
 
 // A unary call, `run(stop)`. As on the wire, a cancelled call returns no answer.

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "client/files/time_function_json.h"
 #include "core/models/input_output.h"
 #include "core/models/signorini.h"
+#include "core/problem/violation_list.h"
 #include "server/wire/convert.h"
 
 namespace dlcs::client {
@@ -54,26 +54,21 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
   return model;
 }
 
-// "cells: is 1, must be ..." -> "--cells: is 1, must be ...", a line for each.
+// Fields of a Signorini model are options: "cells" is --cells.
 absl::Status InWordsOfTheOptions(const absl::Status& status) {
-  std::string lines = "--" + std::string(status.message());
-  for (std::size_t end = lines.find('\n'); end != std::string::npos; end = lines.find('\n', end + 1)) {
-    lines.insert(end + 1, "--");
-  }
-  return absl::InvalidArgumentError(lines);
+  std::vector<Violation> violations = ViolationsOf(status);
+  for (Violation& violation : violations) violation.field.insert(0, "--");
+  return violations.empty() ? status : StatusOf(violations);
 }
 
 // The engine names its own fields: x0 is the model's d.
 absl::Status InWordsOfTheModel(const absl::Status& status, const std::string& source) {
-  std::string lines;
-  for (std::size_t begin = 0; begin < status.message().size();) {
-    const std::size_t end = std::min(status.message().find('\n', begin), status.message().size());
-    std::string line(status.message().substr(begin, end - begin));
-    if (line.rfind("x0", 0) == 0) line.replace(0, 2, "d");
-    lines += fmt::format("{}{}: {}", lines.empty() ? "" : "\n", source, line);
-    begin = end + 1;
+  std::vector<Violation> violations = ViolationsOf(status);
+  for (auto& [field, description] : violations) {
+    if (field.starts_with("x0")) field.replace(0, 2, "d");
+    field = fmt::format("{}: {}", source, field);
   }
-  return absl::InvalidArgumentError(lines);
+  return violations.empty() ? status : StatusOf(violations);
 }
 
 // The notes of the model, then the problem.

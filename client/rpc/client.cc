@@ -71,7 +71,8 @@ Client::Client(Connection connection, Notice notice)
     : connection_(std::move(connection)),
       stub_(v1::SolverService::NewStub(connection_.channel())),
       notice_(std::move(notice)),
-      jobs_(connection_, notice_) {}
+      jobs_(connection_, notice_),
+      problems_(connection_, notice_) {}
 
 absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const EventCallback& on_event,
                                           const CallLimits& limits) {

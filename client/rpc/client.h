@@ -14,6 +14,7 @@
 #include "client/result/backend.h"
 #include "client/rpc/connection.h"
 #include "client/rpc/job_client.h"
+#include "client/rpc/problem_client.h"
 #include "dlcs/v1/solver.grpc.pb.h"
 
 namespace dlcs::client {
@@ -38,6 +39,10 @@ class Client final : public Backend {
                                                             const CallLimits& limits) override;
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallLimits& limits) override;
 
+  // What works on jobs and on uploaded problems, through the same connection; they live as long as this does.
+  JobClient& jobs() { return jobs_; }
+  ProblemClient& problems() { return problems_; }
+
  private:
   Client(Connection connection, Notice notice);
 
@@ -50,6 +55,7 @@ class Client final : public Backend {
   const std::unique_ptr<v1::SolverService::Stub> stub_;
   const Notice notice_;
   JobClient jobs_;
+  ProblemClient problems_;
 };
 
 }  // namespace dlcs::client

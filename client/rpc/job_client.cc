@@ -9,12 +9,6 @@
 
 namespace dlcs::client {
 
-absl::StatusOr<std::unique_ptr<JobClient>> JobClient::Connect(const ConnectionOptions& options, Notice notice) {
-  absl::StatusOr<Connection> connection = Connection::Open(options);
-  if (!connection.ok()) return connection.status();
-  return std::make_unique<JobClient>(*std::move(connection), std::move(notice));
-}
-
 absl::StatusOr<v1::SolveJob> JobClient::Submit(v1::CreateSolveJobRequest request, const CallLimits& limits) {
   if (request.request_id().empty()) request.set_request_id(NewRequestId());
   return retry_.Ask(*stub_, &v1::JobService::Stub::CreateSolveJob, request, limits);

@@ -26,9 +26,6 @@ namespace dlcs::client {
 // dlcs/v1/jobs.proto.
 class JobClient {
  public:
-  // As Client::Connect(). `notice` may be empty.
-  static absl::StatusOr<std::unique_ptr<JobClient>> Connect(const ConnectionOptions& options, Notice notice = {});
-
   JobClient(Connection connection, Notice notice)
       : stub_(v1::JobService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
 

@@ -26,12 +26,6 @@ void Send(const std::string& bytes, const std::string& sha256, grpc::ClientWrite
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<ProblemClient>> ProblemClient::Connect(const ConnectionOptions& options, Notice notice) {
-  absl::StatusOr<Connection> connection = Connection::Open(options);
-  if (!connection.ok()) return connection.status();
-  return std::unique_ptr<ProblemClient>(new ProblemClient(*std::move(connection), std::move(notice)));
-}
-
 absl::StatusOr<v1::UploadProblemResponse> ProblemClient::Upload(const v1::ProblemBody& body, const CallLimits& limits) {
   const std::string bytes = body.SerializeAsString();
   const std::string sha256 = ContentHash(bytes);

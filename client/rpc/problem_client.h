@@ -24,8 +24,8 @@ namespace dlcs::client {
 // dlcs/v1/problems.proto.
 class ProblemClient {
  public:
-  // As Client::Connect(). `notice` may be empty.
-  static absl::StatusOr<std::unique_ptr<ProblemClient>> Connect(const ConnectionOptions& options, Notice notice = {});
+  ProblemClient(Connection connection, Notice notice)
+      : stub_(v1::ProblemService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
 
   // Sends pieces below 1 MB. A server that has the problem already answers without waiting for them.
   absl::StatusOr<v1::UploadProblemResponse> Upload(const v1::ProblemBody& body, const CallLimits& limits);
@@ -35,9 +35,6 @@ class ProblemClient {
   absl::Status Delete(const std::string& name, const CallLimits& limits);
 
  private:
-  ProblemClient(Connection connection, Notice notice)
-      : stub_(v1::ProblemService::NewStub(connection.channel())), retry_(std::move(connection), std::move(notice)) {}
-
   std::unique_ptr<v1::ProblemService::Stub> stub_;
   Retry retry_;
 };

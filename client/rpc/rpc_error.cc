@@ -5,11 +5,14 @@
 
 #include <optional>
 
+#include "absl/strings/cord.h"
 #include "client/rpc/trace.h"
 #include "google/rpc/status.pb.h"
 
 namespace dlcs::client {
 namespace {
+
+constexpr char kBadRequestUrl[] = "type.googleapis.com/google.rpc.BadRequest";
 
 struct Details {
   std::optional<google::rpc::BadRequest> bad_request;
@@ -61,9 +64,6 @@ std::string Describe(const grpc::Status& status, const Details& details, const s
   const bool ours = details.error_info.has_value();
   const std::string& said = status.error_message();
   switch (status.error_code()) {
-    case grpc::StatusCode::INVALID_ARGUMENT:
-      if (details.bad_request) return DescribeViolations(*details.bad_request);
-      break;
     case grpc::StatusCode::UNAVAILABLE:
       if (ours)
         return fmt::format("the server at {} cannot take the call: {}{}", address, said, WhenToRetry(details, said));
@@ -102,19 +102,29 @@ std::string WhyNobodyAnswers(const std::string& said) {
   return last == std::string::npos ? said : said.substr(last + 2);
 }
 
-std::string DescribeViolations(const google::rpc::BadRequest& bad_request) {
+absl::Status BadRequestError(const google::rpc::BadRequest& bad_request) {
   std::string text;
   for (const auto& violation : bad_request.field_violations()) {
     if (!text.empty()) text += '\n';
     text += violation.field().empty() ? violation.description()
                                       : fmt::format("{}: {}", violation.field(), violation.description());
   }
-  return text;
+  absl::Status status = absl::InvalidArgumentError(text);
+  status.SetPayload(kBadRequestUrl, absl::Cord(bad_request.SerializeAsString()));
+  return status;
+}
+
+google::rpc::BadRequest BadRequestOf(const absl::Status& status) {
+  google::rpc::BadRequest bad_request;
+  if (const auto payload = status.GetPayload(kBadRequestUrl)) bad_request.ParseFromString(std::string(*payload));
+  return bad_request;
 }
 
 absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address) {
+  const Details details = DetailsOf(status);
+  if (details.bad_request) return BadRequestError(*details.bad_request);
   // The canonical codes have the same numbers in both libraries.
-  return absl::Status(static_cast<absl::StatusCode>(status.error_code()), Describe(status, DetailsOf(status), address));
+  return absl::Status(static_cast<absl::StatusCode>(status.error_code()), Describe(status, details, address));
 }
 
 }  // namespace dlcs::client

@@ -13,11 +13,14 @@
 
 namespace dlcs::client {
 
-// The violations of a request, "field: description", one per line.
-std::string DescribeViolations(const google::rpc::BadRequest& bad_request);
+// InvalidArgument that carries `bad_request` as a payload, keyed by its type URL. The message lists the violations,
+// "field: description", one per line.
+absl::Status BadRequestError(const google::rpc::BadRequest& bad_request);
+// The violations that `status` carries as BadRequestError() has them; empty where it carries none.
+google::rpc::BadRequest BadRequestOf(const absl::Status& status);
 
-// `status` (not OK) with the same code. Decodes the details that the service sends (BadRequest, ErrorInfo,
-// RetryInfo) into the message; `address` is the server's, for messages.
+// `status` (not OK) with the same code. Decodes the details that the service sends (BadRequest, ErrorInfo, RetryInfo)
+// into the message; `address` is the server's, for messages. A BadRequest becomes a BadRequestError().
 absl::Status DescribeRpcError(const grpc::Status& status, const std::string& address);
 
 // The reason why no server answers ("Connection refused"), extracted from the message of gRPC.

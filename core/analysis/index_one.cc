@@ -94,7 +94,7 @@ double TimePositive(double value, double size, double norm_A) {
 
 // The same for the first step, where a row may start with a derivative: while its k-th derivative is
 // positive, so is the row.
-double FirstStep(const IndexOneSystem& system, const Vector& x0, const std::vector<LexicographicRow>& rows) {
+double FirstStepLength(const IndexOneSystem& system, const Vector& x0, const std::vector<LexicographicRow>& rows) {
   const double norm_A = InfinityNorm(system.A);
   const Matrix scaled = norm_A > 0 ? system.A / std::exp2(std::ilogb(norm_A) + 1) : system.A;
   double time = kInfinity;
@@ -160,7 +160,7 @@ ShortTimeBounds ComputeShortTimeBounds(const IndexOneSystem& system, double hori
 double FreeMotionTime(const IndexOneSystem& system, const Vector& x0, const Semiobservability& start, double horizon,
                       std::stop_token stop) {
   if (!start.in_cone.yes()) return 0;
-  double time = std::min(horizon, FirstStep(system, x0, start.rows));
+  double time = std::min(horizon, FirstStepLength(system, x0, start.rows));
   Vector x = x0;
   double further = time;
   for (int step = 1; step < kMaxFreeSteps && time < horizon && !stop.stop_requested(); ++step) {

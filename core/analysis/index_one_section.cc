@@ -15,9 +15,9 @@
 namespace dlcs {
 namespace {
 
-constexpr char kPaper[] = " of [Shen & Pang 2007]";
+constexpr char kOfShenPang[] = " of [Shen & Pang 2007]";
 
-std::string In(const char* statement) { return absl::StrCat(statement, kPaper); }
+std::string In(const char* statement) { return absl::StrCat(statement, kOfShenPang); }
 
 struct IsZero {
   bool operator()(const ConstantFunction& f) const { return f.value.isZero(0); }
@@ -29,8 +29,7 @@ struct IsZero {
     });
   }
   bool operator()(const PiecewisePolynomial& f) const {
-    return std::all_of(f.coefficients.begin(), f.coefficients.end(),
-                       [](const Matrix& c) { return c.isZero(0); });
+    return std::all_of(f.coefficients.begin(), f.coefficients.end(), [](const Matrix& c) { return c.isZero(0); });
   }
 };
 
@@ -90,8 +89,7 @@ Fact Uniqueness(const Evidence& e) {
   if (!e.autonomous) return Unknown(kNotAutonomous);
   if (!e.type_one.yes()) return Unknown("NB is not known to be of type I");
   if (!e.start.in_cone.yes()) {
-    return Unknown(
-        absl::StrCat("x0 is not known to lie in the semiobservability cone: ", e.start.in_cone.why));
+    return Unknown(absl::StrCat("x0 is not known to lie in the semiobservability cone: ", e.start.in_cone.why));
   }
   return {Answer::kYes, absl::StrCat("NB is of type I and N e^{At} x0 >= 0 for t <= ", e.free_until,
                                      ": until then x = e^{At} x0 and y = 0 is the only solution")};
@@ -113,14 +111,13 @@ Fact ScalarMatrix(const Evidence& e) {
     if (row.sign == LexicographicRow::Sign::kNegative || row.sign == LexicographicRow::Sign::kUndecided)
       return Unknown("N x0 >= 0 does not hold, or only up to rounding");
   }
-  return {Answer::kYes, absl::StrCat("A = ", A(0, 0), " I: x = e^{", A(0, 0),
-                                     " t} x0 and y = 0 is the only solution on [0, ∞)")};
+  return {Answer::kYes,
+          absl::StrCat("A = ", A(0, 0), " I: x = e^{", A(0, 0), " t} x0 and y = 0 is the only solution on [0, ∞)")};
 }
 
 Constant Bound(std::string id, std::string symbol, std::string title, double value, ConstantKind kind,
                const LowerBound& sigma, std::string why, std::string source) {
-  Constant constant{std::move(id), std::move(symbol), std::move(title), {},
-                    kind,          std::move(why),    std::move(source)};
+  Constant constant{std::move(id), std::move(symbol), std::move(title), {}, kind, std::move(why), std::move(source)};
   if (sigma.value > 0)
     constant.value = value;
   else
@@ -141,27 +138,25 @@ void AddConstants(const Evidence& e, AnalysisSection& section) {
   const LowerBound& sigma = e.stepping.sigma;
   const LowerBound& type_one = e.short_time.sigma;
   section.constants = {
-      Bound("sigma", "σ", "how strictly NB is semicopositive", sigma.value, kLowerBound, sigma, sigma.why,
-            In("(3)")),
+      Bound("sigma", "σ", "how strictly NB is semicopositive", sigma.value, kLowerBound, sigma, sigma.why, In("(3)")),
       Bound("step-bound", "h̄", "steps up to this have a solution", e.stepping.step, kLowerBound, sigma,
             "keeps half of σ for N(I - hA)⁻¹B", In("Theorem 7(a)")),
-      OfAutonomous(Bound("rho-u", "ρ_u", "‖y‖ of a step <= ρ_u ‖x‖ before it, h <= h̄", e.stepping.rho_u,
-                         kUpperBound, sigma, "from half of σ", In("(10)")),
+      OfAutonomous(Bound("rho-u", "ρ_u", "‖y‖ of a step <= ρ_u ‖x‖ before it, h <= h̄", e.stepping.rho_u, kUpperBound,
+                         sigma, "from half of σ", In("(10)")),
                    e),
-      OfAutonomous(Bound("psi-x", "ψ_x", "a step moves x by at most h ψ_x ‖x‖, h <= h̄", e.stepping.psi_x,
-                         kUpperBound, sigma, "from ρ_u", In("(11)")),
+      OfAutonomous(Bound("psi-x", "ψ_x", "a step moves x by at most h ψ_x ‖x‖, h <= h̄", e.stepping.psi_x, kUpperBound,
+                         sigma, "from ρ_u", In("(11)")),
                    e),
-      Bound("sigma-type-one", "σ_I", "σ of type I, for all times", type_one.value, kLowerBound, type_one,
-            type_one.why, In("Proposition 3")),
-      OfAutonomous(
-          Bound("epsilon-1", "ε_1", "until when σ_1 and σ_2 hold", e.short_time.epsilon1, kLowerBound,
-                type_one, "the bound of Φ in Lemma 8 is at most half of σ_I until then", In("Theorem 9(a)")),
-          e),
-      OfAutonomous(Bound("sigma-1", "σ_1", "‖x(t)‖ <= σ_1 ‖x0‖ until ε_1", e.short_time.sigma1, kUpperBound,
-                         type_one, "from σ_2", In("Theorem 9(a)")),
+      Bound("sigma-type-one", "σ_I", "σ of type I, for all times", type_one.value, kLowerBound, type_one, type_one.why,
+            In("Proposition 3")),
+      OfAutonomous(Bound("epsilon-1", "ε_1", "until when σ_1 and σ_2 hold", e.short_time.epsilon1, kLowerBound,
+                         type_one, "the bound of Φ in Lemma 8 is at most half of σ_I until then", In("Theorem 9(a)")),
                    e),
-      OfAutonomous(Bound("sigma-2", "σ_2", "‖∫y‖ <= σ_2 ‖x0‖ until ε_1", e.short_time.sigma2, kUpperBound,
-                         type_one, "from half of σ_I", In("Theorem 9(a)")),
+      OfAutonomous(Bound("sigma-1", "σ_1", "‖x(t)‖ <= σ_1 ‖x0‖ until ε_1", e.short_time.sigma1, kUpperBound, type_one,
+                         "from σ_2", In("Theorem 9(a)")),
+                   e),
+      OfAutonomous(Bound("sigma-2", "σ_2", "‖∫y‖ <= σ_2 ‖x0‖ until ε_1", e.short_time.sigma2, kUpperBound, type_one,
+                         "from half of σ_I", In("Theorem 9(a)")),
                    e)};
   Constant free_until{"free-until",
                       "ε_2",
@@ -192,9 +187,9 @@ std::string DescribeRows(const Semiobservability& start) {
 void AddWarnings(const Evidence& e, AnalysisSection& section) {
   if (!e.autonomous || !e.strictly.yes()) return;
   if (e.start.in_cone.no()) {
-    section.warnings.push_back(
-        absl::StrCat("x0 is outside the semiobservability cone (", e.start.in_cone.why,
-                     "): the solution may not be unique, even for NB a P-matrix (Example 10", kPaper, ")."));
+    section.warnings.push_back(absl::StrCat("x0 is outside the semiobservability cone (", e.start.in_cone.why,
+                                            "): the solution may not be unique, even for NB a P-matrix (Example 10",
+                                            kOfShenPang, ")."));
   } else if (!e.type_one.yes()) {
     section.warnings.push_back("NB is not known to be of type I: uniqueness near t = 0 is not guaranteed.");
   }

@@ -26,13 +26,10 @@ std::vector<double> Halvings(double horizon, int count) {
   return times;
 }
 
-class Writer {
+class LaplaceWriter {
  public:
-  Writer(const Problem& problem, const Options& options, const MatrixClass& matrix_class, Selection selection)
-      : problem_(problem),
-        options_(options),
-        matrix_class_(matrix_class),
-        selection_(selection) {
+  LaplaceWriter(const Problem& problem, const Options& options, const MatrixClass& matrix_class, Selection selection)
+      : problem_(problem), options_(options), matrix_class_(matrix_class), selection_(selection) {
     section_.id = "laplace-inversion";
     section_.title = "Iteration by Laplace inversion";
   }
@@ -50,8 +47,8 @@ class Writer {
  private:
   void AddConstant(std::string id, std::string symbol, std::string title, std::optional<double> value,
                    ConstantKind kind, std::string why, std::string source) {
-    section_.constants.push_back({std::move(id), std::move(symbol), std::move(title), value, kind, std::move(why),
-                                  std::move(source)});
+    section_.constants.push_back(
+        {std::move(id), std::move(symbol), std::move(title), value, kind, std::move(why), std::move(source)});
   }
 
   bool WriteLipschitz() {
@@ -83,9 +80,8 @@ class Writer {
     finding.fact.why =
         "α = " + FormatNumber(alpha) + (sectorial_ ? " is" : " is not") +
         " smaller than π/2 - γ = " + FormatNumber(allowed) +
-        (sectorial_
-             ? ""
-             : "; laplace-iteration does not depend on it, and wu-chen-iteration splits off what lies outside");
+        (sectorial_ ? ""
+                    : "; laplace-iteration does not depend on it, and wu-chen-iteration splits off what lies outside");
     section_.findings.push_back(finding);
   }
 
@@ -113,8 +109,8 @@ class Writer {
       error = SourceQuadratureError(contour_, resolvent, problem_.A, Halvings(problem_.horizon, 4));
       why = "of a source B y + f of size 1, measured at four times from T downwards";
     }
-    AddConstant("quadrature-error", "Err_max", "error of the contour quadrature in x", error,
-                ConstantKind::kEstimate, why, "(2.8), (2.12) of [Wu & Chen]");
+    AddConstant("quadrature-error", "Err_max", "error of the contour quadrature in x", error, ConstantKind::kEstimate,
+                why, "(2.8), (2.12) of [Wu & Chen]");
     return error;
   }
 
@@ -131,8 +127,8 @@ class Writer {
     if (!quadrature) return;
     AddConstant("log10-accuracy", "log₁₀ |x*_P - x|",
                 "accuracy of the converged x, as a power of ten, without the O(h) of (2.18)",
-                std::log10(*quadrature) + amplification, ConstantKind::kEstimate,
-                "for sources B y + f of size 1", "(2.8), (2.18) of [Wu & Chen]");
+                std::log10(*quadrature) + amplification, ConstantKind::kEstimate, "for sources B y + f of size 1",
+                "(2.8), (2.18) of [Wu & Chen]");
   }
 
   void WriteStart(double rate) {
@@ -143,12 +139,11 @@ class Writer {
     if (!start.failure.empty()) return;
     AddConstant("beta", "β", "how far x may move on [0, T*]", start.beta, ConstantKind::kEstimate, why,
                 "(3.5) of [Wu & Chen]");
-    AddConstant("c-0", "C_0", "how far the first iterate moves on [0, T*]", start.first_move,
-                ConstantKind::kEstimate,
+    AddConstant("c-0", "C_0", "how far the first iterate moves on [0, T*]", start.first_move, ConstantKind::kEstimate,
                 "sup ‖x^1 - x0‖ itself; the printed ‖e^{At}‖‖x0‖ is at least ‖x0‖ for every T*",
                 "(3.6) of [Wu & Chen]");
-    AddConstant("t-star", "T*", "interval on which all iterates are feasible", start.t_star,
-                ConstantKind::kEstimate, why, "Theorem 3.2 of [Wu & Chen]");
+    AddConstant("t-star", "T*", "interval on which all iterates are feasible", start.t_star, ConstantKind::kEstimate,
+                why, "Theorem 3.2 of [Wu & Chen]");
     AddConstant("t-star-from-x0", "T*₀", "the same, without the last term of (3.6)", start.t_star_from_x0,
                 ConstantKind::kEstimate, "the start x^0 = x0 makes that term zero",
                 "proof of Theorem 3.2 of [Wu & Chen]");
@@ -193,7 +188,7 @@ class Writer {
 
 AnalysisSection LaplaceSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                Selection selection) {
-  return Writer(problem, options, matrix_class, selection).Write();
+  return LaplaceWriter(problem, options, matrix_class, selection).Write();
 }
 
 }  // namespace dlcs

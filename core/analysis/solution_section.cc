@@ -16,7 +16,7 @@
 namespace dlcs {
 namespace {
 
-constexpr const char* kPaper = "[Chen & Xiang]";
+constexpr const char* kChenXiang = "[Chen & Xiang]";
 
 Constant ToConstant(std::string id, std::string symbol, std::string title, const LipschitzBound& bound,
                     std::string source) {
@@ -34,7 +34,7 @@ std::string SetText(const std::vector<Index>& set) { return absl::StrCat("{", ab
 void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection selection, AnalysisSection& section) {
   const LipschitzBound lipschitz = BoundLipschitz(M);
   section.constants.push_back(ToConstant("lipschitz", "𝓛", "largest norm of an inverse of a principal submatrix",
-                                         lipschitz, absl::StrCat("(2.3), (2.12) of ", kPaper)));
+                                         lipschitz, absl::StrCat("(2.3), (2.12) of ", kChenXiang)));
   LipschitzBound cube = lipschitz;
   if (matrix_class.p.yes()) {
     if (cube.value) cube.why = "attained where D is zero or one: equal to 𝓛";
@@ -43,10 +43,10 @@ void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection se
   }
   section.constants.push_back(ToConstant("cube-bound", "max ‖(I - D + D M)⁻¹ D‖",
                                          "the earlier bound over all D in [0, 1]ⁿ", cube,
-                                         absl::StrCat("(2.6) of ", kPaper)));
+                                         absl::StrCat("(2.6) of ", kChenXiang)));
   section.constants.push_back(ToConstant("mangasarian-shiau", "v_∞", "constant of Mangasarian and Shiau, never below 𝓛",
                                          MangasarianShiauConstant(M),
-                                         absl::StrCat("(2.14), Proposition 2.1 of ", kPaper)));
+                                         absl::StrCat("(2.14), Proposition 2.1 of ", kChenXiang)));
   if (!IsAlwaysLipschitz(selection) && selection != Selection::kAny) {
     const std::optional<double> slope = LargestSlope(M);
     section.constants.push_back(
@@ -68,13 +68,13 @@ void AddSolution(const Matrix& M, const LcpResult& result, AnalysisSection& sect
                                " (w > 0), K = ", SetText(sets.K), " (y = w = 0)")};
   degenerate.witness.indices = sets.K;
   section.findings.push_back(
-      {"degenerate", "the solution at t = 0 is degenerate", degenerate, absl::StrCat("section 2 of ", kPaper)});
+      {"degenerate", "the solution at t = 0 is degenerate", degenerate, absl::StrCat("section 2 of ", kChenXiang)});
   Fact differentiable = TestDifferentiable(M, sets);
   if (!IsAlwaysLipschitz(result.selection) && differentiable.yes()) {
     differentiable.why += "; if the selected solution is continuous near q";
   }
   section.findings.push_back({"differentiable", "y is differentiable at q = N x0 + g(0)", differentiable,
-                              absl::StrCat("Lemma 2.1 of ", kPaper)});
+                              absl::StrCat("Lemma 2.1 of ", kChenXiang)});
 }
 
 // How many solutions there are.
@@ -144,14 +144,15 @@ AnalysisSection SolutionSection(const Problem& problem, const MatrixClass& matri
     }
   }
   section.findings.push_back({"interior-point", "some v > 0 has N x0 + g(0) + M v > 0", TestInteriorPoint(M, q),
-                              absl::StrCat("(4.1), Remark 2.1 (ii) of ", kPaper)});
+                              absl::StrCat("(4.1), Remark 2.1 (ii) of ", kChenXiang)});
   if (selection == Selection::kHiddenLeastElement) {
     section.warnings.push_back(
         "The least element in the order of pos X depends on X, which M does not determine: it is that of the X found.");
   }
   if (selection == Selection::kLeastNorm || selection == Selection::kMinimizer || selection == Selection::kSparsest) {
-    section.warnings.push_back(absl::StrCat(
-        SelectionName(selection), " need not be a continuous function of x for this M (Remark 2.1 of ", kPaper, ")."));
+    section.warnings.push_back(absl::StrCat(SelectionName(selection),
+                                            " need not be a continuous function of x for this M (Remark 2.1 of ",
+                                            kChenXiang, ")."));
   }
   return section;
 }

@@ -48,9 +48,10 @@ namespace {
 
 std::string Source(const char* statement) { return std::string(statement) + " of [Chen & Xiang 2013]"; }
 
-class Writer {
+class TimeSteppingWriter {
  public:
-  Writer(const Problem& problem, const Options& options, const MatrixClass& matrix_class, Selection selection)
+  TimeSteppingWriter(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
+                     Selection selection)
       : problem_(problem),
         options_(options),
         matrix_class_(matrix_class),
@@ -189,7 +190,7 @@ class Writer {
 
 AnalysisSection TimeSteppingSection(const Problem& problem, const Options& options, const MatrixClass& matrix_class,
                                     Selection selection) {
-  return Writer(problem, options, matrix_class, selection).Write();
+  return TimeSteppingWriter(problem, options, matrix_class, selection).Write();
 }
 
 }  // namespace dlcs

@@ -13,7 +13,7 @@ namespace {
 // Two times closer than this part of a step are one node.
 constexpr double kSameNode = 1e-9;
 // Given nodes may be as close as they like; two times closer than this part of T are one that was rounded twice.
-constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+constexpr double kTimeRounding = 8 * std::numeric_limits<double>::epsilon();
 
 Index StepsFor(double length, double longest_step) {
   return std::max<Index>(1, static_cast<Index>(std::ceil(length / longest_step * (1 - 1e-12) - kSameNode)));
@@ -71,7 +71,7 @@ std::vector<Mark> MarkedNodes(double horizon, const std::vector<double>& break_p
   for (const double t : options.output_times) marks.push_back({t, Mark::kOutputTime});
   for (const double t : options.grid_times) marks.push_back({t, Mark::kGridTime});
   std::sort(marks.begin(), marks.end(), [](const Mark& a, const Mark& b) { return a.time < b.time; });
-  const double close = kRounding * horizon;
+  const double close = kTimeRounding * horizon;
   std::vector<Mark> nodes;
   for (const Mark& mark : marks) {
     if (nodes.empty() || mark.time - nodes.back().time > close) {
@@ -87,7 +87,7 @@ std::vector<Mark> MarkedNodes(double horizon, const std::vector<double>& break_p
 Grid GridOfNodes(const std::vector<Mark>& nodes) {
   Grid grid;
   grid.times.push_back(nodes.front().time);
-  const double rounding = kRounding * nodes.back().time;
+  const double rounding = kTimeRounding * nodes.back().time;
   for (size_t k = 1; k < nodes.size(); ++k) {
     const double begin = nodes[k - 1].time, end = nodes[k].time;
     const bool at_break = nodes[k - 1].rank >= Mark::kBreakPoint;

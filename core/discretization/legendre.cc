@@ -2,13 +2,13 @@
 
 #include "core/discretization/legendre.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -41,8 +41,7 @@ LegendreMatrix BernsteinCoefficients() {
   for (Index k = 0; k < kLegendreSize; ++k) {
     for (Index j = 0; j < kLegendreSize; ++j) {
       for (Index i = std::max<Index>(0, j - (kLegendreDegree - k)); i <= std::min(k, j); ++i) {
-        const double raised =
-            Binomial(k, i) * Binomial(kLegendreDegree - k, j - i) / Binomial(kLegendreDegree, j);
+        const double raised = Binomial(k, i) * Binomial(kLegendreDegree - k, j - i) / Binomial(kLegendreDegree, j);
         matrix(k, j) += ((k + i) % 2 ? -1 : 1) * Binomial(k, i) * raised;
       }
     }
@@ -63,8 +62,7 @@ LegendreBasis MakeBasis() {
   LegendreBasis basis;
   for (Index j = 0; j < kLegendreSize; ++j) {
     // sin, not cos: symmetric, and exactly 0 in the middle.
-    const double angle =
-        std::numbers::pi * static_cast<double>(2 * j - kLegendreDegree) / (2 * kLegendreDegree);
+    const double angle = std::numbers::pi * static_cast<double>(2 * j - kLegendreDegree) / (2 * kLegendreDegree);
     basis.nodes[j] = std::sin(angle);
     basis.at_nodes.col(j) = LegendreValues(basis.nodes[j]);
   }

@@ -15,7 +15,7 @@ namespace {
 // Not a node, and not symmetric to one: between the two nodes right of the middle.
 constexpr double kCheckPosition = 0.1305;
 // The rounding error of an interpolant, relative to its largest value; a smaller difference is no interpolation error.
-constexpr double kRounding = 32 * std::numeric_limits<double>::epsilon();
+constexpr double kSourceRounding = 32 * std::numeric_limits<double>::epsilon();
 
 // The same relative to the terms, for a formula that is a small difference of large terms.
 constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
@@ -81,8 +81,8 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
     slope = series * (2 / length * basis.derivative);
     largest_so_far = largest_so_far.cwiseMax(largest);
-    noise =
-        kRounding * largest + kRoundingOfTerms * largest_so_far + 2 * time_rounding * slope.cwiseAbs().rowwise().sum();
+    noise = kSourceRounding * largest + kRoundingOfTerms * largest_so_far +
+            2 * time_rounding * slope.cwiseAbs().rowwise().sum();
     error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
     error = error.cwiseMax(0);

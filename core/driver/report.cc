@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/driver/report.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-
 #include "core/format_number.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/stepping/time_stepping.h"
 

@@ -11,7 +11,7 @@
 namespace dlcs {
 namespace {
 
-constexpr double kUnit = std::numeric_limits<double>::epsilon();
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // The integral of what an interpolant misses is smaller than that is, since it has the signs of a polynomial of high
 // degree.
 constexpr double kOfMissed = 0.25;
@@ -38,7 +38,7 @@ Vector SignsOfRounding(Index size, unsigned seed) {
 ErrorGrowth::ErrorGrowth(const Vector& x0)
     : errors_(x0.size(), kErrors), x_(Vector::Zero(x0.size())), noise_(Vector::Zero(x0.size())) {
   for (Index e = 0; e < kErrors; ++e) {
-    errors_.col(e) = kUnit * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
+    errors_.col(e) = kEpsilon * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
   }
 }
 
@@ -57,7 +57,7 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   ++steps_;
   Pass(step, sources);
   const LegendreVector at = LegendreValues(s_end);
-  const Vector rounding = kUnit * step.x.cwiseAbs().rowwise().sum();
+  const Vector rounding = kEpsilon * step.x.cwiseAbs().rowwise().sum();
   const Vector missed = kOfMissed * step.slope_error + overlooked;
   Matrix slopes(rounding.size(), kErrors);
   for (Index e = 0; e < kErrors; ++e) {
@@ -99,7 +99,7 @@ void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   has_event_ = false;
   const Vector after = SlopeAt(step, sources, -1);
   Vector jump = event_.slope_before - after;
-  const Vector size = event_.slope_before.cwiseAbs() + after.cwiseAbs() + step.slope_noise / kUnit;
+  const Vector size = event_.slope_before.cwiseAbs() + after.cwiseAbs() + step.slope_noise / kEpsilon;
   for (Index i = 0; i < jump.size(); ++i) {
     if (std::abs(jump[i]) <= kSame * size[i]) jump[i] = 0;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/event_driven/event_locator.h"
 #include "core/event_driven/event_record.h"
@@ -44,24 +45,54 @@ double NextTolerance(double tolerance, double wanted, double error, bool no_bett
   return std::max(1e-15, tolerance * (no_better ? std::min(factor, kFarLess) : factor));
 }
 
+// A solve that reached T, by steps of this tolerance. A later one may end before T, or lose more at its events.
+struct Attempt {
+  double tolerance = 0;
+  EventRecord record;
+  Solution solution;
+  Certificate certificate;
+  Index recorded = 0;
+};
+
+Attempt Save(const SolveContext& context, const EventRecord& record, double tolerance) {
+  return {tolerance, record, context.solution, context.certificate.certificate(), context.recorder.recorded()};
+}
+
+void Restore(const Attempt& attempt, SolveContext& context, EventRecord& record) {
+  record = attempt.record;
+  context.solution = attempt.solution;
+  context.certificate.Replace(attempt.certificate);
+  context.recorder.GoOnFrom(attempt.recorded);
+}
+
+bool MaySolveAgain(int solves, Index work, const EventRecord& record) {
+  constexpr int kMostSolves = 3, kMostShortSolves = 6;
+  constexpr Index kShort = 60'000;
+  constexpr Index kMostMarchedAgain = 1000;
+  return record.marched_steps <= kMostMarchedAgain && solves < (work < kShort ? kMostShortSolves : kMostSolves);
+}
+
+// The work of a solve whose steps have the tolerance `next`, after one of the tolerance `before` that took `work`.
+Index WorkAt(double next, double before, Index work) {
+  constexpr double kOrder = 12, kMargin = 1.1;
+  return static_cast<Index>(kMargin * std::pow(before / next, 1 / kOrder) * static_cast<double>(work));
+}
+
 }  // namespace
 
 bool EventDriven(SolveContext& context) {
-  constexpr int kMostSolves = 3;
   constexpr double kNoBetter = 0.7;
   constexpr double kFirstByDefault = 0.1;  // a second solve would cost more than somewhat shorter steps
-  constexpr Index kMostMarchedAgain = 1000;
   const double asked = context.options.error_tolerance;
   const double tolerance = asked > 0 ? std::min(asked, kLargestEventTolerance) : kDefaultEventTolerance;
   Solution& solution = context.solution;
   double of_steps = context.error_by_default ? kFirstByDefault * tolerance : tolerance;
-  double of_steps_before = of_steps;
-  double error_before = std::numeric_limits<double>::infinity();
   // The default tolerance has a limit of work, of which a part is left for methods with fixed steps.
   const Index num_states = context.problem.num_states();
   const Index most_work = context.error_by_default ? kMostDefaultEventWork : std::numeric_limits<Index>::max();
   Index work = 0;
   EventRecord record;
+  std::optional<Attempt> best;
   bool reached = false, is_rounding = false;
   for (int solves = 1; true; ++solves) {
     record = {};
@@ -72,16 +103,23 @@ bool EventDriven(SolveContext& context) {
       context.FailCancelled(locator.reached());
     }
     locator.Finish();
-    work += record.Work(num_states);
+    const Index work_of_solve = record.Work(num_states);
+    work += work_of_solve;
+    const bool was_cut = !reached;
+    const bool no_better = best && !(record.accumulated_error < kNoBetter * best->record.accumulated_error);
+    is_rounding = best && reached && no_better && of_steps <= kFarLess * best->tolerance;
+    if (best && !context.stop.stop_requested() &&
+        !(reached && record.accumulated_error < best->record.accumulated_error)) {
+      Restore(*best, context, record);
+      reached = true;
+    }
     const double error = record.accumulated_error;
-    const bool no_better = solves > 1 && error >= kNoBetter * error_before;
-    is_rounding = no_better && of_steps <= kFarLess * of_steps_before;
-    if (!reached || error <= tolerance || !std::isfinite(error)) break;
-    if (solves == kMostSolves || is_rounding || record.marched_steps > kMostMarchedAgain) break;
-    if (most_work - work < 2 * record.Work(num_states)) break;
-    error_before = error;
-    of_steps_before = of_steps;
-    of_steps = NextTolerance(of_steps, tolerance, error, no_better);
+    if (was_cut || !reached || error <= tolerance || !std::isfinite(error)) break;
+    if (is_rounding || !MaySolveAgain(solves, work, record)) break;
+    const double next = NextTolerance(of_steps, tolerance, error, no_better);
+    if (most_work - work < WorkAt(next, of_steps, work_of_solve)) break;
+    if (!best || error < best->record.accumulated_error) best = Save(context, record, of_steps);
+    of_steps = next;
     context.recorder.GoOnFrom(0);
     solution.jumps.clear();
     solution.left_limits.clear();

@@ -13,7 +13,7 @@ inline constexpr double kDefaultEventTolerance = 1e-9;
 inline constexpr double kLargestEventTolerance = 0.1;
 
 // The part of Options::kMostDefaultSteps for event_driven; the rest is for steps without events if it does not reach T.
-inline constexpr Index kMostDefaultEventWork = 18'900;
+inline constexpr Index kMostDefaultEventWork = 28'900;
 
 // Follows the system from mode to mode. In a mode (core/event_driven/mode.h) the system is a linear differential
 // equation, solved by collocation of degree 12 with the step that the tolerance allows (core/event_driven/mode_step.h,
@@ -25,12 +25,12 @@ inline constexpr Index kMostDefaultEventWork = 18'900;
 // The tolerance is options.error_tolerance, or kDefaultEventTolerance. It bounds the error of x relative to the largest
 // value of each component so far, and that of y and w likewise. The local error of a step is estimated from the decay
 // of its coefficients, the global error by core/event_driven/error_growth.h. If the latter is above the tolerance, the
-// solve is repeated with smaller local errors, at most twice. The trajectory is recorded at the nodes of context.grid,
-// whose steps are not used otherwise; with options.keep_pieces the polynomials are stored in Solution::pieces. Sets
-// switching times, accuracy, certificate and cost of the solution. Returns false if the solve ended before T, or at T
-// with an estimated error above options.error_tolerance; the solution says why. One thread; the stop token is checked
-// in every step. Cost: 25 m³ for each active set that occurs, and about 14 values of f and g and 100 m² operations for
-// each step.
+// solve is repeated with smaller local errors, at most twice, or five times if they are short; the best one counts. The
+// trajectory is recorded at the nodes of context.grid, whose steps are not used otherwise; with options.keep_pieces the
+// polynomials are stored in Solution::pieces. Sets switching times, accuracy, certificate and cost of the solution.
+// Returns false if the solve ended before T, or at T with an estimated error above options.error_tolerance; the
+// solution says why. One thread; the stop token is checked in every step. Cost: 25 m³ for each active set that occurs,
+// and about 14 values of f and g and 100 m² operations for each step.
 bool EventDriven(SolveContext& context);
 
 }  // namespace dlcs

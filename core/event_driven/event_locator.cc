@@ -40,6 +40,8 @@ constexpr double kOnConstraints = 1e-12;
 // Of what is no more than this part of them nothing is known.
 constexpr double kRoundingOfConstraints = 64 * std::numeric_limits<double>::epsilon();
 constexpr Index kMostMarchedSteps = 40000;
+// Both sides of a break point are known to rounding. Rounding is all that makes g jump at a kink there.
+constexpr double kNoJumpAtBreak = 1e-14;
 
 }  // namespace
 
@@ -71,7 +73,7 @@ bool EventLocator::Run() {
   length_ = norm > 0 ? 4 / norm : problem_.horizon;
   bool may_jump = true;
   for (const double end : ends) {
-    if (may_jump && !Start(t_)) return false;
+    if ((t_ == 0 || (may_jump && SourceJumps(t_, kNoJumpAtBreak))) && !Start(t_)) return false;
     if (!Cross(end)) return false;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
     if (may_jump || end == problem_.horizon) HandOver(output_.EndInterval(end, x_, y_, w_));
@@ -120,12 +122,23 @@ bool EventLocator::PassKink() {
   mode_ = nullptr;
   attempt_ = 0;
   gap_.reset();
-  Vector before(problem_.num_constraints()), behind(problem_.num_constraints());
-  sampler_.G(*kink_, Side::kLeft, before);
-  sampler_.G(*kink_, Side::kRight, behind);
+  const bool jumps = SourceJumps(*kink_, kNoJump);
   kink_.reset();
-  const bool jumps = ((behind - before).array().abs() > kNoJump * context_.row_size.array()).any();
   return !jumps || Start(t_);
+}
+
+// Whether g jumps at `time` by more than `part` of its size and than what the rounding of `time` makes of it, which is
+// much where g is steep. Where it does not, the state is as consistent as it was before.
+bool EventLocator::SourceJumps(double time, double part) {
+  constexpr double kRoundingOfTime = 4 * std::numeric_limits<double>::epsilon();
+  const Index n = problem_.num_constraints();
+  Vector before(n), left(n), right(n), behind(n);
+  sampler_.G(time * (1 - kRoundingOfTime), Side::kRight, before);
+  sampler_.G(time, Side::kLeft, left);
+  sampler_.G(time, Side::kRight, right);
+  sampler_.G(time * (1 + kRoundingOfTime), Side::kLeft, behind);
+  const Vector noise = (left - before).cwiseAbs() + (behind - right).cwiseAbs();
+  return ((right - left).array().abs() > part * context_.row_size.array() + noise.array()).any();
 }
 
 // So many steps, taken or not, that have not come forward by this part of the horizon: something was not foreseen.

@@ -47,6 +47,7 @@ class EventLocator {
   Progressed FailNonFinite(double step_end);
   Progressed Shorten(double length);
   bool PassKink();
+  bool SourceJumps(double time, double part);
   bool IsStuck();
   Progressed EndMode(const ModeEnd& end);
   void RaiseReach();

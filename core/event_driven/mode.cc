@@ -2,14 +2,12 @@
 
 #include "core/event_driven/mode.h"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "core/linalg/balance.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/iteration/anderson.h"
 
-#include <Eigen/QR>
 #include <limits>
+
+#include "core/linalg/decompositions.h"
 
 namespace dlcs {
 

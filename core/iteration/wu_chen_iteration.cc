@@ -32,9 +32,9 @@ constexpr double kMostGrowth = 1e10;
 // 60.
 constexpr Index kMostInVain = 100;
 
-class Iteration {
+class PlainIteration {
  public:
-  Iteration(SolveContext& context, const Contour& contour, const SpectrumSplit& split)
+  PlainIteration(SolveContext& context, const Contour& contour, const SpectrumSplit& split)
       : context_(context),
         problem_(context.problem),
         contour_(contour),
@@ -139,8 +139,8 @@ class Iteration {
       return FailLcp(context_, outcome.verdict, t, "LCP(N x0 + g, M), the first iterate's,");
     }
     return context_.Fail(Termination::kDiverged, t,
-                         "Iterate " + std::to_string(k) + " left the feasible set at t = " + FormatNumber(t) +
-                             " (" + LcpStatusName(outcome.verdict) +
+                         "Iterate " + std::to_string(k) + " left the feasible set at t = " + FormatNumber(t) + " (" +
+                             LcpStatusName(outcome.verdict) +
                              "). The whole horizon is one window here; laplace-iteration takes shorter ones.");
   }
 
@@ -149,8 +149,7 @@ class Iteration {
     if (!context_.largest_slope) return true;
     for (size_t r = 0; r < segments_.size(); ++r) {
       const Index first = columns_.First(r), count = columns_.Count(r);
-      const auto jump =
-          DetectJump(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
+      const auto jump = DetectJump(q.middleCols(first, count), y_.middleCols(first, count), *context_.largest_slope);
       if (!jump) continue;
       const double t = columns_.Time(first + jump->column);
       return context_.FailJump(t, DescribeJump(*jump, t, *context_.largest_slope));
@@ -264,11 +263,9 @@ void Record(const Contour& contour, double angle, const SpectrumSplit& split, So
     context.solution.warnings.push_back(
         std::to_string(split.separated()) + " of " + std::to_string(context.problem.num_states()) +
         (ill_conditioned
-             ? std::string(
-                   " eigenvalues of A are integrated by φ-functions, not by a contour: some lie outside every "
-                   "sector that a contour can have, and too close to the others to be separated.")
-             : " eigenvalues of A lie outside the sector |arg(-λ)| < " +
-                   FormatNumber(WidestSector(context.options)) +
+             ? std::string(" eigenvalues of A are integrated by φ-functions, not by a contour: some lie outside every "
+                           "sector that a contour can have, and too close to the others to be separated.")
+             : " eigenvalues of A lie outside the sector |arg(-λ)| < " + FormatNumber(WidestSector(context.options)) +
                    " of the contour. Their subspace is integrated by φ-functions; the circles of Remark 2.1 "
                    "would count e^{λt} twice for small t."));
   }
@@ -281,7 +278,7 @@ bool WuChenIteration(SolveContext& context) {
   const double angle = SectorAngle(split.inside.Eigenvalues(), Enclosed(context));
   const Contour contour = ContourFor(context.options, angle);
   Record(contour, angle, split, context);
-  return Iteration(context, contour, split).ReachEnd();
+  return PlainIteration(context, contour, split).ReachEnd();
 }
 
 }  // namespace dlcs

@@ -9,7 +9,6 @@
 namespace dlcs {
 namespace {
 
-constexpr double kRightAngle = std::numbers::pi / 2;
 constexpr double kLargestLoss = 7;  // e^7 · 1e-16 = 1e-13
 constexpr double kDiedOut = 45;
 constexpr double kOnAxis = 1e-4;  // far from the contour by the scale of its times
@@ -18,7 +17,7 @@ constexpr double kOnAxis = 1e-4;  // far from the contour by the scale of its ti
 // nodes where there is none.
 Contour BestHyperbola(double alpha, double ratio, double accuracy, double loss) {
   constexpr int kTrials = 64;
-  const double room = kRightAngle - alpha;
+  const double room = std::numbers::pi / 2 - alpha;
   Contour best;
   for (int i = 1; i < kTrials; ++i) {
     Contour contour{.gamma = room * i / kTrials};

@@ -2,9 +2,9 @@
 #include "core/laplace/spectrum_split.h"
 
 #include <Eigen/Jacobi>
-#include <Eigen/QR>
 #include <utility>
 
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 

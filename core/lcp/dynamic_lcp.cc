@@ -11,30 +11,28 @@
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/matrix_classes/p_matrix.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
 
 absl::Status CheckPath(const PiecewiseLinearPath& path, Index size, const char* name) {
   const std::vector<double>& times = path.times;
-  if (times.empty()) return absl::InvalidArgumentError(absl::StrCat(name, ".times: none; must start at 0"));
+  if (times.empty()) return InvalidField(absl::StrCat(name, ".times"), "none; must start at 0");
   if (times.front() != 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(name, ".times[0]: ", NumberText(times.front()), "; must be 0"));
+    return InvalidField(absl::StrCat(name, ".times[0]"), absl::StrCat(NumberText(times.front()), "; must be 0"));
   }
   if (path.values.rows() != size || path.values.cols() != static_cast<Index>(times.size())) {
-    return absl::InvalidArgumentError(absl::StrCat(name, ".values: ", path.values.rows(), " values at ",
-                                                   path.values.cols(), " times; must be n = ", size,
-                                                   " (from M) at ", times.size(), " times"));
+    return InvalidField(absl::StrCat(name, ".values"),
+                        absl::StrCat(path.values.rows(), " values at ", path.values.cols(),
+                                     " times; must be n = ", size, " (from M) at ", times.size(), " times"));
   }
-  if (!path.values.allFinite())
-    return absl::InvalidArgumentError(absl::StrCat(name, ".values: must be finite"));
+  if (!path.values.allFinite()) return InvalidField(absl::StrCat(name, ".values"), "must be finite");
   for (std::size_t k = 1; k < times.size(); ++k) {
     const bool thrice = k > 1 && times[k] == times[k - 2];
     if (!std::isfinite(times[k]) || times[k] < times[k - 1] || thrice) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(name, ".times[", k, "]: ", times[k],
-                       "; times must be finite and increasing, at most two the same"));
+      return InvalidField(absl::StrCat(name, ".times[", k, "]"),
+                          absl::StrCat(times[k], "; times must be finite and increasing, at most two the same"));
     }
   }
   return absl::OkStatus();
@@ -43,7 +41,7 @@ absl::Status CheckPath(const PiecewiseLinearPath& path, Index size, const char* 
 absl::Status CheckProblem(const DcpProblem& problem) {
   const Index size = problem.M.rows();
   if (size == 0 || problem.M.cols() != size || !problem.M.allFinite()) {
-    return absl::InvalidArgumentError("M: must be square, not empty and finite");
+    return InvalidField("M", "must be square, not empty and finite");
   }
   return CheckPath(problem.q, size, "q");
 }
@@ -51,8 +49,8 @@ absl::Status CheckProblem(const DcpProblem& problem) {
 // The limit of `path` at `t` from the left or the right; `t` within its times.
 Vector ValueAt(const PiecewiseLinearPath& path, double t, bool from_right) {
   const auto& times = path.times;
-  const auto after = from_right ? std::upper_bound(times.begin(), times.end(), t)
-                                : std::lower_bound(times.begin(), times.end(), t);
+  const auto after =
+      from_right ? std::upper_bound(times.begin(), times.end(), t) : std::lower_bound(times.begin(), times.end(), t);
   const Index k = after - times.begin();
   if (k == 0) return path.values.col(0);
   if (after == times.end()) return path.values.col(k - 1);
@@ -100,14 +98,13 @@ absl::StatusOr<DcpCertificate> CheckDcpSolution(const DcpProblem& problem, const
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
   if (absl::Status status = CheckPath(v, problem.M.rows(), "v"); !status.ok()) return status;
   if (v.times.back() != problem.q.times.back()) {
-    return absl::InvalidArgumentError(absl::StrCat("v: ends at ", v.times.back(), " and q at ",
-                                                   problem.q.times.back(), "; they must end together"));
+    return InvalidField("v", absl::StrCat("ends at ", v.times.back(), " and q at ", problem.q.times.back(),
+                                          "; they must end together"));
   }
   Vector v_before = v.values.col(0);
   Vector w_before = problem.q.values.col(0) + problem.M * v_before;
   Vector integral = Vector::Zero(problem.M.rows());
-  DcpCertificate certificate{MaxAbs(v_before), std::numeric_limits<double>::infinity(), w_before.minCoeff(),
-                             0};
+  DcpCertificate certificate{MaxAbs(v_before), std::numeric_limits<double>::infinity(), w_before.minCoeff(), 0};
   const auto move = [&](const Vector& v_after, const Vector& q_after, bool jump) {
     const Vector w_after = q_after + problem.M * v_after;
     const Vector increase = v_after - v_before;
@@ -127,11 +124,10 @@ absl::StatusOr<DcpCertificate> CheckDcpSolution(const DcpProblem& problem, const
 
 absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step, std::stop_token stop) {
   if (absl::Status status = CheckProblem(problem); !status.ok()) return status;
-  if (!(max_step > 0))
-    return absl::InvalidArgumentError(absl::StrCat("max_step: ", max_step, "; must be positive"));
+  if (!(max_step > 0)) return InvalidField("max_step", absl::StrCat(max_step, "; must be positive"));
   if (Index i = 0; problem.q.values.col(0).minCoeff(&i) < 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "q.values[0][", i, "]: ", NumberText(problem.q.values(i, 0)), "; q(0) must be >= 0, for v(0) = 0"));
+    return InvalidField(absl::StrCat("q.values[0][", i, "]"),
+                        absl::StrCat(NumberText(problem.q.values(i, 0)), "; q(0) must be >= 0, for v(0) = 0"));
   }
   const Index size = problem.M.rows();
   const auto selection = SelectRule(SolutionRule::kAuto, Classify(problem.M));
@@ -149,14 +145,12 @@ absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step,
     if (stop.stop_requested()) return absl::CancelledError("stopped on request");
     const Vector q = ValueAt(problem.q, times[j], times[j] == times[j - 1]);
     const double sizes = MaxAbs(q) + InfinityNorm(problem.M) * MaxAbs(v);
-    const LcpStatus verdict =
-        solver->Solve(q + problem.M * v, Vector::Constant(size, 1e-15 * sizes), basis, z);
+    const LcpStatus verdict = solver->Solve(q + problem.M * v, Vector::Constant(size, 1e-15 * sizes), basis, z);
     if (verdict != LcpStatus::kSolved) {
       solution.v.times.resize(j);
       solution.v.values.conservativeResize(size, static_cast<Index>(j));
-      solution.message =
-          absl::StrCat("The LCP of the increment to t = ", times[j], " is ", LcpStatusName(verdict),
-                       "; M must be strictly semicopositive for every q to have a solution.");
+      solution.message = absl::StrCat("The LCP of the increment to t = ", times[j], " is ", LcpStatusName(verdict),
+                                      "; M must be strictly semicopositive for every q to have a solution.");
       return solution;
     }
     v += z;

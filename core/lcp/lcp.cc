@@ -22,7 +22,7 @@
 #include "core/matrix_classes/positive_semidefinite.h"
 #include "core/parallel/stop_scope.h"
 #include "core/problem/problem_checks.h"
-#include "core/problem/validate.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {

@@ -36,10 +36,10 @@ DLCS_INLINE void Multiple(Index count, double factor, const double* x, double* y
   for (; i + kWidth<V> <= count; i += kWidth<V>) {
     Store(V(Load<V>(y + i) - factor * Load<V>(x + i)), y + i);
   }
-  if constexpr (kWidth<V> > 1) Multiple<Half<V>>(count - i, factor, x + i, y + i);
+  if constexpr (kWidth < V >> 1) Multiple<Half<V>>(count - i, factor, x + i, y + i);
 }
 
-struct Product {
+struct BlockProduct {
   Index rows, columns, depth;
   const double* L;
   Index L_stride;
@@ -51,7 +51,7 @@ struct Product {
 
 // The block of kVectors vectors of rows from i on, and kColumns columns from j on; it stays in registers.
 template <typename V, int kVectors, int kColumns>
-DLCS_INLINE void Tile(const Product& p, Index i, Index j) {
+DLCS_INLINE void Tile(const BlockProduct& p, Index i, Index j) {
   V sums[kColumns][kVectors];
   for (int c = 0; c < kColumns; ++c) {
     for (int r = 0; r < kVectors; ++r) sums[c][r] = Load<V>(p.A + (j + c) * p.A_stride + i + r * kWidth<V>);
@@ -73,18 +73,18 @@ DLCS_INLINE void Tile(const Product& p, Index i, Index j) {
 
 // From row i on, in vectors V, and what is left in shorter ones.
 template <typename V, int kColumns>
-DLCS_INLINE void Columns(const Product& p, Index i, Index j) {
+DLCS_INLINE void ColumnsOf(const BlockProduct& p, Index i, Index j) {
   constexpr int kVectors = 3;  // with four columns, twelve sums fit into the sixteen registers of the baseline
   for (; i + kVectors * kWidth<V> <= p.rows; i += kVectors * kWidth<V>) Tile<V, kVectors, kColumns>(p, i, j);
   for (; i + kWidth<V> <= p.rows; i += kWidth<V>) Tile<V, 1, kColumns>(p, i, j);
-  if constexpr (kWidth<V> > 1) Columns<Half<V>, kColumns>(p, i, j);
+  if constexpr (kWidth < V >> 1) ColumnsOf<Half<V>, kColumns>(p, i, j);
 }
 
 template <typename V>
-DLCS_INLINE void Subtract(const Product& p) {
+DLCS_INLINE void Subtract(const BlockProduct& p) {
   Index j = 0;
-  for (; j + 4 <= p.columns; j += 4) Columns<V, 4>(p, 0, j);
-  for (; j < p.columns; ++j) Columns<V, 1>(p, 0, j);
+  for (; j + 4 <= p.columns; j += 4) ColumnsOf<V, 4>(p, 0, j);
+  for (; j < p.columns; ++j) ColumnsOf<V, 1>(p, 0, j);
 }
 
 struct Combination {
@@ -111,7 +111,7 @@ template <typename V>
 DLCS_INLINE void Combine(const Combination& c, Index i = 0) {
   for (; i + 4 * kWidth<V> <= c.rows; i += 4 * kWidth<V>) Rows<V, 4>(c, i);
   for (; i + kWidth<V> <= c.rows; i += kWidth<V>) Rows<V, 1>(c, i);
-  if constexpr (kWidth<V> > 1) Combine<Half<V>>(c, i);
+  if constexpr (kWidth < V >> 1) Combine<Half<V>>(c, i);
 }
 
 struct Panel {
@@ -156,9 +156,9 @@ DLCS_TARGET("avx512f") void MultipleAvx512(Index count, double factor, const dou
   Multiple<Double8>(count, factor, x, y);
 }
 
-void SubtractBaseline(const Product& p) { Subtract<Double2>(p); }
-DLCS_TARGET("avx2") void SubtractAvx2(const Product& p) { Subtract<Double4>(p); }
-DLCS_TARGET("avx512f") void SubtractAvx512(const Product& p) { Subtract<Double8>(p); }
+void SubtractBaseline(const BlockProduct& p) { Subtract<Double2>(p); }
+DLCS_TARGET("avx2") void SubtractAvx2(const BlockProduct& p) { Subtract<Double4>(p); }
+DLCS_TARGET("avx512f") void SubtractAvx512(const BlockProduct& p) { Subtract<Double8>(p); }
 
 bool EliminateBaseline(const Panel& e) { return Eliminate<Double2>(e); }
 DLCS_TARGET("avx2") bool EliminateAvx2(const Panel& e) { return Eliminate<Double4>(e); }

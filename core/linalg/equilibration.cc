@@ -15,7 +15,7 @@ constexpr int kRounds = 14;
 constexpr double kNoEntry = -std::numeric_limits<double>::infinity();
 
 // log2 |M_ij| rounded down; -infinity for zeros.
-Matrix Exponents(const Matrix& M) {
+Matrix BinaryExponents(const Matrix& M) {
   return M.unaryExpr([](double entry) { return entry == 0 ? kNoEntry : static_cast<double>(std::ilogb(entry)); });
 }
 
@@ -151,7 +151,7 @@ double FiniteOrZero(double exponent) { return exponent == kNoEntry ? 0 : exponen
 
 Vector SymmetricEquilibration(const Matrix& M) {
   const Index n = M.rows();
-  Matrix exponents = Exponents(M.cwiseAbs().cwiseMax(M.cwiseAbs().transpose()));
+  Matrix exponents = BinaryExponents(M.cwiseAbs().cwiseMax(M.cwiseAbs().transpose()));
   const Vector start = SymmetricTree(exponents).scale();
   exponents.colwise() += start;
   exponents.rowwise() += start.transpose();
@@ -166,7 +166,7 @@ Vector SymmetricEquilibration(const Matrix& M) {
 Equilibration EquilibrateRowsAndColumns(const Matrix& M) {
   const Index rows = M.rows(), columns = M.cols();
   if (rows == 0 || columns == 0) return {Vector::Ones(rows), Vector::Ones(columns)};
-  Matrix exponents = Exponents(M);
+  Matrix exponents = BinaryExponents(M);
   const Tree start(exponents);
   exponents.colwise() += start.row();
   exponents.rowwise() += start.column().transpose();

@@ -13,7 +13,7 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kLanes = 16;
+constexpr Index kPairsAtOnce = 16;
 
 // |value| as an integer, in the same order; NaN is the largest. So a maximum of these sees NaN, and takes one
 // instruction.
@@ -22,35 +22,35 @@ DLCS_WIDE inline std::int64_t SizeBits(double value) {
 }
 
 struct Lanes {
-  double residual[kLanes] = {};
-  std::int64_t size[kLanes] = {};
+  double residual[kPairsAtOnce] = {};
+  std::int64_t size[kPairsAtOnce] = {};
 };
 
-// Raises `lanes` to the first `count` pairs, a multiple of kLanes, and returns Σ y_i w_i. A NaN is seen in the size
-// alone.
+// Raises `lanes` to the first `count` pairs, a multiple of kPairsAtOnce, and returns Σ y_i w_i. A NaN is seen in the
+// size alone.
 double MeasureWhole(const double* y, const double* w, Index count, Lanes& lanes) {
-  double products[kLanes];
+  double products[kPairsAtOnce];
   RunWide([=, &lanes, &products]() DLCS_WIDE {
-    double residual[kLanes], product[kLanes] = {};
-    std::int64_t size[kLanes];
-    for (Index l = 0; l < kLanes; ++l) {
+    double residual[kPairsAtOnce], product[kPairsAtOnce] = {};
+    std::int64_t size[kPairsAtOnce];
+    for (Index l = 0; l < kPairsAtOnce; ++l) {
       residual[l] = lanes.residual[l];
       size[l] = lanes.size[l];
     }
-    for (Index i = 0; i < count; i += kLanes) {
-      for (Index l = 0; l < kLanes; ++l) {
+    for (Index i = 0; i < count; i += kPairsAtOnce) {
+      for (Index l = 0; l < kPairsAtOnce; ++l) {
         const double a = y[i + l], b = w[i + l];
         const double less = std::abs(a < b ? a : b);
         residual[l] = less > residual[l] ? less : residual[l];
         product[l] += a * b;
       }
-      for (Index l = 0; l < kLanes; ++l) {
+      for (Index l = 0; l < kPairsAtOnce; ++l) {
         const std::int64_t of_y = SizeBits(y[i + l]), of_w = SizeBits(w[i + l]);
         const std::int64_t larger = of_y > of_w ? of_y : of_w;
         size[l] = larger > size[l] ? larger : size[l];
       }
     }
-    for (Index l = 0; l < kLanes; ++l) {
+    for (Index l = 0; l < kPairsAtOnce; ++l) {
       lanes.residual[l] = residual[l];
       lanes.size[l] = size[l];
       products[l] = product[l];
@@ -64,7 +64,7 @@ double MeasureWhole(const double* y, const double* w, Index count, Lanes& lanes)
 }  // namespace
 
 PairNorms MeasurePairs(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const Matrix>& w) {
-  const Index rows = y.rows(), whole = rows - rows % kLanes;
+  const Index rows = y.rows(), whole = rows - rows % kPairsAtOnce;
   PairNorms norms;
   Lanes lanes;
   for (Index j = 0; j < y.cols(); ++j) {
@@ -79,7 +79,7 @@ PairNorms MeasurePairs(const Eigen::Ref<const Matrix>& y, const Eigen::Ref<const
     }
     norms.complementarity = NanMax(norms.complementarity, std::abs(product));
   }
-  for (Index l = 0; l < kLanes; ++l) {
+  for (Index l = 0; l < kPairsAtOnce; ++l) {
     norms.residual = std::max(norms.residual, lanes.residual[l]);
     norms.size = NanMax(norms.size, std::bit_cast<double>(lanes.size[l]));
   }

@@ -4,8 +4,7 @@
 #ifndef DLCS_CORE_LINALG_PSEUDO_INVERSE_H_
 #define DLCS_CORE_LINALG_PSEUDO_INVERSE_H_
 
-#include <Eigen/QR>
-
+#include "core/linalg/decompositions.h"
 #include "core/types.h"
 
 namespace dlcs {

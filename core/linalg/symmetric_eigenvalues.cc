@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/linalg/symmetric_eigenvalues.h"
 
-#include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
 

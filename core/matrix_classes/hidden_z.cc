@@ -22,18 +22,18 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kMaxSize = 20;
+constexpr Index kMaxSearchSize = 20;
 constexpr Index kMaxAllChoices = 6;
 constexpr int kRandomPairs = 20;
 
 // CLP meets its rows to 1e-9; for entries of size one, a margin above this is one.
 constexpr double kClear = 1e-7;
 
-struct Weights {
+struct DualWeights {
   Vector r, s;
 };
 
-std::vector<Weights> FirstWeights(Index n) {
+std::vector<DualWeights> FirstWeights(Index n) {
   const Vector zero = Vector::Zero(n), ones = Vector::Ones(n);
   return {{ones, zero}, {zero, ones}};
 }
@@ -41,12 +41,12 @@ std::vector<Weights> FirstWeights(Index n) {
 // Column j has an x with gᵀx > 0, g = r + Mᵀs, exactly when g is no nonnegative combination of the unit
 // vectors and rows of M without the j-th of either. So in the end n of the 2n weights are positive, r_j or
 // s_j for every j.
-std::vector<Weights> RandomWeights(Index n) {
+std::vector<DualWeights> RandomWeights(Index n) {
   std::mt19937_64 generator(31100);  // fixed: the answer must not change from call to call
   std::uniform_real_distribution<double> uniform(0, 1);
-  std::vector<Weights> weights;
+  std::vector<DualWeights> weights;
   for (int k = 0; k < kRandomPairs; ++k) {
-    Weights pair{Vector::Zero(n), Vector::Zero(n)};
+    DualWeights pair{Vector::Zero(n), Vector::Zero(n)};
     for (Index j = 0; j < n; ++j) (uniform(generator) < 0.5 ? pair.r : pair.s)[j] = uniform(generator);
     weights.push_back(std::move(pair));
   }
@@ -94,7 +94,7 @@ std::optional<Matrix> Columns(const Matrix& M, const GainOf& gain_of) {
 }
 
 // The (r, s) of sum one for which the smallest entry of rᵀX + sᵀMX is largest.
-std::optional<Weights> BestWeights(const Matrix& M, const Matrix& X) {
+std::optional<DualWeights> BestWeights(const Matrix& M, const Matrix& X) {
   const Index n = M.rows();
   LinearProgram program = MakeLinearProgram(n + 1, 2 * n + 1);
   program.rows.topLeftCorner(n, n) = X.transpose();
@@ -107,11 +107,11 @@ std::optional<Weights> BestWeights(const Matrix& M, const Matrix& X) {
   program.cost[2 * n] = -1;
   const LinearProgramSolution best = SolveLinearProgram(program);
   if (best.verdict != LinearProgramVerdict::kOptimal) return std::nullopt;
-  return Weights{best.z.head(n).cwiseMax(0), best.z.segment(n, n).cwiseMax(0)};
+  return DualWeights{best.z.head(n).cwiseMax(0), best.z.segment(n, n).cwiseMax(0)};
 }
 
 // Whether (4.10) holds, by arithmetic.
-bool IsProof(const Matrix& M, const Matrix& X, const Weights& weights) {
+bool IsProof(const Matrix& M, const Matrix& X, const DualWeights& weights) {
   const Index n = M.rows();
   if (!IsZMatrix(X)) return false;
   const Matrix Y = M * X, sizes = M.cwiseAbs() * X.cwiseAbs();
@@ -128,7 +128,7 @@ bool IsProof(const Matrix& M, const Matrix& X, const Weights& weights) {
   return determinant.sign && *determinant.sign != 0;
 }
 
-Fact Found(const Matrix& M, Matrix X, Weights weights, std::string why) {
+Fact Found(const Matrix& M, Matrix X, DualWeights weights, std::string why) {
   Fact fact{Answer::kYes, std::move(why)};
   fact.witness.Y = M * X;
   fact.witness.X = std::move(X);
@@ -139,7 +139,7 @@ Fact Found(const Matrix& M, Matrix X, Weights weights, std::string why) {
 
 struct Solution {
   Matrix X;
-  Weights weights;
+  DualWeights weights;
 };
 
 // Complete but for members on the boundary.
@@ -148,7 +148,7 @@ std::optional<Solution> SearchAllChoices(const Matrix& M) {
     LookForStop();
     const std::optional<Matrix> X = HiddenZMatrixForChoice(M, alpha);
     if (!X) continue;
-    const std::optional<Weights> weights = BestWeights(M, *X);
+    const std::optional<DualWeights> weights = BestWeights(M, *X);
     if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
   }
   return std::nullopt;
@@ -157,21 +157,21 @@ std::optional<Solution> SearchAllChoices(const Matrix& M) {
 // X column by column for some (r, s).
 std::optional<Solution> SearchSomeWeights(const Matrix& M) {
   const Index n = M.rows();
-  const auto with = [&](const Weights& weights) -> std::optional<Solution> {
+  const auto with = [&](const DualWeights& weights) -> std::optional<Solution> {
     const Vector gain = weights.r + M.transpose() * weights.s;
     std::optional<Matrix> X = Columns(M, [&](Index) { return gain; });
     if (!X || !IsProof(M, *X, weights)) return std::nullopt;
     return Solution{*std::move(X), weights};
   };
-  for (const Weights& weights : FirstWeights(n)) {
+  for (const DualWeights& weights : FirstWeights(n)) {
     if (auto found = with(weights)) return found;
   }
   const auto diagonal = [&](Index j) -> Vector { return Vector::Unit(n, j) + M.row(j).transpose(); };
   if (const std::optional<Matrix> X = Columns(M, diagonal)) {
-    const std::optional<Weights> weights = BestWeights(M, *X);
+    const std::optional<DualWeights> weights = BestWeights(M, *X);
     if (weights && IsProof(M, *X, *weights)) return Solution{*X, *weights};
   }
-  for (const Weights& weights : RandomWeights(n)) {
+  for (const DualWeights& weights : RandomWeights(n)) {
     if (auto found = with(weights)) return found;
   }
   return std::nullopt;
@@ -233,7 +233,7 @@ Fact WithWeights(const Matrix& M, Fact exact) {
       if (i != j) exact.witness.Y(i, j) = std::min(exact.witness.Y(i, j), 0.0);
     }
   }
-  const std::optional<Weights> weights = BestWeights(M, X);
+  const std::optional<DualWeights> weights = BestWeights(M, X);
   if (!weights || !((X.transpose() * weights->r + exact.witness.Y.transpose() * weights->s).minCoeff() > 0)) {
     return {Answer::kUnknown, "an X exists on the boundary of the class, but its weights are lost in rounding"};
   }
@@ -249,8 +249,9 @@ Fact TestHiddenZ(const Matrix& M) {
   if (IsZMatrix(M)) {
     return Found(M, Matrix::Identity(n, n), {Vector::Ones(n), Vector::Zero(n)}, "a Z-matrix: X = I");
   }
-  if (n > kMaxSize) {
-    return {Answer::kUnknown, absl::StrCat("no Z-matrix, and n = ", n, " is beyond the search (n <= ", kMaxSize, ")")};
+  if (n > kMaxSearchSize) {
+    return {Answer::kUnknown,
+            absl::StrCat("no Z-matrix, and n = ", n, " is beyond the search (n <= ", kMaxSearchSize, ")")};
   }
   // R M C with X' = C⁻¹X and Y' = R Y has the same signs; the factors are powers of two, so that nothing is rounded.
   const Equilibration scale = EquilibrateRowsAndColumns(M);

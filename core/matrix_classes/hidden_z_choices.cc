@@ -10,7 +10,7 @@ namespace dlcs {
 namespace {
 
 // CLP meets its rows to 1e-9; for entries of size one, a margin above this is one.
-constexpr double kClear = 1e-7;
+constexpr double kClearlyPositive = 1e-7;
 
 // The rows e_j, and M_j for j in `alpha`.
 Matrix Generators(const Matrix& M, unsigned alpha) {
@@ -30,7 +30,7 @@ bool IsCombinationBeyondRounding(const Matrix& M, const Vector& g, const Vector&
   Vector rest = g - M.transpose() * b;
   const double residual = std::abs(rest[j]) + kRounding;  // of sums of size 1e3
   rest[j] = kUnbounded;
-  if (rest.minCoeff() < kClear) return false;
+  if (rest.minCoeff() < kClearlyPositive) return false;
   for (Index i = 0; i < M.rows(); ++i) {
     if (i == j) continue;
     const double move = residual / std::abs(M(i, j));
@@ -47,8 +47,7 @@ struct Exclusion {
 
 // Some w >= 0 of sum one, zero outside `support`, for which Gᵀw - Σ_{i != j} b_ij M_i has the entry j zero
 // and the others nonnegative, for every j in `support`; with a margin, these and b are as large as possible.
-std::optional<Exclusion> Exclude(const Matrix& M, const Matrix& G, const std::vector<bool>& support,
-                                 bool with_margin) {
+std::optional<Exclusion> Exclude(const Matrix& M, const Matrix& G, const std::vector<bool>& support, bool with_margin) {
   const Index n = M.rows();
   const Index t = n + n * n;  // the margin, behind w and b
   LinearProgram program = MakeLinearProgram(2 * n * n + 1, t + 1);
@@ -113,7 +112,7 @@ std::optional<Matrix> HiddenZMatrixForChoice(const Matrix& M, unsigned alpha) {
   program.upper.setConstant(1);
   program.cost[t] = -1;
   const LinearProgramSolution solution = SolveLinearProgram(program);
-  if (solution.verdict != LinearProgramVerdict::kOptimal || !(solution.z[t] > kClear)) return std::nullopt;
+  if (solution.verdict != LinearProgramVerdict::kOptimal || !(solution.z[t] > kClearlyPositive)) return std::nullopt;
   return Matrix(solution.z.head(t).reshaped(n, n));
 }
 
@@ -126,7 +125,7 @@ bool HiddenZChoiceIsImpossible(const Matrix& M, unsigned alpha) {
     const std::optional<Exclusion> found = Exclude(M, G, support, with_margin);
     if (!found) return false;
     if (with_margin) return IsProof(M, G, *found);
-    for (std::size_t j = 0; j < support.size(); ++j) support[j] = found->w[static_cast<Index>(j)] > kClear;
+    for (std::size_t j = 0; j < support.size(); ++j) support[j] = found->w[static_cast<Index>(j)] > kClearlyPositive;
   }
   return false;
 }

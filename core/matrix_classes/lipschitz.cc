@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/matrix_classes/lipschitz.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
 #include "core/linalg/pseudo_inverse.h"
 #include "core/matrix_classes/m_matrix.h"
@@ -17,7 +17,7 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kMaxExactSize = 12;
+constexpr Index kMaxPiecewiseSize = 12;
 constexpr Index kMaxRowBasesSize = 8;
 
 // Calls visit(S) for every nonempty subset S of 0, ..., n - 1, in increasing order of indices.
@@ -34,16 +34,16 @@ void ForSubsets(Index n, const Visit& visit) {
   }
 }
 
-// Scaled, the rank of a submatrix is judged by one tolerance, whatever the units of the entries.
-struct Scaled {
-  explicit Scaled(const Matrix& M)
+// Scaled so, the rank of a submatrix is judged by one tolerance, whatever the units of the entries.
+struct ScaledForRank {
+  explicit ScaledForRank(const Matrix& M)
       : scale(SymmetricEquilibration(M)), matrix(scale.asDiagonal() * M * scale.asDiagonal()) {}
   Vector scale;
   Matrix matrix;
 };
 
 double MaxNormOfInverses(const Matrix& M) {
-  const Scaled scaled(M);
+  const ScaledForRank scaled(M);
   double largest = 0;
   Eigen::FullPivLU<Matrix> lu;
   ForSubsets(M.rows(), [&](const std::vector<Index>& S) {
@@ -94,7 +94,7 @@ LipschitzBound BoundLipschitz(const Matrix& M) {
   if (h_matrix && IsZMatrix(M)) {
     return {norm_of_inverse_comparison(), ConstantKind::kExact, "the norm of the inverse of the M-matrix M"};
   }
-  if (M.rows() <= kMaxExactSize) {
+  if (M.rows() <= kMaxPiecewiseSize) {
     return {MaxNormOfInverses(M), ConstantKind::kExact, "the largest norm of an inverse of a principal submatrix"};
   }
   if (h_matrix) {
@@ -113,7 +113,7 @@ LipschitzBound BoundLipschitz(const Matrix& M) {
 std::optional<double> LipschitzConstant(const Matrix& M) { return BoundLipschitz(M).value; }
 
 std::optional<double> LargestSlope(const Matrix& M) {
-  if (M.rows() > kMaxExactSize) return std::nullopt;
+  if (M.rows() > kMaxPiecewiseSize) return std::nullopt;
   double largest = 0;
   ForSubsets(M.rows(), [&](const std::vector<Index>& S) {
     largest = std::max(largest, FactorOfAnyRank(M(S, S)).pseudoInverse().cwiseAbs().rowwise().sum().maxCoeff());

@@ -9,6 +9,7 @@
 #include "core/matrix_classes/m_matrix.h"
 #include "core/matrix_classes/p_matrix.h"
 #include "core/matrix_classes/positive_semidefinite.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
@@ -84,17 +85,17 @@ bool IsAlwaysLipschitz(Selection selection) {
 namespace {
 
 absl::Status Refuse(const char* rule, const char* needs, const Fact& fact) {
-  return absl::InvalidArgumentError(absl::StrCat("rule: ", rule, " needs ", needs, " M, but ",
-                                                 fact.no() ? "" : "whether it is one is not known: ", fact.why));
+  return InvalidField("rule", absl::StrCat(rule, " needs ", needs, " M, but ",
+                                           fact.no() ? "" : "whether it is one is not known: ", fact.why));
 }
 
 // Least norm and minimizer: the solution set is convex, or all its pieces are looked at.
 absl::StatusOr<Selection> SelectMinimizer(Selection selection, const char* rule, const MatrixClass& matrix_class) {
   if (matrix_class.p.yes()) return Selection::kUnique;
   if (matrix_class.positive_semidefinite.yes() || matrix_class.size <= kMaxSolutionEnumeration) return selection;
-  return absl::InvalidArgumentError(
-      absl::StrCat("rule: ", rule, " needs a positive semidefinite M, or one with n <= ", kMaxSolutionEnumeration,
-                   ", but n = ", matrix_class.size, " and ", matrix_class.positive_semidefinite.why));
+  return InvalidField("rule",
+                      absl::StrCat(rule, " needs a positive semidefinite M, or one with n <= ", kMaxSolutionEnumeration,
+                                   ", but n = ", matrix_class.size, " and ", matrix_class.positive_semidefinite.why));
 }
 
 }  // namespace
@@ -125,11 +126,11 @@ absl::StatusOr<Selection> SelectRule(SolutionRule rule, const MatrixClass& matri
       if (p) return Selection::kUnique;
       if (z) return Selection::kLeastElement;  // positive in no more components than any other solution
       if (matrix_class.size <= kMaxSolutionEnumeration) return Selection::kSparsest;
-      return absl::InvalidArgumentError(absl::StrCat("rule: sparsest needs a P- or a Z-matrix M, or one with n <= ",
-                                                     kMaxSolutionEnumeration, ", but n = ", matrix_class.size));
+      return InvalidField("rule", absl::StrCat("sparsest needs a P- or a Z-matrix M, or one with n <= ",
+                                               kMaxSolutionEnumeration, ", but n = ", matrix_class.size));
   }
-  return absl::InvalidArgumentError(
-      "rule: not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest");
+  return InvalidField("rule",
+                      "not one of auto, unique, least-element, hidden-least-element, least-norm, minimizer, sparsest");
 }
 
 }  // namespace dlcs

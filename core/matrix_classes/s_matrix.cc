@@ -28,13 +28,13 @@ bool ImageIsNotPositive(const Matrix& M, const Vector& z) {
   return z.minCoeff() >= 0 && z.maxCoeff() > 0 && ((M * z).array() <= -RoundingOfProduct(M, z).array()).all();
 }
 
-Fact With(Answer answer, std::string why, Vector z) {
+Fact WithWitness(Answer answer, std::string why, Vector z) {
   Fact fact{answer, std::move(why)};
   fact.witness.z = std::move(z);
   return fact;
 }
 
-Fact Yes(Vector z) { return With(Answer::kYes, "some z >= 0 has Mz > 0", std::move(z)); }
+Fact Yes(Vector z) { return WithWitness(Answer::kYes, "some z >= 0 has Mz > 0", std::move(z)); }
 
 // max t subject to Mz >= te, z >= 0, Σz = 1.
 Fact ByGame(const Matrix& M) {
@@ -51,7 +51,7 @@ Fact ByGame(const Matrix& M) {
   if (game.verdict != LinearProgramVerdict::kOptimal) return {Answer::kUnknown, "the linear program failed"};
   if (Vector z = game.z.head(n).cwiseMax(0); ImageIsPositive(M, z)) return Yes(std::move(z));
   if (Vector y = game.row_duals.head(n).cwiseAbs(); ImageIsNotPositive(M.transpose(), y)) {
-    return With(Answer::kNo, "some z >= 0, z != 0, has Mᵀz <= 0", std::move(y));
+    return WithWitness(Answer::kNo, "some z >= 0, z != 0, has Mᵀz <= 0", std::move(y));
   }
   if (const Fact exact = ExactlyS(M); exact.answer != Answer::kUnknown) return exact;
   return {Answer::kUnknown,
@@ -85,7 +85,7 @@ Fact TestSMatrix(const Matrix& M) {
   if (Vector z = Vector::Ones(n); ImageIsPositive(M, z)) return Yes(std::move(z));
   for (Index i = 0; i < n; ++i) {
     if (M.row(i).maxCoeff() > 0) continue;
-    return With(Answer::kNo, absl::StrCat("row ", i, " has no positive entry"), Vector::Unit(n, i));
+    return WithWitness(Answer::kNo, absl::StrCat("row ", i, " has no positive entry"), Vector::Unit(n, i));
   }
   if (Vector z = PositiveImageOfMMatrix(ComparisonMatrix(M)); z.size() == n && ImageIsPositive(M, z)) {
     return Yes(std::move(z));

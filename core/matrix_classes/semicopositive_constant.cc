@@ -103,7 +103,7 @@ LowerBound TypeOneConstant(const Matrix& M) {
 
 namespace {
 
-constexpr Index kMaxSize = 12;
+constexpr Index kMaxConstantSize = 12;
 
 double LargestProduct(const Matrix& M, const Vector& z) { return z.cwiseProduct(M * z).maxCoeff(); }
 
@@ -160,7 +160,7 @@ UpperBound SemicopositiveConstantAbove(const Matrix& M) {
       starts.push_back((opposed / opposed[k]).cwiseMin(1));
     }
     for (Vector& start : starts) {
-      if (n <= kMaxSize) {
+      if (n <= kMaxConstantSize) {
         take(Descend(M, std::move(start), k));
       } else {
         take({LargestProduct(M, start), std::move(start)});

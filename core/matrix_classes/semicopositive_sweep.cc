@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/matrix_classes/semicopositive_sweep.h"
 
-#include <Eigen/LU>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/linalg/decompositions.h"
 #include "core/matrix_classes/principal_minors.h"
 #include "core/matrix_classes/s_matrix.h"
 #include "core/parallel/stop_scope.h"
@@ -195,8 +195,7 @@ class Sweep {
   static void Refute(Fact& fact, const std::vector<Index>& indices, const Vector& z, const char* property) {
     if (fact.no()) return;
     fact.answer = Answer::kNo;
-    fact.why = absl::StrCat("some z > 0 ", property, " in the rows and columns {",
-                            absl::StrJoin(indices, ", "), "}");
+    fact.why = absl::StrCat("some z > 0 ", property, " in the rows and columns {", absl::StrJoin(indices, ", "), "}");
     fact.witness.indices = indices;
     fact.witness.z = z;
   }
@@ -207,8 +206,8 @@ class Sweep {
     if (open == 0) {
       fact = {Answer::kYes, why};
     } else {
-      fact.why = absl::StrCat("rounding could decide in the rows and columns {",
-                              absl::StrJoin(IndicesOf(open), ", "), "}");
+      fact.why =
+          absl::StrCat("rounding could decide in the rows and columns {", absl::StrJoin(IndicesOf(open), ", "), "}");
     }
   }
 

@@ -20,7 +20,7 @@ namespace dlcs {
 namespace {
 
 constexpr Index kMaxAllOrders = 6;
-constexpr Index kMaxSize = 12;
+constexpr Index kMaxTypeThreeSize = 12;
 constexpr int kRandomOrders = 100;
 constexpr double kFactors[] = {1.25, 1.5, 2, 3, 4, 6, 10};
 
@@ -47,8 +47,7 @@ std::vector<Order> Orders(Index n) {
 // a b, or the double above where the product is rounded downwards.
 double ProductAbove(double a, double b) {
   const double product = a * b;
-  return std::fma(a, b, -product) > 0 ? std::nextafter(product, std::numeric_limits<double>::infinity())
-                                      : product;
+  return std::fma(a, b, -product) > 0 ? std::nextafter(product, std::numeric_limits<double>::infinity()) : product;
 }
 
 // ½ (λ + 1) D + λ L + U, rounded upwards; `place[i]` is when z_i grows.
@@ -63,9 +62,8 @@ Matrix RoundMatrix(const Matrix& M, const Vector& place, double factor) {
 
 Fact RefuteTypeThree(const Matrix& M) {
   const Index n = M.rows();
-  const Fact open{Answer::kUnknown,
-                  "strictly semicopositive, but in none of the classes known to be of type I"};
-  if (n < 3 || n > kMaxSize) return open;
+  const Fact open{Answer::kUnknown, "strictly semicopositive, but in none of the classes known to be of type I"};
+  if (n < 3 || n > kMaxTypeThreeSize) return open;
   for (const Order& order : Orders(n)) {
     Vector place(n);
     for (Index k = 0; k < n; ++k) place[order[static_cast<std::size_t>(k)]] = static_cast<double>(k);
@@ -92,8 +90,7 @@ struct Weights {
 // a b, or the double below where the product is rounded upwards.
 double ProductBelow(double a, double b) {
   const double product = a * b;
-  return std::fma(a, b, -product) < 0 ? std::nextafter(product, -std::numeric_limits<double>::infinity())
-                                      : product;
+  return std::fma(a, b, -product) < 0 ? std::nextafter(product, -std::numeric_limits<double>::infinity()) : product;
 }
 
 // f with f_i m_ij = f_j m_ji but for rounding; empty where there is none. Walks along the nonzero entries.
@@ -129,8 +126,7 @@ std::vector<Weights> CandidateWeights(const Matrix& M) {
       {Vector::Ones(M.rows()), M == M.transpose() ? "symmetric and strictly copositive: Proposition 3 (b)"
                                                   : "min(m_ij, m_ji) makes a strictly copositive matrix"}};
   if (Vector f = SymmetrizingWeights(M); f.size() > 0 && M != M.transpose()) {
-    candidates.push_back(
-        {std::move(f), "symmetric after scaling rows, and strictly copositive: DME of Proposition 3"});
+    candidates.push_back({std::move(f), "symmetric after scaling rows, and strictly copositive: DME of Proposition 3"});
   }
   for (const double share : {0.5, 1.0}) {
     Matrix below = ZMatrixBelow(M);
@@ -172,8 +168,6 @@ Fact TestSemicopositiveTypeI(const Matrix& M, const Fact& strict) {
   return RefuteTypeThree(M);
 }
 
-Fact TestSemicopositiveTypeI(const Matrix& M) {
-  return TestSemicopositiveTypeI(M, TestStrictlySemicopositive(M));
-}
+Fact TestSemicopositiveTypeI(const Matrix& M) { return TestSemicopositiveTypeI(M, TestStrictlySemicopositive(M)); }
 
 }  // namespace dlcs

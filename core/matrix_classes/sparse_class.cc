@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRoundoff = std::numeric_limits<double>::epsilon();
 
 // The first entry that `is_bad`, column by column, as the reason for a no.
 template <typename Predicate>
@@ -60,41 +60,38 @@ bool IsImagePositive(const SparseMatrix& M, const Vector& v) {
   const Vector image = M * v;
   const Vector size = M.cwiseAbs() * v.cwiseAbs();
   const double most_terms = static_cast<double>(M.nonZeros() - M.rows() + 2);
-  return (image.array() > most_terms * kEpsilon * size.array()).all();
+  return (image.array() > most_terms * kRoundoff * size.array()).all();
 }
 
 SparseMatrix SymmetricPart(const SparseMatrix& M) { return (M + SparseMatrix(M.transpose())) * 0.5; }
 
-std::string Describe(const MatrixClass& known, bool skew) {
+std::string DescribeSparse(const MatrixClass& known, bool skew) {
   if (known.zero) return "zero (index one where N B allows)";
   if (known.p.yes() && known.z.yes()) return "P- and Z-matrix (nonsingular M-matrix)";
   if (known.p.yes()) return absl::StrCat("P-matrix (", known.p.why, ")");
   if (known.z.yes()) {
-    return absl::StrCat("Z-matrix, ", known.p.no() ? "not a P-matrix (" : "perhaps a P-matrix (", known.p.why,
-                        ")");
+    return absl::StrCat("Z-matrix, ", known.p.no() ? "not a P-matrix (" : "perhaps a P-matrix (", known.p.why, ")");
   }
   if (skew) return "skew-symmetric, hence positive semidefinite";
   return absl::StrCat("of no known class: ", known.p.why);
 }
 
-Fact TestP(const SparseMatrix& M, const MatrixClass& known, const Fact& definite,
-           std::optional<double>& lipschitz) {
+Fact TestP(const SparseMatrix& M, const MatrixClass& known, const Fact& definite, std::optional<double>& lipschitz) {
   if (std::optional<Fact> bad = FindDiagonal(M, false)) return *std::move(bad);
   const Fact comparison = TestMMatrix(Comparison(M));
   if (comparison.yes()) {
     // v = ⟨M⟩⁻¹1 up to rounding, and ‖⟨M⟩⁻¹‖_∞ = ‖⟨M⟩⁻¹1‖_∞.
     lipschitz = MaxAbs(comparison.witness.z);
-    Fact fact{Answer::kYes,
-              known.z.yes() ? "a Z-matrix with M v > 0 for some v > 0 (nonsingular M-matrix)"
-                            : "an H-matrix with positive diagonal: diagonally dominant after column scaling"};
+    Fact fact{Answer::kYes, known.z.yes()
+                                ? "a Z-matrix with M v > 0 for some v > 0 (nonsingular M-matrix)"
+                                : "an H-matrix with positive diagonal: diagonally dominant after column scaling"};
     fact.witness.z = comparison.witness.z;
     return fact;
   }
   if (known.z.yes()) return comparison;
   if (definite.yes()) return {Answer::kYes, "its symmetric part is positive definite"};
-  return {
-      Answer::kUnknown,
-      absl::StrCat("n = ", M.rows(), ", neither an H-matrix nor with a positive definite symmetric part")};
+  return {Answer::kUnknown,
+          absl::StrCat("n = ", M.rows(), ", neither an H-matrix nor with a positive definite symmetric part")};
 }
 
 Fact TestSemidefinite(const SparseMatrix& M, const Fact& definite) {
@@ -133,13 +130,12 @@ Fact TestPositiveDefinite(const SparseMatrix& M) {
   const Fact unknown{Answer::kUnknown, "not proven by a factorization"};
   SparseMatrix part = SymmetricPart(M);
   if (FindDiagonal(part, false)) return unknown;
-  const Vector scale =
-      part.diagonal().unaryExpr([](double d) { return std::exp2(-std::round(std::log2(d) / 2)); });
+  const Vector scale = part.diagonal().unaryExpr([](double d) { return std::exp2(-std::round(std::log2(d) / 2)); });
   part = scale.asDiagonal() * part * scale.asDiagonal();
   Eigen::SimplicialLDLT<SparseMatrix> ldlt(part);
   if (ldlt.info() != Eigen::Success) return unknown;
   const double terms = static_cast<double>(ldlt.matrixL().nestedExpression().nonZeros() + 3 * M.rows());
-  ldlt.setShift(-8 * kEpsilon * (terms + MaxAbs(part.cwiseAbs() * Vector::Ones(M.rows()))));
+  ldlt.setShift(-8 * kRoundoff * (terms + MaxAbs(part.cwiseAbs() * Vector::Ones(M.rows()))));
   ldlt.factorize(part);
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().array() > 0).all()) return unknown;
   return {Answer::kYes, "the factorization of its symmetric part has positive pivots"};
@@ -156,7 +152,7 @@ MatrixClass ClassifySparse(const SparseMatrix& M) {
   known.p = TestP(M, known, definite, known.lipschitz);
   known.positive_semidefinite = TestSemidefinite(M, definite);
   const SparseMatrix part = SymmetricPart(M);
-  known.description = Describe(known, part.nonZeros() == 0 || MaxAbs(Vector(part.coeffs())) == 0);
+  known.description = DescribeSparse(known, part.nonZeros() == 0 || MaxAbs(Vector(part.coeffs())) == 0);
   return known;
 }
 

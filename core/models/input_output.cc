@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/models/input_output.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "core/format_number.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/matrix_classes/m_matrix.h"
 #include "core/problem/validate.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
@@ -54,9 +55,8 @@ Index CountReached(const Matrix& C) {
 
 Fact JudgeIrreducible(const Matrix& C) {
   const bool yes = CountReached(C) == C.rows() && CountReached(C.transpose()) == C.rows();
-  return {yes ? Answer::kYes : Answer::kNo,
-          yes ? "every commodity needs every other, directly or through others"
-              : "some commodity does not need some other, not even through others"};
+  return {yes ? Answer::kYes : Answer::kNo, yes ? "every commodity needs every other, directly or through others"
+                                                : "some commodity does not need some other, not even through others"};
 }
 
 Fact JudgeCondition(const InputOutputFacts& facts) {
@@ -82,14 +82,14 @@ Finding MakeFinding(const char* id, const char* title, const Fact& fact, const c
 absl::StatusOr<Problem> MakeInputOutputProblem(const InputOutputModel& model) {
   const Index n = model.C.rows();
   if (n == 0 || model.C.cols() != n) {
-    return absl::InvalidArgumentError("C: " + std::to_string(n) + "x" + std::to_string(model.C.cols()) +
-                                      "; must be square with at least one row");
+    return InvalidField(
+        "C", std::to_string(n) + "x" + std::to_string(model.C.cols()) + "; must be square with at least one row");
   }
   for (Index i = 0; i < n; ++i) {
     for (Index j = 0; j < n; ++j) {
       if (std::isfinite(model.C(i, j)) && model.C(i, j) >= 0) continue;
-      return absl::InvalidArgumentError("C[" + std::to_string(i) + "][" + std::to_string(j) + "]: " +
-                                        NumberText(model.C(i, j)) + "; must be finite and at least 0");
+      return InvalidField("C[" + std::to_string(i) + "][" + std::to_string(j) + "]",
+                          NumberText(model.C(i, j)) + "; must be finite and at least 0");
     }
   }
   Problem problem;

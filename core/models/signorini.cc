@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/format_number.h"
-#include "core/problem/validate.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
@@ -42,8 +42,7 @@ std::vector<Violation> ValidateModel(const SignoriniModel& model) {
         {"cells", "is " + std::to_string(model.cells) + ", must be from 2 to " + std::to_string(kMostCells)});
   }
   if (!(model.coefficient > 0) || !std::isfinite(model.coefficient)) {
-    violations.push_back(
-        {"coefficient", "is " + NumberText(model.coefficient) + ", must be positive and finite"});
+    violations.push_back({"coefficient", "is " + NumberText(model.coefficient) + ", must be positive and finite"});
   }
   if (!(model.horizon > 0) || !std::isfinite(model.horizon)) {
     violations.push_back({"horizon", "is " + NumberText(model.horizon) + ", must be positive and finite"});

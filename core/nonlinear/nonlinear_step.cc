@@ -19,11 +19,11 @@ class CoupledStep {
 
   // x for a given y: NaN where Newton's method finds none.
   Vector State(const Vector& y) {
-    constexpr int kMaxSteps = 30;
+    constexpr int kMaxNewtonSteps = 30;
     constexpr double kRounding = 1e-14;
     Vector x = guess_;
     double last_change = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < kMaxSteps; ++k) {
+    for (int k = 0; k < kMaxNewtonSteps; ++k) {
       const Vector defect = x - known_ - after_ * (functions_.F(t_, x, y) - W_ * x);
       const Vector dx = PanelLu(Slope(x, y)).Solve(-defect);
       if (!dx.allFinite()) break;

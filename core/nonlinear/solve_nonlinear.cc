@@ -70,8 +70,8 @@ Solution SolveOnGrid(NonlinearTask& task, NonlinearFunctions functions, const Gr
   solution.cost.seconds_setup = context.Seconds();
   if (RunUnlessStopped(context)) {
     solution.termination = Termination::kReachedEnd;
-    solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " +
-                       std::to_string(solution.cost.steps) + " steps.";
+    solution.message =
+        "Reached T = " + FormatNumber(task.problem.horizon) + " in " + std::to_string(solution.cost.steps) + " steps.";
   }
   context.recorder.Finish();
   solution.cost.seconds_total = context.Seconds();
@@ -88,10 +88,8 @@ SystemSolves SolvesOf(NonlinearTask& task, Observer& observer) {
                        if (!functions.ok()) return functions.status();
                        return SolveOnGrid(task, *std::move(functions), grid, observer);
                      },
-                     .compare =
-                         [](const Solution& coarse, const Solution& fine) {
-                           return DifferencesBetween(coarse, fine, SizesOf(fine));
-                         },
+                     .compare = [](const Solution& coarse,
+                                   const Solution& fine) { return DifferencesBetween(coarse, fine, SizesOf(fine)); },
                      .fits = {}}};
 }
 
@@ -159,7 +157,6 @@ Solution Refused(const NonlinearProblem& problem, const AnalysisReport& report, 
 absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, const Options& asked, Observer& observer,
                                             std::stop_token stop) {
   const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = CheckValid(problem, asked); !status.ok()) return status;
   Options options = asked;
   const bool error_by_default = FillInDefaultError(options);
   const bool tries_steps = options.error_tolerance > 0;
@@ -185,9 +182,9 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
   const double least_bytes = PredictBytes(problem, steps, outputs);
   if (least_bytes > options.max_memory) {
     observer.OnAnalysis(report);
-    return Refused(problem, report, "The solve needs about " + FormatNumber(least_bytes) +
-                                        " bytes, more than max_memory = " + FormatNumber(options.max_memory) +
-                                        ". Ask for fewer steps or output times.");
+    return Refused(problem, report,
+                   "The solve needs about " + FormatNumber(least_bytes) + " bytes, more than max_memory = " +
+                       FormatNumber(options.max_memory) + ". Ask for fewer steps or output times.");
   }
   const Grid grid = MakeGrid(problem.horizon, BreakPoints(problem), options);
   if (!tries_steps) {
@@ -195,8 +192,9 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
     report.step = grid.longest_step;
   }
   if (selection == Selection::kAny) {
-    report.warnings.push_back("g_y at the start is neither a P-matrix nor a Z-matrix without a zero row: y need not be "
-                              "a function of x, and any solution is taken; judge by the midpoint residual.");
+    report.warnings.push_back(
+        "g_y at the start is neither a P-matrix nor a Z-matrix without a zero row: y need not be "
+        "a function of x, and any solution is taken; judge by the midpoint residual.");
   }
   for (std::string& warning : SourceWarnings(problem)) report.warnings.push_back(std::move(warning));
   observer.OnAnalysis(report);
@@ -210,12 +208,12 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
             "(5.2) cannot start: only a step that couples x and y means anything here.");
   }
   NonlinearTask task{.problem = problem,
-            .options = options,
-            .selection = selection,
-            .y_guess = y_guess,
-            .workers = Workers(options.num_threads),
-            .stop = std::move(stop),
-            .started = started};
+                     .options = options,
+                     .selection = selection,
+                     .y_guess = y_guess,
+                     .workers = Workers(options.num_threads),
+                     .stop = std::move(stop),
+                     .started = started};
   auto solution = tries_steps ? SolveWithinError(task, error_by_default, observer)
                               : SolveOnGivenSteps(task, *std::move(functions), grid, observer);
   if (!solution.ok()) return solution;
@@ -228,6 +226,12 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
 
 absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                         std::stop_token stop) {
+  if (absl::Status status = CheckValid(problem, options); !status.ok()) return status;
+  return SolveNonlinearValidated(problem, options, observer, std::move(stop));
+}
+
+absl::StatusOr<Solution> SolveNonlinearValidated(const NonlinearProblem& problem, const Options& options,
+                                                 Observer& observer, std::stop_token stop) {
   const StopScope scope(stop);
   try {
     return SolveUnlessStopped(problem, options, observer, stop);

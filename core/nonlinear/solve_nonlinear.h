@@ -36,6 +36,10 @@ namespace dlcs {
 absl::StatusOr<Solution> SolveNonlinear(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                         std::stop_token stop);
 
+// The same for a problem and options in which Validate() has found nothing: it is not called again.
+absl::StatusOr<Solution> SolveNonlinearValidated(const NonlinearProblem& problem, const Options& options,
+                                                 Observer& observer, std::stop_token stop);
+
 }  // namespace dlcs
 
 #endif  // DLCS_CORE_NONLINEAR_SOLVE_NONLINEAR_H_

@@ -2,7 +2,6 @@
 
 #include "core/nonlinear/splitting_iteration.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +11,7 @@
 #include "core/context/solve_context.h"
 #include "core/discretization/scheme.h"
 #include "core/iteration/window_control.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_product.h"
 #include "core/nonlinear/josephy_newton.h"

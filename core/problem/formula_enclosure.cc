@@ -6,7 +6,6 @@ namespace {
 
 using enum FormulaOperation;
 
-constexpr double kLibraryUlps = 4;
 constexpr Interval kOne{1, 1};
 
 template <double (*function)(double)>

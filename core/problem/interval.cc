@@ -8,8 +8,6 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kLibraryUlps = 4;
-
 // Whether `a` may contain first + k · period for a whole number k. Where doubles are too coarse to say no, it may.
 bool MayContain(Interval a, double first, double period) {
   const double slack = 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a.lo), std::abs(a.hi)) + 1e-300;

@@ -37,6 +37,10 @@ inline double RoundDown(double v, double ulps = 1) {
   return v - ulps * (std::abs(v) * kEps + std::numeric_limits<double>::denorm_min());
 }
 inline double RoundUp(double v, double ulps = 1) { return -RoundDown(-v, ulps); }
+
+// The units in the last place by which a function of the C library may be wrong.
+inline constexpr double kLibraryUlps = 4;
+
 inline Interval Widened(double lo, double hi, double ulps = 1) { return {RoundDown(lo, ulps), RoundUp(hi, ulps)}; }
 
 inline Interval Hull(Interval a, Interval b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }

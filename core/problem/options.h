@@ -59,7 +59,7 @@ struct Options {
   // is kDefaultErrorTolerance, with at most the work of kMostDefaultSteps steps, and missing it is not a failure.
   double error_tolerance = 0;
   static constexpr double kDefaultErrorTolerance = 1e-6;
-  static constexpr Index kMostDefaultSteps = 20'000;
+  static constexpr Index kMostDefaultSteps = 30'000;
   static constexpr double kLeastErrorTolerance = 1e-13;  // below it rounding dominates
 
   // Whether steps or nodes are set.

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "core/problem/formula.h"
 #include "core/problem/formula_switching.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 namespace {
@@ -55,8 +56,8 @@ class Finder {
       if (last_ + 1 < times_.size() && Holds(last_ + 1, t, side)) {
         ++last_;
       } else {
-        const auto after = std::partition_point(times_.begin() + 1, times_.end(),
-                                                [&](double time) { return Reached(time, t, side); });
+        const auto after =
+            std::partition_point(times_.begin() + 1, times_.end(), [&](double time) { return Reached(time, t, side); });
         last_ = static_cast<std::size_t>(after - times_.begin()) - 1;
       }
     }
@@ -66,12 +67,9 @@ class Finder {
   const std::vector<double>& times() const { return times_; }
 
  private:
-  static bool Reached(double time, double t, Side side) {
-    return side == Side::kRight ? time <= t : time < t;
-  }
+  static bool Reached(double time, double t, Side side) { return side == Side::kRight ? time <= t : time < t; }
   bool Holds(std::size_t k, double t, Side side) const {
-    return (k == 0 || Reached(times_[k], t, side)) &&
-           (k + 1 == times_.size() || !Reached(times_[k + 1], t, side));
+    return (k == 0 || Reached(times_[k], t, side)) && (k + 1 == times_.size() || !Reached(times_[k + 1], t, side));
   }
 
   std::vector<double> times_;
@@ -142,8 +140,7 @@ class CompiledFormulas {
 
 class CompiledSamples {
  public:
-  explicit CompiledSamples(const SampledFunction& function)
-      : finder_(function.times), values_(function.values) {}
+  explicit CompiledSamples(const SampledFunction& function) : finder_(function.times), values_(function.values) {}
 
   void Evaluate(double t, Side /*side*/, Eigen::Ref<Vector> out) {
     const std::size_t k = finder_.Find(t, Side::kRight);
@@ -165,8 +162,7 @@ class CompiledSamples {
 
 class CompiledPolynomial {
  public:
-  CompiledPolynomial(double origin, const Matrix& coefficients)
-      : origin_(origin), coefficients_(coefficients) {}
+  CompiledPolynomial(double origin, const Matrix& coefficients) : origin_(origin), coefficients_(coefficients) {}
 
   void Evaluate(double t, Side /*side*/, Eigen::Ref<Vector> out) {
     const double s = t - origin_;
@@ -225,11 +221,11 @@ struct TimeFunctionEvaluator::Impl {
   }
 };
 
-absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFunction& function,
-                                                                    Index size, const TimeAxis& axis) {
+absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFunction& function, Index size,
+                                                                    const TimeAxis& axis) {
   const std::vector<Violation> violations = Validate(function, size, "function");
   if (!violations.empty()) {
-    return absl::InvalidArgumentError(violations.front().field + ": " + violations.front().description);
+    return StatusOf({violations.front()});
   }
   std::vector<double> starts;
   std::vector<CompiledPiece> pieces;
@@ -239,8 +235,8 @@ absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFu
     starts.push_back(axis.Nearest(interval.start));
     pieces.push_back(std::move(*piece));
   }
-  return TimeFunctionEvaluator(std::make_unique<Impl>(Impl{size, Finder(std::move(starts)), std::move(pieces),
-                                                           function.lift, Matrix(function.lift.cols(), 1)}));
+  return TimeFunctionEvaluator(std::make_unique<Impl>(
+      Impl{size, Finder(std::move(starts)), std::move(pieces), function.lift, Matrix(function.lift.cols(), 1)}));
 }
 
 TimeFunctionEvaluator::TimeFunctionEvaluator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

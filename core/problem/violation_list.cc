@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/problem/violation_list.h"
 
+#include <charconv>
 #include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string_view>
 #include <utility>
 
+#include "absl/strings/cord.h"
 #include "core/format_number.h"
 
 namespace dlcs {
@@ -12,6 +17,24 @@ namespace {
 std::string Bracketed(Index index) { return "[" + std::to_string(index) + "]"; }
 
 std::string NonFiniteText(double value) { return NumberText(value) + "; every entry must be finite"; }
+
+// A payload is a sequence of texts, field and description in turn, each as its length, a colon and its bytes.
+void AppendText(const std::string& text, std::string& payload) {
+  payload += std::to_string(text.size());
+  payload += ':';
+  payload += text;
+}
+
+// Takes the first text off `payload`; absent where there is none.
+std::optional<std::string> TakeText(std::string_view& payload) {
+  std::size_t size = 0;
+  const char* const end = payload.data() + payload.size();
+  const auto [next, error] = std::from_chars(payload.data(), end, size);
+  if (error != std::errc() || next == end || *next != ':' || static_cast<std::size_t>(end - next) - 1 < size) return {};
+  std::string text(next + 1, size);
+  payload.remove_prefix(static_cast<std::size_t>(next + 1 - payload.data()) + size);
+  return text;
+}
 
 }  // namespace
 
@@ -62,8 +85,7 @@ void ViolationList::AddDisorder(const std::vector<double>& times, const std::str
     if (!std::isfinite(times[k])) {
       Add(name, NumberText(times[k]) + "; every time must be finite");
     } else if (k > 0 && times[k] <= times[k - 1]) {
-      Add(name,
-          NumberText(times[k]) + "; must be greater than the time before it, " + NumberText(times[k - 1]));
+      Add(name, NumberText(times[k]) + "; must be greater than the time before it, " + NumberText(times[k - 1]));
     }
   }
 }
@@ -84,6 +106,46 @@ void CheckBreakPoints(const std::vector<double>& times, double horizon, Violatio
                NumberText(times[k]) + "; must lie inside (0, T) = (0, " + NumberText(horizon) + ")");
     }
   }
+}
+
+absl::Status StatusOf(const std::vector<Violation>& violations) {
+  if (violations.empty()) return absl::OkStatus();
+  std::string text;
+  for (const Violation& violation : violations) {
+    if (!text.empty()) text += '\n';
+    if (!violation.field.empty()) text += violation.field + ": ";
+    text += violation.description;
+  }
+  absl::Status status = absl::InvalidArgumentError(text);
+  AttachViolations(violations, status);
+  return status;
+}
+
+absl::Status InvalidField(std::string field, std::string description) {
+  return StatusOf({{std::move(field), std::move(description)}});
+}
+
+void AttachViolations(const std::vector<Violation>& violations, absl::Status& status) {
+  std::string payload;
+  for (const Violation& violation : violations) {
+    AppendText(violation.field, payload);
+    AppendText(violation.description, payload);
+  }
+  status.SetPayload(kViolationsPayload, absl::Cord(payload));
+}
+
+std::vector<Violation> ViolationsOf(const absl::Status& status) {
+  std::vector<Violation> violations;
+  const auto payload = status.GetPayload(kViolationsPayload);
+  if (!payload) return violations;
+  const std::string bytes(*payload);
+  std::string_view left = bytes;
+  while (auto field = TakeText(left)) {
+    auto description = TakeText(left);
+    if (!description) break;
+    violations.push_back({*std::move(field), *std::move(description)});
+  }
+  return violations;
 }
 
 }  // namespace dlcs

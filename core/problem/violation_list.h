@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collects violations of the rules for the input, up to a maximum number.
+// Collects violations of the rules for the input, up to a maximum number, and carries them in a status.
 
 #ifndef DLCS_CORE_PROBLEM_VIOLATION_LIST_H_
 #define DLCS_CORE_PROBLEM_VIOLATION_LIST_H_
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "core/linalg/structured_matrix.h"
 #include "core/types.h"
 
@@ -46,6 +47,20 @@ class ViolationList {
 // Checks `times` as break points of a problem on [0, horizon]: adds times out of order or outside (0, horizon), as
 // break_points[k].
 void CheckBreakPoints(const std::vector<double>& times, double horizon, ViolationList& list);
+
+// OK without `violations`; otherwise InvalidArgument that carries them. The message has them too, "field: description",
+// one per line.
+absl::Status StatusOf(const std::vector<Violation>& violations);
+// InvalidArgument with one violation.
+absl::Status InvalidField(std::string field, std::string description);
+
+// The violations that `status` carries; empty where it carries none.
+std::vector<Violation> ViolationsOf(const absl::Status& status);
+// Makes `status`, which is not OK, carry `violations` instead of those that it has.
+void AttachViolations(const std::vector<Violation>& violations, absl::Status& status);
+
+// The key of the payload that carries them, for those who make another form of it.
+inline constexpr char kViolationsPayload[] = "dlcs/violations";
 
 }  // namespace dlcs
 

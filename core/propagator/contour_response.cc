@@ -7,8 +7,8 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kColumnsAtOnce = 64;  // of a product that one task forms
-constexpr Index kChunk = 512;         // columns of far parts kept at a time
+constexpr Index kColumnsPerTask = 64;  // of a product that one task forms
+constexpr Index kChunk = 512;          // columns of far parts kept at a time
 
 // Adds Re(factor · value).
 void AddReal(const Eigen::MatrixXcd& value, Complex factor, Matrix& sum) {
@@ -68,7 +68,7 @@ NodesAndMiddles ContourResponse::Respond(const Eigen::Ref<const Matrix>& signal,
       far.col(k) = train.FarAsReal();
       train.Push(signal.col(done + k + 1));
     }
-    workers.ForBlocks(count, kColumnsAtOnce, [&](Index, Index begin, Index end) {
+    workers.ForBlocks(count, kColumnsPerTask, [&](Index, Index begin, Index end) {
       const Index width = end - begin;
       const auto now = signal.middleCols(done + begin + 1, width), before = signal.middleCols(done + begin, width);
       auto nodes = response.nodes.middleCols(done + begin, width);
@@ -105,7 +105,7 @@ Matrix ContourResponse::Blocks(Index count, Workers& workers) const {
     }
   }
   auto far = blocks.rightCols(c * (count - near)).reshaped(n * c, count - near);
-  workers.ForBlocks(count - near, kColumnsAtOnce, [&](Index, Index begin, Index end) {
+  workers.ForBlocks(count - near, kColumnsPerTask, [&](Index, Index begin, Index end) {
     Matrix pulses(2 * far_nodes, end - begin);
     for (Index k = begin; k < end; ++k) {
       for (Index p = 0; p < far_nodes; ++p) {
@@ -127,7 +127,7 @@ NodesAndMiddles Decay(const StepContours& contours, const TransferValues& values
     Interleave(values[contours.near.size() + static_cast<std::size_t>(p)], real.middleCols(2 * p, 2));
   }
   NodesAndMiddles decay{Matrix(n, steps), Matrix(n, steps)};
-  workers.ForBlocks(steps, kColumnsAtOnce, [&](Index, Index begin, Index end) {
+  workers.ForBlocks(steps, kColumnsPerTask, [&](Index, Index begin, Index end) {
     Eigen::MatrixXcd at_nodes(far_nodes, end - begin), at_middles(far_nodes, end - begin);
     for (Index j = begin; j < end; ++j) {
       for (Index p = 0; p < far_nodes; ++p) {

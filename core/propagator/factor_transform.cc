@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/propagator/factor_transform.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
 #include <utility>
 
+#include "core/linalg/decompositions.h"
 #include "core/linalg/simd_dispatch.h"
 #include "core/linalg/simd_pack.h"
 #include "core/linalg/structured_matrix.h"

@@ -72,7 +72,7 @@ void Subtract(const Matrix& left, const Matrix& right, Matrix& sum) {
 }
 
 // Some kernels of a large grid, where nobody lends a cache.
-constexpr double kOwnSetupBytes = 64e6;
+constexpr double kOwnModesBytes = 64e6;
 
 double BytesOf(const KroneckerModes& modes) {
   const double q = static_cast<double>(modes.mu.size()), p = static_cast<double>(modes.num_modes());
@@ -154,7 +154,7 @@ void AddResponses(const ExponentialSteps& steps, const Matrix& inputs, Hold hold
 
 std::unique_ptr<KroneckerSystem> KroneckerSystem::Create(const Problem& problem, std::string& why_not,
                                                          SetupCache* setups) {
-  SharedSetups shared(setups, kOwnSetupBytes);
+  SharedSetups shared(setups, kOwnModesBytes);
   SetupKey matrices("Kronecker");
   matrices.Add(problem.A).Add(problem.B).Add(problem.N);
   auto modes = shared->Get<KroneckerModes>(matrices, [&]() -> SetupCache::Made<KroneckerModes> {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/propagator/sum_of_exponentials.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 #include <vector>
+
+#include "core/linalg/decompositions.h"
 
 namespace dlcs {
 namespace {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kAuthorization = "authorization";
 // The properties of a certificate that may name a user.
-constexpr const char* kNames[] = {GRPC_X509_CN_PROPERTY_NAME, GRPC_X509_SAN_PROPERTY_NAME};
+constexpr const char* kPeerNames[] = {GRPC_X509_CN_PROPERTY_NAME, GRPC_X509_SAN_PROPERTY_NAME};
 
 std::string_view View(const grpc_slice& slice) {
   return {reinterpret_cast<const char*>(GRPC_SLICE_START_PTR(slice)), GRPC_SLICE_LENGTH(slice)};
@@ -24,7 +24,7 @@ std::string_view View(const grpc_slice& slice) {
 std::vector<std::string> CertificateNames(const grpc_auth_context* context) {
   std::vector<std::string> names;
   if (context == nullptr || grpc_auth_context_peer_is_authenticated(context) == 0) return names;
-  for (const char* kind : kNames) {
+  for (const char* kind : kPeerNames) {
     grpc_auth_property_iterator found = grpc_auth_context_find_properties_by_name(context, kind);
     while (const grpc_auth_property* property = grpc_auth_property_iterator_next(&found)) {
       names.emplace_back(property->value, property->value_length);
@@ -112,7 +112,7 @@ absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextB
   if (header != context.client_metadata().end()) authorization.emplace(header->second.data(), header->second.size());
   std::vector<std::string> names;
   const std::shared_ptr<const grpc::AuthContext> shown = context.auth_context();
-  for (const char* kind : kNames) {
+  for (const char* kind : kPeerNames) {
     if (shown == nullptr || !shown->IsPeerAuthenticated()) break;
     for (const grpc::string_ref& name : shown->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
   }

@@ -38,20 +38,20 @@ constexpr std::pair<std::string_view, MethodRule> kRules[] = {
     {"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", kLook},
 };
 
-constexpr std::array kNames = {std::pair{Right::kReader, "reader"}, std::pair{Right::kSubmitter, "submitter"},
-                               std::pair{Right::kAdmin, "admin"}};
+constexpr std::array kRightNames = {std::pair{Right::kReader, "reader"}, std::pair{Right::kSubmitter, "submitter"},
+                                    std::pair{Right::kAdmin, "admin"}};
 
 }  // namespace
 
 const char* RightName(Right right) {
-  for (const auto& [known, name] : kNames) {
+  for (const auto& [known, name] : kRightNames) {
     if (known == right) return name;
   }
   return "none";
 }
 
 std::optional<Right> RightNamed(std::string_view name) {
-  for (const auto& [right, known] : kNames) {
+  for (const auto& [right, known] : kRightNames) {
     if (known == name) return right;
   }
   return std::nullopt;

@@ -10,8 +10,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kFirstPause{10};
-constexpr milliseconds kLongestPause{1000};
+constexpr milliseconds kFirstRetryPause{10};
+constexpr milliseconds kLongestRetryPause{1000};
 
 }  // namespace
 
@@ -35,7 +35,7 @@ void CheckpointWriter::Ask(std::weak_ptr<JobRun> run) {
 }
 
 void CheckpointWriter::Work() {
-  milliseconds pause = kFirstPause;
+  milliseconds pause = kFirstRetryPause;
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return ending_ || !asked_.empty(); });
@@ -48,11 +48,11 @@ void CheckpointWriter::Work() {
     if (absl::IsAborted(status)) run->Stop(StopCause::kLeaseLost);
     lock.lock();
     if (status.ok() || absl::IsAborted(status)) {
-      pause = kFirstPause;
+      pause = kFirstRetryPause;
     } else {
       asked_.push_back(run);
       changed_.wait_for(lock, pause, [this] { return ending_; });
-      pause = std::min(2 * pause, kLongestPause);
+      pause = std::min(2 * pause, kLongestRetryPause);
     }
   }
 }

@@ -12,7 +12,7 @@
 namespace dlcs {
 namespace {
 
-constexpr std::chrono::milliseconds kRetryAfter{1000};
+constexpr std::chrono::milliseconds kRetryUploadAfter{1000};
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void UploadCall::Admit() {
   if (!caller_.ok()) return End(caller_.status());
   has_place_ = true;
   if (++places_.taken > UploadPlaces::kMost) {
-    return End(ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryAfter));
+    return End(ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryUploadAfter));
   }
   const std::weak_ptr<UploadCall> weak = weak_from_this();
   // On another thread: the registry, which stops all calls, holds the lock that the end of this one needs.

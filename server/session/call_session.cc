@@ -11,6 +11,7 @@
 #include "core/analyze.h"
 #include "core/lcp/dynamic_lcp.h"
 #include "core/lcp/lcp.h"
+#include "core/problem/violation_list.h"
 #include "fmt/format.h"
 #include "proto/wire/matrix_shape.h"
 #include "server/wire/convert.h"
@@ -44,9 +45,19 @@ v1::SolveDcpResponse MakeResponse(const DcpCertificate& certificate, const Fact&
   return response;
 }
 
+// The path to be measured, v, is the field `check` of the request.
+absl::Status OfPath(const absl::Status& status) {
+  std::vector<Violation> violations = ViolationsOf(status);
+  if (violations.empty()) return status;
+  for (Violation& violation : violations) {
+    if (violation.field == "v" || violation.field.starts_with("v.")) violation.field.replace(0, 1, "check");
+  }
+  return StatusOf(violations);
+}
+
 absl::StatusOr<v1::SolveDcpResponse> Measure(const DcpProblem& problem, const PiecewiseLinearPath& v) {
   const absl::StatusOr<DcpCertificate> certificate = CheckDcpSolution(problem, v);
-  if (!certificate.ok()) return FromEngine(certificate.status(), "");
+  if (!certificate.ok()) return FromEngine(OfPath(certificate.status()), "");
   return MakeResponse(*certificate, TestDcpUniqueness(problem.M));
 }
 
@@ -113,7 +124,7 @@ absl::StatusOr<v1::AnalyzeProblemResponse> RunAnalysis(const v1::AnalyzeProblemR
   }
   const absl::StatusOr<SoundSystem> read = ParseAndValidate(request.problem(), request.options(), limits);
   if (!read.ok()) return read.status();
-  absl::StatusOr<Analysis> analysis = Analyze(std::get<Problem>(read->system), read->options, std::move(stop));
+  absl::StatusOr<Analysis> analysis = AnalyzeValidated(std::get<Problem>(read->system), read->options, std::move(stop));
   if (!analysis.ok()) return FromEngine(analysis.status(), "problem");
   // The memory limit of this server is not part of the recommended options.
   const double asked = request.options().max_memory_bytes();

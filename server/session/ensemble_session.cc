@@ -94,7 +94,7 @@ absl::StatusOr<v1::EnsembleSummary> RunEnsemble(const PreparedEnsemble& prepared
   const auto may_begin = [&](Index member) { return !stop.stop_requested() && sink.MayBegin(member, stop); };
   const SoundEnsemble& ensemble = prepared.ensemble;
   const absl::Status status =
-      SolveEnsemble(ensemble.base, ensemble.members, ensemble.options, finished, stop, setups, may_begin);
+      SolveEnsembleValidated(ensemble.base, ensemble.members, ensemble.options, finished, stop, setups, may_begin);
   if (!status.ok()) return FromEngine(status, "problem");
 
   const auto members = static_cast<std::int64_t>(ensemble.members.size());

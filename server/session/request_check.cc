@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/problem/violation_list.h"
 #include "fmt/format.h"
 #include "proto/wire/matrix_shape.h"
 #include "server/wire/convert.h"
@@ -227,14 +227,9 @@ absl::Status FromEngine(const absl::Status& status, const std::variant<Problem, 
 }
 
 absl::Status FromEngine(const absl::Status& status, const std::string& system) {
-  if (status.code() != absl::StatusCode::kInvalidArgument) return status;
-  std::vector<Violation> violations;
-  std::istringstream lines{std::string(status.message())};
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t colon = std::min(line.find(": "), line.size());
-    violations.push_back(
-        {WireOptionName(line.substr(0, colon)), colon < line.size() ? line.substr(colon + 2) : std::string()});
-  }
+  std::vector<Violation> violations = ViolationsOf(status);
+  if (violations.empty()) return status;
+  for (Violation& violation : violations) violation.field = WireOptionName(violation.field);
   return InvalidRequest(InRequest(std::move(violations), system));
 }
 

@@ -80,8 +80,7 @@ absl::StatusOr<std::int64_t> CountResultBytes(const std::variant<Problem, Nonlin
 // the problem; empty where that is the request itself.
 std::vector<Violation> InRequest(std::vector<Violation> violations, const std::string& system);
 
-// Turns an InvalidArgument of the engine ("field: description", one per line) into one with separate violations and the
-// paths of InRequest(); returns any other status unchanged.
+// Returns an error of the engine with the paths of InRequest() in its violations, and one without violations unchanged.
 absl::Status FromEngine(const absl::Status& status, const std::string& system);
 // The same for the system that was solved.
 absl::Status FromEngine(const absl::Status& status, const std::variant<Problem, NonlinearProblem>& system);

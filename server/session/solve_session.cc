@@ -27,7 +27,7 @@ absl::StatusOr<Solution> SolveSystem(const Problem& problem, const Options& opti
 }
 absl::StatusOr<Solution> SolveSystem(const NonlinearProblem& problem, const Options& options, Observer& observer,
                                      std::stop_token stop, SetupCache* /*setups*/) {
-  return SolveNonlinear(problem, options, observer, std::move(stop));
+  return SolveNonlinearValidated(problem, options, observer, std::move(stop));
 }
 
 absl::StatusOr<SoundSystem> ReadSystem(const v1::SolveRequest& request, const SessionLimits& limits) {

@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-constexpr std::string_view kPrefix = "jobs/";
+constexpr std::string_view kJobPrefix = "jobs/";
 constexpr std::int64_t kMicroseconds = 1'000'000;
 
 constexpr std::array kStates = {jobs::JobState::kQueued,    jobs::JobState::kRunning, jobs::JobState::kCancelling,
@@ -41,10 +41,11 @@ v1::JobGap::Reason ToProto(jobs::EventGap::Why why) {
 
 }  // namespace
 
-std::string JobName(const jobs::JobId& id) { return std::string(kPrefix) + id; }
+std::string JobName(const jobs::JobId& id) { return std::string(kJobPrefix) + id; }
 
 absl::StatusOr<jobs::JobId> JobIdOf(const std::string& name) {
-  if (name.starts_with(kPrefix) && jobs::IsJobId(name.substr(kPrefix.size()))) return name.substr(kPrefix.size());
+  if (name.starts_with(kJobPrefix) && jobs::IsJobId(name.substr(kJobPrefix.size())))
+    return name.substr(kJobPrefix.size());
   return InvalidRequest({{"name", fmt::format("{}; must be jobs/ and 26 characters of a-z2-7", Quoted(name))}});
 }
 

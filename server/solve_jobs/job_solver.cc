@@ -233,9 +233,10 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   RunObserver observer(run, horizon, share, prepared->names, stored, state.has_value(), checkpoint_every_);
   absl::StatusOr<Solution> solution = absl::UnknownError("");
   if (const auto* problem = std::get_if<Problem>(&prepared->system)) {
-    solution = dlcs::Solve(*problem, prepared->options, observer, run.stop(), setups_, state ? &point : nullptr);
+    solution = SolveValidated(*problem, prepared->options, observer, run.stop(), setups_, state ? &point : nullptr);
   } else {
-    solution = SolveNonlinear(std::get<NonlinearProblem>(prepared->system), prepared->options, observer, run.stop());
+    const auto& nonlinear = std::get<NonlinearProblem>(prepared->system);
+    solution = SolveNonlinearValidated(nonlinear, prepared->options, observer, run.stop());
   }
   if (!solution.ok()) return {FromEngine(solution.status(), prepared->system), ""};
   AddNames(prepared->names, *solution);

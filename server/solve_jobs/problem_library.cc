@@ -15,7 +15,7 @@
 namespace dlcs {
 namespace {
 
-constexpr std::string_view kPrefix = "problems/";
+constexpr std::string_view kProblemPrefix = "problems/";
 
 // The description of a problem without its matrices.
 v1::StoredProblem About(const SoundSystem& sound, const std::string& title) {
@@ -49,10 +49,11 @@ absl::StatusOr<SoundSystem> ReadBody(const v1::ProblemBody& body, const SessionL
 
 }  // namespace
 
-std::string ProblemName(const jobs::ProblemId& id) { return std::string(kPrefix) + id; }
+std::string ProblemName(const jobs::ProblemId& id) { return std::string(kProblemPrefix) + id; }
 
 absl::StatusOr<jobs::ProblemId> ProblemIdOf(const std::string& name, const char* field) {
-  if (name.starts_with(kPrefix) && jobs::IsProblemId(name.substr(kPrefix.size()))) return name.substr(kPrefix.size());
+  if (name.starts_with(kProblemPrefix) && jobs::IsProblemId(name.substr(kProblemPrefix.size())))
+    return name.substr(kProblemPrefix.size());
   return InvalidRequest({{field, fmt::format("{}; must be problems/ and 64 characters of 0-9a-f", Quoted(name))}});
 }
 

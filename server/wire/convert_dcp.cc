@@ -9,12 +9,11 @@ PiecewiseLinearPath PathFromProto(const v1::PiecewiseLinearPath& path, Index n, 
                                   std::vector<Violation>& violations) {
   const auto times = static_cast<Index>(path.times_size());
   if (path.values_size() != n * times) {
-    violations.push_back({field, fmt::format("{} values; {} times of {} components need {}",
-                                             path.values_size(), times, n, n * times)});
+    violations.push_back(
+        {field, fmt::format("{} values; {} times of {} components need {}", path.values_size(), times, n, n * times)});
     return {};
   }
-  return {{path.times().begin(), path.times().end()},
-          Eigen::Map<const Matrix>(path.values().data(), n, times)};
+  return {{path.times().begin(), path.times().end()}, Eigen::Map<const Matrix>(path.values().data(), n, times)};
 }
 
 v1::PiecewiseLinearPath ToProto(const PiecewiseLinearPath& path) {

@@ -11,7 +11,8 @@ namespace dlcs {
 namespace {
 
 constexpr char kTypeUrlPrefix[] = "type.googleapis.com/";
-constexpr char kErrorDomain[] = "dlcs.v1";
+// Nobody has registered a name for the project; names under .internal are for private use.
+constexpr char kErrorDomain[] = "dlcs.internal";
 
 template <typename Detail>
 std::string TypeUrl() {
@@ -73,20 +74,6 @@ std::string Quoted(std::string_view text) {
 }
 
 absl::Status InvalidRequest(const std::vector<Violation>& violations) {
-  constexpr std::size_t kMaxFieldBytes = 128;
-  constexpr std::size_t kMaxDescriptionBytes = 384;
-  google::rpc::BadRequest bad_request;
-  std::size_t bytes = 0;
-  for (const Violation& violation : violations) {
-    const std::string field = TruncateUtf8(violation.field, kMaxFieldBytes);
-    const std::string description = TruncateUtf8(violation.description, kMaxDescriptionBytes);
-    bytes += field.size() + description.size() + 8;  // 8: tags and lengths
-    if (bad_request.field_violations_size() == kMaxReportedViolations || bytes > kMaxViolationBytes) break;
-    auto& reported = *bad_request.add_field_violations();
-    reported.set_field(field);
-    reported.set_description(description);
-  }
-
   std::string message;
   if (!violations.empty()) {
     message = TruncateUtf8(violations[0].field + ": " + violations[0].description, kMaxMessageBytes - 64);
@@ -95,19 +82,8 @@ absl::Status InvalidRequest(const std::vector<Violation>& violations) {
     message += fmt::format(" (the first of {} violations)", violations.size());
   }
   absl::Status status = absl::InvalidArgumentError(message);
-  Attach(bad_request, status);
+  AttachViolations(violations, status);
   return status;
-}
-
-std::vector<Violation> ViolationsOf(const absl::Status& status) {
-  std::vector<Violation> violations;
-  google::rpc::BadRequest bad_request;
-  const auto payload = status.GetPayload(TypeUrl<google::rpc::BadRequest>());
-  if (!payload.has_value() || !bad_request.ParseFromString(std::string(*payload))) return violations;
-  for (const auto& reported : bad_request.field_violations()) {
-    violations.push_back({reported.field(), reported.description()});
-  }
-  return violations;
 }
 
 absl::Status Refused(const std::string& message, const LimitCase& limit,

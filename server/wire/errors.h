@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The errors of a call, as absl::Status whose payloads are google.rpc details.
+// The errors of a call, as absl::Status that carries violations (core/problem/violation_list.h) or google.rpc details.
 //
-// Each payload is keyed by its type URL ("type.googleapis.com/google.rpc.BadRequest"), so that an error is
+// A detail is a payload keyed by its type URL ("type.googleapis.com/google.rpc.ErrorInfo"), so that an error is
 // the same object in the process of the command line and behind a server; server/wire/status.h puts it on the
 // wire.
 
@@ -17,22 +17,16 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/types.h"
+#include "core/problem/violation_list.h"
 
 namespace dlcs {
 
-// Errors travel in HTTP/2 headers, of which gRPC accepts 8 KB by default: beyond about 6 KB after base64 the
-// whole error is lost. Hence at most this many violations and bytes of them, and a short message.
-inline constexpr int kMaxReportedViolations = 32;
-inline constexpr std::size_t kMaxViolationBytes = 4096;
+// The longest message of an error: errors travel in HTTP/2 headers (server/wire/status.h).
 inline constexpr std::size_t kMaxMessageBytes = 512;
 
-// INVALID_ARGUMENT with google.rpc.BadRequest: the violations that fit (long descriptions are cut); the
-// message names the first one and how many there are. `violations` is not empty.
+// INVALID_ARGUMENT that carries `violations` (ViolationsOf() in core/problem/violation_list.h), which are not empty.
+// The message names the first one and how many there are.
 absl::Status InvalidRequest(const std::vector<Violation>& violations);
-
-// The violations that `status` carries; empty when it carries none.
-std::vector<Violation> ViolationsOf(const absl::Status& status);
 
 // The limit of a refusal, named as in GetCapabilitiesResponse, its value, and the requested value.
 struct LimitCase {

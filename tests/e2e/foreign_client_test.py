@@ -187,7 +187,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertIn("one of problem, nonlinear and problem_name", status.message)
         info = details_pb.ErrorInfo()
         self.assertTrue(any(detail.Unpack(info) for detail in status.details))
-        self.assertEqual((info.reason, info.domain), ("INVALID_REQUEST", "dlcs.v1"))
+        self.assertEqual((info.reason, info.domain), ("INVALID_REQUEST", "dlcs.internal"))
 
     def test_reflection_describes_the_services_that_it_lists(self):
         # The messages by hand: field 4 of the request is the symbol, and the answer holds the names of files.

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "fmt/format.h"
 #include "tests/load/cut_proxy.h"
 #include "tests/load/questions.h"
@@ -26,7 +26,7 @@ namespace dlcs::load {
 namespace {
 
 using client::CallLimits;
-using client::JobClient;
+using client::Client;
 using std::chrono::milliseconds;
 using testing::CutProxy;
 
@@ -46,8 +46,8 @@ struct Account {
 class Watcher {
  public:
   Watcher(const CutProxy& proxy, const std::string& server, unsigned seed)
-      : through_proxy_(*JobClient::Connect(proxy.address(), [this](const std::string&) { ++account_.resumptions; })),
-        direct_(*JobClient::Connect(server)),
+      : through_proxy_(*Client::Connect(proxy.address(), [this](const std::string&) { ++account_.resumptions; })),
+        direct_(*Client::Connect(server)),
         random_(seed),
         thread_([this] { Work(); }) {}
 
@@ -84,7 +84,7 @@ class Watcher {
   }
 
   void WatchOne() {
-    const auto job = through_proxy_->Submit(NextJob(), kPatient);
+    const auto job = through_proxy_->jobs().Submit(NextJob(), kPatient);
     if (!job.ok()) return Fail("submit", std::string(job.status().message()));
     v1::WatchSolveJobRequest watch;
     watch.set_name(job->name());
@@ -98,7 +98,7 @@ class Watcher {
         interrupt_ = std::stop_source();
         limits.stop = interrupt_.get_token();
       }
-      const absl::Status status = through_proxy_->Watch(
+      const absl::Status status = through_proxy_->jobs().Watch(
           watch, [&](const v1::JobEvent& event) { events.push_back(event); }, limits);
       if (!status.ok() && !limits.stop.stop_requested()) return Fail(job->name(), std::string(status.message()));
       if (!events.empty()) watch.set_after_sequence(events.back().sequence());
@@ -115,19 +115,19 @@ class Watcher {
     std::vector<v1::JobEvent> all;
     v1::WatchSolveJobRequest watch;
     watch.set_name(name);
-    const absl::Status status = direct_->Watch(
+    const absl::Status status = direct_->jobs().Watch(
         watch, [&](const v1::JobEvent& event) { all.push_back(event); }, kPatient);
     if (!status.ok()) return Fail(name, std::string(status.message()));
     if (const std::string missing = testing::WhatIsMissing(events, all); !missing.empty()) Fail(name, missing);
-    if (const absl::Status deleted = direct_->Delete(name, kPatient); !deleted.ok()) {
+    if (const absl::Status deleted = direct_->jobs().Delete(name, kPatient); !deleted.ok()) {
       Fail(name, std::string(deleted.message()));
     }
   }
 
   void Fail(const std::string& job, const std::string& why) { account_.failures.push_back(job + ": " + why); }
 
-  const std::unique_ptr<JobClient> through_proxy_;
-  const std::unique_ptr<JobClient> direct_;
+  const std::unique_ptr<Client> through_proxy_;
+  const std::unique_ptr<Client> direct_;
   std::mt19937 random_;
   Account account_;
   std::atomic<bool> ending_ = false;
@@ -187,7 +187,7 @@ bool AskCuts(const CutsQuestion& question) {
   std::printf("  %lld jobs watched to their end; %lld events, %lld gaps, %lld resumptions\n", (long long)all.jobs,
               (long long)all.events, (long long)all.gaps, (long long)all.resumptions);
   // Who watched a job has deleted it: what is there was made by an answer that was lost.
-  const auto left = (*JobClient::Connect(address))->List({}, 1000, kPatient);
+  const auto left = (*Client::Connect(address))->jobs().List({}, 1000, kPatient);
   if (!left.ok()) all.failures.emplace_back(left.status().message());
   if (left.ok() && !left->empty()) all.failures.push_back(fmt::format("{} jobs that nobody knows of", left->size()));
   for (const std::string& failure : all.failures) std::printf("  WRONG %s\n", failure.c_str());

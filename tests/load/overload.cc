@@ -16,8 +16,8 @@
 #include <thread>
 #include <vector>
 
+#include "client/rpc/client.h"
 #include "client/rpc/connection.h"
-#include "client/rpc/job_client.h"
 #include "client/rpc/retry.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
@@ -32,7 +32,7 @@
 namespace dlcs::load {
 namespace {
 
-using client::JobClient;
+using client::Client;
 using std::chrono::duration;
 using std::chrono::steady_clock;
 using std::chrono::system_clock;
@@ -69,8 +69,8 @@ class Server {
 
   const jobs::testing::TemporaryFolder folder_;
   const std::string heavy_ = RandomToken(), light_ = RandomToken(), operator_ = RandomToken();
-  testing::DlcsdProcess process_{{"--listen", "127.0.0.1:0", "--store", folder_.File("jobs.db"), "--tokens",
-                                  WriteTokens(), "--log-level", "off"}};
+  testing::DlcsdProcess process_{
+      {"--listen", "127.0.0.1:0", "--store", folder_.File("jobs.db"), "--tokens", WriteTokens(), "--log-level", "off"}};
   const std::string address_ = process_.ReadAddress();
 };
 
@@ -133,7 +133,7 @@ void Submit(const Server& server, double rate, double seconds, Tally& tally) {
 // Has one job after the other done, and waits for each to its end.
 class LightUser {
  public:
-  explicit LightUser(const Server& server) : client_(*JobClient::Connect(server.Light())) {}
+  explicit LightUser(const Server& server) : client_(*Client::Connect(server.Light())) {}
 
   void WorkFor(double seconds) {
     const auto begin = steady_clock::now();
@@ -158,7 +158,7 @@ class LightUser {
   void HaveOneDone() {
     const auto begin = steady_clock::now();
     const auto so_far = [begin] { return duration<double, std::milli>(steady_clock::now() - begin).count(); };
-    const auto job = client_->Submit(SmallJob(), {.deadline = std::chrono::minutes(1), .stop = {}});
+    const auto job = client_->jobs().Submit(SmallJob(), {.deadline = std::chrono::minutes(1), .stop = {}});
     if (!job.ok()) return failures_.emplace_back(job.status().message()), void();
     const double taken = so_far();
     double running = taken;
@@ -169,14 +169,14 @@ class LightUser {
       if (event.state() == v1::JOB_STATE_RUNNING) running = so_far();
       is_done = is_done || event.state() == v1::JOB_STATE_SUCCEEDED;
     };
-    const absl::Status status = client_->Watch(watch, see, {.deadline = std::chrono::minutes(1), .stop = {}});
+    const absl::Status status = client_->jobs().Watch(watch, see, {.deadline = std::chrono::minutes(1), .stop = {}});
     if (!status.ok() || !is_done) return failures_.push_back(job->name() + ": " + std::string(status.message()));
     waited_ms_.push_back(so_far());
     until_taken_ms_.push_back(taken);
     until_running_ms_.push_back(running);
   }
 
-  const std::unique_ptr<JobClient> client_;
+  const std::unique_ptr<Client> client_;
   std::minstd_rand random_{1};
   std::vector<double> waited_ms_, until_taken_ms_, until_running_ms_;
   std::vector<std::string> failures_;
@@ -224,7 +224,7 @@ bool AskOverload(const OverloadQuestion& question) {
   std::printf("overload: %.3g times what can be done, %.3g s\n", question.factor, question.seconds);
   Server server;
   const pid_t pid = server.process().pid();
-  const auto client = *JobClient::Connect(server.Operator());
+  const auto client = *Client::Connect(server.Operator());
 
   LightUser alone(server), beside(server);
   alone.WorkFor(question.seconds / 2);
@@ -234,7 +234,7 @@ bool AskOverload(const OverloadQuestion& question) {
   Phase full(pid);
   Submit(server, 0, question.seconds / 2, polite);
   full.End();
-  const auto before = client->List({v1::JOB_STATE_SUCCEEDED}, 1'000'000, {});
+  const auto before = client->jobs().List({v1::JOB_STATE_SUCCEEDED}, 1'000'000, {});
   if (!before.ok()) return false;
   const double capacity = Goodput(*before, full);
   Phase overload(pid);
@@ -243,7 +243,7 @@ bool AskOverload(const OverloadQuestion& question) {
     Submit(server, question.factor * capacity, question.seconds, rude);
   }
   overload.End();
-  const auto after = client->List({v1::JOB_STATE_SUCCEEDED}, 1'000'000, {});
+  const auto after = client->jobs().List({v1::JOB_STATE_SUCCEEDED}, 1'000'000, {});
   if (!after.ok()) return false;
   const double goodput = Goodput(*after, overload);
 
@@ -260,12 +260,12 @@ bool AskOverload(const OverloadQuestion& question) {
   for (const LightUser* user : {&alone, &beside}) {
     for (const std::string& failure : user->failures()) std::printf("  WRONG the light user: %s\n", failure.c_str());
   }
-  const auto failed = client->List({v1::JOB_STATE_FAILED}, 10, {});
+  const auto failed = client->jobs().List({v1::JOB_STATE_FAILED}, 10, {});
   server.process().Signal(SIGTERM);
   const bool ended_well = server.process().Wait() == 0;
-  const bool holds = ended_well && polite.refused > 0 && without_delay == 0 && rude.failed == 0 &&
-                     polite.failed == 0 && failed.ok() && failed->empty() && rude.taken > 0 &&
-                     alone.failures().empty() && beside.failures().empty() && !beside.waited_ms().empty();
+  const bool holds = ended_well && polite.refused > 0 && without_delay == 0 && rude.failed == 0 && polite.failed == 0 &&
+                     failed.ok() && failed->empty() && rude.taken > 0 && alone.failures().empty() &&
+                     beside.failures().empty() && !beside.waited_ms().empty();
   if (!holds) std::printf("  WRONG\n");
   return holds;
 }

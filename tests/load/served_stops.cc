@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "server/wire/convert.h"
 #include "tests/load/percentiles.h"
 #include "tests/load/questions.h"
@@ -237,7 +237,7 @@ bool AskServedStops(const StopsQuestion& question) {
   const jobs::testing::TemporaryFolder folder;
   testing::DlcsdProcess server(
       {"--listen", "127.0.0.1:0", "--store", folder.File("jobs.db"), "--log-level", "off", "--threads", "1"});
-  const auto client = *client::JobClient::Connect(server.ReadAddress());
+  const auto client = *client::Client::Connect(server.ReadAddress());
   std::printf("served-stops: %d cancels and %d deadlines of each, within %.3g s, --seed %u; p50, p99 and max in ms\n",
               question.stops, question.stops, question.longest, question.seed);
   std::printf("%-5s %-32s | %-23s | %-23s | %-23s | %-23s | %-23s\n", "size", "solve", "cancel: until noticed",
@@ -249,15 +249,16 @@ bool AskServedStops(const StopsQuestion& question) {
     for (const StopCase& the_case : StopCases(size)) {
       if (the_case.name.find(question.only) == std::string::npos) continue;
       const v1::CreateSolveJobRequest request = RequestOf(the_case);
-      const Stops cancels = Collect(question.stops, question.longest, random,
-                                    [&](double after, double& took) { return Cancel(*client, request, after, took); });
+      const Stops cancels = Collect(question.stops, question.longest, random, [&](double after, double& took) {
+        return Cancel(client->jobs(), request, after, took);
+      });
       Stops deadlines;
       double predicted = 0;
-      if (const auto shorter = PredictedWithin(question.longest / 4, *client, the_case, predicted)) {
+      if (const auto shorter = PredictedWithin(question.longest / 4, client->jobs(), the_case, predicted)) {
         const v1::CreateSolveJobRequest with_deadline = RequestOf(*shorter);
         constexpr double kToSubmit = 0.1;  // s; ms where the machine is idle
         deadlines = Collect(question.stops, question.longest, random, [&](double after, double& took) {
-          return Overrun(*client, with_deadline, predicted + kToSubmit + after, took);
+          return Overrun(client->jobs(), with_deadline, predicted + kToSubmit + after, took);
         });
       }
       PrintRow(size, the_case.name, cancels, deadlines);

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "client/rpc/client.h"
-#include "client/rpc/job_client.h"
 #include "tests/load/process_meter.h"
 #include "tests/load/questions.h"
 #include "tests/server/dlcsd_process.h"
@@ -40,23 +39,23 @@ class Users {
 
   // A round of everything, some of it interrupted; less than a tenth of a second of work. New connections every time.
   void Round() {
-    const auto jobs = *JobClient::Connect(address_);
-    const std::string watched = Submit(*jobs, 0);
-    WatchUntilCut(*jobs, watched);
-    const std::string cancelled = Submit(*jobs, 1);
-    Check("cancel", jobs->Cancel(cancelled, kPatient).status());
-    Watch(*jobs, watched, kPatient);
-    Watch(*jobs, cancelled, kPatient);
+    const auto jobs = *Client::Connect(address_);
+    const std::string watched = Submit(jobs->jobs(), 0);
+    WatchUntilCut(jobs->jobs(), watched);
+    const std::string cancelled = Submit(jobs->jobs(), 1);
+    Check("cancel", jobs->jobs().Cancel(cancelled, kPatient).status());
+    Watch(jobs->jobs(), watched, kPatient);
+    Watch(jobs->jobs(), cancelled, kPatient);
     v1::ReadTrajectoryRequest read;
     read.set_name(watched);
-    Check("read", jobs->ReadTrajectory(
+    Check("read", jobs->jobs().ReadTrajectory(
                       read, [](const v1::TrajectoryPage&) {}, kPatient));
-    Check("list", jobs->List({}, 100, kPatient).status());
+    Check("list", jobs->jobs().List({}, 100, kPatient).status());
     SolveAndHangUp();
     done_.push_back(watched);
     done_.push_back(cancelled);
     while (done_.size() > 50) {
-      Check("delete", jobs->Delete(done_.front(), kPatient));
+      Check("delete", jobs->jobs().Delete(done_.front(), kPatient));
       done_.pop_front();
     }
     ++rounds_;

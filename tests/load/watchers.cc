@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "core/solve.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
@@ -187,10 +187,10 @@ bool AskWatchers(const WatchersQuestion& question) {
   const jobs::testing::TemporaryFolder folder;
   testing::DlcsdProcess server({"--listen", "127.0.0.1:0", "--store", folder.File("jobs.db"), "--log-level", "debug"});
   const std::string address = server.ReadAddress();
-  const auto client = *client::JobClient::Connect(address);
+  const auto client = *client::Client::Connect(address);
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = solve;
-  const auto job = client->Submit(create, {});
+  const auto job = client->jobs().Submit(create, {});
   if (!job.ok()) {
     std::printf("  WRONG %s\n", std::string(job.status().message()).c_str());
     return false;
@@ -201,7 +201,7 @@ bool AskWatchers(const WatchersQuestion& question) {
     watchers.push_back(std::make_unique<Watcher>(address, job->name(), question.interval_ms, k < question.stalled));
   }
   std::vector<double> resident_mb;
-  while (!IsOver(*client, job->name())) {
+  while (!IsOver(client->jobs(), job->name())) {
     std::this_thread::sleep_for(milliseconds(200));
     resident_mb.push_back(UseOf(server.pid()).resident_mb);
   }
@@ -221,7 +221,7 @@ bool AskWatchers(const WatchersQuestion& question) {
     events += watcher.num_events();
     ages.insert(ages.end(), watcher.ages_ms().begin(), watcher.ages_ms().end());
   }
-  const auto last = client->Get(job->name(), {});
+  const auto last = client->jobs().Get(job->name(), {});
   if (last.ok()) std::printf("  %.0f events a second\n", static_cast<double>(last->last_sequence()) / seconds);
   if (!ages.empty()) {
     std::printf("  readers got %zu events; ages p50 %.2f, p99 %.2f, max %.1f ms\n", events, Percentile(ages, 50),

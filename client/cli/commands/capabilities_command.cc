@@ -19,7 +19,7 @@ namespace {
 // Zero: no limit.
 std::string LimitText(std::int64_t limit) { return limit > 0 ? fmt::format("{}", limit) : "no limit"; }
 
-std::string AgeText(const google::protobuf::Duration& age) {
+std::string DurationText(const google::protobuf::Duration& age) {
   constexpr std::int64_t kHour = 3600, kDay = 24 * kHour;
   const std::int64_t seconds = age.seconds();
   if (seconds >= kDay && seconds % kHour == 0) return fmt::format("{:.4g} days", static_cast<double>(seconds) / kDay);
@@ -34,7 +34,8 @@ void PrintJobLimits(const v1::JobLimits& jobs, std::FILE* out) {
   fmt::print(out, "  waiting             {}, of one user {}; {} core-seconds\n", jobs.max_queued_jobs(),
              jobs.max_queued_jobs_per_user(), jobs.max_queued_core_seconds());
   fmt::print(out, "  fails               after {} attempts without progress\n", jobs.max_attempts());
-  fmt::print(out, "  kept at their end   {}, {} bytes\n", AgeText(jobs.keep_finished()), jobs.keep_finished_bytes());
+  fmt::print(out, "  kept at their end   {}, {} bytes\n", DurationText(jobs.keep_finished()),
+             jobs.keep_finished_bytes());
 }
 
 void PrintUploadLimits(const v1::UploadLimits& uploads, std::FILE* out) {
@@ -42,7 +43,7 @@ void PrintUploadLimits(const v1::UploadLimits& uploads, std::FILE* out) {
   fmt::print(out, "  bytes of one        {}\n", uploads.max_upload_bytes());
   fmt::print(out, "  of one user         {}, {} bytes\n", uploads.max_uploaded_problems_per_user(),
              uploads.max_uploaded_bytes_per_user());
-  fmt::print(out, "  kept unused         {}\n", AgeText(uploads.keep_unused()));
+  fmt::print(out, "  kept unused         {}\n", DurationText(uploads.keep_unused()));
 }
 
 void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& server, std::FILE* out) {
@@ -79,8 +80,8 @@ void PrintTable(const v1::GetCapabilitiesResponse& response, const std::string& 
 ExitCode Run(const CapabilitiesCommand& command) {
   const auto backend = MakeBackend(command.server);
   if (!backend.ok()) return PrintError(backend.status(), kBadInput);
-  const auto response = (*backend)->GetCapabilities(
-      {.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
+  const auto response =
+      (*backend)->GetCapabilities({.deadline = std::chrono::duration<double>(command.deadline_s), .stop = {}});
   if (!response.ok()) return PrintError(response.status(), kServiceFailed);
   command.format == OutputFormat::kJson ? fmt::print("{}\n", JsonLine(*response))
                                         : PrintTable(*response, command.server.address, stdout);

@@ -14,55 +14,64 @@
 #include "client/cli/options/solve_option_table.h"
 #include "client/local/local_backend.h"
 #include "client/rpc/client.h"
+#include "client/rpc/rpc_error.h"
+#include "google/rpc/error_details.pb.h"
 
 namespace dlcs::client {
 namespace {
 
-// Parts of field names in requests, and the corresponding keys of files.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFileNames = {{
+// What files call fields of a problem, and parts of their paths.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kFileNames = {{
+    {"a", "A"},
+    {"b", "B"},
+    {"n", "N"},
+    {"m", "M"},
+    {"w", "W"},
+    {"horizon", "T"},
+    {"state_names", "states"},
+    {"pair_names", "pairs"},
+}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFileParts = {{
     {".sparse.values[", ".entries["},
     {".sparse.row_indices[", ".entries["},
     {".sparse.column_indices[", ".entries["},
     {".kronecker_sum.factors[", ".kronecker_sum["},
-    {"].start:", "].t0:"},
+    {"].start", "].t0"},
+    {"selector.c", "selector.C"},
 }};
 
-// The name in a file, "A[0]" for "problem.a[0]"; `path` begins with the path of a field in the request.
-std::string WithoutRequest(std::string path) {
-  for (const std::string_view part : {"solve.", "problem.", "nonlinear.", "options."}) {
-    if (path.starts_with(part)) path.erase(0, part.size());
-  }
-  const std::size_t member = path.starts_with("members[") ? path.find("].") : std::string::npos;
+// What the command line calls `field`, the path of an option in a request from its name on; empty where it is none.
+std::string FlagAndIndex(std::string_view field) {
+  const std::size_t end = std::min(field.find('['), field.size());
+  const std::string_view name = field.substr(0, end);
+  const std::string_view flag = name == "all_basic_solutions" ? "--all" : FlagOf(name);
+  return flag.empty() ? std::string() : fmt::format("{}{}", flag, field.substr(end));
+}
+
+// What a file calls `field`, the path of a field of a problem: "A[0][1]" for "a[0][1]".
+std::string InWordsOfFiles(std::string field) {
+  const std::size_t member = field.starts_with("members[") ? field.find("].") : std::string::npos;
   const std::size_t begin = member == std::string::npos ? 0 : member + 2;
-  const std::size_t end = std::min(path.find_first_of(".[:", begin), path.size());
-  const std::string name = path.substr(begin, end - begin);
-  for (const auto& [wire, in_file] :
-       {std::pair("horizon", "T"), std::pair("state_names", "states"), std::pair("pair_names", "pairs")}) {
-    if (name == wire) path.replace(begin, name.size(), in_file);
+  const std::size_t end = std::min(field.find_first_of(".[", begin), field.size());
+  for (const auto& [wire, in_file] : kFileNames) {
+    if (std::string_view(field).substr(begin, end - begin) != wire) continue;
+    field.replace(begin, end - begin, in_file);
+    break;
   }
-  for (const char* matrix : {"a", "b", "n", "m", "w"}) {
-    if (name == matrix) path[begin] = static_cast<char>(name[0] - 'a' + 'A');
+  for (const auto& [wire, in_file] : kFileParts) {
+    if (const std::size_t at = field.find(wire); at != std::string::npos) field.replace(at, wire.size(), in_file);
   }
-  if (path.starts_with("selector.c")) path[9] = 'C';
-  return path;
+  return field;
 }
 
-std::string InWordsOfFiles(std::string line) {
-  for (const auto& [name, in_file] : kFileNames) {
-    const std::size_t begin = line.find(name);
-    if (begin < line.find(' ')) line.replace(begin, name.size(), in_file);
+// Where the user finds `field`, a path in a request: "--steps" for options.steps, "problem.json: x0[1]" for
+// problem.x0[1].
+std::string PlaceOf(std::string field, const std::string& source) {
+  for (const std::string_view part : {"solve.", "problem.", "nonlinear.", "options."}) {
+    if (field.starts_with(part)) field.erase(0, part.size());
   }
-  return line;
-}
-
-// "options.steps: 0; must be above 0" -> "--steps: 0; ...", "problem.x0[1]: ..." -> "problem.json: x0[1]: ...".
-std::string WithPlace(const std::string& of_request, const std::string& source) {
-  const std::string line = WithoutRequest(of_request);
-  const std::size_t end = line.find_first_of(":[");
-  const std::string_view field = std::string_view(line).substr(0, std::min(end, line.size()));
-  const std::string_view flag = field == "all_basic_solutions" ? "--all" : FlagOf(field);
-  if (!flag.empty() && end != std::string::npos) return fmt::format("{}{}", flag, line.substr(end));
-  return fmt::format("{}: {}", source, InWordsOfFiles(line));
+  const std::string flag = FlagAndIndex(field);
+  return flag.empty() ? fmt::format("{}: {}", source, InWordsOfFiles(std::move(field))) : flag;
 }
 
 }  // namespace
@@ -89,10 +98,14 @@ ExitCode PrintError(const absl::Status& status, ExitCode code) {
   return code;
 }
 
-ExitCode PrintCallError(const absl::Status& status, const std::string& source) {
-  if (!absl::IsInvalidArgument(status)) return PrintError(status, ExitCodeOf(status));
-  std::istringstream lines{std::string(status.message())};
-  for (std::string line; std::getline(lines, line);) fmt::print(stderr, "dlcs: {}\n", WithPlace(line, source));
+ExitCode PrintCallError(const absl::Status& status, const std::string& source, const std::string& members) {
+  const google::rpc::BadRequest bad_request = BadRequestOf(status);
+  if (bad_request.field_violations().empty()) return PrintError(status, ExitCodeOf(status));
+  for (const auto& violation : bad_request.field_violations()) {
+    const bool of_member = !members.empty() && violation.field().starts_with("members");
+    fmt::print(stderr, "dlcs: {}: {}\n", PlaceOf(violation.field(), of_member ? members : source),
+               violation.description());
+  }
   return kBadInput;
 }
 

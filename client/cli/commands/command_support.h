@@ -25,9 +25,10 @@ void PrintNotice(const std::string& text);
 // Prints each line of the message after "dlcs: " on standard error. Returns `code`.
 ExitCode PrintError(const absl::Status& status, ExitCode code);
 
-// The same for an error of a call about `source`, the name of the input file: a line that names a field of
-// the file gets the file's name, one that names an option the option's ("steps" is --steps).
-ExitCode PrintCallError(const absl::Status& status, const std::string& source);
+// The same for an error of a call about `source`, the name of the input file. A violation of the request is named as
+// the user knows it: a field of the file with the file's name, an option by its flag (options.steps is --steps).
+// `members` is the name of the file with the members of an ensemble.
+ExitCode PrintCallError(const absl::Status& status, const std::string& source, const std::string& members = "");
 
 }  // namespace dlcs::client
 

@@ -74,15 +74,9 @@ v1::SolveEnsembleRequest MakeRequest(const SolveCommand& command, const ProblemI
   return request;
 }
 
-ExitCode ExitCodeOf(const v1::EnsembleSummary& summary) {
+ExitCode ExitCodeOfSummary(const v1::EnsembleSummary& summary) {
   if (summary.stopped() + summary.not_begun() > 0) return kServiceFailed;
   return summary.failed() > 0 ? kNoAnswer : kSolved;
-}
-
-// Errors name a member, or a field of the problem or of the options.
-ExitCode PrintEnsembleError(const absl::Status& status, const std::string& problem, const std::string& members) {
-  const bool of_member = status.message().rfind("members", 0) == 0;
-  return PrintCallError(status, of_member ? members : problem);
 }
 
 }  // namespace
@@ -136,7 +130,7 @@ ExitCode Run(const EnsembleCommand& command) {
       },
       limits());
   count.reset();
-  if (!summary.ok()) return PrintEnsembleError(summary.status(), input->source(), SourceName(command.members_path));
+  if (!summary.ok()) return PrintCallError(summary.status(), input->source(), SourceName(command.members_path));
 
   print_header({});
   if (solve.format == OutputFormat::kTable) {
@@ -150,7 +144,7 @@ ExitCode Run(const EnsembleCommand& command) {
   if (!solve.quiet && (solve.format != OutputFormat::kTable || *output)) {
     fmt::print(stderr, "dlcs: {}\n", CountText(*summary));
   }
-  return ExitCodeOf(*summary);
+  return ExitCodeOfSummary(*summary);
 }
 
 }  // namespace dlcs::client

@@ -27,20 +27,11 @@ constexpr std::array<std::pair<v1::JobState, const char*>, 6> kStates = {{{v1::J
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target) {
+absl::StatusOr<std::unique_ptr<Client>> Connect(const JobTarget& target) {
   auto options = ConnectionTo(target.server);
   if (!options.ok()) return options.status();
   options->repeat = target.repeat;
-  auto client = JobClient::Connect(*options, PrintNotice);
-  if (!client.ok()) return InOptions(client.status(), target.server);
-  return client;
-}
-
-absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target) {
-  auto options = ConnectionTo(target.server);
-  if (!options.ok()) return options.status();
-  options->repeat = target.repeat;
-  auto client = ProblemClient::Connect(*options, PrintNotice);
+  auto client = Client::Connect(*options, PrintNotice);
   if (!client.ok()) return InOptions(client.status(), target.server);
   return client;
 }

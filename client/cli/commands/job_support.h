@@ -12,14 +12,12 @@
 #include "absl/status/statusor.h"
 #include "client/cli/commands/interrupt.h"
 #include "client/cli/commands/job_commands.h"
-#include "client/rpc/job_client.h"
-#include "client/rpc/problem_client.h"
+#include "client/rpc/client.h"
 
 namespace dlcs::client {
 
-// Clients that report repeated calls on standard error. Errors: InvalidArgument with the option.
-absl::StatusOr<std::unique_ptr<JobClient>> ConnectToJobs(const JobTarget& target);
-absl::StatusOr<std::unique_ptr<ProblemClient>> ConnectToProblems(const JobTarget& target);
+// A client that reports repeated calls on standard error. Errors: InvalidArgument with the option.
+absl::StatusOr<std::unique_ptr<Client>> Connect(const JobTarget& target);
 CallLimits LimitsFor(const JobTarget& target, const Interrupt& interrupt);
 
 // "queued", "running", ...

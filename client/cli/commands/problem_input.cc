@@ -9,7 +9,7 @@
 
 #include "client/files/json_text.h"
 #include "client/local/agreement.h"
-#include "client/rpc/problem_client.h"
+#include "client/rpc/client.h"
 #include "proto/shared/title_limit.h"
 #include "proto/shared/truncate_text.h"
 #include "proto/wire/matrix_shape.h"
@@ -68,9 +68,9 @@ absl::Status ProblemInput::FetchUploaded(const CallLimits& limits) {
   if (!is_uploaded()) return absl::OkStatus();
   const auto options = ConnectionTo(server_);
   if (!options.ok()) return options.status();
-  const auto client = ProblemClient::Connect(*options);
+  const auto client = Client::Connect(*options);
   if (!client.ok()) return InOptions(client.status(), server_);
-  absl::StatusOr<v1::StoredProblem> about = (*client)->Get(name_, limits);
+  absl::StatusOr<v1::StoredProblem> about = (*client)->problems().Get(name_, limits);
   if (!about.ok()) return about.status();
   about_ = *std::move(about);
   return absl::OkStatus();

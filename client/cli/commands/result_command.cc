@@ -170,13 +170,13 @@ ExitCode Run(const ResultCommand& command) {
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   std::FILE* const out = *output ? (*output)->stream() : stdout;
   const Interrupt interrupt;
-  const auto client = ConnectToJobs(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
 
-  const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
+  const absl::StatusOr<std::string> name = FindJob((*client)->jobs(), command.name, limits);
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
-  const auto job = (*client)->Get(*name, limits);
+  const auto job = (*client)->jobs().Get(*name, limits);
   if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
   if (!HasEnded(job->state())) {
     return PrintError(
@@ -186,9 +186,9 @@ ExitCode Run(const ResultCommand& command) {
   }
   SolveResult result;
   result.summary = job->summary();
-  absl::Status read = ReadAnalysis(**client, *name, limits, result.analysis);
+  absl::Status read = ReadAnalysis((*client)->jobs(), *name, limits, result.analysis);
   result.names = NamesIn(result.analysis);
-  if (read.ok()) read = ReadPages(**client, *name, command, limits, out, result);
+  if (read.ok()) read = ReadPages((*client)->jobs(), *name, command, limits, out, result);
   if (!read.ok()) return PrintError(read, ExitCodeOf(read));
   if (command.format == OutputFormat::kJson) PrintJson(TitleOf(*job), result, out);
   if (command.format == OutputFormat::kTable) {

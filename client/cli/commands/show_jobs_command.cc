@@ -142,18 +142,18 @@ ExitCode PrintOne(const absl::StatusOr<Message>& message, OutputFormat format) {
 }
 
 ExitCode ShowProblem(const ShowJobsCommand& command, const CallLimits& limits) {
-  const auto client = ConnectToProblems(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const auto name = ProblemResolver(**client, command.name, limits);
+  const auto name = ProblemResolver((*client)->problems(), command.name, limits);
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
-  return PrintOne((*client)->Get(*name, limits), command.format);
+  return PrintOne((*client)->problems().Get(*name, limits), command.format);
 }
 
 ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
-  const auto client = ConnectToProblems(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const auto name = ProblemResolver(**client, command.name, limits);
-  const absl::Status deleted = name.ok() ? (*client)->Delete(*name, limits) : name.status();
+  const auto name = ProblemResolver((*client)->problems(), command.name, limits);
+  const absl::Status deleted = name.ok() ? (*client)->problems().Delete(*name, limits) : name.status();
   return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
 }
 
@@ -184,9 +184,9 @@ ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallL
 
 ExitCode Run(const ListProblemsCommand& command) {
   const Interrupt interrupt;
-  const auto client = ConnectToProblems(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const auto problems = (*client)->List(LimitsFor(command.target, interrupt));
+  const auto problems = (*client)->problems().List(LimitsFor(command.target, interrupt));
   if (!problems.ok()) return PrintError(problems.status(), ExitCodeOf(problems.status()));
   Print(*problems, command.format);
   return Printed();
@@ -195,15 +195,15 @@ ExitCode Run(const ListProblemsCommand& command) {
 ExitCode Run(const ShowJobsCommand& command) {
   const Interrupt interrupt;
   if (command.name.starts_with("problems/")) return ShowProblem(command, LimitsFor(command.target, interrupt));
-  const auto client = ConnectToJobs(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
   if (!command.name.empty()) {
-    const auto name = FindJob(**client, command.name, limits);
+    const auto name = FindJob((*client)->jobs(), command.name, limits);
     if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
-    return PrintOne((*client)->Get(*name, limits), command.format);
+    return PrintOne((*client)->jobs().Get(*name, limits), command.format);
   }
-  const auto jobs = (*client)->List(command.states, static_cast<std::size_t>(command.most), limits);
+  const auto jobs = (*client)->jobs().List(command.states, static_cast<std::size_t>(command.most), limits);
   if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   Print(*jobs, command.format);
   return Printed();
@@ -214,17 +214,17 @@ ExitCode Run(const EndJobCommand& command) {
   if (command.forget && command.name.starts_with("problems/")) {
     return ForgetProblem(command, LimitsFor(command.target, interrupt));
   }
-  const auto client = ConnectToJobs(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
-  if (command.all) return ForgetJobs(command, **client, limits);
-  const auto name = FindJob(**client, command.name, limits);
+  if (command.all) return ForgetJobs(command, (*client)->jobs(), limits);
+  const auto name = FindJob((*client)->jobs(), command.name, limits);
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   if (command.forget) {
-    const absl::Status deleted = (*client)->Delete(*name, limits);
+    const absl::Status deleted = (*client)->jobs().Delete(*name, limits);
     return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
   }
-  const auto job = (*client)->Cancel(*name, limits);
+  const auto job = (*client)->jobs().Cancel(*name, limits);
   if (!job.ok()) return PrintError(job.status(), ExitCodeOf(job.status()));
   const bool ended_before = job->state() == v1::JOB_STATE_SUCCEEDED || job->state() == v1::JOB_STATE_FAILED;
   fmt::print(stderr, "dlcs: {} {}\n", job->name(),

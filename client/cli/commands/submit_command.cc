@@ -44,10 +44,10 @@ ExitCode Run(const SubmitCommand& command) {
   if (command.within_s) *request.mutable_deadline() = FromNow(*command.within_s);
 
   const Interrupt interrupt;
-  const auto client = ConnectToJobs(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   CallLimits limits = LimitsFor(command.target, interrupt);
-  const auto job = (*client)->Submit(request, limits);
+  const auto job = (*client)->jobs().Submit(request, limits);
   if (!job.ok()) return PrintCallError(job.status(), input->source());
   if (command.validate_only) {
     fmt::print(stderr, "dlcs: would be accepted; predicted {:.3g} core-seconds and {:.3g} MB\n",
@@ -62,7 +62,7 @@ ExitCode Run(const SubmitCommand& command) {
   watch.name = job->name();
   watch.quiet = command.quiet;
   limits.deadline = std::chrono::duration<double>(watch.target.patience_s);
-  return FollowJob(**client, watch, limits);
+  return FollowJob((*client)->jobs(), watch, limits);
 }
 
 }  // namespace dlcs::client

@@ -21,9 +21,9 @@ ExitCode Run(const UploadCommand& command) {
   const auto input = ProblemInput::Read(command.problem_path, {}, command.rule);
   if (!input.ok()) return PrintError(input.status(), kBadInput);
   const Interrupt interrupt;
-  const auto client = ConnectToProblems(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const auto uploaded = (*client)->Upload(input->Body(), LimitsFor(command.target, interrupt));
+  const auto uploaded = (*client)->problems().Upload(input->Body(), LimitsFor(command.target, interrupt));
   if (!uploaded.ok()) return PrintCallError(uploaded.status(), input->source());
   if (uploaded->existed()) fmt::print(stderr, "dlcs: it was uploaded already\n");
   fmt::print("{}\n", uploaded->problem().name());

@@ -108,14 +108,14 @@ ExitCode Run(const WatchCommand& command) {
     return PrintError(absl::InvalidArgumentError("--values: a table does not show them; add --format json"), kBadInput);
   }
   const Interrupt interrupt;
-  const auto client = ConnectToJobs(command.target);
+  const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
-  const absl::StatusOr<std::string> name = FindJob(**client, command.name, limits);
+  const absl::StatusOr<std::string> name = FindJob((*client)->jobs(), command.name, limits);
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   WatchCommand named = command;
   named.name = *name;
-  return FollowJob(**client, named, limits);
+  return FollowJob((*client)->jobs(), named, limits);
 }
 
 }  // namespace dlcs::client

@@ -15,17 +15,17 @@ namespace dlcs::client {
 namespace {
 
 // The longest index set or vector that a line shows completely.
-constexpr int kMaxListed = 12;
+constexpr int kMaxNumbers = 12;
 // A longer title is printed before its text instead of in a column.
 constexpr std::size_t kLongestTitle = 24;
 
 template <typename Values>
-std::string Listed(const Values& values, const char* form) {
+std::string ListedAs(const Values& values, const char* form) {
   std::vector<std::string> cells;
-  for (int k = 0; k < std::min<int>(values.size(), kMaxListed); ++k) {
+  for (int k = 0; k < std::min<int>(values.size(), kMaxNumbers); ++k) {
     cells.push_back(fmt::format(fmt::runtime(form), values[k]));
   }
-  if (values.size() > kMaxListed) cells.push_back(fmt::format("… {} in all", values.size()));
+  if (values.size() > kMaxNumbers) cells.push_back(fmt::format("… {} in all", values.size()));
   return fmt::format("{}", fmt::join(cells, ", "));
 }
 
@@ -33,11 +33,11 @@ std::string Listed(const Values& values, const char* form) {
 std::string WitnessText(const v1::Witness& witness) {
   std::vector<std::string> parts;
   if (witness.has_value()) parts.push_back(fmt::format("value {:.6g}", witness.value()));
-  if (!witness.z().empty()) parts.push_back(fmt::format("z = ({})", Listed(witness.z(), "{:.6g}")));
+  if (!witness.z().empty()) parts.push_back(fmt::format("z = ({})", ListedAs(witness.z(), "{:.6g}")));
   if (witness.has_x()) parts.push_back("X, Y, r and s of M X = Y in the JSON");
   const std::string rest = fmt::format("{}", fmt::join(parts, ", "));
   if (witness.indices().empty()) return rest;
-  const std::string set = fmt::format("S = {{{}}}", Listed(witness.indices(), "{}"));
+  const std::string set = fmt::format("S = {{{}}}", ListedAs(witness.indices(), "{}"));
   return rest.empty() ? set : fmt::format("{}: {}", set, rest);
 }
 

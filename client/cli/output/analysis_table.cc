@@ -21,20 +21,20 @@ std::string ShellWord(const std::string& text) {
   return quoted + "'";
 }
 
-constexpr const char* kHead = "  {:<10} ";
+constexpr const char* kLabel = "  {:<10} ";
 
 void PrintHead(const std::string& name, const Asked& asked, const v1::AnalyzeProblemResponse& analysis,
                Paragraphs& paper) {
   paper.Line(fmt::format("{}: {}, {}, T = {}", name, Count(analysis.states(), "state"),
                          Count(analysis.constraints(), "pair"), analysis.horizon()));
   const auto print = [&paper](const char* head, const std::string& text) {
-    paper.Print(fmt::format(kHead, head), text);
+    paper.Print(fmt::format(kLabel, head), text);
   };
   print("M", analysis.matrix_class());
   print("Solution", analysis.rule());
   const v1::Recommendation& recommendation = analysis.recommendation();
   if (recommendation.refusal().empty()) {
-    paper.Line(fmt::format(kHead, "Run") + RecommendedCommand(asked, recommendation.options()));
+    paper.Line(fmt::format(kLabel, "Run") + RecommendedCommand(asked, recommendation.options()));
     for (const std::string& reason : recommendation.reasons()) print("", reason);
   } else {
     print("No method", recommendation.refusal());

@@ -25,7 +25,7 @@ constexpr int kBarLetters = 30;
 constexpr double kSecondsBeforeGuess = 1;
 constexpr double kDoneBeforeGuess = 0.02;
 
-constexpr const char* kHead = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
+constexpr const char* kRowFormat = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
 
 std::string Bound(const v1::Iterate& iterate) {
   if (!iterate.has_log10_bound()) return "-";
@@ -150,11 +150,11 @@ void LiveView::PrintHiddenIterate() {
 
 void LiveView::PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted& window) {
   if (!head_printed_) {
-    PrintLine(fmt::format(kHead, "window", "from t", "iteration", "change", "bound", "LCP resid", "seconds"));
+    PrintLine(fmt::format(kRowFormat, "window", "from t", "iteration", "change", "bound", "LCP resid", "seconds"));
     head_printed_ = true;
   }
   const bool known_window = window.window() == iterate.window() && window.steps() > 0;
-  PrintLine(fmt::format(kHead, iterate.window(), known_window ? fmt::format("{:.6g}", window.begin()) : "",
+  PrintLine(fmt::format(kRowFormat, iterate.window(), known_window ? fmt::format("{:.6g}", window.begin()) : "",
                         iterate.iteration(), fmt::format("{:.2e}", iterate.change()), Bound(iterate),
                         fmt::format("{:.1e}", iterate.lcp_residual()), fmt::format("{:.3f}", iterate.seconds())));
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/basic_solutions.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "core/lcp/basis/polish.h"
 #include "core/lcp/dense/enumeration.h"
 #include "core/lcp/dense/nearest_point.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
 
 namespace dlcs {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/hidden_least_element.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
 #include "core/lcp/basis/principal_pivoting.h"
 #include "core/lcp/basis/solution_function.h"
 #include "core/lcp/dense/enumeration.h"
+#include "core/linalg/decompositions.h"
 
 namespace dlcs {
 
@@ -23,7 +23,7 @@ HiddenLeastElementSolver::HiddenLeastElementSolver(const Matrix& M, const Matrix
 }
 
 LcpStatus HiddenLeastElementSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                           Basis& basis, Eigen::Ref<Vector> y) {
+                                          Basis& basis, Eigen::Ref<Vector> y) {
   account_ = {.pivots = 0, .method = "linear programming (least element of pos X)", .message = ""};
   const auto fail = [&](LcpStatus verdict, const char* why) {
     y.setZero();

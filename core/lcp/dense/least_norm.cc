@@ -21,7 +21,7 @@ using Known = ComplementarySolver::Known;
 // Parts of ‖M‖: the first separates bases that differ by more than a thousandth, the last is safe from rounding still.
 constexpr double kRegularizations[] = {1e-3, 1e-5, 1e-7, 1e-9};
 // Below this part of what they are summed from, numbers count as zero.
-constexpr double kRounding = 1e-11;
+constexpr double kNormRounding = 1e-11;
 
 }  // namespace
 
@@ -39,7 +39,7 @@ bool IsPlainlyUnique(const Matrix& M, const Vector& q, const Vector& y) {
     rest -= scaled.bottomLeftCorner(rest.rows(), size) *
             PanelLu(scaled.topLeftCorner(size, size)).Solve(scaled.topRightCorner(size, rest.cols()));
   }
-  return (rest.diagonal().array() > kRounding).all() && TestPMatrix(rest).yes();
+  return (rest.diagonal().array() > kNormRounding).all() && TestPMatrix(rest).yes();
 }
 
 LeastNormSolver::LeastNormSolver(const Matrix& M) : M_(M), any_(M, Known::kNothing) {
@@ -51,7 +51,7 @@ LeastNormSolver::LeastNormSolver(const Matrix& M) : M_(M), any_(M, Known::kNothi
 }
 
 LcpStatus LeastNormSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
-                                  Basis& basis, Eigen::Ref<Vector> y) {
+                                 Basis& basis, Eigen::Ref<Vector> y) {
   const LcpStatus verdict = any_.Solve(q, tolerance, basis, y);
   account_ = any_.Account();
   if (verdict != LcpStatus::kSolved || IsPlainlyUnique(M_, q, y)) return verdict;
@@ -89,8 +89,8 @@ bool LeastNormSolver::IsLimit(const Vector& q, const Vector& tolerance, const st
     slope_S = -block.solve(y_S);
   }
   const Vector w = q + M_S * y_S;
-  const Vector zero = kRounding * (q.cwiseAbs() + M_S.cwiseAbs() * y_S.cwiseAbs()) + tolerance;
-  const double zero_y = y_S.size() > 0 ? kRounding * y_S.lpNorm<Eigen::Infinity>() : 0;
+  const Vector zero = kNormRounding * (q.cwiseAbs() + M_S.cwiseAbs() * y_S.cwiseAbs()) + tolerance;
+  const double zero_y = y_S.size() > 0 ? kNormRounding * y_S.lpNorm<Eigen::Infinity>() : 0;
 
   Vector slope = Vector::Zero(n);  // y'
   slope(S) = slope_S;

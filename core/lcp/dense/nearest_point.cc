@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/lcp/dense/nearest_point.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "core/lcp/dense/complementary_solver.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/equilibration.h"
 
 namespace dlcs {
 namespace {
 
 // Entries of E v - e and of negative G v - g up to this part of what they are summed from count as zero.
-constexpr double kRounding = 1e-11;
+constexpr double kRankRounding = 1e-11;
 
 // Rows of `E` that span all of them, by elimination with row exchanges, in units in which its entries are of size one.
 std::vector<Index> IndependentRows(const Matrix& E) {
   if (E.rows() == 0) return {};
   Eigen::ColPivHouseholderQR<Matrix> qr(Scaled(E, EquilibrateRowsAndColumns(E)).transpose());
-  qr.setThreshold(kRounding);
+  qr.setThreshold(kRankRounding);
   const auto& order = qr.colsPermutation().indices();
   return std::vector<Index>(order.data(), order.data() + qr.rank());
 }
@@ -47,7 +47,7 @@ bool Contains(const Polyhedron& polyhedron, const Vector& v) {
   const Vector miss = E * v - polyhedron.e;
   const Vector size = E.cwiseAbs() * v.cwiseAbs() + polyhedron.e_size;
   for (Index i = 0; i < miss.size(); ++i) {
-    if (!(std::abs(miss[i]) <= kRounding * (size[i] + units.bound / units.of_E(i)))) return false;
+    if (!(std::abs(miss[i]) <= kRankRounding * (size[i] + units.bound / units.of_E(i)))) return false;
   }
   return true;
 }

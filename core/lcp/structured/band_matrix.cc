@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
 
-Vector RowSums(const Matrix& K) {
+Vector AbsRowSums(const Matrix& K) {
   Vector sums = Vector::Zero(K.rows());
   for (Index j = 0; j < K.cols(); ++j) sums += K.col(j).cwiseAbs();
   return sums;
@@ -78,7 +78,7 @@ DLCS_TARGET("avx512f") void SumAvx512(const double* t, Index bandwidth, const do
 
 Index BandwidthUpToRounding(const Matrix& K) {
   const Index n = K.rows();
-  const Vector allowed = kRounding * RowSums(K);
+  const Vector allowed = kRounding * AbsRowSums(K);
   const auto counts = [&](Index i, Index j) { return !(std::abs(K(i, j)) <= allowed[i]); };
   Index bandwidth = 1;
   for (Index j = 0; j < n; ++j) {

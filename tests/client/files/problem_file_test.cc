@@ -114,15 +114,15 @@ TEST(ProblemFileTest, ReadsEveryCase) {
     EXPECT_EQ(file->problem.x0_size(), static_cast<int>(root["x0"].size())) << entry.path();
     EXPECT_EQ(file->problem.f().pieces_size(), root.contains("pieces") ? static_cast<int>(root["pieces"].size()) : 1)
         << entry.path();
-    EXPECT_EQ(file->annotations.contains("refs"), root.contains("refs")) << entry.path();
   }
   EXPECT_GE(cases, 17);
 }
 
-TEST(ProblemFileTest, CarriesAnnotations) {
-  const auto file = ReadProblemFile(std::string(DLCS_CASES_DIR) + "/outside_triple_integrator.json");
-  ASSERT_TRUE(file.ok()) << file.status();
-  EXPECT_EQ(file->annotations["siconos_x_at_T"]["0.1"], nlohmann::json({4.5, 9, 10}));
+TEST(ProblemFileTest, TakesAnyAnnotations) {
+  const std::string system = R"({"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "x0": [1], "T": 1, "annotations": )";
+  EXPECT_TRUE(ParseProblem(system + R"({"author": "me", "values": [1, {"x": null}]}})", "a.json").ok());
+  EXPECT_THAT(std::string(ParseProblem(system + "3}", "a.json").status().message()),
+              HasSubstr("annotations must be an object"));
 }
 
 struct Broken {

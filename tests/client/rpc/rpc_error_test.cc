@@ -56,7 +56,7 @@ TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
   const grpc::Status refused(grpc::StatusCode::UNAVAILABLE, "connection refused");
   EXPECT_THAT(std::string(DescribeRpcError(refused, "localhost:1").message()), HasSubstr("dlcsd --listen localhost:1"));
   google::rpc::ErrorInfo info;
-  info.set_domain("dlcs.v1");
+  info.set_domain("dlcs.internal");
   EXPECT_THAT(Words(Rich(grpc::StatusCode::UNAVAILABLE, "shutting down", info)),
               HasSubstr("cannot take the call: shutting down"));
 }
@@ -69,10 +69,8 @@ TEST(RpcErrorTest, TellsWhyADlcsdDoesNotOfferACall) {
 }
 
 TEST(RpcErrorTest, KeepsTheMessageWhenDetailsAreGarbage) {
-  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "bad", "\x01\x02garbage")),
-              HasSubstr("bad"));
-  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::UNIMPLEMENTED, "unknown service")),
-              HasSubstr("Is it a dlcsd"));
+  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, "bad", "\x01\x02garbage")), HasSubstr("bad"));
+  EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::UNIMPLEMENTED, "unknown service")), HasSubstr("Is it a dlcsd"));
   EXPECT_THAT(Words(grpc::Status(grpc::StatusCode::INTERNAL, "oops")), HasSubstr("log"));
 }
 

@@ -38,7 +38,7 @@ Solution SolveBy(const Problem& problem, const Options& options) {
 }
 
 // At the times of `solution`; by event location, which has no step in common with what is judged.
-Solution ReferenceFor(const Problem& problem, const Solution& solution) {
+Solution SecondOpinionOf(const Problem& problem, const Solution& solution) {
   Options options;
   options.method = Method::kEventDriven;
   options.error_tolerance = 1e-12;
@@ -82,7 +82,7 @@ TEST(ErrorFigureTest, OfFixedStepsIsSeldomBelowAThird) {
     const Solution solution = SolveBy(problem, options);
     if (solution.termination != Termination::kReachedEnd) continue;  // the iteration, where y is no function of x
     ASSERT_EQ(solution.accuracy.source, AccuracySource::kCompared) << solution.accuracy.note;
-    const Solution exact = ReferenceFor(problem, solution);
+    const Solution exact = SecondOpinionOf(problem, solution);
     if (exact.termination != Termination::kReachedEnd) continue;
     const double error = TrueError(problem, solution, exact, YCounts(solution));
     ratios.Add(solution.accuracy.error, error);
@@ -179,7 +179,7 @@ TEST(ErrorFigureTest, KnowsTheErrorOfSingleSteps) {
   for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping}) {
     options.method = method;
     const Solution solution = SolveBy(problem, options);
-    const double error = TrueError(problem, solution, ReferenceFor(problem, solution), true);
+    const double error = TrueError(problem, solution, SecondOpinionOf(problem, solution), true);
     EXPECT_GT(error, 1e-6);
     EXPECT_GE(solution.accuracy.error, error / 3) << MethodName(method);
   }
@@ -206,7 +206,7 @@ TEST_P(ControlledFigureTest, IsNeverBelowAThird) {
     const Solution solution = SolveBy(problem, options);
     if (solution.termination == Termination::kUnsupported) continue;
     if (std::isnan(solution.accuracy.error)) continue;
-    const Solution exact = ReferenceFor(problem, solution);
+    const Solution exact = SecondOpinionOf(problem, solution);
     if (exact.termination != Termination::kReachedEnd) continue;
     const double error = TrueError(problem, solution, exact, YCounts(solution));
     ratios.Add(solution.accuracy.error, error);

@@ -124,10 +124,10 @@ TEST_P(EventCasesTest, StatesJumpWhereTheReferenceDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EventCasesTest,
-                         ::testing::Values("rlcd", "abb_circuit_a", "observer_lcs", "saturated_pd",
-                                           "wall_permeable", "leontief_stock", "train_brakes", "formula_zoo",
-                                           "z_least", "diode_bridge", "diode_bridge_cap", "abb_circuit_c",
-                                           "vickrey", "american_put", "relay_sliding", "friction_oscillator"),
+                         ::testing::Values("rlcd", "abb_circuit_a", "observer_lcs", "saturated_pd", "wall_permeable",
+                                           "leontief_stock", "train_brakes", "formula_zoo", "z_least", "diode_bridge",
+                                           "diode_bridge_cap", "abb_circuit_c", "vickrey", "american_put",
+                                           "relay_sliding", "friction_oscillator"),
                          [](const auto& the_case) { return std::string(the_case.param); });
 
 TEST(EventDrivenTest, ReachesEveryToleranceOnExampleFourOne) {
@@ -139,8 +139,7 @@ TEST(EventDrivenTest, ReachesEveryToleranceOnExampleFourOne) {
     ASSERT_EQ(solution.termination, Termination::kReachedEnd);
     double error = 0;
     for (std::size_t k = 0; k < times.size(); ++k) {
-      error =
-          NanMax(error, MaxAbs(solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
+      error = NanMax(error, MaxAbs(solution.x.col(static_cast<Index>(k)) - ExampleFourOneExact(times[k])));
     }
     EXPECT_LT(error, tolerance);
     steps = solution.cost.steps;
@@ -299,8 +298,7 @@ TEST(EventDrivenTest, FollowsSwitchesThatAccumulateIntoSliding) {
   const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
   const Solution solution = SolveAt(problem, 1e-9, {0.3, 0.6, 0.649, 0.66, 2});
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
-  for (Index k = 0; k < 3; ++k)
-    EXPECT_NEAR(solution.x.col(k).cwiseAbs().sum(), 1.3 - 2 * solution.times[k], 1e-12);
+  for (Index k = 0; k < 3; ++k) EXPECT_NEAR(solution.x.col(k).cwiseAbs().sum(), 1.3 - 2 * solution.times[k], 1e-12);
   EXPECT_LT(MaxAbs(solution.x.rightCols(2)), 1e-12);
   EXPECT_GT(SwitchesOf(solution).size(), 15u);
   EXPECT_NEAR(SwitchesOf(solution).back(), 0.65, 1e-9);
@@ -333,8 +331,7 @@ TEST(EventDrivenTest, SurvivesWhereNoModeLasts) {
 TEST(EventDrivenTest, SwitchesARelayBehindTwoIntegrators) {
   Matrix A = Matrix::Zero(2, 2);
   A(0, 1) = 1;
-  const Solution solution =
-      SolveAt(Relays(A, Vector{{0, 1}}, Vector{{1, 0}}.transpose(), Vector{{1, 0}}, 20), 1e-9);
+  const Solution solution = SolveAt(Relays(A, Vector{{0, 1}}, Vector{{1, 0}}.transpose(), Vector{{1, 0}}, 20), 1e-9);
   const std::vector<double> times = SwitchesOf(solution);
   ASSERT_EQ(times.size(), 7u);
   for (std::size_t k = 0; k < times.size(); ++k) {
@@ -506,6 +503,31 @@ TEST(EventDrivenTest, RefusesTolerancesThatDoublesCannotMeet) {
     const auto result = Solve(ExampleFourOne(), options, silent, {});
     EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument) << tolerance;
   }
+}
+
+// M = 0: x may only rise, and follows a spike of g to its top. g is so steep there that its values left and right of a
+// break point differ by what the rounding of the time makes of it.
+TEST(EventDrivenTest, TakesASteepKinkForNoJump) {
+  Problem problem = Scalar(0, 0, 0, 2);
+  problem.M = Matrix::Zero(1, 1);
+  problem.g = TimeFunction::Formulas({"-max(0, 1 - abs(t - 1.5)/1e-5)"});
+  Options options;
+  options.method = Method::kEventDriven;
+  options.output_times = {1, 1.6, 2};
+  options.output_times_only = true;
+  Observer silent;
+  const auto solution = Solve(problem, options, silent, {});
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  ASSERT_EQ(solution->termination, Termination::kReachedEnd) << solution->message;
+  ASSERT_EQ(solution->x.cols(), 3);
+  EXPECT_NEAR(solution->x(0, 0), 0, 1e-12);
+  EXPECT_NEAR(solution->x(0, 1), 1, 1e-9);
+  EXPECT_NEAR(solution->x(0, 2), 1, 1e-9);
+  // A small jump is one all the same.
+  problem.g = TimeFunction::Formulas({"-1e-6 * (t >= 1.5)"});
+  const auto jumps = Solve(problem, options, silent, {});
+  ASSERT_TRUE(jumps.ok()) << jumps.status();
+  EXPECT_EQ(jumps->termination, Termination::kInconsistentState) << jumps->message;
 }
 
 }  // namespace

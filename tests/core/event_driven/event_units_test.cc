@@ -18,7 +18,7 @@
 namespace dlcs {
 namespace {
 
-Solution SolveAt(const Problem& problem, double tolerance, const std::vector<double>& times) {
+Solution SolveInUnitsAt(const Problem& problem, double tolerance, const std::vector<double>& times) {
   Options options;
   options.method = Method::kEventDriven;
   options.error_tolerance = tolerance;
@@ -101,8 +101,8 @@ TEST(EventUnitsTest, PowersOfTwoChangeNothing) {
     };
     const Vector states = units(3), pairs = units(4);
     for (const double tolerance : {1e-4, 1e-9}) {
-      const Solution even = SolveAt(system.problem, tolerance, times);
-      const Solution scaled = SolveAt(InUnits(system, states, pairs), tolerance, times);
+      const Solution even = SolveInUnitsAt(system.problem, tolerance, times);
+      const Solution scaled = SolveInUnitsAt(InUnits(system, states, pairs), tolerance, times);
       ASSERT_EQ(even.termination, scaled.termination) << seed << ": " << scaled.message;
       EXPECT_EQ(even.cost.steps, scaled.cost.steps) << seed;
       EXPECT_LT(RelativeError(states.asDiagonal() * scaled.x, even.x), 1e-13) << seed;
@@ -121,10 +121,10 @@ TEST(EventUnitsTest, OtherUnitsKeepTheTolerance) {
       return Vector::NullaryExpr(size, [&] { return std::pow(10, power(random)); }).eval();
     };
     const Vector states = units(4), pairs = units(3);
-    const Solution exact = SolveAt(system.problem, 1e-12, times);
+    const Solution exact = SolveInUnitsAt(system.problem, 1e-12, times);
     const Problem problem = InUnits(system, states, pairs);
     for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
-      const Solution scaled = SolveAt(problem, tolerance, times);
+      const Solution scaled = SolveInUnitsAt(problem, tolerance, times);
       ASSERT_EQ(scaled.termination, Termination::kReachedEnd) << seed << ": " << scaled.message;
       EXPECT_LT(RelativeError(states.asDiagonal() * scaled.x, exact.x), tolerance) << seed;
     }
@@ -134,7 +134,7 @@ TEST(EventUnitsTest, OtherUnitsKeepTheTolerance) {
 TEST(EventUnitsTest, StretchedTimeChangesNothing) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const RandomSystem system = MakeRandom(seed, 3, 3);
-    const Solution even = SolveAt(system.problem, 1e-8, Times(4, 16));
+    const Solution even = SolveInUnitsAt(system.problem, 1e-8, Times(4, 16));
     for (const int power : {-40, 40}) {
       const double stretch = std::exp2(power);
       Problem problem = system.problem;
@@ -151,7 +151,7 @@ TEST(EventUnitsTest, StretchedTimeChangesNothing) {
       for (const std::string& formula : system.g) g.push_back(stretched(formula, 1));
       problem.f = TimeFunction::Formulas(f);
       problem.g = TimeFunction::Formulas(g);
-      const Solution slow = SolveAt(problem, 1e-8, Times(4 * stretch, 16));
+      const Solution slow = SolveInUnitsAt(problem, 1e-8, Times(4 * stretch, 16));
       ASSERT_EQ(slow.termination, even.termination) << slow.message;
       EXPECT_LT(RelativeError(slow.x, even.x), 1e-13) << seed;
     }
@@ -181,7 +181,7 @@ TEST(EventUnitsTest, SlowModesKeepTheirDigitsBesideFastOnes) {
     };
     const std::vector<double> times = Times(horizon, 5);
     for (const double tolerance : {1e-4, 1e-8, 1e-10}) {
-      const Solution solution = SolveAt(problem, tolerance, times);
+      const Solution solution = SolveInUnitsAt(problem, tolerance, times);
       ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
       for (std::size_t k = 0; k < times.size(); ++k) {
         const double expected = exact(times[k]);
@@ -198,9 +198,9 @@ TEST(EventUnitsTest, EstimatesHold) {
   for (unsigned seed = 101; seed <= 130; ++seed) {
     const RandomSystem system = MakeRandom(seed, 3, 4);
     const std::vector<double> times = Times(4, 64);
-    const Solution best = SolveAt(system.problem, 1e-13, times);
+    const Solution best = SolveInUnitsAt(system.problem, 1e-13, times);
     for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
-      const Solution solution = SolveAt(system.problem, tolerance, times);
+      const Solution solution = SolveInUnitsAt(system.problem, tolerance, times);
       ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
       const double error = std::max(RelativeError(solution.x, best.x), 4e-15);
       const double figure = solution.accuracy.error;
@@ -225,7 +225,7 @@ TEST(EventUnitsTest, SaysWhereTheDataDoNotDetermineTheAnswer) {
   problem.g = TimeFunction::Constant(Vector::Ones(1));
   problem.x0 = Vector{{s, -c}};
   problem.horizon = 3;
-  const Solution solution = SolveAt(problem, 1e-10, Times(3, 3));
+  const Solution solution = SolveInUnitsAt(problem, 1e-10, Times(3, 3));
   const double error = MaxAbs(solution.x.col(2) - std::exp(-3.0) * problem.x0);
   EXPECT_GE(solution.accuracy.error * solution.certificate.x_scale, error / 3);
   EXPECT_EQ(solution.termination, Termination::kIterationLimit);

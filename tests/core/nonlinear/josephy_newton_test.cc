@@ -12,8 +12,6 @@
 namespace dlcs {
 namespace {
 
-using Verdict = ComplementarityResult::Verdict;
-
 // G(y) = M y + d∘y³ + q with M strictly diagonally dominant, d >= 0: one solution, and q is such that it is known.
 TEST(JosephyNewton, FindsTheSolutionThatTheProblemWasBuiltFrom) {
   std::mt19937 random(1);
@@ -34,7 +32,7 @@ TEST(JosephyNewton, FindsTheSolutionThatTheProblemWasBuiltFrom) {
         }};
     Vector y = Vector::Zero(n);
     const ComplementarityResult result = newton.Solve(function, y);
-    ASSERT_EQ(result.verdict, Verdict::kSolved) << trial << ": " << result.why;
+    ASSERT_EQ(result.verdict, ComplementarityResult::Verdict::kSolved) << trial << ": " << result.why;
     EXPECT_LT(MaxAbs(y - solution), 1e-10) << trial;
     EXPECT_GE(y.minCoeff(), 0);
   }
@@ -47,7 +45,7 @@ TEST(JosephyNewton, LeavesASolutionThatIsNotTheLeast) {
                                          [&](const Vector&) { return M; }};
   Vector y = Vector::Ones(2);
   const ComplementarityResult result = JosephyNewton(Selection::kLeastElement).Solve(function, y);
-  EXPECT_EQ(result.verdict, Verdict::kSolved);
+  EXPECT_EQ(result.verdict, ComplementarityResult::Verdict::kSolved);
   EXPECT_EQ(result.lcps, 1);
   EXPECT_EQ(MaxAbs(y), 0);
 }
@@ -69,7 +67,7 @@ TEST(JosephyNewton, SolvesTheProblemOfKojimaAndShindo) {
   for (const double start : {0.0, 0.5, 1.0, 2.0}) {
     Vector y = Vector::Constant(4, start);
     const ComplementarityResult result = JosephyNewton(Selection::kAny).Solve({value, jacobian}, y);
-    ASSERT_EQ(result.verdict, Verdict::kSolved) << start << ": " << result.why;
+    ASSERT_EQ(result.verdict, ComplementarityResult::Verdict::kSolved) << start << ": " << result.why;
     // The degenerate solution is known only to the root of the residual.
     EXPECT_LT(std::min(MaxAbs(y - degenerate), MaxAbs(y - regular)), 1e-5) << y.transpose();
   }
@@ -80,12 +78,12 @@ TEST(JosephyNewton, SaysWhyThereIsNoSolution) {
                                          [](const Vector& y) -> Matrix { return -2 * y; }};
   Vector y = Vector::Zero(1);
   const ComplementarityResult result = JosephyNewton(Selection::kAny).Solve(hopeless, y);
-  EXPECT_EQ(result.verdict, Verdict::kInfeasible);
+  EXPECT_EQ(result.verdict, ComplementarityResult::Verdict::kInfeasible);
   EXPECT_GE(result.residual, 1);
   const ComplementarityFunction outside{
       [](const Vector&) -> Vector { return Vector::Constant(1, std::numeric_limits<double>::quiet_NaN()); },
       [](const Vector&) -> Matrix { return Matrix::Ones(1, 1); }};
-  EXPECT_EQ(JosephyNewton(Selection::kAny).Solve(outside, y).verdict, Verdict::kNonFinite);
+  EXPECT_EQ(JosephyNewton(Selection::kAny).Solve(outside, y).verdict, ComplementarityResult::Verdict::kNonFinite);
 }
 
 }  // namespace

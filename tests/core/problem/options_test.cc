@@ -5,20 +5,19 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include "core/problem/solution.h"
+#include "tests/support/non_finite.h"
 
 namespace dlcs {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using testing::kInfinity;
+using testing::kNaN;
 
 std::vector<std::string> ComplaintsAfter(const std::function<void(Options&)>& change, double horizon = 2) {
   Options options;
@@ -95,12 +94,9 @@ TEST(OptionsTest, LeavesOutWhatABadHorizonMakesMeaningless) {
 }
 
 TEST(OptionsTest, ChecksTheta) {
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = 1.5; }),
-              ElementsAre("theta: 1.5; must lie in [0, 1]"));
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = -0.1; }),
-              ElementsAre("theta: -0.1; must lie in [0, 1]"));
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = kNaN; }),
-              ElementsAre("theta: nan; must lie in [0, 1]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = 1.5; }), ElementsAre("theta: 1.5; must lie in [0, 1]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = -0.1; }), ElementsAre("theta: -0.1; must lie in [0, 1]"));
+  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.theta = kNaN; }), ElementsAre("theta: nan; must lie in [0, 1]"));
 }
 
 TEST(OptionsTest, ChecksTheIteration) {
@@ -161,7 +157,9 @@ TEST(OptionsTest, NamesMethodsAndTerminations) {
 
 TEST(OptionsTest, ChecksTheNodesThatAreGiven) {
   EXPECT_THAT(ComplaintsAfter([](Options& o) { o.grid_times = {0, 0.5, 2}; }), IsEmpty());
-  EXPECT_THAT(ComplaintsAfter([](Options& o) { o.grid_times = {0.5, 3}; }),
+  EXPECT_THAT(ComplaintsAfter([](Options& o) {
+                o.grid_times = {0.5, 3};
+              }),
               ElementsAre("grid_times[1]: 3; must lie in [0, T] = [0, 2]"));
   EXPECT_EQ(ComplaintsAfter([](Options& o) { o.grid_times = {0.5, 0.5}; }).size(), 1u);
   EXPECT_EQ(ComplaintsAfter([](Options& o) { o.grid_times = {kNaN}; }).size(), 1u);

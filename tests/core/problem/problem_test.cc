@@ -5,10 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "tests/support/non_finite.h"
 
 namespace dlcs {
 namespace {
@@ -16,10 +17,9 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using testing::kInfinity;
+using testing::kNaN;
 using ::testing::SizeIs;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Two states, three complementary pairs.
 Problem SoundProblem() {
@@ -86,25 +86,23 @@ TEST(ProblemTest, WantsASelectorForTheMinimizerAndNobodyElse) {
 TEST(ProblemTest, RefusesAnEmptySystem) {
   Problem empty;
   empty.horizon = 1;
-  EXPECT_THAT(Complaints(empty),
-              ElementsAre("A: 0 rows; must be m x m for m states with at least one row",
-                          "M: 0 rows; must be n x n for n complementary pairs with at least one row",
-                          "f: no pieces; a time function has at least one",
-                          "g: no pieces; a time function has at least one"));
+  EXPECT_THAT(Complaints(empty), ElementsAre("A: 0 rows; must be m x m for m states with at least one row",
+                                             "M: 0 rows; must be n x n for n complementary pairs with at least one row",
+                                             "f: no pieces; a time function has at least one",
+                                             "g: no pieces; a time function has at least one"));
 }
 
 TEST(ProblemTest, NamesEveryEntryThatIsNotFinite) {
-  EXPECT_THAT(
-      ComplaintsAfter([](Problem& p) {
-        p.A(1, 0) = kInfinity;
-        p.B(0, 2) = kNaN;
-        p.N(2, 1) = -kInfinity;
-        p.M(0, 2) = kNaN;
-        p.x0(1) = kNaN;
-      }),
-      ElementsAre("A[1][0]: inf; every entry must be finite", "B[0][2]: nan; every entry must be finite",
-                  "N[2][1]: -inf; every entry must be finite", "M[0][2]: nan; every entry must be finite",
-                  "x0[1]: nan; every entry must be finite"));
+  EXPECT_THAT(ComplaintsAfter([](Problem& p) {
+                p.A(1, 0) = kInfinity;
+                p.B(0, 2) = kNaN;
+                p.N(2, 1) = -kInfinity;
+                p.M(0, 2) = kNaN;
+                p.x0(1) = kNaN;
+              }),
+              ElementsAre("A[1][0]: inf; every entry must be finite", "B[0][2]: nan; every entry must be finite",
+                          "N[2][1]: -inf; every entry must be finite", "M[0][2]: nan; every entry must be finite",
+                          "x0[1]: nan; every entry must be finite"));
 }
 
 TEST(ProblemTest, AsksForAPositiveHorizon) {

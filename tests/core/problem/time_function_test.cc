@@ -5,10 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "tests/support/non_finite.h"
 
 namespace dlcs {
 namespace {
@@ -16,10 +17,9 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::kInfinity;
+using testing::kNaN;
 using ::testing::SizeIs;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TimeFunctionEvaluator Compiled(const TimeFunction& function, Index size) {
   absl::StatusOr<TimeFunctionEvaluator> evaluator = TimeFunctionEvaluator::Create(function, size);
@@ -198,22 +198,21 @@ TEST(TimeFunctionTest, NamesWhatIsWrongWithAConstant) {
 }
 
 TEST(TimeFunctionTest, NamesWhatIsWrongWithFormulas) {
-  EXPECT_THAT(
-      Complaints(TimeFunction::Formulas({"t", "2t", "sine(t)"}), 2),
-      ElementsAre("f: 3 components; must be 2",
-                  "f[1]: at position 2: found 't'; an operator is expected here, and a product is written "
-                  "with *, as in 2*t",
-                  "f[2]: at position 1: unknown name 'sine'; did you mean 'sin'?"));
+  EXPECT_THAT(Complaints(TimeFunction::Formulas({"t", "2t", "sine(t)"}), 2),
+              ElementsAre("f: 3 components; must be 2",
+                          "f[1]: at position 2: found 't'; an operator is expected here, and a product is written "
+                          "with *, as in 2*t",
+                          "f[2]: at position 1: unknown name 'sine'; did you mean 'sin'?"));
 }
 
 TEST(TimeFunctionTest, NamesWhatIsWrongWithSamples) {
   EXPECT_THAT(Complaints(TimeFunction::Sampled({}, Matrix(1, 0)), 1),
               ElementsAre("f.times: empty; must hold at least one time"));
-  EXPECT_THAT(Complaints(TimeFunction::Sampled({0, 1, 1, kNaN, 0.5}, Row({1, 2, 3, kInfinity})), 2),
-              ElementsAre("f.times[2]: 1; must be greater than the time before it, 1",
-                          "f.times[3]: nan; every time must be finite",
-                          "f.values: 1x4; must be 2x5 (components x times)",
-                          "f.values[0][3]: inf; every entry must be finite"));
+  EXPECT_THAT(
+      Complaints(TimeFunction::Sampled({0, 1, 1, kNaN, 0.5}, Row({1, 2, 3, kInfinity})), 2),
+      ElementsAre("f.times[2]: 1; must be greater than the time before it, 1",
+                  "f.times[3]: nan; every time must be finite", "f.values: 1x4; must be 2x5 (components x times)",
+                  "f.values[0][3]: inf; every entry must be finite"));
   EXPECT_THAT(Complaints(TimeFunction::Sampled({0, 2, 1}, Row({1, 2, 3})), 1),
               ElementsAre("f.times[2]: 1; must be greater than the time before it, 2"));
 }
@@ -221,15 +220,13 @@ TEST(TimeFunctionTest, NamesWhatIsWrongWithSamples) {
 TEST(TimeFunctionTest, NamesWhatIsWrongWithPolynomials) {
   TimeFunction function = TimeFunction::Zero(1);
   function.pieces.front().function = PiecewisePolynomial{};
-  EXPECT_THAT(Complaints(function, 1),
-              ElementsAre("f.coefficients: empty; must hold at least one polynomial",
-                          "f.breaks: 0 times; must be 1, one more than the polynomials"));
+  EXPECT_THAT(Complaints(function, 1), ElementsAre("f.coefficients: empty; must hold at least one polynomial",
+                                                   "f.breaks: 0 times; must be 1, one more than the polynomials"));
   function.pieces.front().function = PiecewisePolynomial{{0, 2, 1}, {Row({1, kNaN}), Matrix(2, 0), Row({1})}};
-  EXPECT_THAT(Complaints(function, 1),
-              ElementsAre("f.breaks: 3 times; must be 4, one more than the polynomials",
-                          "f.breaks[2]: 1; must be greater than the time before it, 2",
-                          "f.coefficients[0][0][1]: nan; every entry must be finite",
-                          "f.coefficients[1]: 2x0; must be 1x1 (components x powers)"));
+  EXPECT_THAT(Complaints(function, 1), ElementsAre("f.breaks: 3 times; must be 4, one more than the polynomials",
+                                                   "f.breaks[2]: 1; must be greater than the time before it, 2",
+                                                   "f.coefficients[0][0][1]: nan; every entry must be finite",
+                                                   "f.coefficients[1]: 2x0; must be 1x1 (components x powers)"));
 }
 
 TEST(TimeFunctionTest, NamesThePieceWhereThereAreSeveral) {
@@ -237,20 +234,17 @@ TEST(TimeFunctionTest, NamesThePieceWhereThereAreSeveral) {
   function.pieces.push_back({1, FormulaFunction{{"t="}}});
   function.pieces.push_back({1, SampledFunction{{0, 0}, Row({1, 2})}});
   function.pieces.push_back({kNaN, ConstantFunction{Vector::Zero(2)}});
-  EXPECT_THAT(
-      Complaints(function, 1),
-      ElementsAre(
-          "f.pieces[1][0]: at position 2: found '='; a formula is one value and assigns nothing; write "
-          "== to compare",
-          "f.pieces[2].start: 1; must be greater than the start before it, 1",
-          "f.pieces[2].times[1]: 0; must be greater than the time before it, 0",
-          "f.pieces[3].start: nan; every time must be finite", "f.pieces[3]: 2 components; must be 1"));
+  EXPECT_THAT(Complaints(function, 1),
+              ElementsAre("f.pieces[1][0]: at position 2: found '='; a formula is one value and assigns nothing; write "
+                          "== to compare",
+                          "f.pieces[2].start: 1; must be greater than the start before it, 1",
+                          "f.pieces[2].times[1]: 0; must be greater than the time before it, 0",
+                          "f.pieces[3].start: nan; every time must be finite", "f.pieces[3]: 2 components; must be 1"));
   EXPECT_THAT(Complaints(TimeFunction{}, 1), ElementsAre("f: no pieces; a time function has at least one"));
 }
 
 TEST(TimeFunctionTest, CountsTheViolationsThatAreTooManyToList) {
-  const std::vector<std::string> complaints =
-      Complaints(TimeFunction::Constant(Vector::Constant(500, kNaN)), 500);
+  const std::vector<std::string> complaints = Complaints(TimeFunction::Constant(Vector::Constant(500, kNaN)), 500);
   ASSERT_THAT(complaints, SizeIs(201));
   EXPECT_EQ(complaints[199], "f[199]: nan; every entry must be finite");
   EXPECT_EQ(complaints[200], "f[200]: here and after it 300 more rules are broken");

@@ -24,18 +24,18 @@ using std::chrono::steady_clock;
 using ::testing::HasSubstr;
 using EnsembleCallTest = testing::ServiceTest;
 
-struct Outcome {
+struct EnsembleOutcome {
   std::vector<v1::EnsembleEvent> events;
   grpc::Status status;
   const v1::EnsembleSummary& summary() const { return events.back().summary(); }
 };
 
-Outcome SolveAll(v1::SolverService::Stub& stub, const v1::SolveEnsembleRequest& request,
-                 milliseconds timeout = seconds(60)) {
+EnsembleOutcome SolveAll(v1::SolverService::Stub& stub, const v1::SolveEnsembleRequest& request,
+                         milliseconds timeout = seconds(60)) {
   grpc::ClientContext context;
   testing::SetDeadline(context, timeout);
   const auto reader = stub.SolveEnsemble(&context, request);
-  Outcome outcome;
+  EnsembleOutcome outcome;
   for (v1::EnsembleEvent event; reader->Read(&event);) outcome.events.push_back(event);
   outcome.status = reader->Finish();
   return outcome;
@@ -82,7 +82,7 @@ TEST_F(EnsembleCallTest, EveryMemberHasTheBitsOfItsOwnSolve) {
   request.mutable_members(4)->mutable_f()->add_pieces()->mutable_formulas()->add_formulas("cos(t)");
   request.mutable_members(5)->mutable_break_points()->add_times(1.25);
   request.mutable_members(6)->clear_x0();
-  const Outcome outcome = SolveAll(*stub_, request);
+  const EnsembleOutcome outcome = SolveAll(*stub_, request);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   const auto states = StatesOf(outcome.events);
   ASSERT_EQ(states.size(), 12U);
@@ -115,7 +115,7 @@ TEST_F(EnsembleCallTest, NamesEveryMistakeAndSolvesNothing) {
   request.mutable_members(1)->add_x0(2);
   request.mutable_members(2)->set_horizon(-1);
   request.mutable_members(3)->mutable_f()->add_pieces()->mutable_formulas()->add_formulas("sin(");
-  const Outcome outcome = SolveAll(*stub_, request);
+  const EnsembleOutcome outcome = SolveAll(*stub_, request);
   EXPECT_EQ(outcome.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_TRUE(outcome.events.empty());
   std::vector<std::string> fields;
@@ -167,7 +167,7 @@ TEST_F(EnsembleCallTest, NearTheDeadlineWhatFinishedArrivesAndTheRestIsCounted) 
   request.mutable_options()->set_estimate_error(false);
   // Little to deliver, however busy the machine.
   request.mutable_options()->add_output_times(request.problem().horizon());
-  const Outcome outcome = SolveAll(*stub_, request, seconds(2));
+  const EnsembleOutcome outcome = SolveAll(*stub_, request, seconds(2));
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   const v1::EnsembleSummary& summary = outcome.summary();
   EXPECT_GT(summary.stopped(), 0);
@@ -202,7 +202,7 @@ TEST_F(EnsembleCallTest, AMemberWithoutASolutionIsCountedAndTheOthersSolved) {
   *request.mutable_problem()->mutable_n() = testing::DenseMatrix(1, 1, {0});
   request.mutable_problem()->mutable_g()->mutable_pieces(0)->mutable_formulas()->set_formulas(0, "1");
   request.mutable_members(1)->mutable_g()->add_pieces()->mutable_formulas()->add_formulas("1-t");
-  const Outcome outcome = SolveAll(*stub_, request);
+  const EnsembleOutcome outcome = SolveAll(*stub_, request);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   EXPECT_EQ(outcome.summary().solved() + outcome.summary().reached(), 2) << outcome.summary().ShortDebugString();
   EXPECT_EQ(outcome.summary().failed(), 1);

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/job_events.h"
@@ -22,7 +22,7 @@ namespace dlcs {
 namespace {
 
 using client::CallLimits;
-using client::JobClient;
+using client::Client;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
@@ -42,14 +42,14 @@ class JobServiceTest : public testing::ServiceTest {
     config.store = folder_.File("jobs.db");
     config.checkpoint_ms = checkpoint_every.count();
     StartServer(config);
-    client_ = *JobClient::Connect(server_->address());
+    client_ = *Client::Connect(server_->address());
   }
 
   v1::SolveJob Submit(const v1::SolveRequest& solve, const std::string& request_id = "") {
     v1::CreateSolveJobRequest request;
     *request.mutable_solve() = solve;
     request.set_request_id(request_id);
-    const auto job = client_->Submit(request, {});
+    const auto job = client_->jobs().Submit(request, {});
     EXPECT_TRUE(job.ok()) << job.status();
     return job.value_or(v1::SolveJob());
   }
@@ -59,14 +59,14 @@ class JobServiceTest : public testing::ServiceTest {
     request.set_name(name);
     request.set_after_sequence(after);
     std::vector<v1::JobEvent> events;
-    const absl::Status status = client_->Watch(request, [&](const v1::JobEvent& event) { events.push_back(event); },
-                                               {.deadline = seconds(60), .stop = {}});
+    const absl::Status status = client_->jobs().Watch(
+        request, [&](const v1::JobEvent& event) { events.push_back(event); }, {.deadline = seconds(60), .stop = {}});
     EXPECT_TRUE(status.ok()) << status;
     return events;
   }
 
   jobs::testing::TemporaryFolder folder_;
-  std::unique_ptr<JobClient> client_;
+  std::unique_ptr<Client> client_;
 };
 
 TEST_F(JobServiceTest, AJobGivesTheBitsOfASolve) {
@@ -74,12 +74,12 @@ TEST_F(JobServiceTest, AJobGivesTheBitsOfASolve) {
     const v1::SolveJob job = Submit(request);
     EXPECT_EQ(job.state(), v1::JOB_STATE_QUEUED);
     EXPECT_EQ(testing::WhatIsWrongWithJobEvents(Watch(job.name())), "");
-    const auto ended = client_->Get(job.name(), {});
+    const auto ended = client_->jobs().Get(job.name(), {});
     ASSERT_TRUE(ended.ok()) << ended.status();
     EXPECT_EQ(ended->state(), v1::JOB_STATE_SUCCEEDED);
     EXPECT_EQ(ended->summary().termination(), v1::TERMINATION_REACHED_END) << ended->summary().message();
     EXPECT_EQ(ended->progress(), 1);
-    testing::ExpectSameTrajectory(testing::ReadAll(*client_, job.name()), testing::SolveHere(request));
+    testing::ExpectSameTrajectory(testing::ReadAll(client_->jobs(), job.name()), testing::SolveHere(request));
   }
 }
 
@@ -90,61 +90,62 @@ TEST_F(JobServiceTest, SameRequestIdIsTheSameJob) {
   v1::CreateSolveJobRequest other;
   *other.mutable_solve() = SwitchingRequest(101);
   other.set_request_id("morning run");
-  EXPECT_EQ(client_->Submit(other, {}).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(client_->jobs().Submit(other, {}).status().code(), absl::StatusCode::kAlreadyExists);
 }
 
 TEST_F(JobServiceTest, ValidateOnlyTakesNothing) {
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = SwitchingRequest(100);
   request.set_validate_only(true);
-  const auto job = client_->Submit(request, {});
+  const auto job = client_->jobs().Submit(request, {});
   ASSERT_TRUE(job.ok()) << job.status();
   EXPECT_EQ(job->name(), "");
   EXPECT_GT(job->predicted_core_seconds(), 0);
   EXPECT_GT(job->predicted_memory_bytes(), 0);
-  EXPECT_TRUE(client_->List({}, 10, {})->empty());
+  EXPECT_TRUE(client_->jobs().List({}, 10, {})->empty());
 }
 
 TEST_F(JobServiceTest, RefusesWithTheFieldOrTheLimit) {
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = SwitchingRequest(100);
   request.mutable_solve()->mutable_problem()->set_horizon(-1);
-  absl::Status status = client_->Submit(request, {}).status();
+  absl::Status status = client_->jobs().Submit(request, {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("solve.problem.horizon:"));
 
   *request.mutable_solve() = SwitchingRequest(std::int64_t{1} << 29);
-  status = client_->Submit(request, {}).status();
+  status = client_->jobs().Submit(request, {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps"));
 
   *request.mutable_solve() = SteppingRequest(10'000'000);
   request.mutable_deadline()->set_seconds(1);  // in 1970
-  status = client_->Submit(request, {.deadline = seconds(5), .stop = {}}).status();
+  status = client_->jobs().Submit(request, {.deadline = seconds(5), .stop = {}}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("deadline: passed"));
   request.clear_deadline();
   request.set_title(std::string(257, 'x'));
-  EXPECT_THAT(std::string(client_->Submit(request, {}).status().message()), HasSubstr("title: has 257 bytes"));
+  EXPECT_THAT(std::string(client_->jobs().Submit(request, {}).status().message()), HasSubstr("title: has 257 bytes"));
   request.clear_title();
   request.set_priority(101);
-  EXPECT_EQ(client_->Submit(request, {}).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(client_->jobs().Submit(request, {}).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(JobServiceTest, KnowsNoJobsButItsOwn) {
   for (const std::string name : {"", "jobs/", "jobs/../../etc/passwd", "solve-1", "jobs/ABCDEFGHIJKLMNOPQRSTUVWXYZ"}) {
-    EXPECT_EQ(client_->Get(name, {}).status().code(), absl::StatusCode::kInvalidArgument) << name;
+    EXPECT_EQ(client_->jobs().Get(name, {}).status().code(), absl::StatusCode::kInvalidArgument) << name;
   }
   const std::string unknown = "jobs/abcdefghijklmnopqrstuvwxyz";
-  EXPECT_EQ(client_->Get(unknown, {}).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(client_->Cancel(unknown, {}).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(client_->Delete(unknown, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->jobs().Get(unknown, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->jobs().Cancel(unknown, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->jobs().Delete(unknown, {}).code(), absl::StatusCode::kNotFound);
   v1::WatchSolveJobRequest watch;
   watch.set_name(unknown);
-  EXPECT_EQ(client_->Watch(watch, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kNotFound);
   v1::ReadTrajectoryRequest read;
   read.set_name(unknown);
-  EXPECT_EQ(client_->ReadTrajectory(read, [](const v1::TrajectoryPage&) {}, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->jobs().ReadTrajectory(read, [](const v1::TrajectoryPage&) {}, {}).code(),
+            absl::StatusCode::kNotFound);
 }
 
 TEST_F(JobServiceTest, CancelKeepsWhatWasFound) {
@@ -153,25 +154,26 @@ TEST_F(JobServiceTest, CancelKeepsWhatWasFound) {
   request.set_name(job.name());
   bool cancelled = false;
   std::vector<v1::JobEvent> events;
-  const absl::Status watched = client_->Watch(request,
-                                              [&](const v1::JobEvent& event) {
-                                                events.push_back(event);
-                                                if (event.has_checkpointed() && !std::exchange(cancelled, true)) {
-                                                  EXPECT_TRUE(client_->Cancel(job.name(), {}).ok());
-                                                }
-                                              },
-                                              {.deadline = seconds(60), .stop = {}});
+  const absl::Status watched =
+      client_->jobs().Watch(request,
+                            [&](const v1::JobEvent& event) {
+                              events.push_back(event);
+                              if (event.has_checkpointed() && !std::exchange(cancelled, true)) {
+                                EXPECT_TRUE(client_->jobs().Cancel(job.name(), {}).ok());
+                              }
+                            },
+                            {.deadline = seconds(60), .stop = {}});
   ASSERT_TRUE(watched.ok()) << watched;
   EXPECT_EQ(testing::WhatIsWrongWithJobEvents(events), "");
-  const auto ended = client_->Get(job.name(), {});
+  const auto ended = client_->jobs().Get(job.name(), {});
   ASSERT_TRUE(ended.ok());
   EXPECT_EQ(ended->state(), v1::JOB_STATE_CANCELLED);
   EXPECT_EQ(ended->summary().termination(), v1::TERMINATION_CANCELLED);
-  const testing::Trajectory trajectory = testing::ReadAll(*client_, job.name());
+  const testing::Trajectory trajectory = testing::ReadAll(client_->jobs(), job.name());
   EXPECT_GT(trajectory.times.size(), 0u);
   EXPECT_EQ(static_cast<std::int64_t>(trajectory.times.size()), ended->summary().times());
-  EXPECT_TRUE(client_->Delete(job.name(), {}).ok());
-  EXPECT_EQ(client_->Get(job.name(), {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(client_->jobs().Delete(job.name(), {}).ok());
+  EXPECT_EQ(client_->jobs().Get(job.name(), {}).status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(JobServiceTest, ListsByState) {
@@ -179,11 +181,11 @@ TEST_F(JobServiceTest, ListsByState) {
   const std::string second = Submit(SwitchingRequest(11)).name();
   Watch(first);
   Watch(second);
-  const auto jobs = client_->List({v1::JOB_STATE_SUCCEEDED}, 10, {});
+  const auto jobs = client_->jobs().List({v1::JOB_STATE_SUCCEEDED}, 10, {});
   ASSERT_TRUE(jobs.ok());
   ASSERT_EQ(jobs->size(), 2u);
   EXPECT_EQ((*jobs)[0].name(), second);
-  EXPECT_TRUE(client_->List({v1::JOB_STATE_FAILED}, 10, {})->empty());
+  EXPECT_TRUE(client_->jobs().List({v1::JOB_STATE_FAILED}, 10, {})->empty());
 }
 
 TEST_F(JobServiceTest, WatchingFromANumberGivesTheRest) {
@@ -201,7 +203,7 @@ TEST_F(JobServiceTest, WatchingFromANumberGivesTheRest) {
   v1::WatchSolveJobRequest beyond;
   beyond.set_name(job.name());
   beyond.set_after_sequence(all.back().sequence() + 1'000'000);
-  EXPECT_EQ(client_->Watch(beyond, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(client_->jobs().Watch(beyond, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kOutOfRange);
 }
 
 TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
@@ -218,15 +220,15 @@ TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
     request.set_view(view);
     if (view == v1::WATCH_VIEW_FULL) request.add_y_components(0);
     v1::Iterate last;
-    const absl::Status watched = client_->Watch(
-        request,
-        [&](const v1::JobEvent& event) {
-          if (event.has_state() && event.state() == v1::JOB_STATE_QUEUED && ++watching == 2) {
-            EXPECT_TRUE(client_->Cancel(before.name(), {}).ok());
-          }
-          if (event.has_iterate()) last = event.iterate();
-        },
-        {.deadline = seconds(60), .stop = {}});
+    const absl::Status watched =
+        client_->jobs().Watch(request,
+                              [&](const v1::JobEvent& event) {
+                                if (event.has_state() && event.state() == v1::JOB_STATE_QUEUED && ++watching == 2) {
+                                  EXPECT_TRUE(client_->jobs().Cancel(before.name(), {}).ok());
+                                }
+                                if (event.has_iterate()) last = event.iterate();
+                              },
+                              {.deadline = seconds(60), .stop = {}});
     EXPECT_TRUE(watched.ok()) << watched;
     return last;
   };
@@ -234,7 +236,7 @@ TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
   std::thread other([&] { full = last_iterate(v1::WATCH_VIEW_FULL); });
   const v1::Iterate sampled = last_iterate(v1::WATCH_VIEW_SAMPLED);
   other.join();
-  const testing::Trajectory trajectory = testing::ReadAll(*client_, job.name());
+  const testing::Trajectory trajectory = testing::ReadAll(client_->jobs(), job.name());
   ASSERT_EQ(trajectory.times.size(), 401u);
   EXPECT_THAT(full.times(), ::testing::ElementsAreArray(trajectory.times));
   EXPECT_THAT(full.y(), ::testing::ElementsAreArray(trajectory.y));
@@ -252,7 +254,7 @@ TEST_F(JobServiceTest, RefusesToShowWhatIsNotThere) {
   request.set_name(job.name());
   request.set_view(v1::WATCH_VIEW_FULL);
   request.add_y_components(1);
-  const absl::Status status = client_->Watch(request, [](const v1::JobEvent&) {}, {});
+  const absl::Status status = client_->jobs().Watch(request, [](const v1::JobEvent&) {}, {});
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("y_components[0]: 1; must be between 0 and 0"));
 }
@@ -271,17 +273,16 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
   request.set_omit_w(true);
   std::vector<double> times, x;
   bool complete = false;
-  ASSERT_TRUE(client_
-                  ->ReadTrajectory(request,
-                                   [&](const v1::TrajectoryPage& page) {
-                                     times.insert(times.end(), page.chunk().times().begin(),
-                                                  page.chunk().times().end());
-                                     x.insert(x.end(), page.chunk().x().begin(), page.chunk().x().end());
-                                     EXPECT_EQ(page.chunk().y_size(), 0);
-                                     EXPECT_EQ(page.chunk().w_size(), 0);
-                                     complete = page.complete();
-                                   },
-                                   {})
+  ASSERT_TRUE(client_->jobs()
+                  .ReadTrajectory(request,
+                                  [&](const v1::TrajectoryPage& page) {
+                                    times.insert(times.end(), page.chunk().times().begin(), page.chunk().times().end());
+                                    x.insert(x.end(), page.chunk().x().begin(), page.chunk().x().end());
+                                    EXPECT_EQ(page.chunk().y_size(), 0);
+                                    EXPECT_EQ(page.chunk().w_size(), 0);
+                                    complete = page.complete();
+                                  },
+                                  {})
                   .ok());
   EXPECT_TRUE(complete);
   std::vector<double> expected_times, expected_x, expected_w;
@@ -296,22 +297,22 @@ TEST_F(JobServiceTest, ReadsAPartOfTheTrajectory) {
   request.set_omit_x(true);
   request.set_omit_w(false);
   std::vector<double> w;
-  ASSERT_TRUE(client_
-                  ->ReadTrajectory(request,
-                                   [&](const v1::TrajectoryPage& page) {
-                                     w.insert(w.end(), page.chunk().w().begin(), page.chunk().w().end());
-                                     EXPECT_EQ(page.chunk().x_size() + page.chunk().y_size(), 0);
-                                   },
-                                   {})
+  ASSERT_TRUE(client_->jobs()
+                  .ReadTrajectory(request,
+                                  [&](const v1::TrajectoryPage& page) {
+                                    w.insert(w.end(), page.chunk().w().begin(), page.chunk().w().end());
+                                    EXPECT_EQ(page.chunk().x_size() + page.chunk().y_size(), 0);
+                                  },
+                                  {})
                   .ok());
   EXPECT_EQ(w, expected_w);
   request.set_omit_x(false);
   request.add_x_components(1);
-  EXPECT_EQ(client_->ReadTrajectory(request, [](const v1::TrajectoryPage&) {}, {}).code(),
+  EXPECT_EQ(client_->jobs().ReadTrajectory(request, [](const v1::TrajectoryPage&) {}, {}).code(),
             absl::StatusCode::kInvalidArgument);
   request.clear_x_components();
   request.set_resume_token("next please");
-  EXPECT_EQ(client_->ReadTrajectory(request, [](const v1::TrajectoryPage&) {}, {}).code(),
+  EXPECT_EQ(client_->jobs().ReadTrajectory(request, [](const v1::TrajectoryPage&) {}, {}).code(),
             absl::StatusCode::kInvalidArgument);
 }
 
@@ -320,7 +321,7 @@ TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
   const v1::SolveJob job = Submit(solve);
   for (int restart = 0; restart < 3; ++restart) {
     for (int k = 0; k < 500; ++k) {
-      const auto now = client_->Get(job.name(), {});
+      const auto now = client_->jobs().Get(job.name(), {});
       ASSERT_TRUE(now.ok()) << now.status();
       if (now->progress() > 0.2 * (restart + 1) || now->state() == v1::JOB_STATE_SUCCEEDED) break;
       std::this_thread::sleep_for(milliseconds(5));
@@ -329,7 +330,7 @@ TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
     Start();
   }
   EXPECT_EQ(testing::WhatIsWrongWithJobEvents(Watch(job.name())), "");
-  testing::ExpectSameTrajectory(testing::ReadAll(*client_, job.name()), testing::SolveHere(solve));
+  testing::ExpectSameTrajectory(testing::ReadAll(client_->jobs(), job.name()), testing::SolveHere(solve));
 }
 
 TEST_F(JobServiceTest, WatchersGoOnAtTheNextServer) {
@@ -337,13 +338,13 @@ TEST_F(JobServiceTest, WatchersGoOnAtTheNextServer) {
   const std::string address = server_->address();
   std::vector<v1::JobEvent> events;
   int notices = 0;
-  auto watching = *JobClient::Connect(address, [&](const std::string&) { ++notices; });
+  auto watching = *Client::Connect(address, [&](const std::string&) { ++notices; });
   absl::Status watched;
   std::thread watcher([&] {
     v1::WatchSolveJobRequest request;
     request.set_name(job.name());
-    watched = watching->Watch(request, [&](const v1::JobEvent& event) { events.push_back(event); },
-                              {.deadline = seconds(60), .stop = {}});
+    watched = watching->jobs().Watch(request, [&](const v1::JobEvent& event) { events.push_back(event); },
+                                     {.deadline = seconds(60), .stop = {}});
   });
   std::this_thread::sleep_for(milliseconds(200));
   server_.reset();
@@ -353,7 +354,7 @@ TEST_F(JobServiceTest, WatchersGoOnAtTheNextServer) {
   auto next = DlcsServer::Start(config);
   ASSERT_TRUE(next.ok()) << next.status();
   std::this_thread::sleep_for(milliseconds(300));
-  EXPECT_TRUE(client_->Cancel(job.name(), {}).ok());
+  EXPECT_TRUE(client_->jobs().Cancel(job.name(), {}).ok());
   watcher.join();
   EXPECT_TRUE(watched.ok()) << watched;
   EXPECT_GT(notices, 0);
@@ -382,11 +383,11 @@ TEST_F(JobServiceTest, HealthFollowsTheStore) {
   std::filesystem::rename(folder_.File("jobs.db"), folder_.File("away.db"));
   v1::CreateSolveJobRequest request;
   *request.mutable_solve() = SwitchingRequest(10);
-  EXPECT_EQ(client_->Submit(request, {.deadline = seconds(3), .stop = {}}).status().code(),
+  EXPECT_EQ(client_->jobs().Submit(request, {.deadline = seconds(3), .stop = {}}).status().code(),
             absl::StatusCode::kUnavailable);
   EXPECT_TRUE(becomes(false));
   std::filesystem::rename(folder_.File("away.db"), folder_.File("jobs.db"));
-  EXPECT_TRUE(client_->Submit(request, {.deadline = seconds(20), .stop = {}}).ok());
+  EXPECT_TRUE(client_->jobs().Submit(request, {.deadline = seconds(20), .stop = {}}).ok());
   EXPECT_TRUE(becomes(true));
 }
 

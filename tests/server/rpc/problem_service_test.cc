@@ -9,8 +9,6 @@
 #include <filesystem>
 
 #include "client/rpc/client.h"
-#include "client/rpc/job_client.h"
-#include "client/rpc/problem_client.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "proto/wire/content_hash.h"
@@ -22,8 +20,7 @@
 namespace dlcs {
 namespace {
 
-using client::JobClient;
-using client::ProblemClient;
+using client::Client;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
@@ -81,13 +78,12 @@ class ProblemServiceTest : public testing::ServiceTest {
     config.store = folder_.File("jobs.db");
     config.checkpoint_ms = 20;
     StartServer(config);
-    client_ = *ProblemClient::Connect(server_->address());
-    jobs_ = *JobClient::Connect(server_->address());
+    client_ = *Client::Connect(server_->address());
     problems_ = v1::ProblemService::NewStub(testing::Connect(server_->address()));
   }
 
   std::string Upload(const v1::ProblemBody& body) {
-    const auto uploaded = client_->Upload(body, {});
+    const auto uploaded = client_->problems().Upload(body, {});
     EXPECT_TRUE(uploaded.ok()) << uploaded.status();
     return uploaded.ok() ? uploaded->problem().name() : "";
   }
@@ -112,21 +108,20 @@ class ProblemServiceTest : public testing::ServiceTest {
   }
 
   std::size_t CountProblems() {
-    const auto problems = client_->List({});
+    const auto problems = client_->problems().List({});
     EXPECT_TRUE(problems.ok()) << problems.status();
     return problems->size();
   }
 
   jobs::testing::TemporaryFolder folder_;
-  std::unique_ptr<ProblemClient> client_;
-  std::unique_ptr<JobClient> jobs_;
+  std::unique_ptr<Client> client_;
   std::unique_ptr<v1::ProblemService::Stub> problems_;
 };
 
 TEST_F(ProblemServiceTest, ANameGivesTheBitsOfTheProblem) {
   const v1::SolveRequest whole = SwitchingRequest(2000);
   const v1::ProblemBody body = BodyOf(whole, "switching");
-  const auto uploaded = client_->Upload(body, {});
+  const auto uploaded = client_->problems().Upload(body, {});
   ASSERT_TRUE(uploaded.ok()) << uploaded.status();
   EXPECT_FALSE(uploaded->existed());
   const v1::StoredProblem& problem = uploaded->problem();
@@ -138,12 +133,12 @@ TEST_F(ProblemServiceTest, ANameGivesTheBitsOfTheProblem) {
   EXPECT_FALSE(problem.nonlinear());
   EXPECT_EQ(problem.bytes(), static_cast<std::int64_t>(body.ByteSizeLong()));
   EXPECT_GT(problem.expire_time().seconds(), problem.create_time().seconds() + 6 * 24 * 3600);
-  EXPECT_EQ(client_->Get(problem.name(), {})->SerializeAsString(), problem.SerializeAsString());
+  EXPECT_EQ(client_->problems().Get(problem.name(), {})->SerializeAsString(), problem.SerializeAsString());
 
   v1::SolveRequest named;
   named.set_problem_name(problem.name());
   *named.mutable_options() = whole.options();
-  const auto backend = *client::Client::Connect(server_->address());
+  const auto backend = *Client::Connect(server_->address());
   const auto result = backend->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
   const testing::Trajectory expected = testing::SolveHere(whole);
@@ -151,13 +146,13 @@ TEST_F(ProblemServiceTest, ANameGivesTheBitsOfTheProblem) {
 
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = named;
-  const auto job = jobs_->Submit(create, {});
+  const auto job = client_->jobs().Submit(create, {});
   ASSERT_TRUE(job.ok()) << job.status();
   EXPECT_EQ(job->problem_name(), problem.name());
   v1::WatchSolveJobRequest watch;
   watch.set_name(job->name());
-  ASSERT_TRUE(jobs_->Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(60), .stop = {}}).ok());
-  testing::ExpectSameTrajectory(testing::ReadAll(*jobs_, job->name()), expected);
+  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(60), .stop = {}}).ok());
+  testing::ExpectSameTrajectory(testing::ReadAll(client_->jobs(), job->name()), expected);
 
   v1::AnalyzeProblemRequest analyze;
   analyze.set_problem_name(problem.name());
@@ -182,7 +177,7 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
   named.mutable_changes()->set_horizon(3);
   changed.mutable_problem()->set_x0(0, -0.5);
   changed.mutable_problem()->set_horizon(3);
-  const auto backend = *client::Client::Connect(server_->address());
+  const auto backend = *Client::Connect(server_->address());
   const auto result = backend->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
   testing::ExpectSameTrajectory({result->times, result->x, result->y, result->w}, testing::SolveHere(changed));
@@ -197,7 +192,7 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
 TEST_F(ProblemServiceTest, WhatIsThereNeedNotBeSent) {
   const v1::ProblemBody body = BodyOf(SwitchingRequest(1));
   const std::string name = Upload(body);
-  EXPECT_TRUE(client_->Upload(body, {})->existed());
+  EXPECT_TRUE(client_->problems().Upload(body, {})->existed());
   v1::UploadProblemResponse response;
   const std::string bytes = body.SerializeAsString();
   const grpc::Status status = UploadRaw(static_cast<std::int64_t>(bytes.size()), ContentHash(bytes), {}, &response);
@@ -219,7 +214,7 @@ TEST_F(ProblemServiceTest, MayBeLargerThanAMessage) {
   named.set_problem_name(Upload(body));
   named.mutable_options()->set_steps(10);
   named.mutable_options()->add_output_times(10);
-  const auto result = (*client::Client::Connect(server_->address()))->Solve(named, {}, {});
+  const auto result = (*Client::Connect(server_->address()))->Solve(named, {}, {});
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->summary.termination(), v1::TERMINATION_REACHED_END) << result->summary.message();
   EXPECT_EQ(result->states, 600u);
@@ -290,7 +285,7 @@ TEST_F(ProblemServiceTest, LimitsAreToldAndKept) {
   config.max_uploaded_problems_per_user = 2;
   config.keep_problems_s = 3600;
   Start(config);
-  const auto told = (*client::Client::Connect(server_->address()))->GetCapabilities({});
+  const auto told = (*Client::Connect(server_->address()))->GetCapabilities({});
   ASSERT_TRUE(told.ok());
   EXPECT_EQ(told->uploads().max_upload_bytes(), 10'000);
   EXPECT_EQ(told->uploads().max_uploaded_bytes_per_user(), 2000);
@@ -309,9 +304,9 @@ TEST_F(ProblemServiceTest, LimitsAreToldAndKept) {
   EXPECT_EQ(LimitOf(full), "max_uploaded_bytes_per_user");
   Upload(BodyOf(SwitchingRequest(1), "one"));
   const std::string second = Upload(BodyOf(SwitchingRequest(1), "two"));
-  EXPECT_THAT(std::string(client_->Upload(BodyOf(SwitchingRequest(1), "three"), {}).status().message()),
+  EXPECT_THAT(std::string(client_->problems().Upload(BodyOf(SwitchingRequest(1), "three"), {}).status().message()),
               HasSubstr("max_uploaded_problems_per_user would be 3, and this server allows 2. Delete problems"));
-  ASSERT_TRUE(client_->Delete(second, {}).ok());
+  ASSERT_TRUE(client_->problems().Delete(second, {}).ok());
   Upload(BodyOf(SwitchingRequest(1), "three"));
 }
 
@@ -321,30 +316,31 @@ TEST_F(ProblemServiceTest, AJobHoldsItsProblemOverARestart) {
   create.mutable_solve()->set_problem_name(Upload(BodyOf(whole)));
   *create.mutable_solve()->mutable_options() = whole.options();
   const std::string name = create.solve().problem_name();
-  const auto job = jobs_->Submit(create, {});
+  const auto job = client_->jobs().Submit(create, {});
   ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ(client_->Delete(name, {}).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(client_->problems().Delete(name, {}).code(), absl::StatusCode::kFailedPrecondition);
   server_->Stop(seconds(1));
   Start();
   v1::WatchSolveJobRequest watch;
   watch.set_name(job->name());
-  ASSERT_TRUE(jobs_->Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(120), .stop = {}}).ok());
-  testing::ExpectSameTrajectory(testing::ReadAll(*jobs_, job->name()), testing::SolveHere(whole));
-  EXPECT_TRUE(client_->Delete(name, {}).ok());
-  EXPECT_EQ(jobs_->Submit(create, {}).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_TRUE(jobs_->Get(job->name(), {}).ok());
+  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(120), .stop = {}}).ok());
+  testing::ExpectSameTrajectory(testing::ReadAll(client_->jobs(), job->name()), testing::SolveHere(whole));
+  EXPECT_TRUE(client_->problems().Delete(name, {}).ok());
+  EXPECT_EQ(client_->jobs().Submit(create, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(client_->jobs().Get(job->name(), {}).ok());
 }
 
 TEST_F(ProblemServiceTest, WhatIsNoNameIsRefusedWithWhatItWas) {
   for (const std::string name : {"", "problems/", "jobs/abc", "problems/../../etc/passwd", "problems/\x01"}) {
-    const absl::Status status = client_->Get(name, {}).status();
+    const absl::Status status = client_->problems().Get(name, {}).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << name;
     EXPECT_THAT(std::string(status.message()), HasSubstr("must be problems/ and 64 characters"));
   }
-  EXPECT_THAT(std::string(client_->Get("problems/\x01", {}).status().message()), HasSubstr("\"problems/\\x01\""));
+  EXPECT_THAT(std::string(client_->problems().Get("problems/\x01", {}).status().message()),
+              HasSubstr("\"problems/\\x01\""));
   const std::string unknown = "problems/" + std::string(64, 'a');
-  EXPECT_EQ(client_->Get(unknown, {}).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(client_->Delete(unknown, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->problems().Get(unknown, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->problems().Delete(unknown, {}).code(), absl::StatusCode::kNotFound);
   v1::SolveRequest named;
   named.set_problem_name(unknown);
   EXPECT_EQ(testing::Solve(*stub_, named).status.error_code(), grpc::StatusCode::NOT_FOUND);
@@ -356,7 +352,7 @@ TEST_F(ProblemServiceTest, WhatIsNoNameIsRefusedWithWhatItWas) {
 
 TEST_F(ProblemServiceTest, WithoutAStoreNothingIsUploaded) {
   StartServer(ServerConfig());
-  EXPECT_EQ((*ProblemClient::Connect(server_->address()))->Upload(BodyOf(SwitchingRequest(1)), {}).status().code(),
+  EXPECT_EQ((*Client::Connect(server_->address()))->problems().Upload(BodyOf(SwitchingRequest(1)), {}).status().code(),
             absl::StatusCode::kUnimplemented);
   v1::SolveRequest named;
   named.set_problem_name("problems/" + std::string(64, 'a'));
@@ -371,19 +367,19 @@ TEST_F(ProblemServiceTest, AnEarlierProgramsJobsGoOn) {
                              std::filesystem::copy_options::overwrite_existing);
   for (const char* log : {"jobs.db-wal", "jobs.db-shm"}) std::filesystem::remove(folder_.File(log));
   Start();
-  const auto jobs = jobs_->List({}, 10, {});
+  const auto jobs = client_->jobs().List({}, 10, {});
   ASSERT_TRUE(jobs.ok()) << jobs.status();
   ASSERT_EQ(jobs->size(), 3u);
   for (const v1::SolveJob& job : *jobs) {
     v1::WatchSolveJobRequest watch;
     watch.set_name(job.name());
     std::vector<v1::JobEvent> events;
-    const absl::Status watched = jobs_->Watch(watch, [&](const v1::JobEvent& event) { events.push_back(event); },
-                                              {.deadline = seconds(120), .stop = {}});
+    const absl::Status watched = client_->jobs().Watch(
+        watch, [&](const v1::JobEvent& event) { events.push_back(event); }, {.deadline = seconds(120), .stop = {}});
     ASSERT_TRUE(watched.ok()) << watched;
     EXPECT_EQ(testing::WhatIsWrongWithJobEvents(events), "");
-    EXPECT_EQ(jobs_->Get(job.name(), {})->summary().termination(), v1::TERMINATION_REACHED_END);
-    EXPECT_GT(testing::ReadAll(*jobs_, job.name()).times.size(), 9u);
+    EXPECT_EQ(client_->jobs().Get(job.name(), {})->summary().termination(), v1::TERMINATION_REACHED_END);
+    EXPECT_GT(testing::ReadAll(client_->jobs(), job.name()).times.size(), 9u);
   }
 }
 

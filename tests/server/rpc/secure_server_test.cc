@@ -12,7 +12,6 @@
 #include <thread>
 
 #include "client/rpc/client.h"
-#include "client/rpc/job_client.h"
 #include "grpcpp/generic/generic_stub.h"
 #include "server/access/permissions.h"
 #include "server/access/token.h"
@@ -28,7 +27,6 @@ namespace {
 
 using client::Client;
 using client::ConnectionOptions;
-using client::JobClient;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::AllOf;
@@ -105,19 +103,19 @@ class SecureServerTest : public testing::ServiceTest {
   }
   static std::string Refusal(const ConnectionOptions& options) { return std::string(Ask(options).message()); }
 
-  std::unique_ptr<JobClient> Jobs(const std::string& token) { return *JobClient::Connect(Options(token)); }
-  static std::string Submit(JobClient& client, const v1::SolveRequest& solve, const std::string& request_id = "") {
+  std::unique_ptr<Client> Jobs(const std::string& token) { return *Client::Connect(Options(token)); }
+  static std::string Submit(Client& client, const v1::SolveRequest& solve, const std::string& request_id = "") {
     v1::CreateSolveJobRequest request;
     *request.mutable_solve() = solve;
     request.set_request_id(request_id);
-    const auto job = client.Submit(request, {});
+    const auto job = client.jobs().Submit(request, {});
     EXPECT_TRUE(job.ok()) << job.status();
     return job.ok() ? job->name() : "";
   }
-  static absl::Status Watch(JobClient& client, const std::string& name) {
+  static absl::Status Watch(Client& client, const std::string& name) {
     v1::WatchSolveJobRequest request;
     request.set_name(name);
-    return client.Watch(request, [](const v1::JobEvent&) {}, {.deadline = seconds(60), .stop = {}});
+    return client.jobs().Watch(request, [](const v1::JobEvent&) {}, {.deadline = seconds(60), .stop = {}});
   }
 
   // Waits until `holds()`; false after a minute.
@@ -225,36 +223,36 @@ TEST_F(SecureServerTest, JobsOfOthersAreNotFound) {
   v1::ReadTrajectoryRequest read;
   read.set_name(job);
   const auto ignore = [](const v1::TrajectoryPage&) {};
-  for (JobClient* other : {bob.get(), reader.get()}) {
-    EXPECT_EQ(other->Get(job, {}).status().code(), absl::StatusCode::kNotFound);
+  for (Client* other : {bob.get(), reader.get()}) {
+    EXPECT_EQ(other->jobs().Get(job, {}).status().code(), absl::StatusCode::kNotFound);
     EXPECT_EQ(Watch(*other, job).code(), absl::StatusCode::kNotFound);
-    EXPECT_EQ(other->ReadTrajectory(read, ignore, {}).code(), absl::StatusCode::kNotFound);
-    EXPECT_TRUE(other->List({}, 10, {})->empty());
+    EXPECT_EQ(other->jobs().ReadTrajectory(read, ignore, {}).code(), absl::StatusCode::kNotFound);
+    EXPECT_TRUE(other->jobs().List({}, 10, {})->empty());
   }
-  EXPECT_EQ(bob->Cancel(job, {}).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(bob->Delete(job, {}).code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(reader->Delete(job, {}).code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_EQ(bob->jobs().Cancel(job, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(bob->jobs().Delete(job, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(reader->jobs().Delete(job, {}).code(), absl::StatusCode::kPermissionDenied);
   // Word for word what is said of a job that never was.
-  EXPECT_EQ(std::string(bob->Get(job, {}).status().message()).size(),
-            std::string(bob->Get("jobs/" + std::string(26, 'a'), {}).status().message()).size());
+  EXPECT_EQ(std::string(bob->jobs().Get(job, {}).status().message()).size(),
+            std::string(bob->jobs().Get("jobs/" + std::string(26, 'a'), {}).status().message()).size());
 
   // A request_id is the user's own too.
   EXPECT_NE(Submit(*bob, SwitchingRequest(200), "mine"), job);
   EXPECT_EQ(Submit(*alice, SwitchingRequest(200), "mine"), job);
-  EXPECT_EQ(alice->List({}, 10, {})->size(), 1u);
-  EXPECT_EQ(admin->List({}, 10, {})->size(), 2u);
-  EXPECT_TRUE(admin->Get(job, {}).ok());
-  EXPECT_TRUE(admin->ReadTrajectory(read, ignore, {}).ok());
-  EXPECT_TRUE(alice->Delete(job, {}).ok());
-  EXPECT_EQ(admin->Get(job, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(alice->jobs().List({}, 10, {})->size(), 1u);
+  EXPECT_EQ(admin->jobs().List({}, 10, {})->size(), 2u);
+  EXPECT_TRUE(admin->jobs().Get(job, {}).ok());
+  EXPECT_TRUE(admin->jobs().ReadTrajectory(read, ignore, {}).ok());
+  EXPECT_TRUE(alice->jobs().Delete(job, {}).ok());
+  EXPECT_EQ(admin->jobs().Get(job, {}).status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(SecureServerTest, JobsFromBeforeThereWereUsersBelongToAdmins) {
   Start({});
   const std::string job = Submit(*Jobs(""), SwitchingRequest(50));
   Start(WithUsers({}));
-  EXPECT_EQ(Jobs(kAlice)->Get(job, {}).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_TRUE(Jobs(kAdmin)->Get(job, {}).ok());
+  EXPECT_EQ(Jobs(kAlice)->jobs().Get(job, {}).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(Jobs(kAdmin)->jobs().Get(job, {}).ok());
 }
 
 TEST_F(SecureServerTest, TokensAreReadAgain) {
@@ -279,10 +277,11 @@ TEST_F(SecureServerTest, OneUserHasSoManyWatches) {
   const auto first = stub->WatchSolveJob(&context, request);
   v1::JobEvent event;
   ASSERT_TRUE(first->Read(&event));
-  const absl::Status second = alice->Watch(request, [](const v1::JobEvent&) {}, {.deadline = seconds(2), .stop = {}});
+  const absl::Status second =
+      alice->jobs().Watch(request, [](const v1::JobEvent&) {}, {.deadline = seconds(2), .stop = {}});
   EXPECT_EQ(second.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(second.message()), HasSubstr("max_watches_per_user = 1"));
-  EXPECT_TRUE(alice->Cancel(job, {}).ok());
+  EXPECT_TRUE(alice->jobs().Cancel(job, {}).ok());
   while (first->Read(&event)) {
   }
   EXPECT_TRUE(first->Finish().ok());
@@ -300,7 +299,7 @@ TEST_F(SecureServerTest, EncryptsAndProvesWhoItIs) {
   EXPECT_THAT(Refusal(of_this_machine), HasSubstr("--tls-ca"));
   EXPECT_THAT(Refusal(Options()), HasSubstr("it wants encrypted connections; name the authority"));
   // The whole way of a job.
-  const auto client = *JobClient::Connect(Encrypted(authority_, kAlice));
+  const auto client = *Client::Connect(Encrypted(authority_, kAlice));
   EXPECT_TRUE(Watch(*client, Submit(*client, SwitchingRequest(100))).ok());
 }
 
@@ -313,8 +312,9 @@ TEST_F(SecureServerTest, ClientsSayWhatIsWrongWithTheCertificateOfAServer) {
   EXPECT_THAT(Refusal(Encrypted(authority_)), HasSubstr("it does not encrypt connections"));
   // Nobody is asked to wait for what does not get better.
   int notices = 0;
-  const auto jobs = *JobClient::Connect(Encrypted(authority_), [&](const std::string&) { ++notices; });
-  EXPECT_EQ(jobs->List({}, 1, {.deadline = seconds(60), .stop = {}}).status().code(), absl::StatusCode::kUnavailable);
+  const auto client = *Client::Connect(Encrypted(authority_), [&](const std::string&) { ++notices; });
+  EXPECT_EQ(client->jobs().List({}, 1, {.deadline = seconds(60), .stop = {}}).status().code(),
+            absl::StatusCode::kUnavailable);
   EXPECT_EQ(notices, 0);
 }
 
@@ -448,22 +448,22 @@ TEST_F(SecureDlcsdTest, WritesDownWhoChangedWhatAndNoToken) {
   const auto connect = [&](const std::string& token) {
     ConnectionOptions options(address);
     options.token = token;
-    return *JobClient::Connect(options);
+    return *Client::Connect(options);
   };
   const std::string job = Submit(*connect(kAlice), SwitchingRequest(50));
   ASSERT_TRUE(Watch(*connect(kAlice), job).ok());
   ConnectionOptions bob(address);
   bob.token = kBob;
   ASSERT_TRUE((*Client::Connect(bob))->Solve(SwitchingRequest(50), {}, {}).ok());
-  EXPECT_EQ(connect(kBob)->Delete(job, {}).code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(connect(kReader)->Delete(job, {}).code(), absl::StatusCode::kPermissionDenied);
-  EXPECT_EQ(connect("dlcs_guessed")->Delete(job, {}).code(), absl::StatusCode::kUnauthenticated);
-  EXPECT_TRUE(connect(kAlice)->Delete(job, {}).ok());
+  EXPECT_EQ(connect(kBob)->jobs().Delete(job, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(connect(kReader)->jobs().Delete(job, {}).code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_EQ(connect("dlcs_guessed")->jobs().Delete(job, {}).code(), absl::StatusCode::kUnauthenticated);
+  EXPECT_TRUE(connect(kAlice)->jobs().Delete(job, {}).ok());
 
   // A signal is enough, and the new token works at once.
   ReplaceFile(file, UserLines() + "carl reader " + TokenHashText("dlcs_new") + "\n");
   dlcsd.Signal(SIGHUP);
-  EXPECT_TRUE(Becomes([&] { return connect("dlcs_new")->List({}, 1, {}).ok(); }));
+  EXPECT_TRUE(Becomes([&] { return connect("dlcs_new")->jobs().List({}, 1, {}).ok(); }));
   dlcsd.Signal(SIGTERM);
   EXPECT_EQ(dlcsd.Wait(), 0);
   const std::string log = dlcsd.ReadErrors();

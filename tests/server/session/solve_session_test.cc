@@ -32,7 +32,7 @@ class Collector final : public SolveSink {
   std::vector<v1::SolveEvent> events;
 };
 
-std::vector<std::string> Fields(const absl::Status& status) {
+std::vector<std::string> ViolatedFields(const absl::Status& status) {
   std::vector<std::string> fields;
   for (const Violation& violation : ViolationsOf(status)) fields.push_back(violation.field);
   return fields;
@@ -74,7 +74,7 @@ TEST(SolveSessionTest, NamesEveryViolationOfProblemAndOptions) {
   request.mutable_options()->set_theta(2);
   const auto prepared = PrepareSolve(request, SessionLimits());
   EXPECT_EQ(prepared.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(Fields(prepared.status()), IsSupersetOf({"problem.a[0][0]", "problem.horizon", "options.theta"}));
+  EXPECT_THAT(ViolatedFields(prepared.status()), IsSupersetOf({"problem.a[0][0]", "problem.horizon", "options.theta"}));
 }
 
 TEST(SolveSessionTest, PutsNamesBehindWhatTheyName) {
@@ -93,7 +93,7 @@ TEST(SolveSessionTest, PutsNamesBehindWhatTheyName) {
   EXPECT_EQ(analyses, 1);
   request.mutable_problem()->mutable_m()->mutable_dense()->set_values(0, NAN);
   request.mutable_problem()->mutable_x0()->Set(0, NAN);
-  EXPECT_THAT(Fields(PrepareSolve(request, SessionLimits()).status()),
+  EXPECT_THAT(ViolatedFields(PrepareSolve(request, SessionLimits()).status()),
               IsSupersetOf({"problem.m[0][0] (D1, D1)", "problem.x0[0] (vC)"}));
   // 0 <= y, x - 2 + 0 y >= 0 with x(0) = 1: the state would have to jump.
   *request.mutable_problem()->mutable_m() = testing::DenseMatrix(1, 1, {0});
@@ -113,7 +113,7 @@ TEST(SolveSessionTest, NamesTheRuleThatTheMatrixDoesNotAdmit) {
   Collector sink;
   const absl::Status status = RunSolveToEnd(request, SessionLimits(), "here", SolveControl(), sink);
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(Fields(status), Contains("problem.rule"));
+  EXPECT_THAT(ViolatedFields(status), Contains("problem.rule"));
 }
 
 TEST(SolveSessionTest, NamesTheLimit) {
@@ -155,7 +155,7 @@ TEST(SolveSessionTest, CountsTheNodesGiven) {
   limits.max_steps = 4;
   EXPECT_TRUE(PrepareSolve(request, limits).ok());
   request.mutable_options()->mutable_grid_times()->add_times(0.05);
-  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("options.grid_times[3]"));
+  EXPECT_THAT(ViolatedFields(PrepareSolve(request, limits).status()), Contains("options.grid_times[3]"));
 }
 
 TEST(SolveSessionTest, CountsTheStepsOfALength) {
@@ -167,7 +167,7 @@ TEST(SolveSessionTest, CountsTheStepsOfALength) {
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("max_steps = 500000000"));
   request.mutable_options()->set_step(1e-300);
-  EXPECT_THAT(Fields(PrepareSolve(request, limits).status()), Contains("options.step"));
+  EXPECT_THAT(ViolatedFields(PrepareSolve(request, limits).status()), Contains("options.step"));
 }
 
 // Whatever arrives, the answer is a status: requests of one to four random changes to the bytes of a sound

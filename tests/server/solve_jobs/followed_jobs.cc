@@ -11,15 +11,15 @@
 
 namespace dlcs::testing {
 
-using client::JobClient;
+using client::Client;
 
 FollowedJobs::FollowedJobs(const std::string& address, std::chrono::seconds patience)
-    : address_(address), limits_{.deadline = patience, .stop = {}}, client_(*JobClient::Connect(address)) {}
+    : address_(address), limits_{.deadline = patience, .stop = {}}, client_(*Client::Connect(address)) {}
 
 void FollowedJobs::Submit(v1::SolveRequest request) {
   v1::CreateSolveJobRequest create;
   *create.mutable_solve() = request;
-  const auto submitted = client_->Submit(create, limits_);
+  const auto submitted = client_->jobs().Submit(create, limits_);
   ASSERT_TRUE(submitted.ok()) << submitted.status();
   Job& job = *jobs_.emplace_back(std::make_unique<Job>());
   job.name = submitted->name();
@@ -28,10 +28,10 @@ void FollowedJobs::Submit(v1::SolveRequest request) {
 }
 
 void FollowedJobs::Follow(Job& job) const {
-  const auto client = *JobClient::Connect(address_);
+  const auto client = *Client::Connect(address_);
   v1::WatchSolveJobRequest watch;
   watch.set_name(job.name);
-  job.status = client->Watch(
+  job.status = client->jobs().Watch(
       watch, [&job](const v1::JobEvent& event) { job.events.push_back(event); }, limits_);
   job.ended = true;
 }
@@ -46,12 +46,12 @@ void FollowedJobs::ExpectAllSucceed() {
     job->thread.join();
     EXPECT_TRUE(job->status.ok()) << job->status;
     EXPECT_EQ(WhatIsWrongWithJobEvents(job->events), "") << job->name;
-    const auto ended = client_->Get(job->name, limits_);
+    const auto ended = client_->jobs().Get(job->name, limits_);
     ASSERT_TRUE(ended.ok()) << ended.status();
     EXPECT_EQ(ended->state(), v1::JOB_STATE_SUCCEEDED) << ended->error().message();
-    ExpectSameTrajectory(ReadAll(*client_, job->name), SolveHere(job->request));
+    ExpectSameTrajectory(ReadAll(client_->jobs(), job->name), SolveHere(job->request));
   }
-  const auto all = client_->List({}, 1000, limits_);
+  const auto all = client_->jobs().List({}, 1000, limits_);
   ASSERT_TRUE(all.ok());
   EXPECT_EQ(all->size(), jobs_.size()) << "a job twice";
 }

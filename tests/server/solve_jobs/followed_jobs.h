@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "dlcs/v1/jobs.pb.h"
 
 namespace dlcs::testing {
@@ -46,7 +46,7 @@ class FollowedJobs {
 
   const std::string address_;
   const client::CallLimits limits_;
-  const std::unique_ptr<client::JobClient> client_;
+  const std::unique_ptr<client::Client> client_;
   std::vector<std::unique_ptr<Job>> jobs_;
 };
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "tests/server/service_fixture.h"
@@ -17,7 +17,7 @@
 namespace dlcs {
 namespace {
 
-using client::JobClient;
+using client::Client;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
@@ -47,7 +47,7 @@ class JobAdmissionTest : public testing::ServiceTest {
     config.threads = 1;
     StartServer(config);
     jobs_ = v1::JobService::NewStub(testing::Connect(server_->address()));
-    client_ = *JobClient::Connect(server_->address());
+    client_ = *Client::Connect(server_->address());
   }
 
   // Asks once, as a client that does not insist.
@@ -67,8 +67,7 @@ class JobAdmissionTest : public testing::ServiceTest {
       }
       google::rpc::RetryInfo retry;
       if (detail.UnpackTo(&retry)) {
-        told.retry_seconds =
-            static_cast<double>(retry.retry_delay().seconds()) + 1e-9 * retry.retry_delay().nanos();
+        told.retry_seconds = static_cast<double>(retry.retry_delay().seconds()) + 1e-9 * retry.retry_delay().nanos();
       }
     }
     return told;
@@ -85,7 +84,7 @@ class JobAdmissionTest : public testing::ServiceTest {
     const Told told = Create(LongRequest());
     ASSERT_TRUE(told.status.ok()) << told.status.error_message();
     for (int k = 0; k < 1000; ++k) {
-      if (client_->Get(told.job.name(), {})->state() == v1::JOB_STATE_RUNNING) return;
+      if (client_->jobs().Get(told.job.name(), {})->state() == v1::JOB_STATE_RUNNING) return;
       std::this_thread::sleep_for(milliseconds(5));
     }
     FAIL() << "does not run";
@@ -100,7 +99,7 @@ class JobAdmissionTest : public testing::ServiceTest {
 
   jobs::testing::TemporaryFolder folder_;
   std::unique_ptr<v1::JobService::Stub> jobs_;
-  std::unique_ptr<JobClient> client_;
+  std::unique_ptr<Client> client_;
 };
 
 TEST_F(JobAdmissionTest, WhatIsTooLargeForThisServerIsNeverTaken) {
@@ -192,7 +191,7 @@ TEST_F(JobAdmissionTest, NamesTheFieldAndTheValue) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(status.error_message(), HasSubstr("request_id: has 129 bytes; at most 128"));
   EXPECT_THAT(status.error_details(), HasSubstr("-101: must be between -100 and 100"));
-  EXPECT_THAT(std::string(client_->Get("jobs/Nonsense!", {}).status().message()),
+  EXPECT_THAT(std::string(client_->jobs().Get("jobs/Nonsense!", {}).status().message()),
               HasSubstr("name: \"jobs/Nonsense!\"; must be jobs/ and 26 characters of a-z2-7"));
 }
 
@@ -233,9 +232,9 @@ TEST_F(JobAdmissionTest, WhatHasEndedIsForgottenInTime) {
   ASSERT_TRUE(told.status.ok());
   v1::WatchSolveJobRequest watch;
   watch.set_name(told.job.name());
-  ASSERT_TRUE(client_->Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(30), .stop = {}}).ok());
+  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(30), .stop = {}}).ok());
   for (int k = 0; k < 600; ++k) {
-    const absl::Status status = client_->Get(told.job.name(), {}).status();
+    const absl::Status status = client_->jobs().Get(told.job.name(), {}).status();
     if (absl::IsNotFound(status)) return;
     ASSERT_TRUE(status.ok()) << status;
     std::this_thread::sleep_for(milliseconds(50));

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Solves that are jobs: created, watched and read in one call, which may be cut.
-#include "server/rpc/job_solve_call.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -11,7 +9,7 @@
 #include <thread>
 
 #include "client/rpc/client.h"
-#include "client/rpc/job_client.h"
+#include "server/rpc/job_solve_call.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/job_runs.h"
@@ -20,13 +18,13 @@
 namespace dlcs {
 namespace {
 
-using client::JobClient;
+using client::Client;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
+using testing::Outcome;
 using ::testing::StartsWith;
 using testing::SteppingRequest;
-using testing::Outcome;
 using testing::SwitchingRequest;
 
 v1::SolveRequest AsJob(v1::SolveRequest request, const std::string& request_id = "mine") {
@@ -35,7 +33,7 @@ v1::SolveRequest AsJob(v1::SolveRequest request, const std::string& request_id =
 }
 
 // Of some seconds, with a small result that begins early.
-v1::SolveRequest LongRequest() {
+v1::SolveRequest LongSolve() {
   v1::SolveRequest request = AsJob(SteppingRequest(15'000'000));
   for (const double time : {0.001, 5.0, 10.0}) request.mutable_options()->add_output_times(time);
   return request;
@@ -64,13 +62,13 @@ class JobSolveTest : public testing::ServiceTest {
     config.store = folder_.File("jobs.db");
     config.checkpoint_ms = 20;
     StartServer(config);
-    jobs_ = *JobClient::Connect(server_->address());
+    client_ = *Client::Connect(server_->address());
   }
 
-  std::size_t CountJobs() { return jobs_->List({}, 100, {})->size(); }
+  std::size_t CountJobs() { return client_->jobs().List({}, 100, {})->size(); }
 
   jobs::testing::TemporaryFolder folder_;
-  std::unique_ptr<JobClient> jobs_;
+  std::unique_ptr<Client> client_;
 };
 
 TEST_F(JobSolveTest, GivesTheBitsOfASolveAndNamesItsJobFirst) {
@@ -91,7 +89,7 @@ TEST_F(JobSolveTest, GivesTheBitsOfASolveAndNamesItsJobFirst) {
       last = event.sequence();
     }
     testing::ExpectSameTrajectory(TrajectoryOf(outcome.events), testing::SolveHere(request));
-    EXPECT_EQ(jobs_->Get(accepted.job(), {})->state(), v1::JOB_STATE_SUCCEEDED);
+    EXPECT_EQ(client_->jobs().Get(accepted.job(), {})->state(), v1::JOB_STATE_SUCCEEDED);
   }
 }
 
@@ -139,7 +137,7 @@ TEST_F(JobSolveTest, TheDeadlineLeavesAnAnswer) {
 
 TEST_F(JobSolveTest, ACutDoesNotEndItAndCancelDoes) {
   grpc::ClientContext context;
-  const auto reader = stub_->Solve(&context, LongRequest());
+  const auto reader = stub_->Solve(&context, LongSolve());
   v1::SolveEvent event;
   ASSERT_TRUE(reader->Read(&event));
   const std::string job = event.accepted().job();
@@ -149,13 +147,13 @@ TEST_F(JobSolveTest, ACutDoesNotEndItAndCancelDoes) {
   }
   reader->Finish();
   std::this_thread::sleep_for(milliseconds(100));
-  EXPECT_EQ(jobs_->Get(job, {})->state(), v1::JOB_STATE_RUNNING);
+  EXPECT_EQ(client_->jobs().Get(job, {})->state(), v1::JOB_STATE_RUNNING);
 
   std::thread canceller([&] {
     std::this_thread::sleep_for(milliseconds(100));
-    EXPECT_TRUE(jobs_->Cancel(job, {}).ok());
+    EXPECT_TRUE(client_->jobs().Cancel(job, {}).ok());
   });
-  const Outcome outcome = testing::Solve(*stub_, LongRequest());
+  const Outcome outcome = testing::Solve(*stub_, LongSolve());
   canceller.join();
   ASSERT_TRUE(outcome.status.ok()) << outcome.status.error_message();
   EXPECT_EQ(outcome.events.back().summary().termination(), v1::TERMINATION_CANCELLED);
@@ -205,7 +203,7 @@ TEST(JobSolveKillTest, TheClientFollowsItsSolveOverKilledServers) {
     EXPECT_EQ(summaries, 1);
     EXPECT_GT(trajectory_events, 0);
     testing::ExpectSameTrajectory({result->times, result->x, result->y, result->w}, testing::SolveHere(request));
-    EXPECT_TRUE((*JobClient::Connect(listen))->List({}, 10, {})->empty()) << "of no use any more";
+    EXPECT_TRUE((*Client::Connect(listen))->jobs().List({}, 10, {})->empty()) << "of no use any more";
   }
 }
 

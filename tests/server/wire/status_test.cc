@@ -24,16 +24,14 @@ std::size_t HeaderBytes(const grpc::Status& status) {
 }
 
 TEST(StatusTest, ViolationsTravelThereAndBack) {
-  const absl::Status status =
-      InvalidRequest({{"M[1][0]", "nan; must be finite"}, {"T", "-1; must be positive"}});
+  const absl::Status status = InvalidRequest({{"M[1][0]", "nan; must be finite"}, {"T", "-1; must be positive"}});
   const absl::Status back = FromGrpc(ToGrpc(status));
   EXPECT_EQ(back.message(), status.message());
   const std::vector<Violation> violations = ViolationsOf(back);
   ASSERT_THAT(violations, SizeIs(2));
   EXPECT_EQ(violations[1].field, "T");
   EXPECT_EQ(violations[1].description, "-1; must be positive");
-  EXPECT_THAT(std::string(back.message()),
-              HasSubstr("M[1][0]: nan; must be finite (the first of 2 violations)"));
+  EXPECT_THAT(std::string(back.message()), HasSubstr("M[1][0]: nan; must be finite (the first of 2 violations)"));
 }
 
 TEST(StatusTest, HundredsOfViolationsFitIntoHeaders) {
@@ -42,7 +40,7 @@ TEST(StatusTest, HundredsOfViolationsFitIntoHeaders) {
   EXPECT_LT(HeaderBytes(status), 8000u);
   EXPECT_THAT(status.error_message(), HasSubstr("of 500 violations"));
   const std::vector<Violation> short_ones(500, {"A[0][0]", "nan"});
-  EXPECT_THAT(ViolationsOf(InvalidRequest(short_ones)), SizeIs(kMaxReportedViolations));
+  EXPECT_THAT(ViolationsOf(FromGrpc(ToGrpc(InvalidRequest(short_ones)))), SizeIs(kMaxReportedViolations));
 }
 
 TEST(StatusTest, TextIsCutBetweenCharacters) {
@@ -60,7 +58,7 @@ TEST(StatusTest, LimitsAreNamedWithTheirValue) {
   google::rpc::ErrorInfo info;
   ASSERT_EQ(rich.details_size(), 1);
   ASSERT_TRUE(rich.details(0).UnpackTo(&info));
-  EXPECT_EQ(info.domain(), "dlcs.v1");
+  EXPECT_EQ(info.domain(), "dlcs.internal");
   EXPECT_EQ(info.reason(), "LIMIT_EXCEEDED");
   EXPECT_EQ(info.metadata().at("limit"), "max_states");
   EXPECT_EQ(info.metadata().at("value"), "2000");
@@ -93,7 +91,7 @@ TEST(StatusTest, AStoreThatDoesNotAnswerIsToldFromAServerThatDoesNot) {
   ASSERT_EQ(rich.details_size(), 1);
   ASSERT_TRUE(rich.details(0).UnpackTo(&info));
   EXPECT_EQ(info.reason(), "STORE_UNAVAILABLE");
-  EXPECT_EQ(info.domain(), "dlcs.v1");
+  EXPECT_EQ(info.domain(), "dlcs.internal");
 }
 
 }  // namespace

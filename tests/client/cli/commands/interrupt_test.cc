@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "client/rpc/job_client.h"
+#include "client/rpc/client.h"
 #include "server/dlcs_server.h"
 #include "spdlog/spdlog.h"
 #include "tests/client/cli/running_program.h"
@@ -51,13 +51,13 @@ class InterruptTest : public ::testing::Test {
 
   void StartServerWithJobs() {
     StartServer(folder_.File("jobs.db"));
-    auto client = JobClient::Connect(server_->address());
+    auto client = Client::Connect(server_->address());
     ASSERT_TRUE(client.ok()) << client.status();
-    jobs_ = *std::move(client);
+    client_ = *std::move(client);
   }
 
   v1::SolveJob TheJob() {
-    const auto jobs = jobs_->List({}, 10, {});
+    const auto jobs = client_->jobs().List({}, 10, {});
     EXPECT_TRUE(jobs.ok()) << jobs.status();
     return jobs.ok() && jobs->size() == 1 ? jobs->front() : v1::SolveJob();
   }
@@ -72,7 +72,7 @@ class InterruptTest : public ::testing::Test {
   jobs::testing::TemporaryFolder folder_;
   const std::string problem_ = folder_.File("easy.json");
   std::unique_ptr<DlcsServer> server_;
-  std::unique_ptr<JobClient> jobs_;
+  std::unique_ptr<Client> client_;
 };
 
 TEST_F(InterruptTest, PrintsWhatIsKnownAndExitsAsShellsExpect) {
@@ -197,7 +197,7 @@ TEST_F(InterruptTest, WatchingEndsAndTheJobGoesOn) {
     EXPECT_THAT(outcome.err, HasSubstr(job.name() + " continues"));
     EXPECT_EQ(job.state(), v1::JOB_STATE_RUNNING);
   }
-  EXPECT_TRUE(jobs_->Cancel(TheJob().name(), {}).ok());
+  EXPECT_TRUE(client_->jobs().Cancel(TheJob().name(), {}).ok());
 }
 
 }  // namespace

@@ -18,8 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-v1::Finding& AddFinding(v1::AnalysisSection& section, const char* id, v1::Answer answer,
-                        const std::string& why) {
+v1::Finding& AddFinding(v1::AnalysisSection& section, const char* id, v1::Answer answer, const std::string& why) {
   v1::Finding& finding = *section.add_findings();
   finding.set_id(id);
   finding.set_title(std::string(id) + "-matrix");
@@ -28,7 +27,7 @@ v1::Finding& AddFinding(v1::AnalysisSection& section, const char* id, v1::Answer
   return finding;
 }
 
-v1::AnalyzeProblemResponse Example() {
+v1::AnalyzeProblemResponse AnalysisExample() {
   v1::AnalyzeProblemResponse analysis;
   analysis.set_states(2);
   analysis.set_constraints(1);
@@ -73,13 +72,12 @@ v1::AnalyzeProblemResponse Example() {
 }
 
 std::string Table(const v1::AnalyzeProblemResponse& analysis, Detail detail, int width = 100) {
-  return Printed([&](std::FILE* out) {
-    PrintAnalysisTable("case", {.source = "case.json"}, analysis, detail, width, out);
-  });
+  return Printed(
+      [&](std::FILE* out) { PrintAnalysisTable("case", {.source = "case.json"}, analysis, detail, width, out); });
 }
 
 TEST(AnalysisTableTest, SaysFirstWhatToRunAndWhatToTakeCareOf) {
-  const std::string text = Table(Example(), Detail::kBrief);
+  const std::string text = Table(AnalysisExample(), Detail::kBrief);
   EXPECT_THAT(text, HasSubstr("case: 2 states, 1 pair, T = 4\n"
                               "  M          Z-matrix\n"
                               "  Solution   the least element (M is a Z-matrix)\n"
@@ -89,7 +87,7 @@ TEST(AnalysisTableTest, SaysFirstWhatToRunAndWhatToTakeCareOf) {
 }
 
 TEST(AnalysisTableTest, TellsEverythingWhereAsked) {
-  const std::string text = Table(Example(), Detail::kWhole);
+  const std::string text = Table(AnalysisExample(), Detail::kWhole);
   EXPECT_LT(text.find("z-matrix"), text.find("p-matrix"));
   EXPECT_LT(text.find("p-matrix"), text.find("s-matrix"));
   EXPECT_THAT(text, HasSubstr("a principal minor is negative [S = {0, 2}: value -2.5] [(2.1) of [X]]"));
@@ -100,7 +98,7 @@ TEST(AnalysisTableTest, TellsEverythingWhereAsked) {
 }
 
 TEST(AnalysisTableTest, LeavesWitnessesAndSourcesToThoseWhoAsk) {
-  const std::string text = Table(Example(), Detail::kBrief);
+  const std::string text = Table(AnalysisExample(), Detail::kBrief);
   EXPECT_THAT(text, HasSubstr("  no       p-matrix  a principal minor is negative\n"));
   EXPECT_THAT(text, HasSubstr("  κ <= 8   Lipschitz constant\n"));
   EXPECT_THAT(text, HasSubstr("  unknown  s-matrix; v\n"));
@@ -108,28 +106,24 @@ TEST(AnalysisTableTest, LeavesWitnessesAndSourcesToThoseWhoAsk) {
 }
 
 TEST(AnalysisTableTest, PutsWhatFollowsInOneLine) {
-  v1::AnalyzeProblemResponse analysis = Example();
+  v1::AnalyzeProblemResponse analysis = AnalysisExample();
   v1::AnalysisSection& section = *analysis.mutable_sections(0);
   section.clear_findings();
   AddFinding(section, "p", v1::ANSWER_YES, "all minors are positive");
   AddFinding(section, "p0", v1::ANSWER_YES, "a P-matrix");
-  AddFinding(section, "q", v1::ANSWER_YES, "a P-matrix")
-      .set_title("Q-matrix: LCP(q, M) has a solution for every q");
+  AddFinding(section, "q", v1::ANSWER_YES, "a P-matrix").set_title("Q-matrix: LCP(q, M) has a solution for every q");
   AddFinding(section, "z", v1::ANSWER_NO, "M[0][1] is positive");
   AddFinding(section, "m", v1::ANSWER_NO, "M[0][1] is positive");
   const std::string text = Table(analysis, Detail::kBrief);
-  EXPECT_THAT(
-      text,
-      HasSubstr("  yes      p-matrix   all minors are positive\n  yes      hence p0-matrix, Q-matrix\n"));
+  EXPECT_THAT(text, HasSubstr("  yes      p-matrix   all minors are positive\n  yes      hence p0-matrix, Q-matrix\n"));
   EXPECT_THAT(text, HasSubstr("  no       z-matrix   M[0][1] is positive\n  no       hence m-matrix\n"));
-  EXPECT_THAT(Table(analysis, Detail::kWhole),
-              HasSubstr("(LCP(q, M) has a solution for every q) a P-matrix"));
+  EXPECT_THAT(Table(analysis, Detail::kWhole), HasSubstr("(LCP(q, M) has a solution for every q) a P-matrix"));
 }
 
 TEST(AnalysisTableTest, KeepsToTheWidthOfTheTerminal) {
   for (const Detail detail : {Detail::kBrief, Detail::kWhole}) {
     for (const int width : {60, 80, 100}) {
-      std::istringstream lines(Table(Example(), detail, width));
+      std::istringstream lines(Table(AnalysisExample(), detail, width));
       for (std::string line; std::getline(lines, line);) {
         if (line.find("dlcs solve") != std::string::npos) continue;  // a command is copied whole
         if (line.find("--verbose") != std::string::npos) continue;
@@ -142,7 +136,7 @@ TEST(AnalysisTableTest, KeepsToTheWidthOfTheTerminal) {
 }
 
 TEST(AnalysisTableTest, SaysWhyNoMethodServes) {
-  v1::AnalyzeProblemResponse analysis = Example();
+  v1::AnalyzeProblemResponse analysis = AnalysisExample();
   analysis.mutable_recommendation()->set_refusal("The relative degree is 3.");
   const std::string text = Table(analysis, Detail::kBrief);
   EXPECT_THAT(text, HasSubstr("  No method  The relative degree is 3.\n"));
@@ -161,9 +155,9 @@ TEST(RecommendedCommandTest, IsReadByAShell) {
 TEST(RecommendedCommandTest, RepeatsTheRuleAndTheGridAsTyped) {
   v1::SolveOptions options;
   options.mutable_grid_times()->add_times(0.5);
-  EXPECT_EQ(RecommendedCommand(
-                {.source = "a.json", .rule = v1::SOLUTION_RULE_LEAST_ELEMENT, .grid = "my nodes"}, options),
-            "dlcs solve a.json --rule least-element --grid 'my nodes'");
+  EXPECT_EQ(
+      RecommendedCommand({.source = "a.json", .rule = v1::SOLUTION_RULE_LEAST_ELEMENT, .grid = "my nodes"}, options),
+      "dlcs solve a.json --rule least-element --grid 'my nodes'");
 }
 
 }  // namespace

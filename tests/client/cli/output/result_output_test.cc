@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 // Two states, one pair, three times; the numbers do not end in binary.
-SolveResult Example() {
+SolveResult ResultExample() {
   SolveResult result;
   result.states = 2;
   result.constraints = 1;
@@ -56,7 +56,7 @@ SolveResult Example() {
 
 // y1 becomes positive at 0.1, where it jumps.
 SolveResult WithSwitchings() {
-  SolveResult result = Example();
+  SolveResult result = ResultExample();
   v1::SwitchingTime& start = *result.summary.add_switching_times();
   start.set_kind(v1::SWITCHING_KIND_START);
   v1::SwitchingTime& switching = *result.summary.add_switching_times();
@@ -98,7 +98,7 @@ TEST(ResultTableTest, KeepsTheColumnsOfSwitchingTimesStraightWithLongNames) {
 }
 
 TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
-  const SolveResult result = Example();
+  const SolveResult result = ResultExample();
   const auto chunk = [&](std::size_t first, std::size_t end) {
     v1::TrajectoryChunk part;
     part.mutable_times()->Add(result.times.begin() + first, result.times.begin() + end);
@@ -142,13 +142,13 @@ TEST(ResultNamesTest, StandInEveryOutput) {
 }
 
 TEST(ResultTableTest, HasWBesideY) {
-  const std::string table = Printed([](std::FILE* out) { PrintTable("", Example(), 100, out); });
+  const std::string table = Printed([](std::FILE* out) { PrintTable("", ResultExample(), 100, out); });
   EXPECT_THAT(table, ::testing::ContainsRegex("t +x1 +x2 +y1 +w1\n"));
   EXPECT_THAT(table, ::testing::ContainsRegex("0 +1 +0\\.3 +0 +0\\.7\n"));
 }
 
 TEST(ResultTableTest, EndsWithACertificateInWords) {
-  const std::string table = Printed([](std::FILE* out) { PrintTable("two tanks", Example(), 100, out); });
+  const std::string table = Printed([](std::FILE* out) { PrintTable("two tanks", ResultExample(), 100, out); });
   EXPECT_THAT(table, HasSubstr("two tanks: reached T, error not estimated"));
   EXPECT_THAT(table, HasSubstr("laplace-iteration"));
   EXPECT_THAT(table, HasSubstr("Warning: a \"quoted\" warning"));
@@ -158,7 +158,7 @@ TEST(ResultTableTest, EndsWithACertificateInWords) {
 }
 
 TEST(ResultTableTest, SaysWhatTheVerdictIsConcernedAbout) {
-  SolveResult result = Example();
+  SolveResult result = ResultExample();
   result.summary.mutable_verdict()->add_concerns("The residual is large: take shorter steps.");
   EXPECT_THAT(Printed([&](std::FILE* out) { PrintTable("", result, 100, out); }), HasSubstr("shorter steps"));
 }

@@ -61,7 +61,7 @@ Vector SolvableQ(LcpGenerator& generator, const Tridiagonal& M, Vector& y) {
   return w - Times(M, y);
 }
 
-Eigen::SparseMatrix<double> Sparse(const Matrix& M) { return M.sparseView(0, 0); }
+Eigen::SparseMatrix<double> SparseCopy(const Matrix& M) { return M.sparseView(0, 0); }
 
 std::shared_ptr<const Tridiagonal> Shared(const Tridiagonal& M) { return std::make_shared<const Tridiagonal>(M); }
 
@@ -69,7 +69,7 @@ TEST(TridiagonalTest, IsReadFromDenseAndSparseMatrices) {
   LcpGenerator generator(1);
   const Tridiagonal M = RandomTridiagonal(generator, 6, 0.5);
   const Matrix dense = Dense(M);
-  for (const std::optional<Tridiagonal>& read : {TridiagonalOf(dense), TridiagonalOf(Sparse(dense))}) {
+  for (const std::optional<Tridiagonal>& read : {TridiagonalOf(dense), TridiagonalOf(SparseCopy(dense))}) {
     ASSERT_TRUE(read.has_value());
     EXPECT_EQ(read->below, M.below);
     EXPECT_EQ(read->diagonal, M.diagonal);
@@ -78,7 +78,7 @@ TEST(TridiagonalTest, IsReadFromDenseAndSparseMatrices) {
   Matrix corner = dense;
   corner(5, 0) = 1e-300;
   EXPECT_FALSE(TridiagonalOf(corner).has_value());
-  EXPECT_FALSE(TridiagonalOf(Sparse(corner)).has_value());
+  EXPECT_FALSE(TridiagonalOf(SparseCopy(corner)).has_value());
 }
 
 TEST(TridiagonalTest, KnowsMMatricesFromOthers) {
