@@ -69,7 +69,7 @@ absl::Status OfMember(Index member, const absl::Status& error) {
 Solution NotBegun() {
   Solution solution;
   solution.termination = Termination::kCancelled;
-  solution.message = "Stopped on request before this member was begun.";
+  solution.message = "Stopped on request before this member was started.";
   solution.failure_time = 0;
   return solution;
 }

@@ -105,7 +105,7 @@ Fact FreeForever(const Evidence& e) {
 Fact ScalarMatrix(const Evidence& e) {
   if (!e.autonomous) return Unknown(kNotAutonomous);
   const Matrix& A = e.problem.A;
-  if (A != A(0, 0) * Matrix::Identity(A.rows(), A.cols())) return Unknown("A is no multiple of the identity");
+  if (A != A(0, 0) * Matrix::Identity(A.rows(), A.cols())) return Unknown("A is not a multiple of the identity");
   if (!e.strictly.yes()) return Unknown("NB is not known to be strictly semicopositive");
   for (const LexicographicRow& row : e.start.rows) {
     if (row.sign == LexicographicRow::Sign::kNegative || row.sign == LexicographicRow::Sign::kUndecided)

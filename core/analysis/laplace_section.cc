@@ -58,7 +58,7 @@ class LaplaceWriter {
     finding.fact.answer = unique || least ? Answer::kYes : Answer::kNo;
     finding.fact.why = unique  ? "M is a P-matrix, so this holds for every q"
                        : least ? "the least element for a Z-matrix, where FEA(q, M) is not empty"
-                               : "no rule selects a solution of LCP(q, M), so y is no function of the state";
+                               : "no rule selects a solution of LCP(q, M), so y is not a function of the state";
     if (selection_ == Selection::kHiddenLeastElement) {
       finding.fact = {Answer::kYes, "the least element of the cone pos X for a hidden Z-matrix"};
     } else if (!unique && !least && selection_ != Selection::kAny) {

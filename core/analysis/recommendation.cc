@@ -51,10 +51,10 @@ void PredictSteps(const Trials& trials, Recommendation& recommendation) {
   recommendation.reasons.push_back(
       "An error of " + FormatNumber(tolerance) + " should take about " + FormatNumber(wanted) + " steps: trials with " +
       std::to_string(trials.finest / 2) + " and " + std::to_string(trials.finest) + " differ by " +
-      FormatNumber(trials.convergence.last_difference()) + " of the size of x, and the order seen is " +
+      FormatNumber(trials.convergence.last_difference()) + " of the size of x, and the observed order is " +
       FormatNumber(std::round(10 * order) / 10) + ".");
   if (wanted <= static_cast<double>(kMostSteps)) return;
-  recommendation.warnings.push_back("That is more than will be tried: ask for a larger error, or for steps.");
+  recommendation.warnings.push_back("That is more than the trials allow: allow a larger error, or set steps.");
 }
 
 void KeepNew(const std::vector<std::string>& found, std::vector<std::string>& kept) {
@@ -87,7 +87,7 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
         !recommendation.options.project_initial_state) {
       recommendation.options.project_initial_state = true;
       recommendation.warnings.push_back(solution->message);
-      recommendation.reasons.push_back("The state must jump first: the jump is asked for.");
+      recommendation.reasons.push_back("The state must jump first: the options allow it.");
       steps /= 2;
       continue;
     }
@@ -121,7 +121,7 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     recommendation.predicted_error = last.accuracy.error;
     if (last.accuracy.source == AccuracySource::kControlled) {
       recommendation.reasons.push_back("It takes " + std::to_string(last.cost.steps) +
-                                       " steps; its error in x should be about " + FormatNumber(last.accuracy.error) +
+                                       " steps; the error of x should be about " + FormatNumber(last.accuracy.error) +
                                        " of its size.");
     }
   }

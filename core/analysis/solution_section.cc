@@ -52,7 +52,7 @@ void AddConstants(const Matrix& M, const MatrixClass& matrix_class, Selection se
     section.constants.push_back(
         {.id = "slope",
          .symbol = "max ‖M_SS⁺‖",
-         .title = "steepest piece of the selected solution where it does not jump",
+         .title = "largest slope of the selected solution where it does not jump",
          .value = slope,
          .kind = ConstantKind::kUpperBound,
          .why = slope ? "the largest norm of a pseudo-inverse of a principal submatrix" : "n is beyond enumeration",
@@ -104,12 +104,12 @@ void AddUniqueness(const Matrix& M, const Vector& q, const MatrixClass& matrix_c
        .title = "basic solutions at t = 0",
        .value = count,
        .kind = all.complete ? ConstantKind::kExact : ConstantKind::kLowerBound,
-       .why = all.complete ? "all complementary bases were looked at" : "not all complementary bases were decided",
+       .why = all.complete ? "all complementary bases were enumerated" : "not all complementary bases were decided",
        .source = ""});
   if (unique.no() && !all.empty() && selection == Selection::kAny) {
     section.warnings.push_back(
         absl::StrCat("LCP(N x0 + g(0), M) has several solutions (", found,
-                     "), and no rule says which is meant: the steps take the one that their coupled problem gives."));
+                     "), and no rule says which is meant: each step takes the solution of its coupled LCP."));
   }
 }
 

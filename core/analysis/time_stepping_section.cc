@@ -27,18 +27,18 @@ AnalysisSection RelativeDegreeSection(const Problem& problem, Selection selectio
   Finding finding{"at-most-one", "y acts on every constraint through at most one integration", {}, ""};
   finding.fact.answer = rows.empty() && unreached.empty() ? Answer::kYes : Answer::kNo;
   finding.fact.why = rows.empty() ? "no constraint has a higher relative degree" : DescribeRows(rows, degrees);
-  if (!unreached.empty()) finding.fact.why = "y never reaches " + DescribeRows(unreached, degrees);
+  if (!unreached.empty()) finding.fact.why = "y never affects " + DescribeRows(unreached, degrees);
   finding.fact.witness.indices = rows.empty() ? unreached : rows;
 
   AnalysisSection section{"relative-degree", "Relative degree", {}, {}, {}};
   section.findings.push_back(std::move(finding));
   if (IsAlwaysLipschitz(selection)) return section;  // M y is there, whatever the state does
   if (!rows.empty()) {
-    section.warnings.push_back("y reaches " + DescribeRows(rows, degrees) +
+    section.warnings.push_back("y affects " + DescribeRows(rows, degrees) +
                                " through two or more integrations only: where active, solutions need impulses.");
   }
   if (!unreached.empty()) {
-    section.warnings.push_back("y never reaches " + DescribeRows(unreached, degrees) +
+    section.warnings.push_back("y never affects " + DescribeRows(unreached, degrees) +
                                ": A, f, g and x0 alone decide whether N x + g >= 0 holds there.");
   }
   return section;

@@ -140,9 +140,9 @@ bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Ve
     return context.Fail(Termination::kInconsistentState, time,
                         "The state " + at + " is inconsistent: LCP(N x + g, M) has no solution (" + WorstEntry(q) +
                             "). It must jump by dx = " + FormatVector(dx) + " first; " +
-                            (time == 0 ? "ask for the projection of the initial state to allow that, or start from a "
+                            (time == 0 ? "allow the projection of the initial state, or start from a "
                                          "consistent state."
-                                       : "ask for the projection of inconsistent states to allow that at break points, "
+                                       : "allow the projection of inconsistent states at break points, "
                                          "as it does for the initial state."));
   }
   x += dx;

@@ -227,7 +227,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
     if (context.stop.stop_requested()) return context.FailCancelled(begin);
     if (!std::isfinite(MaxAbs(run.free.nodes))) {
       return context.Fail(Termination::kNonFinite, begin,
-                          "The state grows beyond all numbers after t = " + FormatNumber(begin) + ".");
+                          "The state grows beyond the range of numbers after t = " + FormatNumber(begin) + ".");
     }
     run.y.resize(y.size(), run.steps() + 1);
     run.y.col(0) = y;

@@ -49,7 +49,7 @@ bool FailLcp(SolveContext& context, LcpStatus verdict, double time, const std::s
     case LcpStatus::kRay:
       return context.Fail(Termination::kUnsupported, time,
                           at + ": Lemke's method ended in a ray. No solution was found, and for this class of "
-                               "matrix that is no proof that there is none; a smaller step may help.");
+                               "matrix this does not prove that there is none; a smaller step may help.");
     case LcpStatus::kPivotLimit:
       return context.Fail(Termination::kIterationLimit, time, at + ": the limit of pivots was reached.");
     case LcpStatus::kSingular:

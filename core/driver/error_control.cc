@@ -269,7 +269,7 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
   Accuracy& accuracy = solution.accuracy;
   accuracy.asked_by_default = by_default;
   const std::string steps = StepsText(solution.cost.steps);
-  accuracy.note = "The last of some solves, each with half the step of the one before; order seen " +
+  accuracy.note = "The last of several solves, each with half the step of the one before; observed order " +
                   FormatNumber(std::round(10 * result.order) / 10) + ".";
   solution.message = "Reached T = " + FormatNumber(system.horizon) + " in " + steps + ".";
   if (result.reached) return;
@@ -278,21 +278,20 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
   if (result.rounding > accuracy.asked) {
     solution.message += " Changes in the last digits of the data move the solution by " +
                         FormatNumber(result.rounding) + " of its size, more than the error of " +
-                        FormatNumber(accuracy.asked) + " that was asked for: no step comes nearer.";
+                        FormatNumber(accuracy.asked) + " that the tolerance allows: shorter steps do not help.";
     if (!by_default) solution.termination = Termination::kIterationLimit;
     return;
   }
   if (by_default) {
-    solution.message += " The work that is taken without being asked for ended before the error of " +
-                        FormatNumber(accuracy.asked) + ": ask for an error or for steps.";
+    solution.message += " The work allowed by default ended before the error of " + FormatNumber(accuracy.asked) +
+                        " was reached: set a tolerance or steps.";
     return;
   }
   solution.termination = Termination::kIterationLimit;
-  solution.message = "An error of " + FormatNumber(accuracy.asked) +
-                     " was asked for, which more steps than are allowed would take: the trajectory is that of " +
-                     steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
-                     " of the size of x (order seen " + FormatNumber(std::round(10 * result.order) / 10) +
-                     "). Take event-driven, or allow a larger error.";
+  solution.message =
+      "An error of " + FormatNumber(accuracy.asked) + " needs more steps than are allowed: the trajectory is that of " +
+      steps + ", whose error is estimated as " + FormatNumber(accuracy.error) + " of the size of x (observed order " +
+      FormatNumber(std::round(10 * result.order) / 10) + "). Use event-driven, or allow a larger error.";
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {
@@ -305,7 +304,7 @@ absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution
     }
     return CompareWithFiner(system, grid, solution);
   } catch (const Stopped&) {
-    solution.accuracy.note = "No estimate: stopped on request before there was anything to compare with.";
+    solution.accuracy.note = "No estimate: stopped on request before there was a solution to compare with.";
     return absl::OkStatus();
   }
 }
@@ -319,13 +318,13 @@ absl::StatusOr<Solution> SolveAsAsked(Task& task, Observer& observer) {
 absl::Status EstimateError(Task& task, Solution& solution) {
   if (!Reached(solution) || solution.accuracy.source != AccuracySource::kNotEstimated) return absl::OkStatus();
   if (!task.options.estimate_error) {
-    solution.accuracy.note = "No estimate was asked for.";
+    solution.accuracy.note = "No estimate was requested.";
     return absl::OkStatus();
   }
   const Grid& grid = task.plan.grid;
   if (!FitsBeside(task, WithOtherSteps(grid, 2, kNodesKept),
                   BytesOf(solution) + sizeof(double) * 2.0 * grid.times.size())) {
-    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory beside the trajectory.";
+    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory together with the trajectory.";
     return absl::OkStatus();
   }
   if (task.stop.stop_requested()) {

@@ -65,7 +65,7 @@ bool MayFallBack(const Task& task) { return task.plan.selection == Selection::kL
 absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution) {
   if (MayCouple(task)) {
     task.plan.selection = Selection::kAny;
-    auto coupled = SolveAgain(task, task.options, "by coupled steps, any solution of theirs", std::move(solution),
+    auto coupled = SolveAgain(task, task.options, "by coupled steps, with any of their solutions", std::move(solution),
                               report, observer);
     if (!coupled.ok()) return coupled;
     solution = *std::move(coupled);
@@ -79,7 +79,7 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     if (IsBetter(*stepped, solution)) {
       solution = *std::move(stepped);
     } else {
-      solution.warnings.push_back("Steps without events did no better: this is the event-driven solution.");
+      solution.warnings.push_back("Steps without events were not more accurate: this is the event-driven solution.");
     }
   }
   return solution;

@@ -85,8 +85,8 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   if (context.first_impulse) {
     solution.warnings.push_back("y > 0 at t = " + FormatNumber(*context.first_impulse) + " in " +
                                 task.plan.method.impulsive +
-                                ", which only impulses can keep: y grows there as the step shrinks, and what x does "
-                                "belongs to the method and not to the system.");
+                                ", where only impulses can keep w >= 0: y grows there as the step shrinks, and x "
+                                "depends on the method, not only on the system.");
   }
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();

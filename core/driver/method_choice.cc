@@ -38,9 +38,9 @@ std::string WhyNotPiecewise(const Matrix& M, const MatrixClass& matrix_class, Se
 std::string WhyNotIterated(const Matrix& M, const MatrixClass& matrix_class, Selection selection) {
   const std::string why = WhyNotPiecewise(M, matrix_class, selection);
   if (!why.empty() || M.rows() <= kMaxSolutionEnumeration) return why;
-  return " has to see where " + std::string(SelectionName(selection)) +
-         " jumps, by a look at all principal submatrices of M: n = " + std::to_string(M.rows()) +
-         ", which must be at most " + std::to_string(kMaxSolutionEnumeration) + ".";
+  return " has to detect where " + std::string(SelectionName(selection)) +
+         " jumps, from all principal submatrices of M: n = " + std::to_string(M.rows()) + ", which must be at most " +
+         std::to_string(kMaxSolutionEnumeration) + ".";
 }
 
 // The iteration solves each LCP about ten times, but in parallel; time stepping solves it once, one step after the
@@ -77,18 +77,19 @@ void JudgeRelativeDegree(const Problem& problem, const Options& options, bool ze
     choice.inelastic_impact = true;
     choice.refusal.clear();
     choice.method = Method::kTimeStepping;
-    choice.reason = "relative degree two, solved as inelastic impact, as asked for";
+    choice.reason = "relative degree two, solved as inelastic impact, as the options say";
     if (options.method != Method::kAuto && options.method != Method::kTimeStepping) {
-      choice.refusal = std::string("Inelastic impacts are solved by time-stepping only, and the method asked for is ") +
+      choice.refusal = std::string("Inelastic impacts are solved by time-stepping only, but the method is set to ") +
                        MethodName(options.method) + ".";
     }
   } else {
     choice.refusal = "The system has relative degree " + std::to_string(least) +
                      " (M = 0 and N B = 0): y acts on N x + g only through " + std::to_string(least) +
-                     " integrations, so solutions need impulses and time stepping diverges like 1/h in silence. "
+                     " integrations, so solutions need impulses, and y of time stepping would diverge like 1/h. "
                      "Model the impact explicitly, or add compliance or damping so that M or N B is not zero";
-    choice.refusal += least == 2 ? "; or ask for inelastic impacts, a law that the system itself does not hold." : ".";
-    if (rows.size() > 1) choice.refusal += " It holds " + DescribeRows(rows, degrees) + ".";
+    choice.refusal +=
+        least == 2 ? "; or allow inelastic impacts, an additional law that is not part of the system." : ".";
+    if (rows.size() > 1) choice.refusal += " The constraints are " + DescribeRows(rows, degrees) + ".";
   }
 }
 
@@ -144,8 +145,7 @@ MethodChoice ChooseMethod(const Problem& problem, const Options& options, const 
     choice.refusal =
         "Averaging y needs y to be a Lipschitz function of x (M a P-matrix, or a Z-matrix with the least "
         "element), and M is: " +
-        matrix_class.description +
-        ". Elsewhere y rings from step to step (y⁺ = -y + ...) and never settles. Do not average y.";
+        matrix_class.description + ". Otherwise y oscillates from step to step (y⁺ = -y + ...). Do not average y.";
   } else if (choice.method == Method::kTimeStepping && !lipschitz && options.step_solver == StepSolver::kNewton) {
     const std::string why_not = WhyNotPiecewise(problem.M, matrix_class, selection);
     if (!why_not.empty()) choice.refusal = "Newton's method (3.3)" + why_not + " Solve the steps by substitution.";

@@ -89,7 +89,7 @@ PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options
                   (why_not.empty() ? "" : "; " + why_not) + ".");
   }
   if (wanted == PropagatorKind::kSparseStepping) why_not = "sparse stepping is for time-stepping";
-  if (wanted != PropagatorKind::kAuto) return Refuse("The propagator asked for does not serve: " + why_not + ".");
+  if (wanted != PropagatorKind::kAuto) return Refuse("The chosen propagator cannot be used: " + why_not + ".");
   return DenseOrRefuse(problem, why_not);
 }
 

@@ -63,7 +63,7 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
   if (plan.method.inelastic_impact) {
     report.warnings.push_back(
         "Solved as inelastic impact: where a constraint with N x + g = 0 would be violated, the state jumps so that "
-        "(N x + g)' = 0. This law was asked for; the system itself does not hold it.");
+        "(N x + g)' = 0. The options ask for this law; it is not part of the system.");
   }
   const MatrixClass& matrix_class = plan.matrix_class;
   const bool may_be_several = plan.selection == Selection::kAny && matrix_class.p.answer == Answer::kNo &&
@@ -82,9 +82,8 @@ AnalysisReport ReportOn(const Problem& problem, const Options& options, const Pl
         ", and B is not zero where M + Mᵀ is: x may be one of several solutions. A rule (--rule) says which is meant.");
   }
   if (!plan.method.impulsive_rows.empty()) {
-    report.warnings.push_back(
-        "y reaches " + plan.method.impulsive +
-        " through two or more integrations only: should it become active, solutions need impulses.");
+    report.warnings.push_back("y affects " + plan.method.impulsive +
+                              " only through two or more integrations: if it becomes active, solutions need impulses.");
   }
   return report;
 }

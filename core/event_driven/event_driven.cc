@@ -23,11 +23,11 @@ bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, c
   const std::string error =
       "The estimated error, " + FormatNumber(record.accumulated_error) +
       " of the size of a state, is more than the tolerance " + FormatNumber(tolerance) +
-      (is_rounding ? "; shorter steps do not help, since rounding, that of the data too, moves the states by as much"
+      (is_rounding ? "; shorter steps do not help, since rounding, of the data too, changes the states by as much"
                    : "");
   if (context.options.error_tolerance > 0 && !context.error_by_default) {
     return context.Fail(Termination::kIterationLimit, std::numeric_limits<double>::quiet_NaN(),
-                        error + ". The trajectory reaches T all the same.");
+                        error + ". The trajectory still reaches T.");
   }
   warnings.push_back(error + ".");
   return true;

@@ -101,9 +101,8 @@ bool EventLocator::Cross(double end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
     record_.modes_made = search_.modes_made();
     if (record_.Work(problem_.num_states()) >= most_work_) {
-      return context_.Fail(
-          Termination::kIterationLimit, t_,
-          "The work that is taken without being asked for ended at t = " + FormatNumber(t_) + ": ask for an error.");
+      return context_.Fail(Termination::kIterationLimit, t_,
+                           "The work allowed by default ended at t = " + FormatNumber(t_) + ": set a tolerance.");
     }
     if (kink_ && t_ >= *kink_ && !PassKink()) return false;
     if (IsStuck()) return false;
@@ -152,8 +151,8 @@ bool EventLocator::IsStuck() {
   if (++tries_ <= kMostTries) return false;
   context_.Fail(Termination::kIterationLimit, t_,
                 "The steps do not get past t = " + FormatNumber(t_) +
-                    " at the accuracy asked for. If f, g or a solution of "
-                    "theirs is not smooth there, declare that time as a break point; or ask for a larger tolerance.");
+                    " with the required accuracy. If f, g or a solution of "
+                    "theirs is not smooth there, declare that time as a break point; or allow a larger error.");
   return true;
 }
 
@@ -407,7 +406,7 @@ bool EventLocator::MarchOn(double end) {
       return context_.Fail(Termination::kIterationLimit, t_,
                            "No active set lasts at t = " + FormatNumber(t_) + " (" + why_march_ + "), and " +
                                std::to_string(kMostMarchedSteps) +
-                               " steps of first order did not carry on at the accuracy asked for. Use "
+                               " steps of first order did not reach the required accuracy. Use "
                                "exponential-integrator, or a larger tolerance.");
     }
     const double power = std::ldexp(1.0, std::ilogb(march_length_));

@@ -79,8 +79,8 @@ std::string DescribeMarches(const EventRecord& record) {
   if (!first) return "";
   return "No active set lasted from t = " + FormatNumber(first->begin) + " to " + FormatNumber(first->end) + " (" +
          first->why + ")" +
-         (stretches > 1 ? ", and on " + std::to_string(stretches - 1) + " later stretches" : std::string()) + ": " +
-         std::to_string(record.marched_steps) + " coupled steps of first order carried on there.";
+         (stretches > 1 ? ", and on " + std::to_string(stretches - 1) + " later intervals" : std::string()) + ": " +
+         std::to_string(record.marched_steps) + " coupled steps of first order were taken there.";
 }
 
 }  // namespace dlcs

@@ -23,11 +23,11 @@ absl::StatusOr<Interpolant> Interpolant::Create(const Problem& problem, const So
   const bool dense = solution.dense_output || !solution.pieces.empty();
   if (!dense || solution.times.size() < 2) {
     return absl::InvalidArgumentError(
-        "the solution is not dense: solve without output_times_only, without splines, and by event_driven with "
+        "the solution has no interpolant: solve without output_times_only, without splines, and by event_driven with "
         "keep_pieces");
   }
   if (solution.x.rows() != problem.num_states() || solution.y.rows() != problem.num_constraints()) {
-    return absl::InvalidArgumentError("the solution is not one of this problem");
+    return absl::InvalidArgumentError("the solution does not belong to this problem");
   }
   auto f = TimeFunctionEvaluator::Create(problem.f, problem.num_states(), AxisOf(problem));
   if (!f.ok()) return f.status();

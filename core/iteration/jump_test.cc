@@ -21,7 +21,7 @@ std::optional<Jump> DetectJump(const Eigen::Ref<const Matrix>& q, const Eigen::R
 
 std::string DescribeJump(const Jump& step, double time, double largest_slope) {
   return "y changes by " + FormatNumber(step.quotient) +
-         " times the change of N x + g before t = " + FormatNumber(time) + ", a piece of it by at most " +
+         " times the change of N x + g before t = " + FormatNumber(time) + ", but its pieces change by at most " +
          FormatNumber(largest_slope);
 }
 

@@ -77,7 +77,7 @@ class PlainIteration {
       if (change > kMostGrowth * first_size) {
         return context_.Fail(Termination::kDiverged, horizon,
                              "The iterates grew to " + FormatNumber(change) + " from " + FormatNumber(first_size) +
-                                 ": should they ever shrink again, rounding has taken what they would converge to. The "
+                                 ": even if they decrease again, rounding has destroyed the limit. The "
                                  "whole horizon is one window here; laplace-iteration takes shorter ones.");
       }
       if (k - iteration_of_least >= kMostInVain) {

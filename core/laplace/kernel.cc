@@ -78,8 +78,8 @@ void Kernel::ExtendByContour(Index window, const std::stop_token& stop) {
   while (count_ < window && !stop.stop_requested()) {
     if (blocks_.cols() == count_ * blocks_.rows() && !AppendBlocks(window, stop)) {
       if (stop.stop_requested()) return;
-      return GiveContoursUp("an eigenvalue of A turns too often over " + std::to_string(count_ + 1) + " steps of " +
-                            FormatNumber(scheme_.step) + " for a contour that rounding does not spoil");
+      return GiveContoursUp("an eigenvalue of A oscillates too fast over " + std::to_string(count_ + 1) + " steps of " +
+                            FormatNumber(scheme_.step) + " for a contour with acceptable rounding");
     }
     const double deviation = Deviation(count_);
     record_.contour_error = NanMax(record_.contour_error, deviation);

@@ -167,7 +167,7 @@ absl::StatusOr<DcpSolution> SolveDcp(const DcpProblem& problem, double max_step,
 Fact TestDcpUniqueness(const Matrix& M) {
   Fact p = TestPMatrix(M);
   if (p.no()) {
-    p.why = absl::StrCat("no P-matrix: ", p.why);
+    p.why = absl::StrCat("not a P-matrix: ", p.why);
     return p;
   }
   if (!p.yes()) return {Answer::kUnknown, absl::StrCat("M is not known to be a P-matrix: ", p.why)};

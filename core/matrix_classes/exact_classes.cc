@@ -272,7 +272,7 @@ Fact Covers(const Matrix& M, bool feasible_only) {
     return {Answer::kYes, feasible_only ? "the complementary cones cover all feasible q"
                                         : "the complementary cones cover the whole space"};
   }
-  if (search.gave_up()) return {Answer::kUnknown, "the complementary cones cut the space into too many pieces"};
+  if (search.gave_up()) return {Answer::kUnknown, "the complementary cones divide the space into too many pieces"};
   // LCP(q, R M C) is LCP(R⁻¹ q, M) in other units.
   Vector q = AsDoubles(search.hole()).cwiseQuotient(form->row);
   return With(

@@ -105,9 +105,9 @@ LipschitzBound BoundLipschitz(const Matrix& M) {
     return {std::sqrt(static_cast<double>(M.rows())) / *smallest, ConstantKind::kUpperBound,
             absl::StrCat("√n over the smallest eigenvalue ", *smallest, " of the symmetric part of M")};
   }
-  return {
-      std::nullopt, ConstantKind::kExact,
-      absl::StrCat("n = ", M.rows(), " is beyond enumeration, and M is no M- or H-matrix and not positive definite")};
+  return {std::nullopt, ConstantKind::kExact,
+          absl::StrCat("n = ", M.rows(),
+                       " is beyond enumeration, and M is neither an M- nor an H-matrix, nor positive definite")};
 }
 
 std::optional<double> LipschitzConstant(const Matrix& M) { return BoundLipschitz(M).value; }

@@ -145,7 +145,7 @@ AnalysisSection InputOutputSection(const InputOutputModel& model) {
       MakeFinding("irreducible", "C irreducible", facts.irreducible, kSource),
       MakeFinding("m-matrix-condition", "The paper's condition for an M-matrix", facts.condition, kSource),
       MakeFinding("m-matrix", "I - C is an M-matrix", facts.m_matrix, kSource)};
-  const std::string why = facts.kappa ? "from (I - C)⁻¹" : "I - C is no nonsingular M-matrix";
+  const std::string why = facts.kappa ? "from (I - C)⁻¹" : "I - C is not a nonsingular M-matrix";
   section.constants = {{.id = "kappa",
                         .symbol = "κ",
                         .title = "Lipschitz constant of the right-hand side",
@@ -159,7 +159,7 @@ AnalysisSection InputOutputSection(const InputOutputModel& model) {
                         .why = why,
                         .source = kSource}};
   if (!facts.m_matrix.yes()) {
-    section.warnings.push_back("I - C is no nonsingular M-matrix: some demands cannot be supplied.");
+    section.warnings.push_back("I - C is not a nonsingular M-matrix: some demands cannot be supplied.");
   }
   return section;
 }

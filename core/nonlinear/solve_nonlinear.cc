@@ -127,12 +127,12 @@ absl::StatusOr<Solution> SolveOnGivenSteps(NonlinearTask& task, NonlinearFunctio
   Solution solution = SolveOnGrid(task, std::move(functions), grid, observer);
   if (solution.termination != Termination::kReachedEnd) return solution;
   if (!task.options.estimate_error) {
-    solution.accuracy.note = "No estimate was asked for.";
+    solution.accuracy.note = "No estimate was requested.";
     return solution;
   }
   const auto steps = static_cast<double>(grid.num_steps()), outputs = static_cast<double>(grid.output_nodes.size());
   if (1.5 * PredictBytes(task.problem, steps, outputs) > task.options.max_memory) {
-    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory beside the trajectory.";
+    solution.accuracy.note = "No estimate: a second solve does not fit into max_memory together with the trajectory.";
     return solution;
   }
   Observer silent;
@@ -205,7 +205,7 @@ absl::StatusOr<Solution> SolveUnlessStopped(const NonlinearProblem& problem, con
         problem, report,
         "y" + std::to_string(free.front() + 1) +
             " occurs in no formula of g, so 0 <= y ⟂ g(t, x, y) >= 0 does not determine it, and the splitting "
-            "(5.2) cannot start: only a step that couples x and y means anything here.");
+            "(5.2) cannot start: only a step that couples x and y could determine it.");
   }
   NonlinearTask task{.problem = problem,
                      .options = options,

@@ -269,8 +269,8 @@ class Search {
     }
     const Approach left = Approached(range, -1), right = Approached(range, 1);
     if (left.diverges || right.diverges) {
-      result_.refusal = "has no finite value at t = " + NumberText(Shortest(range.lo, range.hi)) +
-                        ": it grows beyond all bounds there";
+      result_.refusal =
+          "has no finite value at t = " + NumberText(Shortest(range.lo, range.hi)) + ": it is unbounded there";
       return;
     }
     FormulaGap gap{range.lo, range.hi, left.limit.value_or(value), right.limit.value_or(value)};
@@ -278,7 +278,7 @@ class Search {
     if (range.hi >= end_) gap.right = gap.left;
     if ((range.lo > begin_ && !left.limit) || (range.hi < end_ && !right.limit)) {
       result_.warnings.push_back("whether it has a limit at t = " + FormatNumber(Shortest(range.lo, range.hi)) +
-                                 " could not be found out");
+                                 " could not be decided");
     }
     gap.jumps = std::abs(gap.left - gap.right) > 1e-6 * std::max(left.largest, right.largest);
     result_.gaps.push_back(gap);
@@ -300,7 +300,7 @@ class Search {
     }
     value = WholeValue(first);
     result_.refusal = "has no finite value at t = " + NumberText(first) + " (" + NumberText(value) + ")" +
-                      (first < without ? ", nor behind it" : "");
+                      (first < without ? ", nor after it" : "");
   }
 
   struct Approach {
@@ -379,8 +379,8 @@ class Search {
   // The search took too long: nothing is known from `t` on.
   void GiveUp(double t) {
     if (switches_.empty()) {
-      result_.warnings.push_back("whether it has finite values throughout behind t = " + FormatNumber(t) +
-                                 " could not be found out");
+      result_.warnings.push_back("whether it has finite values everywhere after t = " + FormatNumber(t) +
+                                 " could not be decided");
       return;
     }
     clusters_.push_back({switches_.front(), {t, end_}});

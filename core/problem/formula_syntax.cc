@@ -65,7 +65,7 @@ class Reader {
   absl::StatusOr<FormulaTree> Read() {
     if (text_.size() > kMaxTextSize) {
       return absl::InvalidArgumentError("the formula has " + std::to_string(text_.size()) +
-                                        " bytes; at most 65536 are read");
+                                        " bytes; at most 65536 are allowed");
     }
     Advance();
     if (token_.kind == Kind::kEnd && error_.empty()) Fail(0, "the formula is empty; write 0 for none");

@@ -116,10 +116,10 @@ std::vector<Violation> Validate(const Options& options, double horizon) {
     list.Add("average_y", "averages x and y, which means theta = 0.5, but theta is " + NumberText(options.theta));
   }
   if (options.step_solver == StepSolver::kNewton && options.method != Method::kTimeStepping) {
-    list.Add("step_solver", "Newton's method solves the steps of time-stepping; ask for that method too");
+    list.Add("step_solver", "Newton's method is for the steps of time-stepping; set that method too");
   }
   if (options.average_y && options.method != Method::kTimeStepping) {
-    list.Add("average_y", "y is averaged in time-stepping only; ask for that method too");
+    list.Add("average_y", "y is averaged in time-stepping only; set that method too");
   }
   CheckIteration(options, list);
   CheckContour(options, list);

@@ -91,7 +91,7 @@ Verdict JudgeSolution(const Solution& solution) {
     const std::string how_large =
         accuracy.error > 1 ? "larger than x itself" : Figure(100 * accuracy.error) + " % of the size of x";
     verdict.concerns.insert(verdict.concerns.begin(),
-                            "The estimated error is " + how_large + ": take shorter steps, or ask for an error.");
+                            "The estimated error is " + how_large + ": take shorter steps, or set a tolerance.");
   }
   return verdict;
 }

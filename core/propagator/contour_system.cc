@@ -60,7 +60,7 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
   const auto sector = FindSector(problem.A.Sparse(), problem.horizon);
   if (!sector) {
     why_not = "no sector holds the field of values of A that is narrow enough for a contour up to T = " +
-              FormatNumber(problem.horizon) + ": A grows too much, or turns too often for its decay";
+              FormatNumber(problem.horizon) + ": solutions grow too much, or oscillate too fast for their decay";
     return nullptr;
   }
   const double columns = static_cast<double>(problem.num_constraints() + kNarrowLift);

@@ -33,11 +33,11 @@ void WarnOf(const SelectionStats& departures, SolveContext& context) {
   if (departures.steps_off_selection > 0) {
     warnings.push_back("In " + std::to_string(departures.steps_off_selection) + steps +
                        "y solves the coupled LCP, but is not " + rule +
-                       " of LCP(N x + g, M) at the new x: none was found that is.");
+                       " of LCP(N x + g, M) at the new x; no such solution was found.");
   }
   if (departures.steps_with_ties > 0) {
     warnings.push_back("In " + std::to_string(departures.steps_with_ties) + steps + rule +
-                       " is not the only one: of several, the least in norm was taken.");
+                       " is not unique: the one of least norm was taken.");
   }
 }
 

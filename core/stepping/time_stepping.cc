@@ -18,7 +18,7 @@ void WarnOfLongStep(const Problem& problem, const std::optional<double>& kappa, 
                        std::to_string(problem.num_constraints()) + ").");
   } else if (3 * step * *kappa >= 1) {
     warnings.push_back(
-        what + "Theorem 3.2 of [Chen & Xiang 2013] asks for h < 1/(3κ) = " + FormatNumber(1 / (3 * *kappa)) + ".");
+        what + "Theorem 3.2 of [Chen & Xiang 2013] requires h < 1/(3κ) = " + FormatNumber(1 / (3 * *kappa)) + ".");
   }
 }
 

@@ -127,7 +127,7 @@ TEST(SolutionRulesInSolvesTest, LeastNormOfIdealDiodesIsThatOfTheCoupledStep) {
   EXPECT_NEAR(solution.x(0, 100), 0, 1e-12);
   EXPECT_LE((solution.y.col(100) - Vector{{0.5, 0.5}}).norm(), 1e-12);
   ASSERT_THAT(solution.warnings, SizeIs(1));
-  EXPECT_THAT(solution.warnings[0], HasSubstr("of LCP(N x + g, M) at the new x: none was found that is"));
+  EXPECT_THAT(solution.warnings[0], HasSubstr("of LCP(N x + g, M) at the new x; no such solution was found"));
 }
 
 // M = [0 1; -1 0], q = (x, 1): y = (0, 0) for x > 0 and (1, -x) for x < 0, each the only solution. x = 1/2 - t.

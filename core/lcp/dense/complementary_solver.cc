@@ -86,7 +86,7 @@ LcpStatus ComplementarySolver::AfterRay(Basis& basis, Eigen::Ref<Vector> y) {
         lcp_, [](const Basis&) { return true; }, point, basis, y);
     if (verdict == LcpStatus::kSolved) return verdict;
     if (verdict == LcpStatus::kInfeasible) return Fail(verdict, "no choice of active constraints solves it", y);
-    return Fail(verdict, "no solution found, but a nearly singular basis does not allow to exclude one", y);
+    return Fail(verdict, "no solution found, but a nearly singular basis may have one", y);
   }
   const bool always_feasible = ImageIsPositive(lcp_.M(), Vector::Ones(lcp_.size()));
   if (!always_feasible && FindFeasiblePoint(lcp_.M(), lcp_.q, lcp_.tolerance).answer == Feasibility::kInfeasible) {

@@ -103,8 +103,9 @@ LcpStatus MinimizerSolver::MinimizeByEnumeration(const Vector& q, const Vector& 
     y = contest.y();
     return LcpStatus::kSolved;
   }
-  account_.message = all.complete ? "no choice of active constraints solves it"
-                                  : "a nearly singular basis, or too many solutions, leave the minimizer open";
+  account_.message =
+      all.complete ? "no choice of active constraints solves it"
+                   : "the minimizer is not determined: a basis is nearly singular, or there are too many solutions";
   return all.complete ? LcpStatus::kInfeasible : LcpStatus::kSingular;
 }
 

@@ -138,7 +138,7 @@ TEST(RelativeDegreeTest, AnalysisNamesTheRow) {
     options.num_steps = 100;
     const auto analysis = Analyze(DriftAndFallingMass(M, 0.4), options, {});
     ASSERT_TRUE(analysis.ok());
-    EXPECT_TRUE(Tells(analysis->warnings, "y reaches constraint 1 (relative degree 2)"));
+    EXPECT_TRUE(Tells(analysis->warnings, "y affects constraint 1 (relative degree 2)"));
     const auto section = std::find_if(analysis->sections.begin(), analysis->sections.end(),
                                       [](const AnalysisSection& s) { return s.id == "relative-degree"; });
     ASSERT_NE(section, analysis->sections.end());

@@ -128,20 +128,20 @@ TEST(ProblemTest, NamesTheFirstTimeWhereAFormulaHasNoFiniteValue) {
                 p.f = TimeFunction::Formulas({"1/(t - 3)", "sqrt(2 - t)"});
                 p.g = TimeFunction::Formulas({"log(t)", "t", "1/0"});
               }),
-              ElementsAre("f[0]: \"1/(t - 3)\" has no finite value at t = 3: it grows beyond all bounds there",
-                          "f[1]: \"sqrt(2 - t)\" has no finite value at t = 2.0000000000000004 (nan), nor behind it",
-                          "g[0]: \"log(t)\" has no finite value at t = 0: it grows beyond all bounds there",
+              ElementsAre("f[0]: \"1/(t - 3)\" has no finite value at t = 3: it is unbounded there",
+                          "f[1]: \"sqrt(2 - t)\" has no finite value at t = 2.0000000000000004 (nan), nor after it",
+                          "g[0]: \"log(t)\" has no finite value at t = 0: it is unbounded there",
                           "g[2]: \"1/0\" has no finite value (inf)"));
 }
 
 TEST(ProblemTest, AbbreviatesLongFormulasInMessages) {
   std::string sum = "log(t)";
   for (int i = 0; i < 1000; ++i) sum += " + t";
-  EXPECT_THAT(ComplaintsAfter([&](Problem& p) {
-                p.f = TimeFunction::Formulas({"0", sum});
-              }),
-              ElementsAre("f[1]: \"" + sum.substr(0, 80) +
-                          "...\" has no finite value at t = 0: it grows beyond all bounds there"));
+  EXPECT_THAT(
+      ComplaintsAfter([&](Problem& p) {
+        p.f = TimeFunction::Formulas({"0", sum});
+      }),
+      ElementsAre("f[1]: \"" + sum.substr(0, 80) + "...\" has no finite value at t = 0: it is unbounded there"));
 }
 
 // 0.3 is not among the 257 even times.
@@ -150,21 +150,19 @@ TEST(ProblemTest, FindsPolesWhereverTheyAre) {
   EXPECT_THAT(ComplaintsAfter([&](Problem& p) {
                 p.f = TimeFunction::Formulas({"1/(t - 0.3)", "0"});
               }),
-              ElementsAre("f[0]: \"1/(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
+              ElementsAre("f[0]: \"1/(t - 0.3)\" has no finite value at t = 0.3: it is unbounded there"));
   EXPECT_THAT(ComplaintsAfter([&](Problem& p) {
                 p.f = TimeFunction::Formulas({"1/(t - 4.3)", "0"});  // T is 4
               }),
               IsEmpty());
   TimeFunction left = TimeFunction::Formulas({"1/(t - 0.3)", "0"});
   left.pieces.push_back({time, ConstantFunction{Vector::Zero(2)}});
-  EXPECT_THAT(
-      ComplaintsAfter([&](Problem& p) { p.f = left; }),
-      ElementsAre("f.pieces[0][0]: \"1/(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
+  EXPECT_THAT(ComplaintsAfter([&](Problem& p) { p.f = left; }),
+              ElementsAre("f.pieces[0][0]: \"1/(t - 0.3)\" has no finite value at t = 0.3: it is unbounded there"));
   TimeFunction right = TimeFunction::Zero(2);
   right.pieces.push_back({time, FormulaFunction{{"0", "log(t - 0.3)"}}});
-  EXPECT_THAT(
-      ComplaintsAfter([&](Problem& p) { p.f = right; }),
-      ElementsAre("f.pieces[1][1]: \"log(t - 0.3)\" has no finite value at t = 0.3: it grows beyond all bounds there"));
+  EXPECT_THAT(ComplaintsAfter([&](Problem& p) { p.f = right; }),
+              ElementsAre("f.pieces[1][1]: \"log(t - 0.3)\" has no finite value at t = 0.3: it is unbounded there"));
 }
 
 TEST(ProblemTest, FindsPolynomialsThatOverflow) {

@@ -121,7 +121,7 @@ TEST(DefaultErrorTest, IsControlledWithoutBeingAskedFor) {
   EXPECT_THAT(verdict.text, HasSubstr("(the default)"));
 }
 
-// First order never gets there with the work that is taken without being asked for: no failure, but no success beyond
+// First order never gets there with the work allowed by default: no failure, but no success beyond
 // it either.
 TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   Options options;

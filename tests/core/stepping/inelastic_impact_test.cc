@@ -130,7 +130,7 @@ TEST(InelasticImpactTest, RefusesWhatItCannotPromise) {
   };
   Options options;
   options.method = Method::kEventDriven;
-  EXPECT_THAT(message(options), ::testing::HasSubstr("the method asked for is event-driven"));
+  EXPECT_THAT(message(options), ::testing::HasSubstr("but the method is set to event-driven"));
 }
 
 TEST(InelasticImpactTest, AMassOnAShakenTableLeavesItWhenTheTableFallsFaster) {
