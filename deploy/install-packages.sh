@@ -46,7 +46,8 @@ trap 'rm -f "$log"' EXIT
 # On descriptor 3 apt reports "dlstatus:3:12.5:Retrieving file 3 of 80" and "pmstatus:cmake:40.1:Unpacking cmake".
 apt=(env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 -o APT::Status-Fd=3)
 if ! { as_root "${apt[@]}" update && as_root "${apt[@]}" install --no-install-recommends "${missing[@]}"; } \
-  3>&1 >"$log" 2>&1 | sed --unbuffered --quiet 's/^..status:[^:]*:\([0-9]*\)[^:]*:\(.*\)/[\1 %] \2/p' | show_progress; then
+  3>&1 >"$log" 2>&1 | sed --unbuffered --quiet 's/^..status:[^:]*:\([0-9]*\)[^:]*:\(.*\)/[\1 %] \2/p' |
+  show_progress; then
   cat "$log" >&2
   echo "$0: could not install ${missing[*]}; see above." >&2
   exit 1

@@ -32,13 +32,31 @@ namespace {
 // Rows of the table if no times were requested.
 constexpr int kTableIntervals = 10;
 
+// The node of the fixed steps in `options` that is nearest to `time`; `time` itself if there are none. Times that are
+// not nodes would become nodes.
+double NearestNode(const v1::SolveOptions& options, double horizon, double time) {
+  const auto multiple = [&](double step) { return std::min(horizon, step * std::round(time / step)); };
+  if (options.grid_case() == v1::SolveOptions::kSteps && options.steps() > 0) {
+    return multiple(horizon / options.steps());
+  }
+  if (options.grid_case() == v1::SolveOptions::kStep && options.step() > 0) return multiple(options.step());
+  if (options.grid_case() == v1::SolveOptions::kGridTimes && options.grid_times().times_size() > 0) {
+    return *std::ranges::min_element(options.grid_times().times(), {},
+                                     [time](double node) { return std::abs(node - time); });
+  }
+  return time;
+}
+
 // A table shows the solution at a few times, unless others were requested.
 void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequest& request) {
-  if (command.format != OutputFormat::kTable || !command.options.output_times().empty() || !(horizon > 0)) return;
-  std::set<double> times = {0, horizon};  // of the shortest horizons some are the same
+  const v1::SolveOptions& options = command.options;
+  if (command.format != OutputFormat::kTable || !options.output_times().empty() || !(horizon > 0)) return;
+  std::set<double> times = {0, horizon};  // of few steps or the shortest horizons some are the same
   for (int k = 1; k < kTableIntervals; ++k) {
-    const double time = horizon * k / kTableIntervals;
-    times.insert(std::isfinite(time) ? time : horizon / kTableIntervals * k);
+    const double even = horizon * k / kTableIntervals;
+    const double time = NearestNode(options, horizon, std::isfinite(even) ? even : horizon / kTableIntervals * k);
+    constexpr double kSame = 1e-12;  // as 0 or T, which are there
+    if (time > kSame * horizon && time < (1 - kSame) * horizon) times.insert(time);
   }
   for (const double time : times) request.mutable_options()->add_output_times(time);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Methods and their options as the command line takes them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -73,6 +74,20 @@ TEST(DlcsMethodTest, TakesTheKernelFromContoursWithTheSameAnswer) {
       kEasyProblem, "--quiet --steps 50 --method wu-chen-iteration --interpolation cubic-spline --contour remark-2-4");
   EXPECT_EQ(paper.code, 0) << paper.err;
   EXPECT_THAT(paper.out, HasSubstr("Contour (Remark 2.4)"));
+}
+
+// The times of the table are nodes of the steps that were set, not additional ones.
+TEST(DlcsMethodTest, ATableDoesNotChangeTheSteps) {
+  const std::string system =
+      R"(echo '{"A": [[-1]], "B": [[1]], "N": [[1]], "M": [[1]], "f": ["t^2"], "x0": [1], "T": 1.3}' | )";
+  for (const std::string steps :
+       {"--steps 1", "--steps 2", "--steps 3", "--steps 37", "--step 0.1", "--grid 0,0.7,1.3"}) {
+    const ProgramOutcome table = RunDlcs("solve - " + steps, system);
+    const ProgramOutcome json = RunDlcs("solve - --format json " + steps, system);
+    EXPECT_EQ(table.code, json.code) << steps;
+    const int count = nlohmann::json::parse(json.out)["summary"]["cost"]["steps"].get<int>();
+    EXPECT_THAT(table.out + table.err, HasSubstr(fmt::format(" {} step", count))) << steps;
+  }
 }
 
 TEST(DlcsMethodTest, RefusesNewtonAndAveragingWithoutTheirMethod) {

@@ -31,7 +31,7 @@ TEST(DlcsProgramTest, PrintsTheResultOnStandardOutputAndTheRestOnStandardError) 
 }
 
 TEST(DlcsProgramTest, TabulatesElevenEvenTimes) {
-  const ProgramOutcome outcome = SolveText(kEasyProblem, "--quiet --steps 64");
+  const ProgramOutcome outcome = SolveText(kEasyProblem, "--quiet --steps 40");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   for (const char* time : {"\n  0  ", "\n0.4  ", "\n2.8  ", "\n  4  "}) EXPECT_THAT(outcome.out, HasSubstr(time));
