@@ -2,6 +2,7 @@
 #include "core/driver/error_control.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -9,12 +10,15 @@
 #include <vector>
 
 #include "core/discretization/scheme.h"
+#include "core/discretization/sources.h"
+#include "core/discretization/step_sources.h"
 #include "core/driver/memory_prediction.h"
 #include "core/event_driven/event_driven.h"
 #include "core/event_driven/rounded_data.h"
 #include "core/format_number.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
+#include "core/problem/verdict.h"
 
 namespace dlcs {
 namespace {
@@ -141,6 +145,48 @@ Vector LagBehind(const Problem& problem, const Solution& solution) {
     before = change;
   }
   return lag;
+}
+
+// How far f and g are, at two points inside a step, from the parabola through their values at its ends and its middle,
+// relative to the largest value of each component; the largest of 64 steps. Where a step is a multiple of the period of
+// a source, all grids see the same values, and comparing them shows nothing.
+absl::StatusOr<double> UnresolvedSources(const Problem& problem, const Grid& grid, const Solution& solution) {
+  constexpr Index kMostSteps = 64;
+  constexpr std::array<double, 2> kPoints = {0.381966, 0.763932};  // no multiples of a simple part of the step
+  absl::StatusOr<Sources> sources = Sources::Create(problem);
+  if (!sources.ok()) return sources.status();
+  SourceSampler sampler(*sources);
+  const Index num_states = problem.num_states(), size = num_states + problem.num_constraints();
+  const auto value = [&](double t, Side side) {
+    Vector both(size);
+    sampler.F(t, side, both.head(num_states));
+    sampler.G(t, side, both.tail(size - num_states));
+    return both;
+  };
+  Vector largest = Vector::Zero(size), difference = Vector::Zero(size);
+  const Index stride = (grid.num_steps() + kMostSteps - 1) / kMostSteps;
+  for (Index k = 0; k < grid.num_steps(); k += stride) {
+    const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
+    const Vector left = value(begin, Side::kRight), middle = value(0.5 * (begin + end), Side::kRight);
+    const Vector right = value(end, Side::kLeft);
+    largest = largest.cwiseMax(left.cwiseAbs()).cwiseMax(middle.cwiseAbs()).cwiseMax(right.cwiseAbs());
+    for (const double s : kPoints) {
+      const Vector inside = value(begin + s * (end - begin), Side::kRight);
+      const Vector seen = (1 - s) * (1 - 2 * s) * left + 4 * s * (1 - s) * middle + s * (2 * s - 1) * right;
+      largest = largest.cwiseMax(inside.cwiseAbs());
+      difference = difference.cwiseMax((inside - seen).cwiseAbs());
+    }
+  }
+  // What cannot move x or w by this part of their size is rounding of the sources, or as good as that.
+  constexpr double kNoEffect = 1e-9;
+  Vector effect(size);
+  effect << problem.horizon * difference.head(num_states), difference.tail(size - num_states);
+  double unresolved = 0;
+  for (Index i = 0; i < size; ++i) {
+    const auto moved = i < num_states ? solution.x.row(i) : solution.w.row(i - num_states);
+    if (effect[i] > kNoEffect * MaxAbs(moved)) unresolved = std::max(unresolved, difference[i] / largest[i]);
+  }
+  return unresolved;
 }
 
 absl::StatusOr<Solution> SolveWithRoundedData(const Task& task, const Grid& grid, double ulps) {
@@ -337,6 +383,12 @@ absl::Status EstimateError(Task& task, Solution& solution) {
   task.leaves_checkpoints = left_checkpoints;
   if (solution.contour && solution.contour->nodes > 0) {  // which all of them have in common
     solution.accuracy.error = NanMax(solution.accuracy.error, std::pow(10, solution.contour->log10_error));
+  }
+  if (const absl::StatusOr<double> unresolved = UnresolvedSources(task.problem, grid, solution);
+      solution.accuracy.source == AccuracySource::kCompared && unresolved.ok() && *unresolved > kNoSuccess) {
+    solution.accuracy.error = NanMax(solution.accuracy.error, *unresolved);
+    solution.warnings.push_back("Inside the steps f or g differs by " + FormatNumber(*unresolved) +
+                                " of its size from what the steps see of it: take shorter steps, or set a tolerance.");
   }
   // The solves all count from the same start.
   solution.cost.seconds_total = SecondsSince(task.started);

@@ -11,6 +11,7 @@
 
 #include "core/context/component_errors.h"
 #include "core/linalg/norms.h"
+#include "core/problem/verdict.h"
 #include "core/solve.h"
 #include "tests/support/cases.h"
 #include "tests/support/problems.h"
@@ -133,18 +134,19 @@ TEST_P(ErrorToleranceTest, IsKept) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Cases, ErrorToleranceTest,
-    ::testing::Combine(::testing::Values("abb_circuit_a", "abb_circuit_c", "american_put", "diode_bridge_cap",
-                                         "formula_zoo", "leontief_stock", "observer_lcs", "relay_sliding", "rlcd",
-                                         "saturated_pd", "vickrey", "z_least"),
-                       ::testing::Values(Method::kAuto, Method::kExponentialIntegrator, Method::kLaplaceIteration,
-                                         Method::kTimeStepping)),
-    [](const auto& test) {
-      std::string name = std::string(std::get<0>(test.param)) + "_" + MethodName(std::get<1>(test.param));
-      std::replace(name.begin(), name.end(), '-', '_');
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Cases, ErrorToleranceTest,
+                         ::testing::Combine(::testing::Values("abb_circuit_a", "abb_circuit_c", "american_put",
+                                                              "diode_bridge_cap", "formula_zoo", "leontief_stock",
+                                                              "observer_lcs", "relay_sliding", "rlcd", "saturated_pd",
+                                                              "vickrey", "z_least"),
+                                            ::testing::Values(Method::kAuto, Method::kExponentialIntegrator,
+                                                              Method::kLaplaceIteration, Method::kTimeStepping)),
+                         [](const auto& test) {
+                           std::string name =
+                               std::string(std::get<0>(test.param)) + "_" + MethodName(std::get<1>(test.param));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 double ErrorOfFourOne(const Solution& solution) {
   double error = 0;
@@ -195,6 +197,35 @@ TEST(ErrorToleranceOptionTest, ChoosesEventLocationAndSaysWhy) {
   EXPECT_NE(solution.reason.find("for an error of 1e-08"), std::string::npos) << solution.reason;
   EXPECT_LE(ErrorOfFourOne(solution), 1e-9);
   EXPECT_EQ(SolveFor(ExampleFourOne(), Within(1e-2)).method, Method::kEventDriven);
+}
+
+// Ten steps of 0.1 see a source of 40 Hz at the same phase, and so do five and two.
+TEST(ErrorEstimateTest, IsNotSmallWhereStepsMissTheOscillationOfASource) {
+  for (const bool of_state : {true, false}) {
+    Problem problem = testing::Scalar(-1, 1, 1, 1);
+    TimeFunction& source = of_state ? problem.f : problem.g;
+    source = TimeFunction::Formulas({of_state ? "100*cos(80*pi*t)" : "1 - 2*sin(40*pi*t)^2"});
+    for (const Method method : {Method::kExponentialIntegrator, Method::kTimeStepping, Method::kLaplaceIteration}) {
+      Options options;
+      options.method = method;
+      options.num_steps = 10;
+      const Solution aliased = SolveFor(problem, options);
+      EXPECT_FALSE(JudgeSolution(aliased).success) << MethodName(method) << ": " << JudgeSolution(aliased).text;
+      options.num_steps = 4000;
+      const Solution resolved = SolveFor(problem, options);
+      EXPECT_TRUE(JudgeSolution(resolved).success) << MethodName(method) << ": " << JudgeSolution(resolved).text;
+    }
+  }
+}
+
+// A source that is zero but for rounding is no oscillation.
+TEST(ErrorEstimateTest, IsNotRaisedByTheRoundingOfASource) {
+  Problem problem = testing::Scalar(-1, 1, 1, 1);
+  problem.f = TimeFunction::Formulas({"sin(50*t)^2 + cos(50*t)^2 - 1"});
+  Options options;
+  options.method = Method::kExponentialIntegrator;
+  options.num_steps = 100;
+  EXPECT_LT(SolveFor(problem, options).accuracy.error, 1e-3);
 }
 
 }  // namespace
