@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "client/result/ensemble_result.h"
-#include "client/rpc/followed_solve.h"
+#include "client/rpc/resumable_solve.h"
 
 namespace dlcs::client {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "client/rpc/followed_solve.h"
+#include "client/rpc/resumable_solve.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A solve whose events may come from several calls.
 
-#ifndef DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
-#define DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
+#ifndef DLCS_CLIENT_RPC_RESUMABLE_SOLVE_H_
+#define DLCS_CLIENT_RPC_RESUMABLE_SOLVE_H_
 
 #include <cstdint>
 #include <string>
@@ -45,4 +45,4 @@ class ResumableSolve {
 
 }  // namespace dlcs::client
 
-#endif  // DLCS_CLIENT_RPC_FOLLOWED_SOLVE_H_
+#endif  // DLCS_CLIENT_RPC_RESUMABLE_SOLVE_H_
