@@ -80,8 +80,11 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
     case v1::SolveEvent::kWindowFinished:
       if (event.window_finished().accepted()) reached_ = event.window_finished().end();
       break;
+    case v1::SolveEvent::kState:
+    case v1::SolveEvent::kCheckpointed:
+    case v1::SolveEvent::kLog:
     case v1::SolveEvent::kGap:
-    case v1::SolveEvent::kWaiting:
+    case v1::SolveEvent::kHeartbeat:
     case v1::SolveEvent::KIND_NOT_SET:  // an event of a newer server
       break;
   }

@@ -48,16 +48,16 @@ absl::Status JobClient::Delete(const std::string& name, const CallLimits& limits
 }
 
 absl::Status JobClient::Watch(const v1::WatchSolveJobRequest& request,
-                              const std::function<void(const v1::JobEvent&)>& on_event, const CallLimits& limits) {
+                              const std::function<void(const v1::SolveEvent&)>& on_event, const CallLimits& limits) {
   v1::WatchSolveJobRequest rest = request;
   return retry_.UntilDeadline(limits, [&](const CallLimits& left, bool& made_progress) {
     Call call(retry_.connection(), left);
     const auto reader = stub_->WatchSolveJob(call.context(), rest);
     bool finished = false;
-    for (v1::JobEvent event; reader->Read(&event);) {
+    for (v1::SolveEvent event; reader->Read(&event);) {
       made_progress = true;
       rest.set_after_sequence(event.sequence());
-      finished = event.has_finished();
+      finished = event.has_summary();
       on_event(event);
     }
     const grpc::Status status = reader->Finish();

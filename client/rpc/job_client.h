@@ -3,7 +3,7 @@
 //
 //     auto client = dlcs::client::JobClient::Connect("localhost:50051");
 //     auto job = (*client)->Submit(request, {});
-//     (*client)->Watch(job->name(), {}, [](const dlcs::v1::JobEvent& event) { ... }, {});
+//     (*client)->Watch(job->name(), {}, [](const dlcs::v1::SolveEvent& event) { ... }, {});
 
 #ifndef DLCS_CLIENT_RPC_JOB_CLIENT_H_
 #define DLCS_CLIENT_RPC_JOB_CLIENT_H_
@@ -39,9 +39,9 @@ class JobClient {
   absl::Status Delete(const std::string& name, const CallLimits& limits);
 
   // Passes every event to `on_event` as it arrives, exactly once in spite of lost connections; the last one has
-  // `finished`.
-  absl::Status Watch(const v1::WatchSolveJobRequest& request, const std::function<void(const v1::JobEvent&)>& on_event,
-                     const CallLimits& limits);
+  // `summary`.
+  absl::Status Watch(const v1::WatchSolveJobRequest& request,
+                     const std::function<void(const v1::SolveEvent&)>& on_event, const CallLimits& limits);
   // Passes every page to `on_page` after checking its CRC; the last one says whether the job has ended.
   absl::Status ReadTrajectory(const v1::ReadTrajectoryRequest& request,
                               const std::function<void(const v1::TrajectoryPage&)>& on_page, const CallLimits& limits);

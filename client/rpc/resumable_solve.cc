@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "proto/wire/job_event.h"
 
 namespace dlcs::client {
 namespace {
@@ -64,9 +63,9 @@ absl::Status ResumableSolve::Watch(JobClient& jobs, const CallLimits& limits) {
   request.set_after_sequence(last_sequence_);
   return jobs.Watch(
       request,
-      [this](const v1::JobEvent& event) {
-        if (const auto told = AsSolveEvent(event)) return Take(*told);
-        last_sequence_ = event.sequence();
+      [this](const v1::SolveEvent& event) {
+        if (!event.has_summary()) return Take(event);
+        last_sequence_ = event.sequence();  // taken after the trajectory
       },
       limits);
 }

@@ -38,7 +38,7 @@ void CarryFields(StateArchive& state, CertificateRows& rows) {
         rows.drift, rows.largest_drift);
 }
 void CarryFields(StateArchive& state, Cost& c) {
-  state(c.steps, c.windows, c.iterations, c.lcps, c.marched_steps, c.newton_iterations, c.most_newton_iterations,
+  state(c.steps, c.windows, c.iterations, c.lcps, c.coupled_steps, c.newton_iterations, c.most_newton_iterations,
         c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear);
 }
 void CarryFields(StateArchive& state, StateJump& jump) { state(jump.time, jump.dx, jump.multiplier); }

@@ -35,7 +35,7 @@ class Progress {
     outcome.window = window_;
     outcome.end = time;
     outcome.accepted = true;
-    outcome.marched = true;
+    outcome.coupled = true;
     context_.observer.OnWindowFinished(outcome);
     open_ = false;
   }

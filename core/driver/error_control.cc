@@ -261,7 +261,7 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
   if (solution.contour && solution.contour->nodes > 0) {
     Accuracy& accuracy = solution.accuracy;
     accuracy.error = NanMax(accuracy.error, std::pow(10, solution.contour->log10_error));
-    result->reached = result->reached && accuracy.error <= accuracy.asked;
+    result->reached = result->reached && accuracy.error <= accuracy.tolerance;
   }
   ConcludeTrials(system, *result, task.error_by_default, solution);
   if (task.options.output_times_only || task.options.has_grid()) KeepTimes(wanted, solution);
@@ -313,31 +313,32 @@ absl::StatusOr<ControlledSolution> TrySteps(const SystemSolves& system, Options 
 void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result, bool by_default, Solution& solution) {
   if (!Reached(solution)) return;
   Accuracy& accuracy = solution.accuracy;
-  accuracy.asked_by_default = by_default;
+  accuracy.tolerance_is_default = by_default;
   const std::string steps = StepsText(solution.cost.steps);
   accuracy.note = "The last of several solves, each with half the step of the one before; observed order " +
                   FormatNumber(std::round(10 * result.order) / 10) + ".";
   solution.message = "Reached T = " + FormatNumber(system.horizon) + " in " + steps + ".";
   if (result.reached) return;
   // Grids that agree have not shown that they converge.
-  if (accuracy.error <= accuracy.asked) accuracy.error = std::nextafter(2 * accuracy.asked, 1);
-  if (result.rounding > accuracy.asked) {
+  if (accuracy.error <= accuracy.tolerance) accuracy.error = std::nextafter(2 * accuracy.tolerance, 1);
+  if (result.rounding > accuracy.tolerance) {
     solution.message += " Changes in the last digits of the data move the solution by " +
                         FormatNumber(result.rounding) + " of its size, more than the error of " +
-                        FormatNumber(accuracy.asked) + " that the tolerance allows: shorter steps do not help.";
+                        FormatNumber(accuracy.tolerance) + " that the tolerance allows: shorter steps do not help.";
     if (!by_default) solution.termination = Termination::kIterationLimit;
     return;
   }
   if (by_default) {
-    solution.message += " The work allowed by default ended before the error of " + FormatNumber(accuracy.asked) +
+    solution.message += " The work allowed by default ended before the error of " + FormatNumber(accuracy.tolerance) +
                         " was reached: set a tolerance or steps.";
     return;
   }
   solution.termination = Termination::kIterationLimit;
   solution.message =
-      "An error of " + FormatNumber(accuracy.asked) + " needs more steps than are allowed: the trajectory is that of " +
-      steps + ", whose error is estimated as " + FormatNumber(accuracy.error) + " of the size of x (observed order " +
-      FormatNumber(std::round(10 * result.order) / 10) + "). Use event-driven, or allow a larger error.";
+      "An error of " + FormatNumber(accuracy.tolerance) + " needs more steps than are allowed: the trajectory is " +
+      "that of " + steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
+      " of the size of x (observed order " + FormatNumber(std::round(10 * result.order) / 10) +
+      "). Use event-driven, or allow a larger error.";
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {

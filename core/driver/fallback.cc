@@ -30,7 +30,7 @@ bool MissedByEvents(const Task& task, const Solution& solution) {
   const bool reached = solution.termination == Termination::kReachedEnd;
   if (!reached && solution.termination != Termination::kIterationLimit) return false;
   if (!reached && !std::isnan(solution.failure_time)) return true;
-  return solution.cost.marched_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
+  return solution.cost.coupled_steps > 0 && !(solution.accuracy.error <= task.options.error_tolerance);
 }
 
 // Where both reached T, the one that erred less. What was solved up to a time before T is worth more than an answer at

@@ -79,7 +79,7 @@ class Trials {
     if (absl::Status status = LookAtRounding(); !status.ok()) return status;
     Accuracy& accuracy = fine.accuracy;
     accuracy.source = AccuracySource::kControlled;
-    accuracy.asked = control_.tolerance;
+    accuracy.tolerance = control_.tolerance;
     if (convergence_.empty()) return absl::OkStatus();
     ComponentErrors errors = convergence_.errors(kSafety);
     if (rounding_) errors += *rounding_;

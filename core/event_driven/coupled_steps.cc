@@ -21,13 +21,13 @@ CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length,
                                       const Eigen::Ref<const Vector>& x) {
   const double middle = begin + length / 2;
   Step step;
-  step.verdict = March(begin, end, length, x);
+  step.verdict = TakeSteps(begin, end, length, x);
   if (step.verdict != LcpStatus::kSolved) return step;
   const Vector coarse = segment_.x.col(1);
-  step.verdict = March(begin, middle, length / 2, x);
+  step.verdict = TakeSteps(begin, middle, length / 2, x);
   if (step.verdict != LcpStatus::kSolved) return step;
   const Vector x_middle = segment_.x.col(1);
-  step.verdict = March(middle, end, length / 2, x_middle);
+  step.verdict = TakeSteps(middle, end, length / 2, x_middle);
   step.kept_selection = departures_.steps_off_selection == 0;
   step.x = segment_.x.col(1);
   step.y = segment_.y.col(1);
@@ -40,7 +40,7 @@ CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length,
   return step;
 }
 
-LcpStatus CoupledSteps::March(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
+LcpStatus CoupledSteps::TakeSteps(double begin, double end, double length, const Eigen::Ref<const Vector>& x) {
   segment_.step = length;
   sources_.F(begin, Side::kRight, segment_.f.col(0));
   sources_.F(end, Side::kLeft, segment_.f.col(1));
@@ -49,7 +49,7 @@ LcpStatus CoupledSteps::March(double begin, double end, double length, const Eig
   segment_.x.col(0) = x;
   Index solved = 0;
   ++lcps_;
-  return steppers_.At(length).March(segment_, {}, departures_, solved);
+  return steppers_.At(length).TakeSteps(segment_, {}, departures_, solved);
 }
 
 }  // namespace dlcs

@@ -38,7 +38,7 @@ class CoupledSteps {
   Index lcps() const { return lcps_; }
 
  private:
-  LcpStatus March(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
+  LcpStatus TakeSteps(double begin, double end, double length, const Eigen::Ref<const Vector>& x);
 
   const Problem& problem_;
   SourceSampler& sources_;

@@ -18,7 +18,7 @@ namespace {
 // If the options set the tolerance, a solve that misses it has failed to reach it.
 bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, const EventRecord& record) {
   std::vector<std::string>& warnings = context.solution.warnings;
-  if (record.marched_steps > 0) warnings.push_back(DescribeMarches(record));
+  if (record.coupled_steps > 0) warnings.push_back(DescribeCoupledSteps(record));
   if (record.accumulated_error <= tolerance) return true;
   const std::string error =
       "The estimated error, " + FormatNumber(record.accumulated_error) +
@@ -68,8 +68,8 @@ void Restore(const Attempt& attempt, SolveContext& context, EventRecord& record)
 bool MaySolveAgain(int solves, Index work, const EventRecord& record) {
   constexpr int kMostSolves = 3, kMostShortSolves = 6;
   constexpr Index kShort = 60'000;
-  constexpr Index kMostMarchedAgain = 1000;
-  return record.marched_steps <= kMostMarchedAgain && solves < (work < kShort ? kMostShortSolves : kMostSolves);
+  constexpr Index kMostCoupledStepsToRepeat = 1000;
+  return record.coupled_steps <= kMostCoupledStepsToRepeat && solves < (work < kShort ? kMostShortSolves : kMostSolves);
 }
 
 // The work of a solve whose steps have the tolerance `next`, after one of the tolerance `before` that took `work`.
@@ -128,8 +128,8 @@ bool EventDriven(SolveContext& context) {
   solution.switching_times = SwitchingTimesOf(record, BreakPoints(context.problem), solution.jumps);
   solution.step = record.longest_step;
   solution.accuracy.source = AccuracySource::kControlled;
-  solution.accuracy.asked = tolerance;
-  solution.accuracy.asked_by_default = context.error_by_default || asked == 0;
+  solution.accuracy.tolerance = tolerance;
+  solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;
   solution.accuracy.error = NanMax(record.accumulated_error, Accuracy::kLeastError);
   solution.accuracy.errors_x = record.errors_x.cwiseMax(Accuracy::kLeastError);
   return reached && MeetsTolerance(context, tolerance, is_rounding, record);

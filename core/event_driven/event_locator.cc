@@ -39,7 +39,7 @@ constexpr double kSafety = 0.05;
 constexpr double kOnConstraints = 1e-12;
 // Of what is no more than this part of them nothing is known.
 constexpr double kRoundingOfConstraints = 64 * std::numeric_limits<double>::epsilon();
-constexpr Index kMostMarchedSteps = 40000;
+constexpr Index kMostCoupledSteps = 40000;
 // Both sides of a break point are known to rounding. Rounding is all that makes g jump at a kink there.
 constexpr double kNoJumpAtBreak = 1e-14;
 
@@ -168,7 +168,7 @@ EventLocator::Progressed EventLocator::Choose(double end) {
       if (record_.intervals.empty() && record_.rejected_steps == 0) BeginWith(*mode_);
       return Progressed::kYes;
     }
-    why_march_ = solved ? "the active set does not determine y (relative degree above one)"
+    why_coupled_ = solved ? "the active set does not determine y (relative degree above one)"
                         : "the coupled LCP that proposes an active set was not solved";
   }
   if (!lost_least_element) return Progressed::kNoMode;
@@ -186,7 +186,7 @@ void EventLocator::BeginWith(const Mode& mode) {
 // Another proposal where some are left.
 EventLocator::Progressed EventLocator::GiveUpMode(const char* why) {
   mode_ = nullptr;
-  why_march_ = why;
+  why_coupled_ = why;
   return attempt_ < kAttempts ? Progressed::kYes : Progressed::kNoMode;
 }
 
@@ -282,7 +282,7 @@ EventLocator::Progressed EventLocator::Shorten(double length) {
     if (kink_) length_ = std::max(length_, *kink_ - t_);
   }
   if (length_ >= shortest) return Progressed::kYes;
-  why_march_ =
+  why_coupled_ =
       "no step was short enough for the tolerance: a source jumps or has a kink at a time that is no break point";
   length_ = 16 * shortest;
   return Progressed::kNoMode;
@@ -306,7 +306,7 @@ EventLocator::Progressed EventLocator::EndMode(const ModeEnd& end) {
   const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
   short_modes_ += moved ? 1 : kCountOfStill;
   if (short_modes_ < kMostShortModes) return Progressed::kYes;
-  why_march_ = "switching times accumulate";
+  why_coupled_ = "switching times accumulate";
   return Progressed::kNoMode;
 }
 
@@ -387,9 +387,9 @@ void EventLocator::NoteInterval(double end, const Mode* mode) {
   ModeInterval interval;
   interval.begin = t_;
   interval.end = end;
-  interval.marched = !mode;
+  interval.coupled = !mode;
   if (mode) interval.active = mode->active;
-  if (!mode) interval.why = why_march_;
+  if (!mode) interval.why = why_coupled_;
   record_.Add(std::move(interval));
   record_.longest_step = std::max(record_.longest_step, end - t_);
 }
@@ -402,10 +402,10 @@ bool EventLocator::MarchOn(double end) {
   if (burst_ == 1) march_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
   for (Index k = 0; k < burst_ && t_ < end;) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
-    if (record_.marched_steps >= kMostMarchedSteps) {
+    if (record_.coupled_steps >= kMostCoupledSteps) {
       return context_.Fail(Termination::kIterationLimit, t_,
-                           "No active set lasts at t = " + FormatNumber(t_) + " (" + why_march_ + "), and " +
-                               std::to_string(kMostMarchedSteps) +
+                           "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ + "), and " +
+                               std::to_string(kMostCoupledSteps) +
                                " steps of first order did not reach the required accuracy. Use "
                                "exponential-integrator, or a larger tolerance.");
     }
@@ -434,7 +434,7 @@ bool EventLocator::MarchOn(double end) {
     t_ = step_end;
     magnitudes_.x = magnitudes_.x.cwiseMax(x_.cwiseAbs());
     magnitudes_.x_noise = step.noise;
-    ++record_.marched_steps;
+    ++record_.coupled_steps;
     ++k;
     if (ratio < 0.2) march_length_ = 2 * length;
   }
@@ -459,8 +459,8 @@ void EventLocator::Finish() {
   Solution& solution = context_.solution;
   if (t_ < problem_.horizon) HandOver(output_.Finish());
   Cost& cost = solution.cost;
-  cost.steps = record_.steps + record_.marched_steps;
-  cost.marched_steps = record_.marched_steps;
+  cost.steps = record_.steps + record_.coupled_steps;
+  cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + march_.lcps();
   record_.errors_x = errors_.RelativeTo(magnitudes_.x);
   record_.accumulated_error = MaxAbs(record_.errors_x);

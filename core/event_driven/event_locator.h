@@ -92,7 +92,7 @@ class EventLocator {
   double tries_from_ = 0;
   Index burst_ = 1;  // number of coupled steps to take before the next search for a mode
   double march_length_ = 0;
-  std::string why_march_;
+  std::string why_coupled_;
   StepSources sources_;
   SmoothStep step_;
   LegendreRows looks_;

@@ -23,13 +23,13 @@ std::vector<Index> Without(const std::vector<Index>& set, const std::vector<Inde
 Index EventRecord::Work(Index num_states) const {
   constexpr Index kOfASmoothStep = 40;
   constexpr Index kOfAModePerState = 15;
-  constexpr Index kOfAMarchedStep = 3;  // one, and two of half its length
+  constexpr Index kOfACoupledStep = 3;  // one, and two of half its length
   return kOfASmoothStep * (steps + rejected_steps) + kOfAModePerState * num_states * modes_made +
-         kOfAMarchedStep * marched_steps;
+         kOfACoupledStep * coupled_steps;
 }
 
 void EventRecord::Add(ModeInterval next) {
-  if (!intervals.empty() && intervals.back().marched == next.marched && intervals.back().active == next.active) {
+  if (!intervals.empty() && intervals.back().coupled == next.coupled && intervals.back().active == next.active) {
     intervals.back().end = next.end;
   } else {
     intervals.push_back(std::move(next));
@@ -50,9 +50,9 @@ std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std
     switching.time = interval.begin;
     switching.entering = Without(interval.active, last.active);
     switching.leaving = Without(last.active, interval.active);
-    if (interval.marched) {
+    if (interval.coupled) {
       switching.kind = SwitchingKind::kCoupledStepsBegin;
-    } else if (last.marched) {
+    } else if (last.coupled) {
       switching.kind = SwitchingKind::kCoupledStepsEnd;
     } else if (!before) {
       switching.kind = SwitchingKind::kStart;
@@ -68,11 +68,11 @@ std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std
   return times;
 }
 
-std::string DescribeMarches(const EventRecord& record) {
+std::string DescribeCoupledSteps(const EventRecord& record) {
   const ModeInterval* first = nullptr;
   Index stretches = 0;
   for (const ModeInterval& interval : record.intervals) {
-    if (!interval.marched) continue;
+    if (!interval.coupled) continue;
     if (!first) first = &interval;
     ++stretches;
   }
@@ -80,7 +80,7 @@ std::string DescribeMarches(const EventRecord& record) {
   return "No active set lasted from t = " + FormatNumber(first->begin) + " to " + FormatNumber(first->end) + " (" +
          first->why + ")" +
          (stretches > 1 ? ", and on " + std::to_string(stretches - 1) + " later intervals" : std::string()) + ": " +
-         std::to_string(record.marched_steps) + " coupled steps of first order were taken there.";
+         std::to_string(record.coupled_steps) + " coupled steps of first order were taken there.";
 }
 
 }  // namespace dlcs

@@ -17,7 +17,7 @@ struct ModeInterval {
   double begin = 0;
   double end = 0;
   std::vector<Index> active;  // increasing; the indices with w_i = 0 while y_i may be positive
-  bool marched = false;       // by coupled steps of first order, because no mode lasted; `active` is empty
+  bool coupled = false;       // by coupled steps of first order, because no mode lasted; `active` is empty
   std::string why;            // why coupled steps were needed; empty for a mode
 };
 
@@ -25,7 +25,7 @@ struct EventRecord {
   std::vector<ModeInterval> intervals;  // one after the other from 0 on
   Index steps = 0;                      // inside modes, accepted
   Index rejected_steps = 0;             // too long for the tolerance
-  Index marched_steps = 0;
+  Index coupled_steps = 0;
   Index modes_made = 0;
   double longest_step = 0;
   // The largest estimated error of a component of x relative to the size of the component, with the growth of errors
@@ -46,7 +46,7 @@ std::vector<SwitchingTime> SwitchingTimesOf(const EventRecord& record, const std
                                             const std::vector<StateJump>& jumps);
 
 // A sentence on the intervals that were solved by coupled steps; empty if there were none.
-std::string DescribeMarches(const EventRecord& record);
+std::string DescribeCoupledSteps(const EventRecord& record);
 
 }  // namespace dlcs
 

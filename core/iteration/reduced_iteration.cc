@@ -50,7 +50,7 @@ class ReducedWindow final : public WindowModel {
     Follow(q);
     return q.rightCols(1) - run_.g.col(begin_ + steps());
   }
-  LcpStatus March(SelectionStats& departures) override {
+  LcpStatus SolveCoupledStep(SelectionStats& departures) override {
     CoupledStep step(SharedCoupledSolver(context_, run_.kernel->K0()), y.rows(), true);
     return step.Solve(without_y_.col(1), Sizes(), departures, y.col(1));
   }

@@ -85,12 +85,12 @@ double Window::KernelBound() {
   return tools->kernel.Bound(steps()) * tools->scheme().step;
 }
 
-LcpStatus Window::March(SelectionStats& departures) {
+LcpStatus Window::SolveCoupledStep(SelectionStats& departures) {
   Index solved = 0;
   WindowPiece& piece = pieces_.front();
   piece.segment.x.col(0) = start_;
   piece.segment.y.col(0) = y.col(0);
-  const LcpStatus verdict = piece.tools->stepper.March(piece.segment, context_.stop, departures, solved);
+  const LcpStatus verdict = piece.tools->stepper.TakeSteps(piece.segment, context_.stop, departures, solved);
   return verdict == LcpStatus::kSolved && solved < 1 ? LcpStatus::kPivotLimit : verdict;  // stopped
 }
 

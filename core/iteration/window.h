@@ -48,7 +48,7 @@ class Window final : public WindowModel {
   Vector Sizes() const override;
   double KernelBound() override;
   void Finish() override { Propagate(); }
-  LcpStatus March(SelectionStats& departures) override;
+  LcpStatus SolveCoupledStep(SelectionStats& departures) override;
 
  private:
   // The tools of all pieces; null if the steps have several lengths, or if the blocks of the kernel grow too large.

@@ -47,7 +47,7 @@ class WindowWidth {
   void Reject(Index steps);
   // A window of a single step failed and was solved by the coupled LCP: windows stay at one step until the iteration on
   // one converges again.
-  void March() { *this = WindowWidth(1); }
+  void AcceptCoupledStep() { *this = WindowWidth(1); }
 
   friend void CarryFields(StateArchive& state, WindowWidth& width) {
     state(width.width_, width.cost_, width.grows_, width.ceiling_, width.patience_);

@@ -30,7 +30,7 @@ class WindowModel {
   // To be called when y is final: computes the states, certificate and output.
   virtual void Finish() = 0;
   // Solves the single step of the window by the coupled LCP(q, M + K_0) instead of iterating.
-  virtual LcpStatus March(SelectionStats& departures) = 0;
+  virtual LcpStatus SolveCoupledStep(SelectionStats& departures) = 0;
 
   Matrix y;  // n × steps + 1; column 0 is given, the others are the iterate's
 };

@@ -62,22 +62,22 @@ std::unique_ptr<WindowModel> WindowSequence::Take(const Gather& gather) {
     if (result.end == WindowEnd::kCancelled) return context_.FailCancelled(begin), nullptr;
 
     const bool jumped = result.end == WindowEnd::kJump;
-    const bool march = result.end != WindowEnd::kConverged && !jumped && steps == 1 && !width_is_fixed();
+    const bool coupled = result.end != WindowEnd::kConverged && !jumped && steps == 1 && !width_is_fixed();
     bool accepted = result.end == WindowEnd::kConverged;
     LcpStatus verdict = LcpStatus::kSolved;
     SelectionStats departures;
-    if (march) {
-      verdict = window->March(departures);
+    if (coupled) {
+      verdict = window->SolveCoupledStep(departures);
       accepted = verdict == LcpStatus::kSolved;
       ++context_.solution.cost.lcps;
-      context_.solution.cost.marched_steps += accepted;
+      context_.solution.cost.coupled_steps += accepted;
     }
-    context_.observer.OnWindowFinished({number_, end, result.iterations, accepted, march, result.why});
+    context_.observer.OnWindowFinished({number_, end, result.iterations, accepted, coupled, result.why});
     ++number_;
     ++context_.solution.cost.windows;
     if (accepted) {
       context_.solution.cost.steps += steps;
-      march ? width_.March() : width_.Accept(steps, result.iterations);
+      coupled ? width_.AcceptCoupledStep() : width_.Accept(steps, result.iterations);
       return window;
     }
 
@@ -87,7 +87,7 @@ std::unique_ptr<WindowModel> WindowSequence::Take(const Gather& gather) {
       return context_.FailJump(end, "the coupled step has other solutions only"), nullptr;
     }
     if (jumped && (steps == 1 || width_is_fixed())) return context_.FailJump(end, result.why), nullptr;
-    if (march) return FailLcp(context_, verdict, end, "The coupled step LCP(q, M + K_0)"), nullptr;
+    if (coupled) return FailLcp(context_, verdict, end, "The coupled step LCP(q, M + K_0)"), nullptr;
     if (width_is_fixed()) {
       ended_ = true;
       FailFixedWindow(result, begin, end);

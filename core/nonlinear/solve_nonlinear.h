@@ -21,7 +21,7 @@ namespace dlcs {
 //
 // the linear system by the matrices that invert its Laplace transform (core/discretization/scheme.h, exp-PL). The first
 // x is the solution with s frozen at the start. Windows shrink where the iteration does not converge and grow where it
-// does; a single step that fails is solved with x and y together, and counted in cost.marched_steps. Second order for
+// does; a single step that fails is solved with x and y together, and counted in cost.coupled_steps. Second order for
 // any W: W determines how fast the iteration converges, and the constant of the error.
 //
 // y must be determined by g(t, x, ·): its Jacobian g_y at the start selects the solution as M does for linear systems

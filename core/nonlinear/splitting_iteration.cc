@@ -183,7 +183,7 @@ class Iteration {
       }
       if (result.converged) {
         Accept(times, segment);
-        couple ? width_.March() : width_.Accept(steps, iterations);
+        couple ? width_.AcceptCoupledStep() : width_.Accept(steps, iterations);
         return steps;
       }
       if (couple || width_is_fixed()) {
@@ -272,7 +272,7 @@ class Iteration {
     segment.x.col(1) = x;
     segment.y.col(1) = y;
     segment.f.col(1) = context_.functions.F(times[1], x, y) - W_ * x;
-    ++context_.solution.cost.marched_steps;
+    ++context_.solution.cost.coupled_steps;
     return {.converged = true, .why = {}};
   }
 

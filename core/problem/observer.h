@@ -78,7 +78,7 @@ struct WindowOutcome {
   double end = 0;
   Index iterations = 0;
   bool accepted = false;
-  bool marched = false;  // the single step was solved by the coupled LCP(q, M + K_0) instead of iterating
+  bool coupled = false;  // the single step was solved by the coupled LCP(q, M + K_0) instead of iterating
   std::string why;       // the reason of a rejection
 };
 

@@ -67,10 +67,10 @@ struct Accuracy {
 
   AccuracySource source = AccuracySource::kNotEstimated;
   double error = std::numeric_limits<double>::quiet_NaN();  // the largest of those below; NaN if not known
-  // The tolerance that the steps were chosen for; 0 if the steps were given. asked_by_default: it is the default
+  // The tolerance that the steps were chosen for; 0 if the steps were given. tolerance_is_default: it is the default
   // tolerance (Options::error_tolerance).
-  double asked = 0;
-  bool asked_by_default = false;
+  double tolerance = 0;
+  bool tolerance_is_default = false;
   Vector errors_x;   // of each state; empty if only `error` is known
   Vector errors_By;  // of each component of B y, if y is a Lipschitz function of x
   Vector errors_w;   // of each w_i then, relative to the largest sum of the absolute values of its terms
@@ -144,7 +144,7 @@ struct Cost {
   Index windows = 0;     // of the iterations, rejected ones included; 0 for time-stepping methods
   Index iterations = 0;  // of all windows, rejected ones included
   Index lcps = 0;
-  Index marched_steps = 0;      // steps of laplace_iteration that were solved by the coupled LCP(q, M + K_0) instead
+  Index coupled_steps = 0;      // steps of laplace_iteration that were solved by the coupled LCP(q, M + K_0) instead
   Index newton_iterations = 0;  // of all steps
   Index most_newton_iterations = 0;  // of one step
   Index substituted_steps = 0;       // that Newton's method could not solve

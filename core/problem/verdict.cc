@@ -51,7 +51,7 @@ void AddConcerns(const Solution& solution, Verdict& verdict) {
 }
 
 std::string Within(const Accuracy& accuracy) {
-  return "an error of " + FormatNumber(accuracy.asked) + (accuracy.asked_by_default ? " (the default)" : "");
+  return "an error of " + FormatNumber(accuracy.tolerance) + (accuracy.tolerance_is_default ? " (the default)" : "");
 }
 
 }  // namespace
@@ -70,14 +70,14 @@ Verdict JudgeSolution(const Solution& solution) {
     verdict.kind = VerdictKind::kErrorUnknown;
     verdict.text = "reached T, error not estimated";
     // Grids that failed leave nothing to compare the last one with.
-    if (accuracy.asked > 0) {
-      verdict.text += ", where " + FormatNumber(accuracy.asked) + " was aimed at";
+    if (accuracy.tolerance > 0) {
+      verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
       verdict.success = false;
     }
     return verdict;
   }
   const std::string estimated = "estimated error " + Figure(accuracy.error);
-  const bool met = accuracy.source == AccuracySource::kControlled && accuracy.error <= accuracy.asked;
+  const bool met = accuracy.source == AccuracySource::kControlled && accuracy.error <= accuracy.tolerance;
   if (met && verdict.concerns.empty()) {
     verdict.kind = VerdictKind::kSolved;
     verdict.text = "SOLVED within " + Within(accuracy) + ", " + estimated;
@@ -85,7 +85,7 @@ Verdict JudgeSolution(const Solution& solution) {
   }
   verdict.kind = VerdictKind::kErrorEstimated;
   verdict.text = "reached T, " + estimated;
-  if (accuracy.asked > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.asked) + " was aimed at";
+  if (accuracy.tolerance > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
   verdict.success = verdict.success && !(accuracy.error > kNoSuccess);
   if (accuracy.error > kConcern) {
     const std::string how_large =

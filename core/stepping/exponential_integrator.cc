@@ -2,15 +2,15 @@
 
 #include "core/stepping/exponential_integrator.h"
 
-#include "core/stepping/reduced_march.h"
+#include "core/stepping/reduced_integrator.h"
 #include "core/stepping/stepping.h"
 
 namespace dlcs {
 
 bool ExponentialIntegrator(SolveContext& context) {
-  if (context.propagator) return ReducedMarch(context);
+  if (context.propagator) return IntegrateReduced(context);
   const bool linear = context.y_is_lipschitz();
-  return MarchGrid(context, linear ? "exp-PL" : "exp-PC", [&](double step) {
+  return StepThroughGrid(context, linear ? "exp-PL" : "exp-PC", [&](double step) {
     return linear ? ExponentialPiecewiseLinear(context.problem, step)
                   : ExponentialPiecewiseConstant(context.problem, step);
   });

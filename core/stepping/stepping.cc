@@ -83,7 +83,7 @@ void Stepper::AddAfter(Segment& segment, Index j) const {
   segment.x.col(j).noalias() += scheme_.y_after * segment.y.col(j);
 }
 
-LcpStatus Stepper::March(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved) {
+LcpStatus Stepper::TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved) {
   const Index steps = segment.steps;
   StartWithSources(segment);
   const Vector size_of_g = RowMaxAbs(segment.g);
@@ -161,7 +161,7 @@ void CarryFields(StateArchive& state, NewtonAccount& account) {
   state(account.iterations, account.lcps, account.substituted_steps, account.hardest_node, account.residuals);
 }
 
-bool MarchGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonAccount* newton) {
+bool StepThroughGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonAccount* newton) {
   const Problem& problem = context.problem;
   const std::vector<Run>& runs = context.grid.runs;
   SelectionStats departures;
@@ -200,7 +200,7 @@ bool MarchGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonAccount
       segment.y.col(0) = y;
       Index solved = 0;
       const double march_begin = context.Seconds();
-      const LcpStatus verdict = stepper.March(segment, context.stop, departures, solved);
+      const LcpStatus verdict = stepper.TakeSteps(segment, context.stop, departures, solved);
       context.solution.cost.seconds_lcp += context.Seconds() - march_begin;
       if (!newton) context.solution.cost.lcps += solved * stepper.lcps_of_a_step();
       context.solution.cost.steps += solved;
@@ -240,23 +240,23 @@ Stepper MakeStepper(const SolveContext& context, const std::string& kind, double
   return Stepper(context.problem, std::move(scheme), context.choice(), std::move(solver));
 }
 
-bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
+bool StepThroughGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton) {
   const auto make_stepper = [&](double step) {
     std::unique_ptr<Stepper> stepper(new Stepper(MakeStepper(context, kind, step, make_scheme)));
     if (newton) stepper->UseNewton(*newton);
     return stepper;
   };
-  return MarchGrid(context, StepCache<Stepper>(make_stepper), newton);
+  return StepThroughGrid(context, StepCache<Stepper>(make_stepper), newton);
 }
 
-bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step) {
+bool StepThroughGrid(SolveContext& context, const SparseStepFactory& make_step) {
   const auto make_stepper = [&](double step) {
     auto sparse = make_step(step);
     auto solver = SharedCoupledSolver(context, sparse->CoupledTerm());
     return std::make_unique<Stepper>(context.problem, std::move(sparse), context.choice(), std::move(solver));
   };
-  return MarchGrid(context, StepCache<Stepper>(make_stepper), nullptr);
+  return StepThroughGrid(context, StepCache<Stepper>(make_stepper), nullptr);
 }
 
 }  // namespace dlcs

@@ -60,7 +60,7 @@ class Stepper {
   // y stops with kInfeasible before the first step whose y is not the selected solution, since y would oscillate. The
   // bits depend on the segment alone, not on earlier calls: the first LCP starts from the basis of y in column 0. Cost:
   // 2m² + 3mn and one warm-started LCP per step.
-  LcpStatus March(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved);
+  LcpStatus TakeSteps(Segment& segment, const std::stop_token& stop, SelectionStats& departures, Index& solved);
 
  private:
   // The first stage of step j, if the scheme has one.
@@ -97,10 +97,10 @@ Stepper MakeStepper(const SolveContext& context, const std::string& kind, double
 // Takes all steps of the grid with the schemes of `make_scheme`, cached under the name `kind`. If `newton` is not null,
 // steps are solved by Newton's method, whose statistics it receives. Returns whether the end was reached; otherwise the
 // solution says why not.
-bool MarchGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
+bool StepThroughGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
                NewtonAccount* newton = nullptr);
 // The same with sparse steps.
-bool MarchGrid(SolveContext& context, const SparseStepFactory& make_step);
+bool StepThroughGrid(SolveContext& context, const SparseStepFactory& make_step);
 
 }  // namespace dlcs
 

@@ -46,7 +46,7 @@ bool MarchByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
   const std::optional<double> kappa = RightHandSideLipschitz(context.problem, context.matrix_class.lipschitz);
   WarnOfLongStep(context.problem, kappa, context.grid.longest_step, context.solution.warnings);
   NewtonAccount account;
-  const bool reached_end = MarchGrid(context, SchemeName(context.options), make_scheme, &account);
+  const bool reached_end = StepThroughGrid(context, SchemeName(context.options), make_scheme, &account);
   Report(account, context, kappa);
   return reached_end;
 }
@@ -83,14 +83,14 @@ Matrix CoupledStepMatrix(const Problem& problem, const Options& options, bool tw
 
 bool TimeStepping(SolveContext& context) {
   if (StepsSparsely(context.problem, context.options)) {
-    return MarchGrid(context, [&](double step) {
+    return StepThroughGrid(context, [&](double step) {
       ++context.solution.propagator.factorizations;
       return TimeSteppingStep(context.problem, context.options, context.two_stages, step);
     });
   }
   const auto make_scheme = [&](double step) { return TimeSteppingScheme(context.problem, context.options, step); };
   if (context.options.step_solver == StepSolver::kNewton) return MarchByNewton(context, make_scheme);
-  return MarchGrid(context, SchemeName(context.options), make_scheme);
+  return StepThroughGrid(context, SchemeName(context.options), make_scheme);
 }
 
 }  // namespace dlcs

@@ -93,7 +93,7 @@ void EventLog::AppendRelayed(Event event, std::int64_t kept_before) {
     if (kept_before > archived_) RestartAfter(std::max(kept_before, last_));
     last_ = event.sequence;
     reserved_ = std::max(reserved_, last_);
-    forgotten_ = last_ - 1;  // those in between were not told
+    forgotten_ = last_ - 1;  // those in between were not relayed
     bytes_ += SizeOf(event);
     passing_.push_back(std::move(event));
     if (OverLimits()) Evict();

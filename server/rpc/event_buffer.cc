@@ -15,9 +15,11 @@ bool IsWindow(const v1::SolveEvent& event) {
 v1::SolveEvent GapInsteadOf(const v1::SolveEvent& event) {
   v1::SolveEvent result;
   result.set_sequence(event.sequence());
+  *result.mutable_time() = event.time();
   v1::Gap& gap = *result.mutable_gap();
   gap.set_first_sequence(event.sequence());
   gap.set_last_sequence(event.sequence());
+  gap.set_reason(v1::Gap::REASON_SLOW);
   if (event.has_iterate()) gap.set_iterates(1);
   if (IsWindow(event)) gap.set_window_events(1);
   return result;
@@ -26,6 +28,7 @@ v1::SolveEvent GapInsteadOf(const v1::SolveEvent& event) {
 // Joins the gap in `later`, which follows at once, to the one in `earlier`.
 void Extend(v1::SolveEvent& earlier, const v1::SolveEvent& later) {
   earlier.set_sequence(later.sequence());
+  *earlier.mutable_time() = later.time();
   v1::Gap& gap = *earlier.mutable_gap();
   gap.set_last_sequence(later.gap().last_sequence());
   gap.set_iterates(gap.iterates() + later.gap().iterates());

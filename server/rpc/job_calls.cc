@@ -45,12 +45,12 @@ absl::Status JobWatchCall::Work() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<JobWatchCall::Got> JobWatchCall::Next(v1::JobEvent& event) {
-  if (behind_gap_) return Told(*std::exchange(behind_gap_, std::nullopt), event);
+absl::StatusOr<JobWatchCall::Got> JobWatchCall::Next(v1::SolveEvent& event) {
+  if (behind_gap_) return ToMessage(*std::exchange(behind_gap_, std::nullopt), event);
   jobs::EventWatch::Delivery delivery = watch_->Next();
   switch (delivery.got) {
     case jobs::EventWatch::Got::kEvent:
-      if (!delivery.gap) return Told(delivery.event, event);
+      if (!delivery.gap) return ToMessage(delivery.event, event);
       behind_gap_ = std::move(delivery.event);
       event = ToProto(*delivery.gap, jobs::SystemClock().Now());
       return Got::kMessage;
@@ -67,7 +67,7 @@ absl::StatusOr<JobWatchCall::Got> JobWatchCall::Next(v1::JobEvent& event) {
   return Got::kEnd;
 }
 
-absl::StatusOr<JobWatchCall::Got> JobWatchCall::Told(const jobs::Event& delivered, v1::JobEvent& event) const {
+absl::StatusOr<JobWatchCall::Got> JobWatchCall::ToMessage(const jobs::Event& delivered, v1::SolveEvent& event) const {
   event = ToProto(delivered);
   if (event.has_iterate()) view_.Narrow(*event.mutable_iterate());
   if (event.has_analysis()) {

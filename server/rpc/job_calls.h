@@ -19,7 +19,7 @@
 namespace dlcs {
 
 // The events of a job.
-class JobWatchCall final : public StreamCall<v1::JobEvent> {
+class JobWatchCall final : public StreamCall<v1::SolveEvent> {
  public:
   JobWatchCall(CallEnvironment& environment, grpc::CallbackServerContext& context,
                const v1::WatchSolveJobRequest& request)
@@ -27,8 +27,8 @@ class JobWatchCall final : public StreamCall<v1::JobEvent> {
 
  private:
   absl::Status Work() override;
-  absl::StatusOr<Got> Next(v1::JobEvent& event) override;
-  absl::StatusOr<Got> Told(const jobs::Event& delivered, v1::JobEvent& event) const;
+  absl::StatusOr<Got> Next(v1::SolveEvent& event) override;
+  absl::StatusOr<Got> ToMessage(const jobs::Event& delivered, v1::SolveEvent& event) const;
 
   const v1::WatchSolveJobRequest& request_;  // owned by gRPC, valid until OnDone()
   WatchView view_;

@@ -67,7 +67,7 @@ std::string About(const v1::CreateSolveJobRequest& create, const std::optional<v
     about.set_constraints(ShapeOf(request.problem().m()).rows);
     about.set_horizon(request.problem().horizon());
   }
-  if (request.changes().has_horizon()) about.set_horizon(request.changes().horizon());
+  if (request.overrides().has_horizon()) about.set_horizon(request.overrides().horizon());
   *about.mutable_options() = request.options();
   about.mutable_options()->clear_grid_times();
   about.mutable_options()->clear_output_times();
@@ -223,7 +223,7 @@ grpc::ServerUnaryReactor* JobService::DeleteSolveJob(grpc::CallbackServerContext
       Audited("DeleteSolveJob", *request, [=, this](const Caller& caller) { return Delete(caller, *request); }));
 }
 
-grpc::ServerWriteReactor<v1::JobEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
+grpc::ServerWriteReactor<v1::SolveEvent>* JobService::WatchSolveJob(grpc::CallbackServerContext* context,
                                                                   const v1::WatchSolveJobRequest* request) {
   return JobWatchCall::Start(std::make_shared<JobWatchCall>(environment_, *context, *request));
 }

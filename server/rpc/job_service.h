@@ -31,7 +31,7 @@ class JobService final : public v1::JobService::CallbackService {
   grpc::ServerUnaryReactor* DeleteSolveJob(grpc::CallbackServerContext* context,
                                            const v1::DeleteSolveJobRequest* request,
                                            v1::DeleteSolveJobResponse* response) override;
-  grpc::ServerWriteReactor<v1::JobEvent>* WatchSolveJob(grpc::CallbackServerContext* context,
+  grpc::ServerWriteReactor<v1::SolveEvent>* WatchSolveJob(grpc::CallbackServerContext* context,
                                                         const v1::WatchSolveJobRequest* request) override;
   grpc::ServerWriteReactor<v1::TrajectoryPage>* ReadTrajectory(grpc::CallbackServerContext* context,
                                                                const v1::ReadTrajectoryRequest* request) override;

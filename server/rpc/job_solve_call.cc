@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "proto/wire/job_event.h"
 #include "server/access/credentials.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/watch_view.h"
@@ -47,6 +46,7 @@ absl::Status JobSolveCall::BeginToWatch() {
   if (!watch.ok()) return watch.status();
   watch_ = *std::move(watch);
   next_.emplace();
+  *next_->mutable_time() = ToProto(jobs::SystemClock().Now());
   *next_->mutable_accepted() = *std::move(accepted);
   return absl::OkStatus();
 }
@@ -71,6 +71,7 @@ absl::Status JobSolveCall::ReadPage() {
   if (!page.ok()) return page.status();
   next_.emplace();
   next_->set_sequence(last_sequence_);
+  *next_->mutable_time() = ToProto(jobs::SystemClock().Now());
   if (page->has_value() && (*page)->chunk().times_size() > 0) {
     next_->mutable_trajectory()->Swap((*page)->mutable_chunk());
   } else {
@@ -90,48 +91,36 @@ absl::StatusOr<JobSolveCall::Got> JobSolveCall::Next(v1::SolveEvent& event) {
 }
 
 JobSolveCall::Got JobSolveCall::NextOfJob(v1::SolveEvent& event) {
-  for (;;) {
-    jobs::EventWatch::Delivery delivery = watch_->Next();
-    switch (delivery.got) {
-      case jobs::EventWatch::Got::kEvent: {
-        next_ = Told(delivery.event);
-        if (delivery.gap) {
-          event = *AsSolveEvent(ToProto(*delivery.gap, jobs::SystemClock().Now()));
-          return Got::kMessage;
-        }
-        if (next_) {
-          event = *std::exchange(next_, std::nullopt);
-          return Got::kMessage;
-        }
-        if (last_sequence_ > 0) return Got::kBlocks;
-        continue;
+  jobs::EventWatch::Delivery delivery = watch_->Next();
+  switch (delivery.got) {
+    case jobs::EventWatch::Got::kEvent: {
+      v1::SolveEvent of_job = ToProto(delivery.event);
+      if (of_job.has_iterate()) WatchView().Narrow(*of_job.mutable_iterate());  // others may watch with values
+      if (of_job.has_summary()) {
+        last_sequence_ = of_job.sequence();
+        summary_ = of_job.summary();  // sent after the trajectory
+      } else {
+        next_ = std::move(of_job);
       }
-      case jobs::EventWatch::Got::kHeartbeat:
-        event.Clear();
-        event.set_sequence(watch_->position());
-        event.mutable_waiting()->set_queued(queued_);
-        event.mutable_waiting()->set_progress(progress_);
+      if (delivery.gap) {
+        event = ToProto(*delivery.gap, jobs::SystemClock().Now());
         return Got::kMessage;
-      case jobs::EventWatch::Got::kNothing:
-        return Got::kNothing;
-      case jobs::EventWatch::Got::kArchived:
-        return Got::kBlocks;
-      case jobs::EventWatch::Got::kEnd:
-        return Got::kEnd;
+      }
+      if (!next_) return Got::kBlocks;
+      event = *std::exchange(next_, std::nullopt);
+      return Got::kMessage;
     }
+    case jobs::EventWatch::Got::kHeartbeat:
+      event = HeartbeatAfter(watch_->position(), jobs::SystemClock().Now());
+      return Got::kMessage;
+    case jobs::EventWatch::Got::kNothing:
+      return Got::kNothing;
+    case jobs::EventWatch::Got::kArchived:
+      return Got::kBlocks;
+    case jobs::EventWatch::Got::kEnd:
+      return Got::kEnd;
   }
-}
-
-std::optional<v1::SolveEvent> JobSolveCall::Told(const jobs::Event& event) {
-  v1::JobEvent of_job = ToProto(event);
-  if (of_job.has_iterate()) WatchView().Narrow(*of_job.mutable_iterate());  // another watcher may have wanted values
-  if (of_job.has_state()) queued_ = of_job.state() == v1::JOB_STATE_QUEUED;
-  if (of_job.has_checkpointed()) progress_ = of_job.checkpointed().progress();
-  if (of_job.has_finished()) {
-    last_sequence_ = of_job.sequence();
-    summary_ = of_job.finished().summary();
-  }
-  return AsSolveEvent(of_job);
+  return Got::kEnd;
 }
 
 }  // namespace dlcs

@@ -31,17 +31,13 @@ class JobSolveCall final : public StreamCall<v1::SolveEvent> {
   absl::Status BeginToRead();
   absl::Status ReadPage();
   Got NextOfJob(v1::SolveEvent& event);
-  // The event as a SolveEvent; absent for events that a solve does not report.
-  std::optional<v1::SolveEvent> Told(const jobs::Event& event);
 
   const Create create_;
   jobs::JobId id_;
   std::unique_ptr<jobs::JobWatch> watch_;
   std::optional<v1::SolveEvent> next_;  // the next event, if it is known already
-  bool queued_ = true;
-  double progress_ = 0;
 
-  // The number of the last event of the job.
+  // The number of the job's summary, its last event. 0 before it.
   std::int64_t last_sequence_ = 0;
   std::optional<v1::Summary> summary_;
   std::optional<TrajectoryReader> reader_;

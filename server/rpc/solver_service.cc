@@ -82,16 +82,16 @@ grpc::ServerUnaryReactor* SolverService::GetCapabilities(grpc::CallbackServerCon
   response->set_threads(config.threads);
   if (jobs_ != nullptr) {
     *response->mutable_jobs() = JobLimitsToProto(environment_.jobs->manager().options());
-    *response->mutable_uploads() = ToldUploadLimits(config);
+    *response->mutable_uploads() = UploadLimitsToProto(config);
   }
   const SetupCache::Statistics setups = environment_.SetupStatistics();
-  v1::SetupCacheStatistics& told = *response->mutable_setup_cache();
-  told.set_max_bytes(config.setup_cache_bytes);
-  told.set_bytes(static_cast<std::int64_t>(setups.bytes));
-  told.set_values(setups.values);
-  told.set_hits(setups.hits);
-  told.set_misses(setups.misses);
-  told.set_dropped(setups.dropped);
+  v1::SetupCacheStatistics& statistics = *response->mutable_setup_cache();
+  statistics.set_max_bytes(config.setup_cache_bytes);
+  statistics.set_bytes(static_cast<std::int64_t>(setups.bytes));
+  statistics.set_values(setups.values);
+  statistics.set_hits(setups.hits);
+  statistics.set_misses(setups.misses);
+  statistics.set_dropped(setups.dropped);
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;

@@ -22,16 +22,16 @@ absl::StatusOr<v1::ProblemBody> Find(const std::string& name, const ProblemResol
 }
 
 // Replaces the fields of the problem that a member sets.
-absl::Status Change(const v1::EnsembleMember& changes, v1::Problem& problem) {
-  if (changes.x0_size() > 0) *problem.mutable_x0() = changes.x0();
-  if (changes.has_f()) *problem.mutable_f() = changes.f();
-  if (changes.has_g()) *problem.mutable_g() = changes.g();
-  if (changes.has_horizon()) problem.set_horizon(changes.horizon());
-  if (changes.has_break_points()) *problem.mutable_break_points() = changes.break_points().times();
-  if (changes.parameters().empty()) return absl::OkStatus();
+absl::Status Change(const v1::EnsembleMember& overrides, v1::Problem& problem) {
+  if (overrides.x0_size() > 0) *problem.mutable_x0() = overrides.x0();
+  if (overrides.has_f()) *problem.mutable_f() = overrides.f();
+  if (overrides.has_g()) *problem.mutable_g() = overrides.g();
+  if (overrides.has_horizon()) problem.set_horizon(overrides.horizon());
+  if (overrides.has_break_points()) *problem.mutable_break_points() = overrides.break_points().times();
+  if (overrides.parameters().empty()) return absl::OkStatus();
   std::vector<Violation> violations;
   FormulaParameters parameters = ParametersFromProto(problem.parameters(), "parameters", violations);
-  ChangeParameters(changes.parameters(), "changes.parameters", parameters, violations);
+  ChangeParameters(overrides.parameters(), "overrides.parameters", parameters, violations);
   if (!violations.empty()) return InvalidRequest(violations);
   for (v1::Parameter& parameter : *problem.mutable_parameters()) parameter.set_value(parameters.at(parameter.name()));
   return absl::OkStatus();
@@ -63,17 +63,17 @@ bool NamesProblem(const v1::AnalyzeProblemRequest& request) { return !request.pr
 absl::StatusOr<v1::SolveRequest> ResolveProblem(const v1::SolveRequest& request, const ProblemResolver& find) {
   absl::StatusOr<v1::ProblemBody> body = Find(request.problem_name(), find);
   if (!body.ok()) return body.status();
-  if (request.has_changes() && !body->has_problem()) {
+  if (request.has_overrides() && !body->has_problem()) {
     return InvalidRequest(
-        {{"changes", fmt::format("{} is nonlinear, but only linear problems can be changed", request.problem_name())}});
+        {{"overrides", fmt::format("{} is nonlinear; only linear problems have overrides", request.problem_name())}});
   }
   v1::SolveRequest whole = request;
-  whole.clear_changes();
+  whole.clear_overrides();
   if (body->has_nonlinear()) {
     whole.mutable_nonlinear()->Swap(body->mutable_nonlinear());
   } else {
     whole.mutable_problem()->Swap(body->mutable_problem());
-    if (absl::Status changed = Change(request.changes(), *whole.mutable_problem()); !changed.ok()) return changed;
+    if (absl::Status changed = Change(request.overrides(), *whole.mutable_problem()); !changed.ok()) return changed;
   }
   return whole;
 }

@@ -10,12 +10,15 @@
 #include "core/problem/observer.h"
 #include "core/solve.h"
 #include "fmt/format.h"
+#include "google/protobuf/util/time_util.h"
 #include "server/session/request_check.h"
 #include "server/wire/convert.h"
 #include "server/wire/errors.h"
 
 namespace dlcs {
 namespace {
+
+using google::protobuf::util::TimeUtil;
 
 // A chunk of 1/4 MB stays in the L2 cache while it is made, serialized and sent, and the reader processes it while the
 // next is made. The contract says below 1 MB.
@@ -67,6 +70,7 @@ class EventWriter final : public Observer {
   void Send(Fill fill) {
     v1::SolveEvent event;
     event.set_sequence(next_sequence_++);
+    *event.mutable_time() = TimeUtil::GetCurrentTime();
     fill(event);
     sink_.Accept(std::move(event));
   }
@@ -117,7 +121,7 @@ absl::StatusOr<PreparedSolve> PrepareSolve(const v1::SolveRequest& request, cons
     const absl::StatusOr<v1::SolveRequest> whole = ResolveProblem(request, find);
     return whole.ok() ? PrepareSolve(*whole, limits) : whole.status();
   }
-  if (request.has_changes()) return InvalidRequest({{"changes", "go with problem_name only"}});
+  if (request.has_overrides()) return InvalidRequest({{"overrides", "go with problem_name only"}});
   if (request.system_case() == v1::SolveRequest::SYSTEM_NOT_SET) {
     return InvalidRequest({{"problem", "is not set; one of problem, nonlinear and problem_name must be"}});
   }
@@ -160,6 +164,7 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
     summary_made_ = true;
   }
   event.set_sequence(next_sequence_++);
+  *event.mutable_time() = TimeUtil::GetCurrentTime();
   return event;
 }
 

@@ -27,16 +27,16 @@ v1::JobState StateNamed(std::string_view name) {
   return v1::JOB_STATE_UNSPECIFIED;
 }
 
-v1::JobGap::Reason ToProto(jobs::EventGap::Why why) {
+v1::Gap::Reason ToProto(jobs::EventGap::Why why) {
   switch (why) {
     case jobs::EventGap::Why::kInterval:
-      return v1::JobGap::REASON_INTERVAL;
+      return v1::Gap::REASON_INTERVAL;
     case jobs::EventGap::Why::kSlow:
-      return v1::JobGap::REASON_SLOW;
+      return v1::Gap::REASON_SLOW;
     case jobs::EventGap::Why::kNotRetained:
-      return v1::JobGap::REASON_NOT_RETAINED;
+      return v1::Gap::REASON_NOT_RETAINED;
   }
-  return v1::JobGap::REASON_UNSPECIFIED;
+  return v1::Gap::REASON_UNSPECIFIED;
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ jobs::Time FromProto(const google::protobuf::Timestamp& time) {
 }
 
 v1::JobState ToProto(jobs::JobState state) {
-  // Both enumerations have the same numbers (server/store/job.h, jobs.proto); neither may change.
+  // Both enumerations have the same numbers (server/store/job.h, solver.proto); neither may change.
   return static_cast<v1::JobState>(static_cast<int>(state));
 }
 
@@ -102,15 +102,15 @@ v1::SolveJob ToProto(const jobs::Job& job) {
   return result;
 }
 
-v1::JobEvent ToProto(const jobs::Event& event) {
-  v1::JobEvent result;
+v1::SolveEvent ToProto(const jobs::Event& event) {
+  v1::SolveEvent result;
   switch (event.kind) {
     case jobs::EventKind::kState:
       result.set_state(StateNamed(*event.payload));
       break;
     case jobs::EventKind::kSummary:
-      result.mutable_finished();
-      if (!event.payload->empty()) result.mutable_finished()->mutable_summary()->ParseFromString(*event.payload);
+      result.mutable_summary();
+      if (!event.payload->empty()) result.mutable_summary()->ParseFromString(*event.payload);
       break;
     case jobs::EventKind::kAnalysis:
     case jobs::EventKind::kWindowAccepted:
@@ -127,8 +127,8 @@ v1::JobEvent ToProto(const jobs::Event& event) {
   return result;
 }
 
-v1::JobEvent ToProto(const jobs::EventGap& gap, jobs::Time now) {
-  v1::JobEvent result;
+v1::SolveEvent ToProto(const jobs::EventGap& gap, jobs::Time now) {
+  v1::SolveEvent result;
   result.set_sequence(gap.last);
   *result.mutable_time() = ToProto(now);
   result.mutable_gap()->set_first_sequence(gap.first);
@@ -137,8 +137,8 @@ v1::JobEvent ToProto(const jobs::EventGap& gap, jobs::Time now) {
   return result;
 }
 
-v1::JobEvent HeartbeatAfter(std::int64_t sequence, jobs::Time now) {
-  v1::JobEvent result;
+v1::SolveEvent HeartbeatAfter(std::int64_t sequence, jobs::Time now) {
+  v1::SolveEvent result;
   result.set_sequence(sequence);
   *result.mutable_time() = ToProto(now);
   result.mutable_heartbeat();

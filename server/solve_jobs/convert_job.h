@@ -28,11 +28,11 @@ std::optional<jobs::JobState> FromProto(v1::JobState state);
 // Without the summary.
 v1::SolveJob ToProto(const jobs::Job& job);
 
-// The payloads of events are JobEvents in which only the kind is set (JobSolver makes them); of kState it is the
+// The payloads of events are SolveEvents in which only the kind is set (JobSolver makes them); of kState it is the
 // state's name, of kSummary a Summary or nothing.
-v1::JobEvent ToProto(const jobs::Event& event);
-v1::JobEvent ToProto(const jobs::EventGap& gap, jobs::Time now);
-v1::JobEvent HeartbeatAfter(std::int64_t sequence, jobs::Time now);
+v1::SolveEvent ToProto(const jobs::Event& event);
+v1::SolveEvent ToProto(const jobs::EventGap& gap, jobs::Time now);
+v1::SolveEvent HeartbeatAfter(std::int64_t sequence, jobs::Time now);
 
 }  // namespace dlcs
 

@@ -72,30 +72,30 @@ UploadLimits ToUploadLimits(const ServerConfig& config) {
 }
 
 v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options) {
-  v1::JobLimits told;
-  told.set_max_job_memory_bytes(options.limits.max_job_memory_bytes);
-  told.set_max_job_core_seconds(options.limits.max_job_core_seconds);
-  told.set_max_priority(kMaxPriority);
-  told.set_max_queued_jobs(options.limits.max_queued_jobs);
-  told.set_max_queued_jobs_per_user(options.limits.max_queued_jobs_per_user);
-  told.set_max_queued_core_seconds(options.limits.max_queued_core_seconds);
-  told.set_cores(options.limits.cores);
-  told.set_max_attempts(options.max_attempts);
-  *told.mutable_keep_finished() = ToProto(options.expiry.max_age);
-  told.set_keep_finished_bytes(options.expiry.max_finished_bytes);
-  *told.mutable_max_watch_interval() = ToProto(kMaxWatchInterval);
-  *told.mutable_heartbeat_interval() = ToProto(jobs::EventWatchOptions().heartbeat);
-  return told;
+  v1::JobLimits result;
+  result.set_max_job_memory_bytes(options.limits.max_job_memory_bytes);
+  result.set_max_job_core_seconds(options.limits.max_job_core_seconds);
+  result.set_max_priority(kMaxPriority);
+  result.set_max_queued_jobs(options.limits.max_queued_jobs);
+  result.set_max_queued_jobs_per_user(options.limits.max_queued_jobs_per_user);
+  result.set_max_queued_core_seconds(options.limits.max_queued_core_seconds);
+  result.set_cores(options.limits.cores);
+  result.set_max_attempts(options.max_attempts);
+  *result.mutable_keep_finished() = ToProto(options.expiry.max_age);
+  result.set_keep_finished_bytes(options.expiry.max_finished_bytes);
+  *result.mutable_max_watch_interval() = ToProto(kMaxWatchInterval);
+  *result.mutable_heartbeat_interval() = ToProto(jobs::EventWatchOptions().heartbeat);
+  return result;
 }
 
-v1::UploadLimits ToldUploadLimits(const ServerConfig& config) {
+v1::UploadLimits UploadLimitsToProto(const ServerConfig& config) {
   const UploadLimits limits = ToUploadLimits(config);
-  v1::UploadLimits told;
-  told.set_max_upload_bytes(limits.max_upload_bytes);
-  told.set_max_uploaded_bytes_per_user(limits.quota.max_bytes);
-  told.set_max_uploaded_problems_per_user(limits.quota.max_problems);
-  *told.mutable_keep_unused() = ToProto(limits.keep_unused);
-  return told;
+  v1::UploadLimits result;
+  result.set_max_upload_bytes(limits.max_upload_bytes);
+  result.set_max_uploaded_bytes_per_user(limits.quota.max_bytes);
+  result.set_max_uploaded_problems_per_user(limits.quota.max_problems);
+  *result.mutable_keep_unused() = ToProto(limits.keep_unused);
+  return result;
 }
 
 }  // namespace dlcs

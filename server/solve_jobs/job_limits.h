@@ -21,7 +21,7 @@ UploadLimits ToUploadLimits(const ServerConfig& config);
 
 // The limits in the response of GetCapabilities.
 v1::JobLimits JobLimitsToProto(const jobs::JobManagerOptions& options);
-v1::UploadLimits ToldUploadLimits(const ServerConfig& config);
+v1::UploadLimits UploadLimitsToProto(const ServerConfig& config);
 
 }  // namespace dlcs
 

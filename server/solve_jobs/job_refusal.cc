@@ -16,22 +16,22 @@ namespace {
 std::string InWords(const jobs::Refusal& refusal) {
   if (refusal.limit == "deadline") {
     return fmt::format("The predicted time until the job ends is {:.3g} s, but the deadline leaves {:.3g} s.",
-                       refusal.asked, refusal.value);
+                       refusal.requested, refusal.value);
   }
   if (refusal.limit.starts_with("max_uploaded")) {
     return fmt::format(
         "With this problem {} would be {:.10g}, and this server allows {:.10g}. Delete problems that are not "
         "needed any more.",
-        refusal.limit, refusal.asked, refusal.value);
+        refusal.limit, refusal.requested, refusal.value);
   }
   if (refusal.retry_after) {
     return fmt::format("The queue is full: with this job {} would be {:.10g}, and this server allows {:.10g}.",
-                       refusal.limit, refusal.asked, refusal.value);
+                       refusal.limit, refusal.requested, refusal.value);
   }
   return fmt::format(
       "The job is predicted to need {} = {:.10g}, and this server allows {:.10g}. Ask for less, or run a "
       "server with a higher limit.",
-      refusal.limit, refusal.asked, refusal.value);
+      refusal.limit, refusal.requested, refusal.value);
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ absl::Status WithDetails(const absl::Status& status) {
   if (refusal->retry_after) {
     retry_after = std::chrono::duration_cast<std::chrono::milliseconds>(*refusal->retry_after);
   }
-  return Refused(InWords(*refusal), {refusal->limit, refusal->value, refusal->asked}, retry_after);
+  return Refused(InWords(*refusal), {refusal->limit, refusal->value, refusal->requested}, retry_after);
 }
 
 }  // namespace dlcs

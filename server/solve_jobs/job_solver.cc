@@ -50,35 +50,35 @@ class RunObserver final : public Observer {
         checkpoint_every_(checkpoint_every) {}
 
   void OnAnalysis(const AnalysisReport& report) override {
-    const Telling telling(*this);
-    if (resumed_) return;  // it was told
-    v1::JobEvent event;
+    const EmitTimer timer(*this);
+    if (resumed_) return;  // the first attempt emitted it
+    v1::SolveEvent event;
     *event.mutable_analysis() = ToProto(report, names_);
     Emit(EventKind::kAnalysis, event);
   }
   void OnWindowStarted(const WindowReport& report) override {
-    const Telling telling(*this);
-    v1::JobEvent event;
+    const EmitTimer timer(*this);
+    v1::SolveEvent event;
     *event.mutable_window_started() = ToProto(report);
     Emit(EventKind::kWindowStarted, event);
   }
   void OnIterate(const IterateReport& report, const IterateValues& values) override {
-    const Telling telling(*this);
-    v1::JobEvent event;
+    const EmitTimer timer(*this);
+    v1::SolveEvent event;
     *event.mutable_iterate() = ToProto(report);
     AddValues(values, *run_.WantedDetail(), *event.mutable_iterate());
     Emit(EventKind::kIterate, event);
   }
   void OnWindowFinished(const WindowOutcome& outcome) override {
-    const Telling telling(*this);
-    v1::JobEvent event;
+    const EmitTimer timer(*this);
+    v1::SolveEvent event;
     *event.mutable_window_finished() = ToProto(outcome);
     Emit(outcome.accepted ? EventKind::kWindowFinished : EventKind::kWindowRejected, event);
   }
 
   bool WantsCheckpoint() override { return steady_clock::now() - last_checkpoint_ >= checkpoint_every_; }
   void OnCheckpoint(const Checkpoint& checkpoint) override {
-    const Telling telling(*this);
+    const EmitTimer timer(*this);
     last_checkpoint_ = steady_clock::now();
     Store(checkpoint.solution, checkpoint.first + checkpoint.count, checkpoint.time,
           Tagged(kEngineState, checkpoint.state));
@@ -103,7 +103,7 @@ class RunObserver final : public Observer {
       // If only some times are kept, the solve is further than the last of them. Reported progress never decreases.
       reached_ = std::max(reached_, is_last ? time : window.end);
       window.progress = share_ * std::clamp(reached_ / horizon_, 0.0, 1.0);
-      v1::JobEvent event;
+      v1::SolveEvent event;
       event.mutable_checkpointed()->set_time(reached_);
       event.mutable_checkpointed()->set_times(stored_);
       event.mutable_checkpointed()->set_progress(window.progress);
@@ -114,29 +114,29 @@ class RunObserver final : public Observer {
 
   // Columns of the trajectory that the store has, or is about to get.
   Index stored() const { return stored_; }
-  std::int64_t num_told() const { return num_told_; }
+  std::int64_t num_events() const { return num_events_; }
   // The solve has ended: from now on progress is that of storing the trajectory.
   void FinishWork() { share_ = 1; }
-  double seconds_telling() const { return seconds_telling_; }
+  double seconds_emitting() const { return seconds_emitting_; }
 
  private:
   // Measures one call from the engine.
-  class Telling {
+  class EmitTimer {
    public:
-    explicit Telling(RunObserver& observer) : observer_(observer) {}
-    ~Telling() {
-      ++observer_.num_told_;
-      observer_.seconds_telling_ += std::chrono::duration<double>(steady_clock::now() - begin_).count();
+    explicit EmitTimer(RunObserver& observer) : observer_(observer) {}
+    ~EmitTimer() {
+      ++observer_.num_events_;
+      observer_.seconds_emitting_ += std::chrono::duration<double>(steady_clock::now() - begin_).count();
     }
-    Telling(const Telling&) = delete;
-    Telling& operator=(const Telling&) = delete;
+    EmitTimer(const EmitTimer&) = delete;
+    EmitTimer& operator=(const EmitTimer&) = delete;
 
    private:
     RunObserver& observer_;
     const steady_clock::time_point begin_ = steady_clock::now();
   };
 
-  void Emit(EventKind kind, const v1::JobEvent& event) { run_.Emit(kind, event.SerializeAsString()); }
+  void Emit(EventKind kind, const v1::SolveEvent& event) { run_.Emit(kind, event.SerializeAsString()); }
 
   jobs::JobRun& run_;
   const double horizon_;
@@ -147,8 +147,8 @@ class RunObserver final : public Observer {
   const bool resumed_;
   const std::chrono::milliseconds checkpoint_every_;
   steady_clock::time_point last_checkpoint_ = steady_clock::now();
-  std::int64_t num_told_ = 0;
-  double seconds_telling_ = 0;
+  std::int64_t num_events_ = 0;
+  double seconds_emitting_ = 0;
 };
 
 v1::Summary SummaryOf(const Solution& solution, jobs::StopCause cause) {
@@ -241,8 +241,8 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
   if (!solution.ok()) return {FromEngine(solution.status(), prepared->system), ""};
   AddNames(prepared->names, *solution);
   observer.FinishWork();
-  spdlog::debug("job {}: {} events told in {:.1f} ms of {:.1f} ms", run.id(), observer.num_told(),
-                1e3 * observer.seconds_telling(), 1e3 * solution->cost.seconds_total);
+  spdlog::debug("job {}: {} events emitted in {:.1f} ms of {:.1f} ms", run.id(), observer.num_events(),
+                1e3 * observer.seconds_emitting(), 1e3 * solution->cost.seconds_total);
 
   const auto columns = static_cast<Index>(solution->times.size());
   const bool stopped = solution->termination == Termination::kCancelled;

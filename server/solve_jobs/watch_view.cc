@@ -85,12 +85,12 @@ void WatchView::Narrow(v1::Iterate& iterate) const {
     std::iota(wanted.begin(), wanted.end(), std::size_t{0});
   }
   for (const int component : components_) {
-    const auto& told = iterate.y_components();
-    const auto at = std::lower_bound(told.begin(), told.end(), component);
-    if (told.empty() && static_cast<std::size_t>(component) < rows) {
+    const auto& present = iterate.y_components();
+    const auto at = std::lower_bound(present.begin(), present.end(), component);
+    if (present.empty() && static_cast<std::size_t>(component) < rows) {
       wanted.push_back(static_cast<std::size_t>(component));
-    } else if (at != told.end() && *at == component) {
-      wanted.push_back(static_cast<std::size_t>(at - told.begin()));
+    } else if (at != present.end() && *at == component) {
+      wanted.push_back(static_cast<std::size_t>(at - present.begin()));
     }
   }
   v1::Iterate narrow;

@@ -29,13 +29,13 @@ absl::Status CheckQuota(const ProblemQuota& quota, std::int64_t problems, std::i
   if (problems >= quota.max_problems) {
     return ToStatus({.limit = "max_uploaded_problems_per_user",
                      .value = static_cast<double>(quota.max_problems),
-                     .asked = static_cast<double>(problems + 1),
+                     .requested = static_cast<double>(problems + 1),
                      .retry_after = std::nullopt});
   }
   if (held + bytes > quota.max_bytes) {
     return ToStatus({.limit = "max_uploaded_bytes_per_user",
                      .value = static_cast<double>(quota.max_bytes),
-                     .asked = static_cast<double>(held + bytes),
+                     .requested = static_cast<double>(held + bytes),
                      .retry_after = std::nullopt});
   }
   return absl::OkStatus();

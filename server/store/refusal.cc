@@ -15,7 +15,8 @@ constexpr char kPayload[] = "dlcs.jobs/Refusal";
 }  // namespace
 
 absl::Status ToStatus(const Refusal& refusal) {
-  std::string text = fmt::format("{} is {:.6g}, and this needs {:.6g}.", refusal.limit, refusal.value, refusal.asked);
+  std::string text =
+      fmt::format("{} is {:.6g}, and this needs {:.6g}.", refusal.limit, refusal.value, refusal.requested);
   double retry_seconds = -1;
   if (refusal.retry_after.has_value()) {
     retry_seconds = std::chrono::duration<double>(*refusal.retry_after).count();
@@ -23,7 +24,7 @@ absl::Status ToStatus(const Refusal& refusal) {
   }
   absl::Status status = absl::ResourceExhaustedError(text);
   status.SetPayload(kPayload, absl::Cord(fmt::format("{} {:.17g} {:.17g} {:.17g}", refusal.limit, refusal.value,
-                                                     refusal.asked, retry_seconds)));
+                                                     refusal.requested, retry_seconds)));
   return status;
 }
 
@@ -33,7 +34,7 @@ std::optional<Refusal> RefusalOf(const absl::Status& status) {
   std::istringstream words{std::string(*payload)};
   Refusal refusal;
   double retry_seconds = -1;
-  words >> refusal.limit >> refusal.value >> refusal.asked >> retry_seconds;
+  words >> refusal.limit >> refusal.value >> refusal.requested >> retry_seconds;
   if (retry_seconds >= 0) {
     refusal.retry_after = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(retry_seconds));
   }

@@ -15,7 +15,7 @@ namespace dlcs::jobs {
 struct Refusal {
   std::string limit;  // its name, as in SchedulerLimits; "deadline" if the job could not finish in time
   double value = 0;   // of the limit
-  double asked = 0;
+  double requested = 0;
   std::optional<Duration> retry_after;  // absent: never, on this server
 };
 

@@ -47,13 +47,13 @@ std::chrono::nanoseconds SinceEpoch(const google::protobuf::Timestamp& time) {
   return std::chrono::nanoseconds(google::protobuf::util::TimeUtil::TimestampToNanoseconds(time));
 }
 
-const char* ReasonOf(v1::JobGap::Reason reason) {
+const char* ReasonOf(v1::Gap::Reason reason) {
   switch (reason) {
-    case v1::JobGap::REASON_INTERVAL:
+    case v1::Gap::REASON_INTERVAL:
       return "interval";
-    case v1::JobGap::REASON_SLOW:
+    case v1::Gap::REASON_SLOW:
       return "slow";
-    case v1::JobGap::REASON_NOT_RETAINED:
+    case v1::Gap::REASON_NOT_RETAINED:
       return "not_retained";
     default:
       return "unspecified";
@@ -105,30 +105,22 @@ class Call final : public Interceptor {
   // `message` is of the type that the method sends.
   void Look(const void* message) {
     if (message == nullptr) return;
-    if (method_ == kWatch) LookAt(*static_cast<const v1::JobEvent*>(message));
-    if (method_ == kSolve) LookAt(*static_cast<const v1::SolveEvent*>(message));
+    if (method_ == kWatch || method_ == kSolve) LookAt(*static_cast<const v1::SolveEvent*>(message));
     if (method_ == kCreate) job_ = static_cast<const v1::SolveJob*>(message)->name();
-  }
-
-  void LookAt(const v1::JobEvent& event) {
-    if (event.has_heartbeat()) return;
-    if (event.has_gap()) {
-      const v1::JobGap& gap = event.gap();
-      return metrics_.GapSent(method_, ReasonOf(gap.reason()), gap.last_sequence() - gap.first_sequence() + 1);
-    }
-    const std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
-    const std::chrono::nanoseconds since = SinceEpoch(event.time());
-    // Old events that a watcher requests have no lag.
-    if (since < began_) return metrics_.EventSent(method_);
-    metrics_.EventSent(method_, now - since);
   }
 
   void LookAt(const v1::SolveEvent& event) {
     if (event.has_accepted()) solve_ = event.accepted().solve_id();
+    if (event.has_heartbeat()) return;
     if (event.has_gap()) {
-      return metrics_.GapSent(method_, "slow", event.gap().last_sequence() - event.gap().first_sequence() + 1);
+      const v1::Gap& gap = event.gap();
+      return metrics_.GapSent(method_, ReasonOf(gap.reason()), gap.last_sequence() - gap.first_sequence() + 1);
     }
-    metrics_.EventSent(method_);
+    const std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
+    const std::chrono::nanoseconds since = SinceEpoch(event.time());
+    // Events from before the call, which a watcher requests, have no lag.
+    if (since < began_) return metrics_.EventSent(method_);
+    metrics_.EventSent(method_, now - since);
   }
 
   Metrics& metrics_;

@@ -50,7 +50,7 @@ v1::Constant ToProto(const Constant& constant) {
   result.set_title(constant.title);
   if (constant.value) result.set_value(*constant.value);
   result.set_kind(ToProto(constant.kind));
-  result.set_why(constant.why);
+  result.set_reason(constant.why);
   result.set_source(constant.source);
   return result;
 }
@@ -62,7 +62,7 @@ v1::Finding ToProto(const Finding& finding) {
   result.set_id(finding.id);
   result.set_title(finding.title);
   result.set_answer(ToProto(finding.fact.answer));
-  result.set_why(finding.fact.why);
+  result.set_reason(finding.fact.why);
   if (!finding.fact.witness.empty()) *result.mutable_witness() = ToProto(finding.fact.witness);
   result.set_source(finding.source);
   return result;

@@ -44,8 +44,8 @@ v1::Accuracy ToProto(const Accuracy& accuracy) {
   v1::Accuracy result;
   result.set_source(ToProto(accuracy.source));
   if (!std::isnan(accuracy.error)) result.set_error(accuracy.error);
-  result.set_asked(accuracy.asked);
-  result.set_asked_by_default(accuracy.asked_by_default);
+  result.set_tolerance(accuracy.tolerance);
+  result.set_tolerance_is_default(accuracy.tolerance_is_default);
   Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMostErrors)), *result.mutable_errors_x());
   Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMostErrors)), *result.mutable_errors_by());
   Append(accuracy.errors_w.head(std::min(accuracy.errors_w.size(), kMostErrors)), *result.mutable_errors_w());
@@ -87,7 +87,7 @@ v1::Cost ToProto(const Cost& cost) {
   result.set_windows(Count(cost.windows));
   result.set_iterations(Count(cost.iterations));
   result.set_lcps(cost.lcps);
-  result.set_marched_steps(Count(cost.marched_steps));
+  result.set_coupled_steps(Count(cost.coupled_steps));
   result.set_newton_iterations(Count(cost.newton_iterations));
   result.set_most_newton_iterations(Count(cost.most_newton_iterations));
   result.set_substituted_steps(Count(cost.substituted_steps));
@@ -243,8 +243,8 @@ v1::WindowFinished ToProto(const WindowOutcome& outcome) {
   result.set_end(outcome.end);
   result.set_iterations(outcome.iterations);
   result.set_accepted(outcome.accepted);
-  result.set_marched(outcome.marched);
-  result.set_why(outcome.why);
+  result.set_coupled(outcome.coupled);
+  result.set_reason(outcome.why);
   return result;
 }
 

@@ -94,7 +94,7 @@ absl::Status Refused(const std::string& message, const LimitCase& limit,
   google::rpc::ErrorInfo info = MakeErrorInfo(retry_after ? "SERVER_BUSY" : "LIMIT_EXCEEDED");
   (*info.mutable_metadata())["limit"] = limit.limit;
   (*info.mutable_metadata())["value"] = fmt::format("{:.15g}", limit.value);
-  (*info.mutable_metadata())["asked"] = fmt::format("{:.15g}", limit.asked);
+  (*info.mutable_metadata())["requested"] = fmt::format("{:.15g}", limit.requested);
   Attach(info, status);
   if (retry_after) {
     google::rpc::RetryInfo retry;
@@ -105,12 +105,12 @@ absl::Status Refused(const std::string& message, const LimitCase& limit,
   return status;
 }
 
-absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked) {
+absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t requested) {
   return Refused(
       fmt::format("The request needs {} = {}, and this server allows {}. Ask for less, or run a server with a "
                   "higher limit.",
-                  limit, asked, value),
-      {limit, static_cast<double>(value), static_cast<double>(asked)}, std::nullopt);
+                  limit, requested, value),
+      {limit, static_cast<double>(value), static_cast<double>(requested)}, std::nullopt);
 }
 
 absl::Status ServerBusy(const std::string& limit, std::int64_t value, std::chrono::milliseconds retry_after) {

@@ -32,17 +32,17 @@ absl::Status InvalidRequest(const std::vector<Violation>& violations);
 struct LimitCase {
   std::string limit;
   double value = 0;
-  double asked = 0;
+  double requested = 0;
 };
 
-// RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, asked): SERVER_BUSY with RetryInfo where `retry_after` is
+// RESOURCE_EXHAUSTED with ErrorInfo (metadata: limit, value, requested): SERVER_BUSY with RetryInfo if `retry_after` is
 // given, else LIMIT_EXCEEDED. The time to try again is added to `message`.
 absl::Status Refused(const std::string& message, const LimitCase& limit,
                      std::optional<std::chrono::milliseconds> retry_after);
 
-// RESOURCE_EXHAUSTED with ErrorInfo LIMIT_EXCEEDED (metadata: limit, value, asked): the request exceeds `limit`, named
-// as in GetCapabilitiesResponse, and trying again does not help.
-absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t asked);
+// RESOURCE_EXHAUSTED with ErrorInfo LIMIT_EXCEEDED (metadata: limit, value, requested): the request exceeds `limit`,
+// named as in GetCapabilitiesResponse, and trying again does not help.
+absl::Status LimitExceeded(const std::string& limit, std::int64_t value, std::int64_t requested);
 
 // RESOURCE_EXHAUSTED with ErrorInfo SERVER_BUSY (metadata: limit, value) and RetryInfo: `limit` is used up by other
 // requests at the moment.

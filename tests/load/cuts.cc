@@ -90,8 +90,8 @@ class Watcher {
     watch.set_name(job->name());
     constexpr int kIntervals[] = {0, 0, 5, 50};
     watch.mutable_min_interval()->set_nanos(kIntervals[random_() % 4] * 1'000'000);
-    std::vector<v1::JobEvent> events;
-    while (events.empty() || !events.back().has_finished()) {
+    std::vector<v1::SolveEvent> events;
+    while (events.empty() || !events.back().has_summary()) {
       CallLimits limits = kPatient;
       {
         const std::lock_guard lock(mutex_);
@@ -99,7 +99,7 @@ class Watcher {
         limits.stop = interrupt_.get_token();
       }
       const absl::Status status = through_proxy_->jobs().Watch(
-          watch, [&](const v1::JobEvent& event) { events.push_back(event); }, limits);
+          watch, [&](const v1::SolveEvent& event) { events.push_back(event); }, limits);
       if (!status.ok() && !limits.stop.stop_requested()) return Fail(job->name(), std::string(status.message()));
       if (!events.empty()) watch.set_after_sequence(events.back().sequence());
       account_.resumptions += limits.stop.stop_requested() ? 1 : 0;
@@ -107,16 +107,16 @@ class Watcher {
     Judge(job->name(), events);
   }
 
-  void Judge(const std::string& name, const std::vector<v1::JobEvent>& events) {
+  void Judge(const std::string& name, const std::vector<v1::SolveEvent>& events) {
     ++account_.jobs;
     account_.events += static_cast<std::int64_t>(events.size());
-    for (const v1::JobEvent& event : events) account_.gaps += event.has_gap() ? 1 : 0;
+    for (const v1::SolveEvent& event : events) account_.gaps += event.has_gap() ? 1 : 0;
     if (const std::string wrong = testing::WhatIsWrongWithJobEvents(events); !wrong.empty()) Fail(name, wrong);
-    std::vector<v1::JobEvent> all;
+    std::vector<v1::SolveEvent> all;
     v1::WatchSolveJobRequest watch;
     watch.set_name(name);
     const absl::Status status = direct_->jobs().Watch(
-        watch, [&](const v1::JobEvent& event) { all.push_back(event); }, kPatient);
+        watch, [&](const v1::SolveEvent& event) { all.push_back(event); }, kPatient);
     if (!status.ok()) return Fail(name, std::string(status.message()));
     if (const std::string missing = testing::WhatIsMissing(events, all); !missing.empty()) Fail(name, missing);
     if (const absl::Status deleted = direct_->jobs().Delete(name, kPatient); !deleted.ok()) {

@@ -165,7 +165,7 @@ class LightUser {
     v1::WatchSolveJobRequest watch;
     watch.set_name(job->name());
     bool is_done = false;
-    const auto see = [&](const v1::JobEvent& event) {
+    const auto see = [&](const v1::SolveEvent& event) {
       if (event.state() == v1::JOB_STATE_RUNNING) running = so_far();
       is_done = is_done || event.state() == v1::JOB_STATE_SUCCEEDED;
     };

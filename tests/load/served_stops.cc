@@ -53,7 +53,7 @@ class WatchedJob {
           v1::WatchSolveJobRequest request;
           request.set_name(name_);
           request.set_view(v1::WATCH_VIEW_PROGRESS);
-          client.Watch(request, [this](const v1::JobEvent& event) { See(event); }, {}).IgnoreError();
+          client.Watch(request, [this](const v1::SolveEvent& event) { See(event); }, {}).IgnoreError();
           const std::lock_guard lock(mutex_);
           is_over_ = true;
           changed_.notify_all();
@@ -80,19 +80,19 @@ class WatchedJob {
   v1::Termination termination() const { return termination_; }
 
  private:
-  void See(const v1::JobEvent& event) {
+  void See(const v1::SolveEvent& event) {
     const std::lock_guard lock(mutex_);
     const double time = SecondsOf(event.time());
     if (event.has_checkpointed()) stored_ = time;
-    if (event.kind_case() == v1::JobEvent::kState) {
+    if (event.kind_case() == v1::SolveEvent::kState) {
       state_ = event.state();
       if (state_ == v1::JOB_STATE_RUNNING) running_ = time;
       if (state_ == v1::JOB_STATE_CANCELLING) cancelling_ = time;
       ended_ = time;
     }
-    if (event.has_finished()) {
+    if (event.has_summary()) {
       told_ = Now();
-      termination_ = event.finished().summary().termination();
+      termination_ = event.summary().termination();
     }
     changed_.notify_all();
   }

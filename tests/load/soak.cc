@@ -83,7 +83,7 @@ class Users {
     watch.set_name(name);
     bool finished = false;
     const absl::Status status = jobs.Watch(
-        watch, [&](const v1::JobEvent& event) { finished = event.has_finished(); }, limits);
+        watch, [&](const v1::SolveEvent& event) { finished = event.has_summary(); }, limits);
     if (!limits.stop.stop_requested() && !finished)
       Check("watch", status.ok() ? absl::DataLossError("no end") : status);
   }

@@ -93,7 +93,7 @@ v1::SolveRequest RequestOf(double rate, double seconds) {
 }
 
 // A client with a connection of its own, which reads all the time or not before Read().
-class Watcher final : public grpc::ClientReadReactor<v1::JobEvent> {
+class Watcher final : public grpc::ClientReadReactor<v1::SolveEvent> {
  public:
   Watcher(const std::string& address, const std::string& job, int interval_ms, bool is_stalled)
       : begin_(system_clock::now()) {
@@ -153,8 +153,8 @@ class Watcher final : public grpc::ClientReadReactor<v1::JobEvent> {
   std::unique_ptr<v1::JobService::Stub> stub_;
   grpc::ClientContext context_;
   v1::WatchSolveJobRequest request_;
-  v1::JobEvent event_;
-  std::vector<v1::JobEvent> events_;
+  v1::SolveEvent event_;
+  std::vector<v1::SolveEvent> events_;
   std::vector<double> ages_ms_;
   std::mutex mutex_;
   std::condition_variable done_;

@@ -121,7 +121,7 @@ absl::Status ReadAnalysis(JobClient& client, const std::string& name, const Call
   request.set_view(v1::WATCH_VIEW_PROGRESS);
   return client.Watch(
       request,
-      [&](const v1::JobEvent& event) {
+      [&](const v1::SolveEvent& event) {
         if (event.has_analysis()) analysis = event.analysis();
       },
       limits);

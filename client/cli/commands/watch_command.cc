@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <optional>
 #include <string>
 
 #include "client/cli/commands/command_support.h"
@@ -14,17 +13,9 @@
 #include "client/cli/output/message_json.h"
 #include "client/cli/output/progress_ticker.h"
 #include "client/cli/output/terminal.h"
-#include "proto/wire/job_event.h"
 
 namespace dlcs::client {
 namespace {
-
-// Shows an event. An accepted window is shown when it is stored.
-std::optional<v1::SolveEvent> Shown(const v1::JobEvent& event) {
-  const bool of_solve = event.has_analysis() || event.has_window_started() || event.has_iterate() ||
-                        (event.has_window_finished() && !event.window_finished().accepted());
-  return of_solve ? AsSolveEvent(event) : std::nullopt;
-}
 
 class JobView {
  public:
@@ -36,32 +27,34 @@ class JobView {
                        .horizon = job.horizon() > 0 ? job.horizon() : 1,
                        .nonlinear = job.nonlinear()}) {}
 
-  void Show(const v1::JobEvent& event) {
+  void Show(const v1::SolveEvent& event) {
     if (command_.format == OutputFormat::kJson) return PrintJsonLine(event);
     if (command_.quiet) return;
-    if (const auto shown = Shown(event)) return view_.OnEvent(*shown);
     switch (event.kind_case()) {
-      case v1::JobEvent::kState:
+      case v1::SolveEvent::kWindowFinished:
+        if (event.window_finished().accepted()) return;  // shown when it is stored
+        return view_.OnEvent(event);
+      case v1::SolveEvent::kState:
         return view_.OnText(fmt::format("{} {}", TimeText(event.time()), JobStateWord(event.state())));
-      case v1::JobEvent::kCheckpointed:
+      case v1::SolveEvent::kCheckpointed:
         view_.OnReached(event.checkpointed().time());
         if (terminal_) return;  // the bar says so
         return view_.OnText(fmt::format("stored up to t = {:.6g} ({:.0f} %)", event.checkpointed().time(),
                                         100 * event.checkpointed().progress()));
-      case v1::JobEvent::kGap:
+      case v1::SolveEvent::kGap:
         skipped_ += event.gap().last_sequence() - event.gap().first_sequence() + 1;
         return;
-      case v1::JobEvent::kFinished:
+      case v1::SolveEvent::kSummary:
         view_.Finish();
         if (skipped_ > 0) fmt::print(stderr, "({} iterates and windows not shown)\n", skipped_);
         return;
       default:
-        return;
+        return view_.OnEvent(event);
     }
   }
 
  private:
-  static void PrintJsonLine(const v1::JobEvent& event) {
+  static void PrintJsonLine(const v1::SolveEvent& event) {
     fmt::print("{}\n", JsonLine(event));
     std::fflush(stdout);
   }
@@ -94,7 +87,7 @@ ExitCode FollowJob(JobClient& client, const WatchCommand& command, const CallLim
   if (job.ok()) {
     JobView view(command, *job);
     const absl::Status watched = client.Watch(
-        RequestOf(command), [&](const v1::JobEvent& event) { view.Show(event); }, limits);
+        RequestOf(command), [&](const v1::SolveEvent& event) { view.Show(event); }, limits);
     job = watched.ok() ? client.Get(command.name, limits) : absl::StatusOr<v1::SolveJob>(watched);
   }
   if (job.ok()) return ConcludeJob(*job);

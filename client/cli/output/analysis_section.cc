@@ -43,7 +43,7 @@ std::string WitnessText(const v1::Witness& witness) {
 
 // The reason, with the witness and the source in brackets, if there are any.
 std::string Grounds(const v1::Finding& finding) {
-  std::string text = finding.why();
+  std::string text = finding.reason();
   const std::string witness = finding.has_witness() ? WitnessText(finding.witness()) : "";
   for (const std::string& more : {witness, finding.source()}) {
     if (!more.empty()) text += fmt::format("{}[{}]", text.empty() ? "" : " ", more);
@@ -99,7 +99,7 @@ void PrintConstantsWhole(const v1::AnalysisSection& section, Paragraphs& paper) 
   for (const v1::Constant& constant : section.constants()) width = std::max(width, LetterCount(ValueText(constant)));
   for (const v1::Constant& constant : section.constants()) {
     std::string text = constant.title();
-    if (!constant.why().empty()) text += "; " + constant.why();
+    if (!constant.reason().empty()) text += "; " + constant.reason();
     if (!constant.source().empty()) text += " [" + constant.source() + "]";
     paper.Print(fmt::format("  {}  ", Padded(ValueText(constant), width)), text);
   }
@@ -113,7 +113,7 @@ void PrintAnswer(const v1::AnalysisSection& section, v1::Answer answer, std::siz
     if (Follows(finding, section)) {
       following.push_back(Label(finding));
     } else {
-      PrintRow(Word(answer).c_str(), Label(finding), width, finding.why(), paper);
+      PrintRow(Word(answer).c_str(), Label(finding), width, finding.reason(), paper);
     }
   }
   if (!following.empty())

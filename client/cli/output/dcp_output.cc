@@ -106,7 +106,7 @@ void PrintDcpTable(const v1::SolveDcpResponse& response, const DcpVerdict& verdi
   }
   const v1::Finding& unique = response.unique();
   fmt::print(out, "\nOne solution for every q with q(0) >= 0: {} ({})\n", Word(unique.answer()),
-             unique.why());
+             unique.reason());
 }
 
 }  // namespace dlcs::client

@@ -78,8 +78,18 @@ void LiveView::OnEvent(const v1::SolveEvent& event) {
     case v1::SolveEvent::kGap:
       passed_over_ += event.gap().iterates();
       return;
-    case v1::SolveEvent::kWaiting:
-      return OnWaiting(event.waiting());
+    case v1::SolveEvent::kState: {
+      const std::lock_guard lock(mutex_);
+      queued_ = event.state() == v1::JOB_STATE_QUEUED;
+      return;
+    }
+    case v1::SolveEvent::kCheckpointed:
+      return OnReached(event.checkpointed().time());
+    case v1::SolveEvent::kLog:
+      return OnText(event.log());
+    case v1::SolveEvent::kHeartbeat:
+      if (queued_ && !settings_.terminal) PrintLine("waiting in the server's queue");  // a terminal has the bar
+      return;
     case v1::SolveEvent::kAccepted:
     case v1::SolveEvent::kTrajectory:
     case v1::SolveEvent::kSummary:
@@ -117,12 +127,6 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   }
   if (!settings_.warnings) return;
   for (const std::string& warning : analysis.warnings()) PrintText("warning: " + warning);
-}
-
-void LiveView::OnWaiting(const v1::Waiting& waiting) {
-  if (waiting.queued() && !settings_.terminal) PrintLine("waiting in the server's queue");
-  const std::lock_guard lock(mutex_);
-  queued_ = waiting.queued();
 }
 
 void LiveView::OnIterate(const v1::Iterate& iterate) {
@@ -164,7 +168,7 @@ void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
   if (!outcome.accepted()) {
     if (!lines_.Take(now)) return;
     return PrintLine(
-        fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(), outcome.why()));
+        fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(), outcome.reason()));
   }
   {
     const std::lock_guard lock(mutex_);

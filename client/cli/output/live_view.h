@@ -67,7 +67,6 @@ class LiveView {
   void OnAnalysis(const v1::Analysis& analysis);
   void OnIterate(const v1::Iterate& iterate);
   void OnWindowFinished(const v1::WindowFinished& outcome);
-  void OnWaiting(const v1::Waiting& waiting);
   void PrintLine(const std::string& line);
   void PrintText(const std::string& text);  // in lines of the width
   void PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted& window);

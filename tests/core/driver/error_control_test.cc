@@ -94,7 +94,7 @@ TEST(EventToleranceTest, IsKeptWhereSourcesAreSteep) {
     if (tolerance > 1e-11 || solution.accuracy.error <= tolerance) {
       ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
     }
-    EXPECT_EQ(solution.cost.marched_steps, 0);
+    EXPECT_EQ(solution.cost.coupled_steps, 0);
     EXPECT_LT(solution.cost.steps, 1000);
     EXPECT_NEAR(solution.x(0, solution.x.cols() - 1), integral,
                 std::max(tolerance, solution.accuracy.error) * integral);

@@ -213,7 +213,7 @@ TEST_P(ControlledFigureTest, IsNeverBelowAThird) {
     EXPECT_GE(ratios.values.back(), 1.0 / 3)
         << "trial " << trial << ": " << solution.accuracy.error << " for " << error;
     if (JudgeSolution(solution).kind == VerdictKind::kSolved) {
-      EXPECT_LE(error, solution.accuracy.asked) << "trial " << trial;
+      EXPECT_LE(error, solution.accuracy.tolerance) << "trial " << trial;
     }
   }
   if (std::getenv("DLCS_TEST_SEED")) {

@@ -116,7 +116,7 @@ TEST_P(EventRandomTest, AgreesWithAFineMarch) {
     const double size = MaxAbs(marched.x);
     EXPECT_LT(MaxAbs(located.x - marched.x),
               std::max(GetParam().allowed * size, 4 * marched.accuracy.error * size));
-    EXPECT_EQ(located.cost.marched_steps, 0);
+    EXPECT_EQ(located.cost.coupled_steps, 0);
     EXPECT_LT(located.certificate.node_residual, 1e-8 * located.certificate.lcp_scale);
 
     // A thousandth of the tolerance moves the solution by less than the tolerance.

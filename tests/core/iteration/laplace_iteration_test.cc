@@ -226,7 +226,7 @@ TEST(LaplaceIterationTest, MarchesAStepThatDoesNotConverge) {
   Recording recording;
   const Solution solution = Iterate(problem, 4, 0, recording);
   ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
-  EXPECT_EQ(solution.cost.marched_steps, 4);
+  EXPECT_EQ(solution.cost.coupled_steps, 4);
   EXPECT_LT(solution.certificate.node_residual, 1e-13);
 }
 

@@ -81,7 +81,7 @@ TEST(WindowWidthTest, DoublesWhereIterationsAreFewAndHalvesWhereAWindowFails) {
   EXPECT_EQ(width.value(), 32);
   width.Reject(32);
   EXPECT_EQ(width.value(), 16);
-  width.March();
+  width.AcceptCoupledStep();
   EXPECT_EQ(width.value(), 1);
   width.Accept(1, 2);
   EXPECT_EQ(width.value(), 2);

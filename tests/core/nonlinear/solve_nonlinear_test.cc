@@ -145,8 +145,8 @@ TEST(SolveNonlinear, KeepsTheErrorThatIsAskedFor) {
     options.error_tolerance = tolerance;
     const Solution solution = SolveWith(Harvest(), options);
     ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
-    EXPECT_EQ(solution.accuracy.asked, tolerance > 0 ? tolerance : Options::kDefaultErrorTolerance);
-    EXPECT_LE(HarvestError(solution) / solution.certificate.x_scale, solution.accuracy.asked);
+    EXPECT_EQ(solution.accuracy.tolerance, tolerance > 0 ? tolerance : Options::kDefaultErrorTolerance);
+    EXPECT_LE(HarvestError(solution) / solution.certificate.x_scale, solution.accuracy.tolerance);
     EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kSolved);
   }
 }
@@ -228,11 +228,11 @@ TEST(SolveNonlinear, SolvesAStepTogetherWhereTheSplittingDoesNotContract) {
   problem.W = Matrix::Zero(1, 1);
   const Solution picard = SolveWith(problem, Steps(50));
   ASSERT_EQ(picard.termination, Termination::kReachedEnd) << picard.message;
-  EXPECT_EQ(picard.cost.marched_steps, 50);
+  EXPECT_EQ(picard.cost.coupled_steps, 50);
   EXPECT_NEAR(picard.x(0, 50), std::cos(1), 1e-6);
   problem.W.reset();
   const Solution automatic = SolveWith(problem, Steps(50));
-  EXPECT_EQ(automatic.cost.marched_steps, 0);
+  EXPECT_EQ(automatic.cost.coupled_steps, 0);
   EXPECT_NEAR(automatic.x(0, 50), std::cos(1), 1e-3);
   EXPECT_THAT(automatic.reason, HasSubstr("W from the Jacobians"));
 }

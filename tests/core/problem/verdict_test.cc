@@ -25,7 +25,7 @@ Solution Reached(AccuracySource source, double error, double asked) {
   solution.termination = Termination::kReachedEnd;
   solution.accuracy.source = source;
   solution.accuracy.error = error;
-  solution.accuracy.asked = asked;
+  solution.accuracy.tolerance = asked;
   return solution;
 }
 
@@ -114,8 +114,8 @@ TEST(VerdictTest, StepsThatAliasAreNoSuccess) {
 TEST(DefaultErrorTest, IsControlledWithoutBeingAskedFor) {
   const Solution solution = testing::SolveToEnd(testing::ExampleFourOne(), {});
   EXPECT_EQ(solution.method, Method::kEventDriven);
-  EXPECT_EQ(solution.accuracy.asked, Options::kDefaultErrorTolerance);
-  EXPECT_TRUE(solution.accuracy.asked_by_default);
+  EXPECT_EQ(solution.accuracy.tolerance, Options::kDefaultErrorTolerance);
+  EXPECT_TRUE(solution.accuracy.tolerance_is_default);
   const Verdict verdict = JudgeSolution(solution);
   EXPECT_EQ(verdict.kind, VerdictKind::kSolved) << verdict.text;
   EXPECT_THAT(verdict.text, HasSubstr("(the default)"));

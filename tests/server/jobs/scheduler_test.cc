@@ -272,7 +272,7 @@ TEST_F(SchedulerTest, RefusalsNameTheLimitAndSayWhenToComeBack) {
   EXPECT_EQ(too_many->retry_after, 10s);  // 40 core-seconds, 2 cores, 2 jobs
   const auto too_much = scheduler.Enqueue(Job("bob", "1", 44));
   EXPECT_EQ(too_much->limit, "max_queued_core_seconds");
-  EXPECT_EQ(too_much->asked, 84);
+  EXPECT_EQ(too_much->requested, 84);
   EXPECT_EQ(too_much->retry_after, 2s);
   EXPECT_FALSE(scheduler.Enqueue(Job("bob", "1")).has_value());
   EXPECT_FALSE(scheduler.Enqueue(Job("cyd", "1")).has_value());

@@ -33,7 +33,7 @@ class Producer {
     for (int k = 1; k <= iterates; ++k) {
       Put([k](v1::SolveEvent& event) { event.mutable_iterate()->set_iteration(k); });
     }
-    Put([](v1::SolveEvent& event) { event.mutable_window_finished()->set_why(std::string(60, 'w')); });
+    Put([](v1::SolveEvent& event) { event.mutable_window_finished()->set_reason(std::string(60, 'w')); });
   }
   void End(Index num_times) {
     Solution solution;

@@ -54,13 +54,13 @@ class JobServiceTest : public testing::ServiceTest {
     return job.value_or(v1::SolveJob());
   }
 
-  std::vector<v1::JobEvent> Watch(const std::string& name, std::int64_t after = 0) {
+  std::vector<v1::SolveEvent> Watch(const std::string& name, std::int64_t after = 0) {
     v1::WatchSolveJobRequest request;
     request.set_name(name);
     request.set_after_sequence(after);
-    std::vector<v1::JobEvent> events;
+    std::vector<v1::SolveEvent> events;
     const absl::Status status = client_->jobs().Watch(
-        request, [&](const v1::JobEvent& event) { events.push_back(event); }, {.deadline = seconds(60), .stop = {}});
+        request, [&](const v1::SolveEvent& event) { events.push_back(event); }, {.deadline = seconds(60), .stop = {}});
     EXPECT_TRUE(status.ok()) << status;
     return events;
   }
@@ -141,7 +141,7 @@ TEST_F(JobServiceTest, KnowsNoJobsButItsOwn) {
   EXPECT_EQ(client_->jobs().Delete(unknown, {}).code(), absl::StatusCode::kNotFound);
   v1::WatchSolveJobRequest watch;
   watch.set_name(unknown);
-  EXPECT_EQ(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(client_->jobs().Watch(watch, [](const v1::SolveEvent&) {}, {}).code(), absl::StatusCode::kNotFound);
   v1::ReadTrajectoryRequest read;
   read.set_name(unknown);
   EXPECT_EQ(client_->jobs().ReadTrajectory(read, [](const v1::TrajectoryPage&) {}, {}).code(),
@@ -153,10 +153,10 @@ TEST_F(JobServiceTest, CancelKeepsWhatWasFound) {
   v1::WatchSolveJobRequest request;
   request.set_name(job.name());
   bool cancelled = false;
-  std::vector<v1::JobEvent> events;
+  std::vector<v1::SolveEvent> events;
   const absl::Status watched =
       client_->jobs().Watch(request,
-                            [&](const v1::JobEvent& event) {
+                            [&](const v1::SolveEvent& event) {
                               events.push_back(event);
                               if (event.has_checkpointed() && !std::exchange(cancelled, true)) {
                                 EXPECT_TRUE(client_->jobs().Cancel(job.name(), {}).ok());
@@ -190,20 +190,20 @@ TEST_F(JobServiceTest, ListsByState) {
 
 TEST_F(JobServiceTest, WatchingFromANumberGivesTheRest) {
   const v1::SolveJob job = Submit(SwitchingRequest(200));
-  const std::vector<v1::JobEvent> all = Watch(job.name());
-  std::vector<v1::JobEvent> kept;
-  for (const v1::JobEvent& event : Watch(job.name())) kept.push_back(event);
+  const std::vector<v1::SolveEvent> all = Watch(job.name());
+  std::vector<v1::SolveEvent> kept;
+  for (const v1::SolveEvent& event : Watch(job.name())) kept.push_back(event);
   ASSERT_GT(kept.size(), 3u);
   for (std::size_t k = 0; k + 1 < kept.size(); ++k) {
-    const std::vector<v1::JobEvent> rest = Watch(job.name(), kept[k].sequence());
+    const std::vector<v1::SolveEvent> rest = Watch(job.name(), kept[k].sequence());
     ASSERT_FALSE(rest.empty());
     EXPECT_GT(rest.front().sequence(), kept[k].sequence());
-    EXPECT_TRUE(rest.back().has_finished());
+    EXPECT_TRUE(rest.back().has_summary());
   }
   v1::WatchSolveJobRequest beyond;
   beyond.set_name(job.name());
   beyond.set_after_sequence(all.back().sequence() + 1'000'000);
-  EXPECT_EQ(client_->jobs().Watch(beyond, [](const v1::JobEvent&) {}, {}).code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(client_->jobs().Watch(beyond, [](const v1::SolveEvent&) {}, {}).code(), absl::StatusCode::kOutOfRange);
 }
 
 TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
@@ -222,7 +222,7 @@ TEST_F(JobServiceTest, WatchersSeeTheFunctionOfAnIterate) {
     v1::Iterate last;
     const absl::Status watched =
         client_->jobs().Watch(request,
-                              [&](const v1::JobEvent& event) {
+                              [&](const v1::SolveEvent& event) {
                                 if (event.has_state() && event.state() == v1::JOB_STATE_QUEUED && ++watching == 2) {
                                   EXPECT_TRUE(client_->jobs().Cancel(before.name(), {}).ok());
                                 }
@@ -254,7 +254,7 @@ TEST_F(JobServiceTest, RefusesToShowWhatIsNotThere) {
   request.set_name(job.name());
   request.set_view(v1::WATCH_VIEW_FULL);
   request.add_y_components(1);
-  const absl::Status status = client_->jobs().Watch(request, [](const v1::JobEvent&) {}, {});
+  const absl::Status status = client_->jobs().Watch(request, [](const v1::SolveEvent&) {}, {});
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()), HasSubstr("y_components[0]: 1; must be between 0 and 0"));
 }
@@ -336,14 +336,14 @@ TEST_F(JobServiceTest, AStoppedServerGivesItsJobsToTheNext) {
 TEST_F(JobServiceTest, WatchersGoOnAtTheNextServer) {
   const v1::SolveJob job = Submit(SteppingRequest(4'000'000));
   const std::string address = server_->address();
-  std::vector<v1::JobEvent> events;
+  std::vector<v1::SolveEvent> events;
   int notices = 0;
   auto watching = *Client::Connect(address, [&](const std::string&) { ++notices; });
   absl::Status watched;
   std::thread watcher([&] {
     v1::WatchSolveJobRequest request;
     request.set_name(job.name());
-    watched = watching->jobs().Watch(request, [&](const v1::JobEvent& event) { events.push_back(event); },
+    watched = watching->jobs().Watch(request, [&](const v1::SolveEvent& event) { events.push_back(event); },
                                      {.deadline = seconds(60), .stop = {}});
   });
   std::this_thread::sleep_for(milliseconds(200));

@@ -151,7 +151,7 @@ TEST_F(ProblemServiceTest, ANameGivesTheBitsOfTheProblem) {
   EXPECT_EQ(job->problem_name(), problem.name());
   v1::WatchSolveJobRequest watch;
   watch.set_name(job->name());
-  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(60), .stop = {}}).ok());
+  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::SolveEvent&) {}, {.deadline = seconds(60), .stop = {}}).ok());
   testing::ExpectSameTrajectory(testing::ReadAll(client_->jobs(), job->name()), expected);
 
   v1::AnalyzeProblemRequest analyze;
@@ -173,8 +173,8 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
   v1::SolveRequest named;
   named.set_problem_name(Upload(BodyOf(changed)));
   *named.mutable_options() = changed.options();
-  named.mutable_changes()->add_x0(-0.5);
-  named.mutable_changes()->set_horizon(3);
+  named.mutable_overrides()->add_x0(-0.5);
+  named.mutable_overrides()->set_horizon(3);
   changed.mutable_problem()->set_x0(0, -0.5);
   changed.mutable_problem()->set_horizon(3);
   const auto backend = *Client::Connect(server_->address());
@@ -182,11 +182,11 @@ TEST_F(ProblemServiceTest, ASolveMayChangeWhatIsNotTheMatrices) {
   ASSERT_TRUE(result.ok()) << result.status();
   testing::ExpectSameTrajectory({result->times, result->x, result->y, result->w}, testing::SolveHere(changed));
 
-  named.mutable_changes()->add_x0(1);
+  named.mutable_overrides()->add_x0(1);
   EXPECT_THAT(std::string(backend->Solve(named, {}, {}).status().message()), HasSubstr("x0"));
-  changed.mutable_changes()->add_x0(1);
+  changed.mutable_overrides()->add_x0(1);
   EXPECT_THAT(std::string(backend->Solve(changed, {}, {}).status().message()),
-              HasSubstr("changes: go with problem_name"));
+              HasSubstr("overrides: go with problem_name"));
 }
 
 TEST_F(ProblemServiceTest, WhatIsThereNeedNotBeSent) {
@@ -323,7 +323,7 @@ TEST_F(ProblemServiceTest, AJobHoldsItsProblemOverARestart) {
   Start();
   v1::WatchSolveJobRequest watch;
   watch.set_name(job->name());
-  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(120), .stop = {}}).ok());
+  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::SolveEvent&) {}, {.deadline = seconds(120), .stop = {}}).ok());
   testing::ExpectSameTrajectory(testing::ReadAll(client_->jobs(), job->name()), testing::SolveHere(whole));
   EXPECT_TRUE(client_->problems().Delete(name, {}).ok());
   EXPECT_EQ(client_->jobs().Submit(create, {}).status().code(), absl::StatusCode::kNotFound);
@@ -373,9 +373,9 @@ TEST_F(ProblemServiceTest, AnEarlierProgramsJobsGoOn) {
   for (const v1::SolveJob& job : *jobs) {
     v1::WatchSolveJobRequest watch;
     watch.set_name(job.name());
-    std::vector<v1::JobEvent> events;
+    std::vector<v1::SolveEvent> events;
     const absl::Status watched = client_->jobs().Watch(
-        watch, [&](const v1::JobEvent& event) { events.push_back(event); }, {.deadline = seconds(120), .stop = {}});
+        watch, [&](const v1::SolveEvent& event) { events.push_back(event); }, {.deadline = seconds(120), .stop = {}});
     ASSERT_TRUE(watched.ok()) << watched;
     EXPECT_EQ(testing::WhatIsWrongWithJobEvents(events), "");
     EXPECT_EQ(client_->jobs().Get(job.name(), {})->summary().termination(), v1::TERMINATION_REACHED_END);

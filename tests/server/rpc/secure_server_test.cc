@@ -115,7 +115,7 @@ class SecureServerTest : public testing::ServiceTest {
   static absl::Status Watch(Client& client, const std::string& name) {
     v1::WatchSolveJobRequest request;
     request.set_name(name);
-    return client.jobs().Watch(request, [](const v1::JobEvent&) {}, {.deadline = seconds(60), .stop = {}});
+    return client.jobs().Watch(request, [](const v1::SolveEvent&) {}, {.deadline = seconds(60), .stop = {}});
   }
 
   // Waits until `holds()`; false after a minute.
@@ -275,10 +275,10 @@ TEST_F(SecureServerTest, OneUserHasSoManyWatches) {
   request.set_name(job);
   const auto stub = v1::JobService::NewStub(testing::Connect(server_->address()));
   const auto first = stub->WatchSolveJob(&context, request);
-  v1::JobEvent event;
+  v1::SolveEvent event;
   ASSERT_TRUE(first->Read(&event));
   const absl::Status second =
-      alice->jobs().Watch(request, [](const v1::JobEvent&) {}, {.deadline = seconds(2), .stop = {}});
+      alice->jobs().Watch(request, [](const v1::SolveEvent&) {}, {.deadline = seconds(2), .stop = {}});
   EXPECT_EQ(second.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(second.message()), HasSubstr("max_watches_per_user = 1"));
   EXPECT_TRUE(alice->jobs().Cancel(job, {}).ok());

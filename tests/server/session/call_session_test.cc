@@ -251,7 +251,7 @@ TEST(RunAnalysisTest, LeavesOutWhatNeedsAMatrixWrittenDown) {
     const auto found = std::find_if(response->sections().begin(), response->sections().end(),
                                     [id](const v1::AnalysisSection& section) { return section.id() == id; });
     ASSERT_NE(found, response->sections().end()) << id;
-    EXPECT_THAT(found->findings(0).why(), ::testing::HasSubstr("not computed: too large, 4500 states and 1 pair"));
+    EXPECT_THAT(found->findings(0).reason(), ::testing::HasSubstr("not computed: too large, 4500 states and 1 pair"));
   }
 }
 

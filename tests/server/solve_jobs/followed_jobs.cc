@@ -32,7 +32,7 @@ void FollowedJobs::Follow(Job& job) const {
   v1::WatchSolveJobRequest watch;
   watch.set_name(job.name);
   job.status = client->jobs().Watch(
-      watch, [&job](const v1::JobEvent& event) { job.events.push_back(event); }, limits_);
+      watch, [&job](const v1::SolveEvent& event) { job.events.push_back(event); }, limits_);
   job.ended = true;
 }
 

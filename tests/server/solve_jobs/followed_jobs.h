@@ -37,7 +37,7 @@ class FollowedJobs {
   struct Job {
     std::string name;
     v1::SolveRequest request;
-    std::vector<v1::JobEvent> events;
+    std::vector<v1::SolveEvent> events;
     absl::Status status;
     std::atomic<bool> ended = false;
     std::jthread thread;  // last: it uses the others

@@ -34,7 +34,7 @@ v1::SolveRequest LongRequest() {
 struct Told {
   grpc::Status status;
   v1::SolveJob job;
-  std::string limit, value, asked;
+  std::string limit, value, requested;
   std::optional<double> retry_seconds;
 };
 
@@ -63,7 +63,7 @@ class JobAdmissionTest : public testing::ServiceTest {
       if (detail.UnpackTo(&info) && info.metadata().contains("limit")) {
         told.limit = info.metadata().at("limit");
         told.value = info.metadata().at("value");
-        told.asked = info.metadata().at("asked");
+        told.requested = info.metadata().at("requested");
       }
       google::rpc::RetryInfo retry;
       if (detail.UnpackTo(&retry)) {
@@ -132,7 +132,7 @@ TEST_F(JobAdmissionTest, AFullQueueSaysWhenToComeBack) {
   const Told told = Create(SwitchingRequest(12));
   ExpectRefused(told, "max_queued_jobs", true);
   EXPECT_EQ(told.value, "2");
-  EXPECT_EQ(told.asked, "3");
+  EXPECT_EQ(told.requested, "3");
   EXPECT_THAT(told.status.error_message(), HasSubstr("The queue is full: with this job max_queued_jobs would be 3"));
   // What was taken before is found all the same, and a check says what would be said.
   EXPECT_EQ(Create(remembered).job.name(), taken.job.name());
@@ -232,7 +232,7 @@ TEST_F(JobAdmissionTest, WhatHasEndedIsForgottenInTime) {
   ASSERT_TRUE(told.status.ok());
   v1::WatchSolveJobRequest watch;
   watch.set_name(told.job.name());
-  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::JobEvent&) {}, {.deadline = seconds(30), .stop = {}}).ok());
+  ASSERT_TRUE(client_->jobs().Watch(watch, [](const v1::SolveEvent&) {}, {.deadline = seconds(30), .stop = {}}).ok());
   for (int k = 0; k < 600; ++k) {
     const absl::Status status = client_->jobs().Get(told.job.name(), {}).status();
     if (absl::IsNotFound(status)) return;

@@ -8,10 +8,10 @@
 
 namespace dlcs::testing {
 
-std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events) {
+std::string WhatIsWrongWithJobEvents(const std::vector<v1::SolveEvent>& events) {
   if (events.empty()) return "no events";
   std::int64_t last = 0, stored = 0;
-  for (const v1::JobEvent& event : events) {
+  for (const v1::SolveEvent& event : events) {
     if (event.has_heartbeat()) continue;
     const bool gap = event.has_gap();
     const std::int64_t first = gap ? event.gap().first_sequence() : event.sequence();
@@ -22,22 +22,22 @@ std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events) {
       if (event.checkpointed().times() < stored) return "fewer stored times than before";
       stored = event.checkpointed().times();
     }
-    if (event.has_finished() && &event != &events.back()) return "an event behind the end";
+    if (event.has_summary() && &event != &events.back()) return "an event behind the end";
   }
-  return events.back().has_finished() ? "" : "the end is missing";
+  return events.back().has_summary() ? "" : "the end is missing";
 }
 
-bool IsKeptEvent(const v1::JobEvent& event) {
-  return event.kind_case() == v1::JobEvent::kState || event.has_analysis() || event.has_checkpointed() ||
-         event.has_finished();
+bool IsKeptEvent(const v1::SolveEvent& event) {
+  return event.kind_case() == v1::SolveEvent::kState || event.has_analysis() || event.has_checkpointed() ||
+         event.has_summary();
 }
 
-std::string WhatIsMissing(const std::vector<v1::JobEvent>& events, const std::vector<v1::JobEvent>& all) {
+std::string WhatIsMissing(const std::vector<v1::SolveEvent>& events, const std::vector<v1::SolveEvent>& all) {
   std::set<std::int64_t> seen;
-  for (const v1::JobEvent& event : events) {
+  for (const v1::SolveEvent& event : events) {
     if (IsKeptEvent(event)) seen.insert(event.sequence());
   }
-  for (const v1::JobEvent& event : all) {
+  for (const v1::SolveEvent& event : all) {
     if (IsKeptEvent(event) && !seen.contains(event.sequence())) return "without " + event.ShortDebugString();
   }
   return "";

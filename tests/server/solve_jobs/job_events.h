@@ -13,14 +13,14 @@ namespace dlcs::testing {
 
 // Checks that numbers rise, that what is missing between them is in a gap, that stored times rise, and that the end
 // comes last. What is wrong, or an empty text.
-std::string WhatIsWrongWithJobEvents(const std::vector<v1::JobEvent>& events);
+std::string WhatIsWrongWithJobEvents(const std::vector<v1::SolveEvent>& events);
 
 // Events that no watcher may miss: state changes, the analysis, checkpoints and the end.
-bool IsKeptEvent(const v1::JobEvent& event);
+bool IsKeptEvent(const v1::SolveEvent& event);
 
 // Whether `events`, seen by somebody who was cut and came back, hold every kept event of `all`, watched without a cut.
 // Returns what is missing, or an empty text.
-std::string WhatIsMissing(const std::vector<v1::JobEvent>& events, const std::vector<v1::JobEvent>& all);
+std::string WhatIsMissing(const std::vector<v1::SolveEvent>& events, const std::vector<v1::SolveEvent>& all);
 
 }  // namespace dlcs::testing
 

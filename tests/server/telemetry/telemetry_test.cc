@@ -101,7 +101,7 @@ class TelemetryTest : public testing::ServiceTest {
     v1::WatchSolveJobRequest wanted;
     wanted.set_name(job.name());
     const auto reader = jobs_->WatchSolveJob(&watch, wanted);
-    for (v1::JobEvent event; reader->Read(&event);) {
+    for (v1::SolveEvent event; reader->Read(&event);) {
     }
     ASSERT_TRUE(reader->Finish().ok());
   }
@@ -283,7 +283,7 @@ std::string LogOf(const std::vector<std::string>& flags) {
   watch.set_name(job.name());
   const auto watch_context = context();
   const auto events = jobs->WatchSolveJob(watch_context.get(), watch);
-  for (v1::JobEvent event; events->Read(&event);) {
+  for (v1::SolveEvent event; events->Read(&event);) {
   }
   EXPECT_TRUE(events->Finish().ok());
 

@@ -78,14 +78,14 @@ TEST(ParametersTest, AreNumbersWithNamesOfTheirOwn) {
 
 TEST(ParametersTest, ChangeWhereTheyAre) {
   FormulaParameters parameters{{"R", 2}, {"C", 3}};
-  google::protobuf::RepeatedPtrField<v1::Parameter> changes;
-  *changes.Add() = Parameter("R", 5);
-  *changes.Add() = Parameter("L", 5);
+  google::protobuf::RepeatedPtrField<v1::Parameter> overrides;
+  *overrides.Add() = Parameter("R", 5);
+  *overrides.Add() = Parameter("L", 5);
   std::vector<Violation> violations;
-  ChangeParameters(changes, "changes.parameters", parameters, violations);
+  ChangeParameters(overrides, "overrides.parameters", parameters, violations);
   EXPECT_EQ(parameters, (FormulaParameters{{"R", 5}, {"C", 3}}));
   ASSERT_EQ(violations.size(), 1u);
-  EXPECT_EQ(violations[0].field, "changes.parameters.L");
+  EXPECT_EQ(violations[0].field, "overrides.parameters.L");
   EXPECT_THAT(violations[0].description, HasSubstr("which has C, R"));
 }
 

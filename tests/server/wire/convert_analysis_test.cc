@@ -31,7 +31,7 @@ TEST(ConvertAnalysisTest, CarriesEveryPartOfAFinding) {
   EXPECT_EQ(wire.id(), "p");
   EXPECT_EQ(wire.title(), "P");
   EXPECT_EQ(wire.answer(), v1::ANSWER_NO);
-  EXPECT_EQ(wire.why(), "minor");
+  EXPECT_EQ(wire.reason(), "minor");
   EXPECT_EQ(wire.source(), "(1)");
   const v1::Witness& witness = wire.witness();
   ASSERT_EQ(witness.indices_size(), 2);

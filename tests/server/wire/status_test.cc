@@ -62,7 +62,7 @@ TEST(StatusTest, LimitsAreNamedWithTheirValue) {
   EXPECT_EQ(info.reason(), "LIMIT_EXCEEDED");
   EXPECT_EQ(info.metadata().at("limit"), "max_states");
   EXPECT_EQ(info.metadata().at("value"), "2000");
-  EXPECT_EQ(info.metadata().at("asked"), "3000");
+  EXPECT_EQ(info.metadata().at("requested"), "3000");
 }
 
 TEST(StatusTest, BusyServersSayWhenToComeBack) {

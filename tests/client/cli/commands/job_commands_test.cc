@@ -89,7 +89,7 @@ TEST_F(JobCommandsTest, WatchPrintsEventsForPrograms) {
   std::istringstream lines(watched.out);
   nlohmann::json last;
   for (std::string line; std::getline(lines, line);) last = nlohmann::json::parse(line);
-  EXPECT_EQ(last["finished"]["summary"]["termination"], "TERMINATION_REACHED_END");
+  EXPECT_EQ(last["summary"]["termination"], "TERMINATION_REACHED_END");
 }
 
 // As in the JSON of a solve: names with underscores; integers of 64 bits are strings.

@@ -23,7 +23,7 @@ v1::Finding& AddFinding(v1::AnalysisSection& section, const char* id, v1::Answer
   finding.set_id(id);
   finding.set_title(std::string(id) + "-matrix");
   finding.set_answer(answer);
-  finding.set_why(why);
+  finding.set_reason(why);
   return finding;
 }
 
@@ -62,7 +62,7 @@ v1::AnalyzeProblemResponse AnalysisExample() {
   absent.set_symbol("v");
   absent.set_title("comparison");
   absent.set_kind(v1::CONSTANT_KIND_EXACT);
-  absent.set_why("M is no P-matrix");
+  absent.set_reason("M is no P-matrix");
   v1::Recommendation& recommendation = *analysis.mutable_recommendation();
   recommendation.mutable_options()->set_method(v1::METHOD_EXPONENTIAL_INTEGRATOR);
   recommendation.mutable_options()->set_step(0.001);

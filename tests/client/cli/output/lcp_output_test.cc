@@ -71,7 +71,7 @@ v1::SolveDcpResponse Ramp() {
   }
   response.mutable_certificate()->set_least_w(-1e-16);
   response.mutable_unique()->set_answer(v1::ANSWER_UNKNOWN);
-  response.mutable_unique()->set_why("a P-matrix");
+  response.mutable_unique()->set_reason("a P-matrix");
   return response;
 }
 

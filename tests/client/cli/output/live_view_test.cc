@@ -49,7 +49,7 @@ v1::SolveEvent WindowFinished(double end, bool accepted) {
   v1::WindowFinished& outcome = *event.mutable_window_finished();
   outcome.set_end(end);
   outcome.set_accepted(accepted);
-  if (!accepted) outcome.set_why("the iterates grew");
+  if (!accepted) outcome.set_reason("the iterates grew");
   return event;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/stepping/reduced_march.h"
+#include "core/stepping/reduced_integrator.h"
 
 #include "core/context/progress.h"
 #include "core/context/reduced_run.h"
@@ -29,7 +29,7 @@ class ReducedStepper {
       : context_(context), hold_(hold), progress_(progress), steps_([this](double) { return MakeStep(); }) {}
 
   // Marches `run`; returns the number of steps done.
-  Index March(ReducedRun& run) {
+  Index TakeSteps(ReducedRun& run) {
     kernel_ = run.kernel;
     SplitStep& step = steps_.At(run.run.step);
     const auto memory = kernel_->Start(run.y.col(0));
@@ -110,12 +110,12 @@ class ReducedStepper {
 
 }  // namespace
 
-bool ReducedMarch(SolveContext& context) {
+bool IntegrateReduced(SolveContext& context) {
   const Hold hold = context.y_is_lipschitz() ? Hold::kLinear : Hold::kConstant;
   Progress progress(context);
   ReducedStepper stepper(context, hold, progress);
   const auto carry = [&](StateArchive& state) { state(stepper); };
-  if (!SolveRunByRun(context, hold, carry, [&](ReducedRun& run) { return stepper.March(run); })) return false;
+  if (!SolveRunByRun(context, hold, carry, [&](ReducedRun& run) { return stepper.TakeSteps(run); })) return false;
   progress.Finish(context.problem.horizon);
   WarnOf(stepper.departures(), context);
   return true;
