@@ -201,9 +201,17 @@ double EventLocator::Shortest(double part_of_horizon, double part_of_rate) const
 double EventLocator::Share(double length) const { return std::max(length / problem_.horizon, kLeastShare); }
 
 double EventLocator::StepLength(double end) const {
+  // A step multiplies a part of x that grows by the Padé approximation of its exponential, which is exact to rounding up
+  // to about exp(6). The polynomial inside the step does not show more: against the end of the step its start is small.
+  constexpr double kMostGrowth = 6;
+  double growth = 0;
+  for (Index j = 0; j < mode_->form.triangle.rows(); ++j) {
+    growth = std::max(growth, mode_->form.triangle(j, j).real());
+  }
   const double left = (kink_ ? std::min(*kink_, end) : end) - t_;
-  if (length_ >= left) return left;
-  return std::min(length_, left / 2);
+  const double length = growth * length_ > kMostGrowth ? kMostGrowth / growth : length_;
+  if (length >= left) return left;
+  return std::min(length, left / 2);
 }
 
 // One step in the mode: accepted up to its end or to the first event, or shortened, or the mode given up.

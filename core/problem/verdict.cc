@@ -84,8 +84,6 @@ Verdict JudgeSolution(const Solution& solution) {
     return verdict;
   }
   verdict.kind = VerdictKind::kErrorEstimated;
-  verdict.text = "reached T, " + estimated;
-  if (accuracy.tolerance > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
   verdict.success = verdict.success && !(accuracy.error > kNoSuccess);
   if (accuracy.error > kConcern) {
     const std::string how_large =
@@ -93,6 +91,10 @@ Verdict JudgeSolution(const Solution& solution) {
     verdict.concerns.insert(verdict.concerns.begin(),
                             "The estimated error is " + how_large + ": take shorter steps, or set a tolerance.");
   }
+  // Some readers see this line alone.
+  const char* const warning = !verdict.success ? "not usable: " : !verdict.concerns.empty() ? "warning: " : "";
+  verdict.text = std::string("reached T, ") + warning + estimated;
+  if (accuracy.tolerance > 0 && !met) verdict.text += ", where " + FormatNumber(accuracy.tolerance) + " was aimed at";
   return verdict;
 }
 

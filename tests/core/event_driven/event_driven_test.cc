@@ -186,6 +186,27 @@ TEST(EventDrivenTest, CoarseTolerancesAreMetWhereModesGrowBehindTheirEnds) {
   }
 }
 
+// x' = x. On a long step the polynomial of the step misses its start by little against its end, and the growth of the
+// whole step is wrong by as much against its start.
+TEST(EventDrivenTest, FiguresHoldWhereModesGrow) {
+  Problem problem;
+  problem.A = Matrix{{1}};
+  problem.B = problem.N = Matrix{{0}};
+  problem.M = Matrix{{1}};
+  problem.f = TimeFunction::Zero(1);
+  problem.g = TimeFunction::Constant(Vector{{1}});
+  problem.x0 = Vector{{1}};
+  for (const double horizon : {12.0, 20.0, 30.0, 40.0, 100.0}) {
+    problem.horizon = horizon;
+    for (const double tolerance : {0.1, 1e-2, 1e-3, 1e-6}) {
+      const Solution solution = SolveAt(problem, tolerance, {horizon});
+      ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+      const double error = std::abs(solution.x(0, solution.x.cols() - 1) / std::exp(horizon) - 1);
+      EXPECT_LE(error, 3 * solution.accuracy.error) << "T = " << horizon << ", tolerance " << tolerance;
+    }
+  }
+}
+
 // x' = -x + y + f with f = -0.5, then -2 from t = 0.7 on; y = max(0, -x).
 Vector JumpExact(double t) {
   const double at_jump = -0.5 + 1.5 * std::exp(-0.7);

@@ -74,8 +74,17 @@ TEST(VerdictTest, IsNotGoodWhereResidualsAreLarge) {
   const Verdict verdict = JudgeSolution(solution);
   EXPECT_NE(verdict.kind, VerdictKind::kSolved);
   EXPECT_THAT(verdict.concerns, SizeIs(1));
+  EXPECT_EQ(verdict.text, "reached T, warning: estimated error 1e-09");
   solution.certificate.node_residual = 5;
   EXPECT_FALSE(JudgeSolution(solution).success);
+  EXPECT_EQ(JudgeSolution(solution).text, "reached T, not usable: estimated error 1e-09");
+}
+
+TEST(VerdictTest, ItsLineSaysThatTheErrorIsLarge) {
+  const auto text = [](double error) { return JudgeSolution(Reached(AccuracySource::kCompared, error, 0)).text; };
+  EXPECT_EQ(text(0.0099), "reached T, estimated error 0.0099");
+  EXPECT_EQ(text(0.04), "reached T, warning: estimated error 0.04");
+  EXPECT_EQ(text(0.6), "reached T, not usable: estimated error 0.6");
 }
 
 TEST(VerdictTest, IsNotGoodWhereAContinuousYMissesItsConditionsBetweenNodes) {
