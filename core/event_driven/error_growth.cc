@@ -20,6 +20,14 @@ Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
   return step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s)));
 }
 
+// The signs of `error`, and those of `otherwise` where it is zero.
+Vector SignsLike(const Eigen::Ref<const Vector>& error, Vector otherwise) {
+  for (Index i = 0; i < error.size(); ++i) {
+    if (error[i] != 0) otherwise[i] = std::copysign(1, error[i]);
+  }
+  return otherwise;
+}
+
 }  // namespace
 
 Vector SignsOfRounding(Index size, unsigned seed) {
@@ -45,12 +53,8 @@ ErrorGrowth::ErrorGrowth(const Vector& x0)
 Vector ErrorGrowth::Signs(Index error) const {
   const Index size = errors_.rows();
   if (error == 1) return SignsOfRounding(size, 1);
-  Vector signs = SignsOfRounding(size, error == 0 ? 0 : 2 + steps_);
-  if (error > 0) return signs;
-  for (Index i = 0; i < size; ++i) {
-    if (errors_(i, error) != 0) signs[i] = std::copysign(1, errors_(i, error));
-  }
-  return signs;
+  if (error > 1) return SignsOfRounding(size, 2 + steps_);
+  return SignsLike(errors_.col(0), SignsOfRounding(size, 0));
 }
 
 void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const Vector& overlooked, double s_end) {
@@ -61,9 +65,11 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
   const Vector missed = kOfMissed * step.slope_error + overlooked;
   Matrix slopes(rounding.size(), kErrors);
   for (Index e = 0; e < kErrors; ++e) {
-    // What an ulp of the data is stays the same, but for one of them.
+    // What an ulp of the data is stays the same. For the last error it has the signs that add to it: a system with slow
+    // and fast states forgets most errors, and signs at hand may all be of that kind.
     const auto seed = static_cast<unsigned>(e);
-    const Vector of_data = SignsOfRounding(rounding.size(), seed + 1 < kErrors ? seed : seed + steps_);
+    Vector of_data = SignsOfRounding(rounding.size(), seed);
+    if (e + 1 == kErrors) of_data = SignsLike(errors_.col(e), of_data);
     slopes.col(e) = of_data.cwiseProduct(step.slope_noise) + Signs(e).cwiseProduct(missed);
   }
   errors_ = step.stepper->Respond(errors_, slopes, at);

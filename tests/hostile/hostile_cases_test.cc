@@ -43,8 +43,9 @@ TEST_P(HostileAnswers, AreWithinTheErrorAskedFor) {
   if (!the_case.system.several_solutions) reference = Refer(the_case.system, ComparisonTimes(the_case.system));
   for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
     const Trial trial = Try(the_case.system, reference, {.tolerance = tolerance}, 10);
-    // Or refused, where one ulp of the data makes a good part of the error that is asked for.
-    const bool is_limited = trial.judgment == Judgment::kRefused && 2 * *trial.condition > tolerance;
+    // Or refused, where one ulp of the data makes a good part of the error that is asked for, or more.
+    const bool is_limited = trial.judgment == Judgment::kRefusedWithNeed ||
+                            (trial.judgment == Judgment::kRefused && 2 * *trial.condition > tolerance);
     EXPECT_TRUE(trial.judgment == Judgment::kRight || is_limited)
         << Name(trial.judgment) << " at tolerance " << tolerance << ": error " << trial.error.value_or(-1) << " of "
         << trial.component << ", figure " << trial.figure.value_or(-1) << ", condition " << trial.condition.value_or(-1)
@@ -67,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Files, HostileAnswers,
                                            "rescaled_2064", "stiff_event_driven_0", "stiff_event_driven_25",
                                            "stiff_march_1e+09", "stiff_march_1e+12", "stiff_scalar_z_73",
                                            "two_methods_two_solutions", "units_1e4", "units_1e4_stiff", "units_1e8",
-                                           "units_random_7029_1e6", "units_random_7045_1e6"),
+                                           "units_random_7029_1e6", "units_random_7045_1e6", "rounding_of_slow_states"),
                          TestName);
 
 }  // namespace

@@ -285,8 +285,13 @@ class Walk {
   // To the decision that a zero stands for; false where the mode was reported to last.
   bool ReachDecision(Mode& mode, Real begin) {
     const auto next = std::lower_bound(replay_->decisions.begin(), replay_->decisions.end(), ToDouble(time_));
+    const double lasted = ToDouble(time_ - begin);
+    if (next != replay_->decisions.begin()) {  // the decision may be reported a little too early
+      const double early = ToDouble(time_ - Real(*std::prev(next)));
+      if (early < lasted && early <= kReportedTime * lasted) return true;
+    }
     if (next == replay_->decisions.end()) return false;
-    const double left = ToDouble(Real(*next) - time_), lasted = ToDouble(time_ - begin);
+    const double left = ToDouble(Real(*next) - time_);
     if (left <= 0) return true;
     if (left > std::max(kReportedTime * (lasted + left), kReportedMoment * system_.horizon)) return false;
     Output(mode, z_, time_, Real(*next), false);
