@@ -134,7 +134,7 @@ void AddTokenCommand(CLI::App& app, TokenRequest& wanted) {
 
 void AddFlags(CLI::App& app, Flags& flags) {
   ServerConfig& config = flags.config;
-  app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one");
+  app.add_option("--listen", config.listen, "HOST:PORT, where port 0 picks a free one; or unix:/PATH");
   AddAccessFlags(app, config.access);
   app.add_option("--metrics-listen", config.metrics_listen,
                  "HOST:PORT of /metrics for Prometheus, /livez and /readyz, over plain HTTP (default: not served)");

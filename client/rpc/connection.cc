@@ -35,6 +35,8 @@ grpc::ChannelArguments ChannelSettings() {
   return settings;
 }
 
+bool IsUnixSocket(const std::string& address) { return address.starts_with("unix:/"); }
+
 // gRPC would take "localhost" for port 443 and "x:y" for a name to look up.
 bool IsHostAndPort(const std::string& address) {
   const std::size_t colon = address.rfind(':');
@@ -52,6 +54,7 @@ bool IsHostAndPort(const std::string& address) {
 
 // Without a name lookup: a name may resolve to another machine a moment later.
 bool IsThisMachine(const std::string& address) {
+  if (IsUnixSocket(address)) return true;
   const std::string host = address.substr(0, address.rfind(':'));
   in_addr ipv4{};
   if (inet_pton(AF_INET, host.c_str(), &ipv4) == 1) return ntohl(ipv4.s_addr) >> 24 == 127;
@@ -83,10 +86,10 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(const Co
 }  // namespace
 
 absl::StatusOr<Connection> Connection::Open(const ConnectionOptions& options) {
-  if (!IsHostAndPort(options.address)) {
+  if (!IsUnixSocket(options.address) && !IsHostAndPort(options.address)) {
     return absl::InvalidArgumentError(
-        fmt::format("address: \"{}\" is not HOST:PORT, with a port up to 65535; write for example localhost:50051, or "
-                    "[::1]:50051 for IPv6",
+        fmt::format("address: \"{}\" is not HOST:PORT, with a port up to 65535; write for example localhost:50051, "
+                    "[::1]:50051 for IPv6, or unix:/PATH",
                     options.address));
   }
   if (absl::Status token = CheckToken(options); !token.ok()) return token;

@@ -17,7 +17,7 @@ struct ConnectionOptions {
 
   bool UsesTls() const { return tls || !tls_ca.empty() || !tls_cert.empty() || !tls_key.empty(); }
 
-  std::string address;  // HOST:PORT ([::1]:PORT for IPv6)
+  std::string address;  // HOST:PORT ([::1]:PORT for IPv6), or unix:/PATH
   bool tls = false;
   // PEM files. The authorities to trust; empty: those of this machine.
   std::string tls_ca;

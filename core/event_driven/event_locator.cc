@@ -201,8 +201,9 @@ double EventLocator::Shortest(double part_of_horizon, double part_of_rate) const
 double EventLocator::Share(double length) const { return std::max(length / problem_.horizon, kLeastShare); }
 
 double EventLocator::StepLength(double end) const {
-  // A step multiplies a part of x that grows by the Padé approximation of its exponential, which is exact to rounding up
-  // to about exp(6). The polynomial inside the step does not show more: against the end of the step its start is small.
+  // A step multiplies a part of x that grows by the Padé approximation of its exponential, which is exact to rounding
+  // up to about exp(6). The polynomial inside the step does not show that it grows more: its start is small against its
+  // end.
   constexpr double kMostGrowth = 6;
   double growth = 0;
   for (Index j = 0; j < mode_->form.triangle.rows(); ++j) {

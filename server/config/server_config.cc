@@ -91,6 +91,9 @@ absl::Status Validate(const ServerConfig& config) {
   if (absl::Status address = CheckAddress("--listen", config.listen); !address.ok()) return address;
   if (!config.metrics_listen.empty()) {
     if (absl::Status address = CheckAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
+    if (config.metrics_listen.starts_with("unix:")) {
+      return absl::InvalidArgumentError(fmt::format("--metrics-listen {}: must be HOST:PORT", config.metrics_listen));
+    }
   }
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
     return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves, "between 0 (automatic) and 1024");

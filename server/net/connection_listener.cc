@@ -8,6 +8,7 @@
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -63,6 +64,7 @@ class ConnectionListener::Socket {
     const int descriptor = socket(address->sa_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (descriptor < 0) return nullptr;
     auto result = std::make_unique<Socket>(descriptor);
+    if (address->sa_family == AF_UNIX) fchmod(descriptor, S_IRUSR | S_IWUSR);  // bind() creates the file with this mode
     // A port whose last connections are in TIME_WAIT is free.
     SetOption(descriptor, SOL_SOCKET, SO_REUSEADDR, 1);
     if (address->sa_family == AF_INET6) SetOption(descriptor, IPPROTO_IPV6, IPV6_V6ONLY, dual_stack ? 0 : 1);
@@ -86,6 +88,17 @@ ConnectionListener::ConnectionListener() : wake_(std::make_unique<Socket>(eventf
 
 absl::StatusOr<std::unique_ptr<ConnectionListener>> ConnectionListener::Open(ListenAddress& address) {
   std::unique_ptr<ConnectionListener> result(new ConnectionListener());
+  if (address.is_unix()) {
+    const sockaddr_un name = UnixAddress(address);
+    unlink(name.sun_path);
+    auto socket = Socket::Listen(reinterpret_cast<const sockaddr*>(&name), sizeof name, false);
+    if (socket == nullptr) {
+      return absl::UnavailableError(fmt::format("cannot listen on {}: {}", ToString(address), std::strerror(errno)));
+    }
+    result->path_ = address.path;
+    result->listeners_.push_back(std::move(socket));
+    return result;
+  }
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_PASSIVE;
@@ -124,6 +137,7 @@ ConnectionListener::~ConnectionListener() {
   const std::uint64_t one = 1;
   [[maybe_unused]] const ssize_t written = write(wake_->descriptor(), &one, sizeof one);
   if (thread_.joinable()) thread_.join();
+  if (!path_.empty()) unlink(path_.c_str());
 }
 
 void ConnectionListener::Start(std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor) {

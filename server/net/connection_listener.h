@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -25,7 +26,8 @@ class ConnectionListener {
   static constexpr int kKeptDescriptors = 64;
 
   // Listens on every address that the host resolves to, of which at least one must work; connections wait until
-  // Start(). Sets the port where it is 0. Errors: Unavailable, with the address and why.
+  // Start(). Sets the port where it is 0. A Unix socket replaces one that is there, admits the user of this process
+  // alone, and is removed at the end. Errors: Unavailable, with the address and why.
   static absl::StatusOr<std::unique_ptr<ConnectionListener>> Open(ListenAddress& address);
   ~ConnectionListener();
 
@@ -44,6 +46,7 @@ class ConnectionListener {
   void SayRefused(const char* why);
 
   std::vector<std::unique_ptr<Socket>> listeners_;
+  std::string path_;              // of a Unix socket
   std::unique_ptr<Socket> wake_;  // ends the thread
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;
   std::int64_t refused_ = 0;  // since the last log line about it

@@ -4,17 +4,37 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <memory>
+#include <string_view>
 
 #include "fmt/format.h"
 
 namespace dlcs {
 namespace {
+
+constexpr std::string_view kUnixPrefix = "unix:";
+
+absl::Status CheckUnixSocket(const ListenAddress& address) {
+  struct stat file {};
+  if (stat(address.path.c_str(), &file) != 0) return absl::OkStatus();  // ConnectionListener reports other problems
+  if (!S_ISSOCK(file.st_mode)) {
+    return absl::InvalidArgumentError(
+        fmt::format("cannot listen on {}: there is a file that is no socket", ToString(address)));
+  }
+  const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const sockaddr_un name = UnixAddress(address);
+  const bool taken = connect(probe, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0;
+  close(probe);
+  if (!taken) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      fmt::format("cannot listen on {}: another server does; choose another path", ToString(address)));
+}
 
 // Returns 0 or the errno of the attempt.
 int TryBind(const addrinfo& candidate) {
@@ -54,10 +74,23 @@ bool IsLoopback(const addrinfo& address) {
 
 }  // namespace
 
+sockaddr_un UnixAddress(const ListenAddress& address) {
+  sockaddr_un result{};
+  result.sun_family = AF_UNIX;
+  address.path.copy(result.sun_path, sizeof result.sun_path - 1);
+  return result;
+}
+
 absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
+  if (text.starts_with(kUnixPrefix)) {
+    const std::string path = text.substr(kUnixPrefix.size());
+    if (path.starts_with('/') && path.size() < sizeof(sockaddr_un::sun_path)) return ListenAddress{.host = {}, .port = 0, .path = path};
+    return absl::InvalidArgumentError(fmt::format("\"{}\" is not unix: and an absolute path of at most {} bytes", text,
+                                                  sizeof(sockaddr_un::sun_path) - 1));
+  }
   const absl::Status malformed = absl::InvalidArgumentError(fmt::format(
       "\"{}\" is not HOST:PORT with a port up to 65535, for example 127.0.0.1:50051, 0.0.0.0:50051, [::1]:50051 or "
-      "localhost:0",
+      "localhost:0, nor unix:/PATH",
       text));
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return malformed;
@@ -76,12 +109,14 @@ absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
 }
 
 std::string ToString(const ListenAddress& address) {
+  if (address.is_unix()) return std::string(kUnixPrefix) + address.path;
   const bool brackets = address.host.find(':') != std::string::npos;
   const std::string host = brackets ? "[" + address.host + "]" : address.host;
   return host + ":" + std::to_string(address.port);
 }
 
 absl::Status CheckCanListen(const ListenAddress& address) {
+  if (address.is_unix()) return CheckUnixSocket(address);
   int lookup = 0;
   const AddressList addresses = LookUp(address, lookup);
   if (addresses == nullptr) {
@@ -113,6 +148,7 @@ absl::Status CheckCanListen(const ListenAddress& address) {
 }
 
 bool IsLoopback(const ListenAddress& address) {
+  if (address.is_unix()) return true;
   int error = 0;
   const AddressList addresses = LookUp(address, error);
   for (const addrinfo* found = addresses.get(); found != nullptr; found = found->ai_next) {

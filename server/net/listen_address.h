@@ -4,6 +4,8 @@
 #ifndef DLCS_SERVER_NET_LISTEN_ADDRESS_H_
 #define DLCS_SERVER_NET_LISTEN_ADDRESS_H_
 
+#include <sys/un.h>
+
 #include <string>
 
 #include "absl/status/status.h"
@@ -12,23 +14,32 @@
 namespace dlcs {
 
 struct ListenAddress {
-  std::string host;  // a name, an IPv4 address, or an IPv6 address without brackets
-  int port = 0;      // 0 picks a free one
+  std::string host = {};  // a name, an IPv4 address, or an IPv6 address without brackets
+  int port = 0;           // 0 picks a free one
+  std::string path = {};  // of a Unix socket; then host and port are not used
+
+  bool is_unix() const { return !path.empty(); }
 };
 
-// Reads "HOST:PORT" and "[IPV6]:PORT". Errors: InvalidArgument.
+// Reads "HOST:PORT", "[IPV6]:PORT" and "unix:/PATH", an absolute path of at most 107 bytes. Errors: InvalidArgument.
 absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text);
 
 // As text again, with brackets where they are needed.
 std::string ToString(const ListenAddress& address);
 
-// Binds every address that the host resolves to, and releases it again.
-// Errors: InvalidArgument when the host is unknown or is not of this machine; AlreadyExists when the port is
-// taken (on any of the addresses, or half of the clients would reach the other server); PermissionDenied.
+// Binds every address that the host resolves to, and releases it again. Of a Unix socket it looks whether a server
+// accepts connections there; the socket of one that was killed is no obstacle.
+// Errors: InvalidArgument when the host is unknown or is not of this machine, or when there is a file that is no socket;
+// AlreadyExists when the port is taken (on any of the addresses, or half of the clients would reach the other server);
+// PermissionDenied.
 absl::Status CheckCanListen(const ListenAddress& address);
 
-// Whether all addresses that the host resolves to can be reached from this machine only. Blocks on the name lookup.
+// Whether all addresses that the host resolves to can be reached from this machine only, as a Unix socket can. Blocks
+// on the name lookup.
 bool IsLoopback(const ListenAddress& address);
+
+// The path as bind() and connect() take it.
+sockaddr_un UnixAddress(const ListenAddress& address);
 
 }  // namespace dlcs
 

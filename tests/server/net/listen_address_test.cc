@@ -8,6 +8,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <fstream>
+#include <string>
+
 namespace dlcs {
 namespace {
 
@@ -28,6 +31,34 @@ TEST(ListenAddressTest, RefusesWhatIsNotAnAddress) {
   }
 }
 
+TEST(ListenAddressTest, ReadsUnixSockets) {
+  const absl::StatusOr<ListenAddress> address = ParseListenAddress("unix:/run/dlcs/socket");
+  ASSERT_TRUE(address.ok());
+  EXPECT_EQ(address->path, "/run/dlcs/socket");
+  EXPECT_EQ(ToString(*address), "unix:/run/dlcs/socket");
+  EXPECT_TRUE(IsLoopback(*address));
+  for (const std::string& text : {std::string("unix:"), std::string("unix:relative"), "unix:/" + std::string(107, 'a')}) {
+    EXPECT_EQ(ParseListenAddress(text).status().code(), absl::StatusCode::kInvalidArgument) << text;
+  }
+}
+
+TEST(ListenAddressTest, RefusesAFileAndALiveSocketButNoDeadOne) {
+  const std::string path = ::testing::TempDir() + "listen_address_" + std::to_string(getpid());
+  const ListenAddress address{.host = {}, .port = 0, .path = path};
+  EXPECT_TRUE(CheckCanListen(address).ok());
+  std::ofstream(path) << "data";
+  EXPECT_EQ(CheckCanListen(address).code(), absl::StatusCode::kInvalidArgument);
+  unlink(path.c_str());
+  const int other = socket(AF_UNIX, SOCK_STREAM, 0);
+  const sockaddr_un name = UnixAddress(address);
+  ASSERT_EQ(bind(other, reinterpret_cast<const sockaddr*>(&name), sizeof name), 0);
+  ASSERT_EQ(listen(other, 1), 0);
+  EXPECT_EQ(CheckCanListen(address).code(), absl::StatusCode::kAlreadyExists);
+  close(other);
+  EXPECT_TRUE(CheckCanListen(address).ok());
+  unlink(path.c_str());
+}
+
 TEST(ListenAddressTest, SaysThatAPortIsTaken) {
   const int other = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -37,7 +68,7 @@ TEST(ListenAddressTest, SaysThatAPortIsTaken) {
   ASSERT_EQ(bind(other, reinterpret_cast<sockaddr*>(&address), length), 0);
   ASSERT_EQ(listen(other, 1), 0);
   ASSERT_EQ(getsockname(other, reinterpret_cast<sockaddr*>(&address), &length), 0);
-  const ListenAddress taken{"127.0.0.1", ntohs(address.sin_port)};
+  const ListenAddress taken{.host = "127.0.0.1", .port = ntohs(address.sin_port), .path = {}};
   const absl::Status status = CheckCanListen(taken);
   EXPECT_EQ(status.code(), absl::StatusCode::kAlreadyExists);
   EXPECT_THAT(std::string(status.message()), HasSubstr(ToString(taken) + ": the port is taken"));
@@ -46,11 +77,11 @@ TEST(ListenAddressTest, SaysThatAPortIsTaken) {
 }
 
 TEST(ListenAddressTest, SaysThatAHostIsUnknownOrElsewhere) {
-  const absl::Status unknown = CheckCanListen({"no-such-host.invalid", 50051});
+  const absl::Status unknown = CheckCanListen({.host = "no-such-host.invalid", .port = 50051, .path = {}});
   EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(unknown.message()), HasSubstr("unknown host no-such-host.invalid"));
   // An address for documentation, which no machine has.
-  EXPECT_EQ(CheckCanListen({"192.0.2.1", 50051}).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(CheckCanListen({.host = "192.0.2.1", .port = 50051, .path = {}}).code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

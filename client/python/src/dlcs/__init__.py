@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Differential linear complementarity systems, solved by a dlcs server.
+
+    sol = dlcs.solve(A, B, N, M, f, g, x0=[1, 0], t_span=(0, 2), tol=1e-8)
+"""
+
+from . import aio
+from .client import Client, Iteration, iterate, solve
+from .errors import (
+    AlreadyExists,
+    DeadlineExceeded,
+    Error,
+    FailedPrecondition,
+    InvalidArgument,
+    NotFound,
+    PermissionDenied,
+    ResourceExhausted,
+    Unauthenticated,
+    Unavailable,
+    Violation,
+)
+from .solution import Solution
+
+__all__ = [
+    "AlreadyExists",
+    "Client",
+    "DeadlineExceeded",
+    "Error",
+    "FailedPrecondition",
+    "InvalidArgument",
+    "Iteration",
+    "NotFound",
+    "PermissionDenied",
+    "ResourceExhausted",
+    "Solution",
+    "Unauthenticated",
+    "Unavailable",
+    "Violation",
+    "aio",
+    "iterate",
+    "solve",
+]

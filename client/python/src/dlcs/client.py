@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The client: problems in, solutions and jobs out."""
+
+import contextlib
+from typing import Any, Dict, Iterator, List, Optional
+
+import grpc
+import numpy as np
+
+from . import messages
+from ._calls import Connection, default_server, job_request, methods
+from .errors import Error, from_rpc, invalid
+from .private_server import private_server
+from .problem import set_output_times, solve_request
+from .solution import Solution
+
+_SOLVE_OPTIONS = ("server", "token", "ca", "cert", "key", "timeout", "dlcsd")
+
+
+@contextlib.contextmanager
+def _errors() -> Iterator[None]:
+    try:
+        yield
+    except grpc.RpcError as error:
+        raise from_rpc(error) from None
+
+
+class Client:
+    """A connection to a dlcsd. Threads may share it; use it as a context manager or close() it.
+
+    Args:
+      server: HOST:PORT or unix:/PATH. None: DLCS_SERVER, or else a private server on this machine.
+      token: of the user, on servers with users.
+      ca, cert, key: PEM files for TLS: the authority of the server, and this client's own certificate.
+      timeout: seconds for a call; None waits for ever.
+      dlcsd: the program of a private server.
+    """
+
+    def __init__(
+        self,
+        server: Optional[str] = None,
+        *,
+        token: Optional[str] = None,
+        ca: Optional[str] = None,
+        cert: Optional[str] = None,
+        key: Optional[str] = None,
+        timeout: Optional[float] = None,
+        dlcsd: Optional[str] = None,
+    ):
+        server = server or default_server() or private_server(dlcsd)
+        self._connection = Connection(server, token, ca, cert, key)
+        self._channel = self._connection.channel(grpc)
+        self._methods = methods(self._channel)
+        self._timeout = timeout
+
+    def close(self) -> None:
+        self._channel.close()
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def call(self, method: str, request: Any) -> Any:
+        """Any call of the contract: a response, or an iterator of responses. Raises Error."""
+        with _errors():
+            result = self._methods[method](request, timeout=self._timeout, metadata=self._connection.metadata)
+        return self._stream(result) if hasattr(result, "__next__") else result
+
+    @staticmethod
+    def _stream(responses: Any) -> Iterator[Any]:
+        try:
+            with _errors():
+                yield from responses
+        finally:
+            responses.cancel()
+
+    def solve(self, *args: Any, **kwargs: Any) -> Solution:
+        """Solves a problem; the arguments are those of dlcs.solve()."""
+        iteration = self.iterate(*args, **kwargs)
+        for _ in iteration:
+            pass
+        return iteration.solution
+
+    def iterate(self, *args: Any, **kwargs: Any) -> "Iteration":
+        """Solves a problem, and yields each iterate as it arrives; the arguments are those of dlcs.solve()."""
+        return Iteration(self, solve_request(*args, **kwargs), float(_span(args, kwargs)[0]))
+
+    def submit(self, *args: Any, request_id: str = "", priority: int = 0, **kwargs: Any) -> str:
+        """Creates a job for a problem and returns its name. The arguments are those of dlcs.solve(), and:
+
+        request_id: the same for every attempt to create the same job.
+        priority: order among the user's jobs, higher ones first.
+        """
+        request = job_request(solve_request(*args, **kwargs), {"request_id": request_id, "priority": priority})
+        return self.call("CreateSolveJob", request).name
+
+    def jobs(self) -> List[Any]:
+        """The jobs, newest first, as SolveJob messages."""
+        result: List[Any] = []
+        request = messages.ListSolveJobsRequest()
+        while True:
+            page = self.call("ListSolveJobs", request)
+            result.extend(page.jobs)
+            if not page.next_page_token:
+                return result
+            request.page_token = page.next_page_token
+
+    def job(self, name: str) -> Any:
+        """A SolveJob."""
+        return self.call("GetSolveJob", messages.GetSolveJobRequest(name=name))
+
+    def cancel(self, name: str) -> Any:
+        """Asks a job to stop; what is solved so far can be read."""
+        return self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=name))
+
+    def delete(self, name: str) -> None:
+        """Deletes a job that has ended."""
+        self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=name))
+
+    def watch(self, name: str, after: int = 0) -> Iterator[Any]:
+        """The SolveEvents of a job, behind the number `after`; the last one has `summary`."""
+        return self.call("WatchSolveJob", messages.WatchSolveJobRequest(name=name, after_sequence=after))
+
+    def result(self, name: str) -> Solution:
+        """Waits for the end of a job and reads its solution, the part solved so far if it was stopped.
+
+        Times count from 0, whatever span it was submitted with. Raises Error if the job failed before it solved
+        anything.
+        """
+        solution = Solution()
+        for event in self.watch(name):
+            if event.WhichOneof("kind") == "analysis":
+                solution.add(event)
+        job = self.job(name)
+        solution.job = name
+        if not job.HasField("summary"):
+            raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
+        for page in self.call("ReadTrajectory", messages.ReadTrajectoryRequest(name=name)):
+            if page.chunk.times:
+                solution.add_chunk(page.chunk)
+        solution.summary = job.summary
+        return solution.finish()
+
+    def capabilities(self) -> Any:
+        """Methods and limits of the server."""
+        return self.call("GetCapabilities", messages.GetCapabilitiesRequest())
+
+
+class Iteration:
+    """The iterates of one solve. At its end `solution` is set."""
+
+    def __init__(self, client: Client, request: Any, begin: float):
+        self._client = client
+        self._request = request
+        self._begin = begin
+        self.solution: Solution
+
+    def __iter__(self) -> Iterator[Any]:
+        solution = Solution(self._begin, self._again)
+        for event in self._client.call("Solve", self._request):
+            solution.add(event)
+            if event.WhichOneof("kind") == "iterate":
+                yield event.iterate
+        self.solution = solution.finish()
+
+    def _again(self, times: np.ndarray) -> Solution:
+        request = type(self._request)()
+        request.CopyFrom(self._request)
+        request.request_id = ""
+        set_output_times(request, times, self._begin)
+        solution = Solution(self._begin)
+        for event in self._client.call("Solve", request):
+            solution.add(event)
+        return solution.finish()
+
+
+def _span(args: Any, kwargs: Dict[str, Any]) -> Any:
+    if "t_span" not in kwargs:
+        raise invalid("t_span", "is missing")
+    return kwargs["t_span"]
+
+
+_CLIENTS: Dict[Any, Client] = {}
+
+
+def _split(kwargs: Dict[str, Any]) -> Client:
+    """Takes the arguments of Client from those of solve(). One client is kept for each set of them."""
+    own = {name: kwargs.pop(name) for name in _SOLVE_OPTIONS if name in kwargs}
+    server = own.pop("server", None) or default_server() or private_server(own.get("dlcsd"))
+    key = (server, tuple(sorted(own.items())))
+    if key not in _CLIENTS:
+        _CLIENTS[key] = Client(server, **own)
+    return _CLIENTS[key]
+
+
+def solve(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs: Any) -> Solution:
+    """Solves x' = A x + B y + f(t), 0 <= y, w = N x + g(t) + M y >= 0, y'w = 0, x(begin) = x0.
+
+    Args:
+      A, B, N, M: m x m, m x n, n x m and n x n arrays or SciPy sparse matrices.
+      f, g: m and n numbers, formulas in t ("sin(3*t)"), a callable t -> array, or None for zero.
+      x0: m values.
+      t_span: (begin, end).
+      t_eval: the times of the result, increasing; every node of the grid if not given.
+      tol: the largest error of each component of x, relative to its largest value; 1e-6 if neither it nor steps are
+        given.
+      breaks: times at which f or g, if callable, jumps or has a kink.
+      rule: which y to take if there are several, such as "least-element".
+      server, token, ca, cert, key, timeout, dlcsd: those of Client.
+      Any option of SolveOptions by its name: method="event-driven", steps=1000, theta=0.5, ...
+
+    Returns:
+      A Solution. Its `success` and `message` report whether and how well the system was solved.
+
+    Raises:
+      Error: the call failed; InvalidArgument names the field and the rule.
+    """
+    client = _split(kwargs)
+    return client.solve(A, B, N, M, f, g, **kwargs)
+
+
+def iterate(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs: Any) -> Iteration:
+    """As solve(), but yields each iterate as it arrives; `solution` of the returned object is set at the end."""
+    client = _split(kwargs)
+    return client.iterate(A, B, N, M, f, g, **kwargs)
