@@ -14,8 +14,8 @@
 namespace dlcs {
 
 struct ServerConfig {
-  // HOST:PORT, where port 0 picks a free one, or unix:/PATH. An address that other machines can reach needs TLS or insecure_listen in
-  // `access`.
+  // HOST:PORT, where port 0 picks a free one, or unix:/PATH. An address that other machines can reach needs TLS or
+  // insecure_listen in `access`.
   std::string listen = "127.0.0.1:50051";
   // HOST:PORT of /metrics, /livez and /readyz over plain HTTP (telemetry/http_endpoint.h); empty: not served.
   std::string metrics_listen;

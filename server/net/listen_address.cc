@@ -84,7 +84,8 @@ sockaddr_un UnixAddress(const ListenAddress& address) {
 absl::StatusOr<ListenAddress> ParseListenAddress(const std::string& text) {
   if (text.starts_with(kUnixPrefix)) {
     const std::string path = text.substr(kUnixPrefix.size());
-    if (path.starts_with('/') && path.size() < sizeof(sockaddr_un::sun_path)) return ListenAddress{.host = {}, .port = 0, .path = path};
+    const bool is_path = path.starts_with('/') && path.size() < sizeof(sockaddr_un::sun_path);
+    if (is_path) return ListenAddress{.host = {}, .port = 0, .path = path};
     return absl::InvalidArgumentError(fmt::format("\"{}\" is not unix: and an absolute path of at most {} bytes", text,
                                                   sizeof(sockaddr_un::sun_path) - 1));
   }

@@ -29,7 +29,7 @@ std::string ToString(const ListenAddress& address);
 
 // Binds every address that the host resolves to, and releases it again. Of a Unix socket it looks whether a server
 // accepts connections there; the socket of one that was killed is no obstacle.
-// Errors: InvalidArgument when the host is unknown or is not of this machine, or when there is a file that is no socket;
+// Errors: InvalidArgument when the host is unknown or is not of this machine, or if there is a file that is no socket;
 // AlreadyExists when the port is taken (on any of the addresses, or half of the clients would reach the other server);
 // PermissionDenied.
 absl::Status CheckCanListen(const ListenAddress& address);

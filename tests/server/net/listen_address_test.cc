@@ -37,7 +37,8 @@ TEST(ListenAddressTest, ReadsUnixSockets) {
   EXPECT_EQ(address->path, "/run/dlcs/socket");
   EXPECT_EQ(ToString(*address), "unix:/run/dlcs/socket");
   EXPECT_TRUE(IsLoopback(*address));
-  for (const std::string& text : {std::string("unix:"), std::string("unix:relative"), "unix:/" + std::string(107, 'a')}) {
+  const std::string too_long = "unix:/" + std::string(107, 'a');
+  for (const std::string& text : {std::string("unix:"), std::string("unix:relative"), too_long}) {
     EXPECT_EQ(ParseListenAddress(text).status().code(), absl::StatusCode::kInvalidArgument) << text;
   }
 }
@@ -81,7 +82,8 @@ TEST(ListenAddressTest, SaysThatAHostIsUnknownOrElsewhere) {
   EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(unknown.message()), HasSubstr("unknown host no-such-host.invalid"));
   // An address for documentation, which no machine has.
-  EXPECT_EQ(CheckCanListen({.host = "192.0.2.1", .port = 50051, .path = {}}).code(), absl::StatusCode::kInvalidArgument);
+  const absl::Status elsewhere = CheckCanListen({.host = "192.0.2.1", .port = 50051, .path = {}});
+  EXPECT_EQ(elsewhere.code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -18,7 +18,9 @@ _TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
 _AT_CHECKS = np.vander(_CHECKS, _DEGREE + 1, increasing=True) @ _TO_POWERS
 
 
-def time_function(name: str, value: Any, size: int, begin: float, end: float, tol: float, breaks: Sequence[float]) -> Any:
+def time_function(
+    name: str, value: Any, size: int, begin: float, end: float, tol: float, breaks: Sequence[float]
+) -> Any:
     """The TimeFunction for f or g on [begin, end], whose time 0 is `begin`.
 
     Args:
