@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A dlcsd of this process alone, on a Unix socket in a folder that only its user may enter. It ends with the process."""
+"""A dlcsd of this process alone, on a Unix socket that only its user may open. It ends with the process."""
 
 import atexit
 import ctypes
