@@ -5,13 +5,12 @@ from typing import Any, AsyncIterator, List, Optional
 
 import grpc
 import grpc.aio
-import numpy as np
 
 from . import messages
 from ._calls import Connection, default_server, job_request, methods
-from .errors import Error, from_rpc, invalid
+from .errors import Error, from_rpc
 from .private_server import private_server
-from .problem import solve_request
+from .problem import solve_request, span_and_times
 from .solution import Solution
 
 
@@ -64,10 +63,9 @@ class Client:
 
     async def solve(self, *args: Any, **kwargs: Any) -> Solution:
         """Solves a problem; the arguments are those of dlcs.solve(). The solution knows x at its nodes only."""
-        if "t_span" not in kwargs:
-            raise invalid("t_span", "is missing")
-        solution = Solution(float(np.asarray(kwargs["t_span"][0])))
-        async for event in self.stream("Solve", solve_request(*args, **kwargs)):
+        request = solve_request(*args, **kwargs)
+        solution = Solution(*span_and_times(kwargs))
+        async for event in self.stream("Solve", request):
             solution.add(event)
         return solution.finish()
 

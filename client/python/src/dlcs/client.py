@@ -9,9 +9,9 @@ import numpy as np
 
 from . import messages
 from ._calls import Connection, default_server, job_request, methods
-from .errors import Error, from_rpc, invalid
+from .errors import Error, from_rpc
 from .private_server import private_server
-from .problem import set_output_times, solve_request
+from .problem import set_output_times, solve_request, span_and_times
 from .solution import Solution
 
 _SOLVE_OPTIONS = ("server", "token", "ca", "cert", "key", "timeout", "dlcsd")
@@ -85,7 +85,7 @@ class Client:
 
     def iterate(self, *args: Any, **kwargs: Any) -> "Iteration":
         """Solves a problem, and yields each iterate as it arrives; the arguments are those of dlcs.solve()."""
-        return Iteration(self, solve_request(*args, **kwargs), float(_span(args, kwargs)[0]))
+        return Iteration(self, solve_request(*args, **kwargs), *span_and_times(kwargs))
 
     def submit(self, *args: Any, request_id: str = "", priority: int = 0, **kwargs: Any) -> str:
         """Creates a job for a problem and returns its name. The arguments are those of dlcs.solve(), and:
@@ -151,14 +151,15 @@ class Client:
 class Iteration:
     """The iterates of one solve. At its end `solution` is set."""
 
-    def __init__(self, client: Client, request: Any, begin: float):
+    def __init__(self, client: Client, request: Any, begin: float, times: Optional[np.ndarray]):
         self._client = client
         self._request = request
         self._begin = begin
+        self._times = times
         self.solution: Solution
 
     def __iter__(self) -> Iterator[Any]:
-        solution = Solution(self._begin, self._again)
+        solution = Solution(self._begin, self._times, self._again)
         for event in self._client.call("Solve", self._request):
             solution.add(event)
             if event.WhichOneof("kind") == "iterate":
@@ -169,17 +170,11 @@ class Iteration:
         request = type(self._request)()
         request.CopyFrom(self._request)
         request.request_id = ""
-        set_output_times(request, times, self._begin)
-        solution = Solution(self._begin)
+        set_output_times(request, times, self._begin, "t")
+        solution = Solution(self._begin, times)
         for event in self._client.call("Solve", request):
             solution.add(event)
         return solution.finish()
-
-
-def _span(args: Any, kwargs: Dict[str, Any]) -> Any:
-    if "t_span" not in kwargs:
-        raise invalid("t_span", "is missing")
-    return kwargs["t_span"]
 
 
 _CLIENTS: Dict[Any, Client] = {}

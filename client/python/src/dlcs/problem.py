@@ -2,7 +2,7 @@
 """From arrays to a SolveRequest."""
 
 import difflib
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -11,7 +11,20 @@ from .errors import invalid
 from .sources import time_function
 
 DEFAULT_TOL = 1e-6
-_METHODS = "METHOD_"
+
+
+def numbers(name: str, value: Any, dimensions: int) -> np.ndarray:
+    """`value` as an array of real numbers with so many dimensions. Raises InvalidArgument."""
+    try:
+        array = np.asarray(value)
+        if np.iscomplexobj(array):
+            raise ValueError("must be real")
+        array = np.array(array, dtype=float, ndmin=dimensions)
+    except (TypeError, ValueError) as error:
+        raise invalid(name, f"is no array of numbers: {error}") from None
+    if array.ndim != dimensions:
+        raise invalid(name, f"has {array.ndim} dimensions; must have {dimensions}")
+    return array
 
 
 def _matrix(name: str, value: Any, rows: Optional[int], columns: Optional[int]) -> Tuple[Any, Tuple[int, int]]:
@@ -26,9 +39,7 @@ def _matrix(name: str, value: Any, rows: Optional[int], columns: Optional[int]) 
         result.sparse.column_indices.extend(map(int, coo.col))
         result.sparse.values.extend(map(float, coo.data))
     else:
-        array = np.atleast_2d(np.asarray(value, dtype=float))
-        if array.ndim != 2:
-            raise invalid(name, f"has {array.ndim} dimensions; must be a matrix")
+        array = numbers(name, value, 2)
         shape = array.shape
         result.dense.rows, result.dense.columns = shape
         result.dense.values.extend(array.ravel())
@@ -55,8 +66,10 @@ def _set_options(options: Any, given: dict) -> None:
                 raise invalid(name, f'"{value}"; must be one of {", ".join(words)}')
             value = known[full].number
         try:
-            if field.message_type is not None:
-                getattr(options, name).times.extend(map(float, value))
+            if name == "grid_times":
+                options.grid_times.times.extend(map(float, value))
+            elif field.message_type is not None:
+                getattr(options, name).CopyFrom(type(getattr(options, name))(**value))
             elif field.label == field.LABEL_REPEATED:
                 getattr(options, name).extend(value)
             else:
@@ -83,8 +96,10 @@ def solve_request(
     **options: Any,
 ) -> Any:
     """The SolveRequest of a linear problem; the arguments are those of dlcs.solve()."""
-    x0 = np.atleast_1d(np.asarray(x0, dtype=float))
+    x0 = numbers("x0", x0, 1)
     m = x0.size
+    if m == 0:
+        raise invalid("x0", "is empty; must have a value for each state")
     if len(t_span) != 2 or not t_span[0] < t_span[1]:
         raise invalid("t_span", f"{tuple(t_span)}; must be (begin, end) with begin < end")
     begin, end = map(float, t_span)
@@ -101,7 +116,7 @@ def solve_request(
     problem.x0.extend(x0)
     problem.horizon = end - begin
     problem.break_points.extend(sorted(float(t) - begin for t in breaks if begin < t < end))
-    accuracy = DEFAULT_TOL if tol is None else tol
+    accuracy = DEFAULT_TOL if tol is None else float(numbers("tol", tol, 1)[0])
     problem.f.CopyFrom(time_function("f", f, m, begin, end, accuracy, breaks))
     problem.g.CopyFrom(time_function("g", g, n, begin, end, accuracy, breaks))
     if rule is not None:
@@ -112,19 +127,27 @@ def solve_request(
             raise invalid("rule", f'"{rule}" is unknown; for example "unique", "least-element", "least-norm"') from None
     _set_options(request.options, options)
     if tol is not None:
-        request.options.error_tolerance = tol
+        _set_options(request.options, {"error_tolerance": tol})
     if t_eval is not None:
         set_output_times(request, t_eval, begin)
     return request
 
 
-def set_output_times(request: Any, times: Sequence[float], begin: float) -> None:
+def span_and_times(arguments: Dict[str, Any]) -> Tuple[float, Optional[np.ndarray]]:
+    """The begin of t_span, and t_eval, of the arguments of a valid solve_request()."""
+    times = arguments.get("t_eval")
+    return float(arguments["t_span"][0]), None if times is None else np.atleast_1d(np.asarray(times, dtype=float))
+
+
+def set_output_times(request: Any, times: Sequence[float], begin: float, name: str = "t_eval") -> None:
     """Asks for the trajectory at these times of the caller, which must increase and lie in the span."""
-    times = np.atleast_1d(np.asarray(times, dtype=float))
+    times = numbers(name, times, 1)
     end = begin + request.problem.horizon
-    if np.any(np.diff(times) <= 0):
-        raise invalid("t_eval", "must increase")
-    if times.size and not (begin <= times[0] and times[-1] <= end):
-        raise invalid("t_eval", f"must lie in [{begin!r}, {end!r}]")
+    if times.size == 0:
+        raise invalid(name, "is empty; must have a time")
+    if not np.all(np.diff(times) > 0):
+        raise invalid(name, "must increase")
+    if not (begin <= times[0] and times[-1] <= end):
+        raise invalid(name, f"{times[0]!r} to {times[-1]!r}; must lie in [{begin!r}, {end!r}]")
     del request.options.output_times[:]
     request.options.output_times.extend(np.minimum(times - begin, request.problem.horizon))

@@ -26,8 +26,14 @@ class Solution:
       job: the name of the job, if the solve ran as one.
     """
 
-    def __init__(self, begin: float = 0.0, again: Optional[Callable[[np.ndarray], "Solution"]] = None):
+    def __init__(
+        self,
+        begin: float = 0.0,
+        times: Optional[np.ndarray] = None,
+        again: Optional[Callable[[np.ndarray], "Solution"]] = None,
+    ):
         self._begin = begin
+        self._times = times
         self._again = again
         self._chunks: List[Any] = []
         self.summary: Any = None
@@ -62,7 +68,10 @@ class Solution:
             flat = np.concatenate([np.asarray(getattr(c, field), dtype=float) for c in self._chunks] or [np.empty(0)])
             return flat.reshape(len(times), -1).T if times else flat.reshape(0, 0)
 
-        self.t = np.asarray(times) + self._begin if self._begin else np.asarray(times)
+        if self._times is not None:
+            self.t = self._times[: len(times)]  # the caller's own, not rounded by a shift
+        else:
+            self.t = np.asarray(times) + self._begin
         self.x, self.y, self.w = rows("x"), rows("y"), rows("w")
         self.left_limits = [
             (self.t[limit.index], np.asarray(limit.y), np.asarray(limit.w))

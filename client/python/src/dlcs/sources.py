@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """f and g as the contract takes them. Callables are fitted by piecewise polynomials."""
 
+import numbers
 from typing import Any, Callable, List, Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ from .errors import InvalidArgument, invalid
 _DEGREE = 8
 _LEAST_PART = 2.0**-26  # of the horizon, the shortest piece
 _MOST_PIECES = 20_000
+_FIRST_PIECES = 32
 # Chebyshev points of [0, 1], and times between them where a fit is checked.
 _NODES = (1 - np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))) / 2
 _CHECKS = (1 - np.cos(np.pi * np.arange(1, 2 * _DEGREE + 2, 2) / (2 * _DEGREE + 2) + 0.11)) / 2
@@ -28,7 +30,8 @@ def time_function(
       value: None (zero); `size` numbers; `size` formulas in t, if begin is 0; or a callable t -> `size` numbers.
       tol: the relative error of the answer; a callable is fitted to a tenth of it, relative to the largest value of the
         component.
-      breaks: times of the caller at which a callable jumps or has a kink. The value there is the right limit.
+      breaks: times of the caller at which a callable jumps or has a kink. The value there is the right limit. What is
+        narrower than 1/500 of the span between two breaks may be missed.
     Raises:
       InvalidArgument: another shape or type; or the callable is not resolved, with the time.
     """
@@ -38,10 +41,15 @@ def time_function(
         piece.constant.values.extend([0.0] * size)
     elif callable(value):
         _fit(name, value, size, begin, end, tol, breaks, piece.polynomial)
+    elif not isinstance(value, str) and np.ndim(value) > 1:
+        raise invalid(name, f"has {np.ndim(value)} dimensions; must have 1")
     else:
         entries = [value] if isinstance(value, str) or np.ndim(value) == 0 else list(value)
         if len(entries) != size:
             raise invalid(name, f"has {len(entries)} components; must have {size}")
+        for k, entry in enumerate(entries):
+            if not isinstance(entry, str) and not isinstance(entry, numbers.Real):
+                raise invalid(f"{name}[{k}]", f"{entry!r}; must be a number or a formula")
         if any(isinstance(entry, str) for entry in entries):
             if begin != 0:
                 raise invalid("t_span", f"begins at {begin!r}; formulas in {name} need a span that begins at 0")
@@ -64,7 +72,10 @@ def _fit(
     def at(times: np.ndarray) -> np.ndarray:
         values = np.empty((len(times), size))
         for k, t in enumerate(times):
-            value = np.atleast_1d(np.asarray(function(t), dtype=float))
+            try:
+                value = np.atleast_1d(np.asarray(function(t), dtype=float))
+            except (TypeError, ValueError) as error:
+                raise invalid(name, f"fails at t = {t!r}: {error}") from error
             if value.shape != (size,):
                 raise invalid(name, f"returns shape {value.shape} at t = {t!r}; must be ({size},)")
             if not np.all(np.isfinite(value)):
@@ -77,7 +88,8 @@ def _fit(
     starts: List[float] = []
     coefficients: List[np.ndarray] = []
     for left, right in zip(edges[:-1], edges[1:]):
-        waiting = [(left, right)]
+        ends = np.linspace(left, right, _FIRST_PIECES + 1)
+        waiting = list(zip(ends[:-1], ends[1:]))[::-1]
         while waiting:
             a, b = waiting.pop()
             values = at(a + (b - a) * _NODES)
