@@ -34,7 +34,7 @@ BasisFactor::BasisFactor(const BasisFactor& other)
 
 bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   if (factored_ && std::memcmp(basis.data(), basis_.data(), basis.size()) == 0) return usable_;
-  factored_ = false;  // also where what follows is stopped
+  factored_ = false;  // remains false if the factorization is stopped
   basis_ = basis;
   indices_.clear();
   for (std::size_t i = 0; i < basis.size(); ++i) {
@@ -53,7 +53,8 @@ bool BasisFactor::Factor(const Matrix& M, const Basis& basis) {
   return usable_;
 }
 
-// Large ones by panels of columns: those behind take a whole panel at once, from the registers.
+// Large matrices are eliminated by panels of columns. The columns behind a panel are updated with the whole panel at
+// once, in registers.
 bool BasisFactor::Eliminate(Index size) {
   constexpr Index kWhole = 48;  // up to here a panel
   constexpr Index kPanel = 8;

@@ -10,7 +10,7 @@ namespace dlcs {
 namespace {
 
 constexpr double kRounding = 1e-14;
-// Of the largest y_j: what is below this may be what rounding left of a zero.
+// Entries below this fraction of the largest y_j may be zeros with rounding errors.
 constexpr double kMaybeZero = 1e-10;
 
 }  // namespace

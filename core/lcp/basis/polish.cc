@@ -27,8 +27,8 @@ bool IsSolution(const Matrix& M, const Vector& q, const Vector& y) {
   return true;
 }
 
-// y without the components that are so small beside the others, in units in which the entries of M are of size one,
-// that they may be what rounding left of zeros; where that is a solution too.
+// Returns y with its smallest components set to zero if that is a solution too. In units in which the entries of M are
+// of size one, these components are so much smaller than the others that they may be zeros with rounding errors.
 Vector WithoutNoise(const Matrix& M, const Vector& q, const Vector& y) {
   constexpr double kMaybeZero = 1e-12;
   const Vector scaled = y.cwiseQuotient(EquilibrateRowsAndColumns(M).column);

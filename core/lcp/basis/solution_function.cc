@@ -13,12 +13,12 @@
 namespace dlcs {
 namespace {
 
-// M_JJ factored in units in which its entries are of size one.
+// The factors of M_JJ in units in which its entries are of size one.
 struct Block {
   Block(const Matrix& M, const std::vector<Index>& J)
       : scale(SymmetricEquilibration(M(J, J))), lu(scale.asDiagonal() * M(J, J) * scale.asDiagonal()) {}
 
-  // Not to working precision, whatever the units.
+  // Returns whether M_JJ is singular to working precision, whatever the units.
   bool singular() const {
     return !(lu.ReciprocalCondition() > static_cast<double>(scale.size()) * std::numeric_limits<double>::epsilon());
   }
@@ -37,7 +37,7 @@ IndexSets FindIndexSets(const Matrix& M, const Vector& q, const Vector& y) {
   IndexSets sets;
   for (Index i = 0; i < y.size(); ++i) {
     const bool matters = ((M.col(i).cwiseAbs() * y[i]).array() > zero.array()).any();
-    const bool free = (M.col(i).array() == 0).all();  // y_i is seen by no w: any positive value counts
+    const bool free = (M.col(i).array() == 0).all();  // no w depends on y_i: any positive value counts
     if (y[i] > 0 && (matters || free)) {
       sets.J.push_back(i);
     } else if (w[i] > zero[i]) {

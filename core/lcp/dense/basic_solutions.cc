@@ -56,7 +56,7 @@ class Collector {
   }
   void GiveUp() { found_.complete = false; }
 
-  // Faces that are single points already listed say nothing new.
+  // Drops the faces that are single points already listed.
   BasicSolutions Finish() && {
     std::vector<SolutionFace> kept;
     for (const SolutionFace& face : found_.faces) {

@@ -12,8 +12,8 @@
 namespace dlcs {
 namespace {
 
-// Rounds of principal pivoting on a matrix that promises nothing: on one that is nearly a P-matrix they are
-// enough.
+// The number of rounds of principal pivoting on a matrix of no known class. They are enough if the matrix is nearly a
+// P-matrix.
 constexpr int kAttempts = 12;
 
 }  // namespace
@@ -46,8 +46,8 @@ LcpStatus ComplementarySolver::SolveFromScratch(Basis& basis, Eigen::Ref<Vector>
   method_ = "Lemke";
   if (!lemke_) lemke_.emplace(lcp_.size());
   LemkeEnd end = LemkeEnd::kRay;
-  // The tableau may drift; its basis is checked afresh. A second and third opinion of what a zero is, unless the path
-  // ended for other reasons.
+  // The tableau may drift, so its basis is checked afresh. If rounding may have ended the path, the method is repeated
+  // with other thresholds for zero.
   for (const double zero : {1e-11, 1e-8, 1e-14}) {
     end = lemke_->Run(lcp_, zero, basis);
     pivots_ += lemke_->pivots();

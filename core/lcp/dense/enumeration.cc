@@ -9,8 +9,8 @@
 namespace dlcs {
 namespace {
 
-// Solutions with support in S, M_SS singular or nearly so: a linear program in y_S, equations as two
-// inequalities.
+// Finds solutions with support in S where M_SS is singular or nearly so. This is a linear program in y_S in which each
+// equation becomes two inequalities.
 FeasiblePoint SolveOnFace(const ScaledLcp& lcp, const std::vector<Index>& S) {
   const Index n = lcp.size();
   const Index size = static_cast<Index>(S.size());
@@ -70,7 +70,7 @@ LcpStatus Enumerate(const ScaledLcp& lcp, const std::function<bool(const Basis&)
   const Index n = lcp.size();
   std::vector<unsigned> undecided;  // bases without a point, or with one that is not accurate
   bool found = false;
-  std::vector<unsigned> doubtful;  // bases that are wrong by no more than rounding
+  std::vector<unsigned> doubtful;  // bases whose violations do not exceed rounding
   for (unsigned subset = 0; subset < (1u << n); ++subset) {
     const Basis candidate = BasisOf(subset, n);
     if (!point.Compute(lcp, candidate) || !point.accurate()) {

@@ -21,7 +21,7 @@ struct BlockRows {
   Index Last(Index row) const { return std::min(num_rows - 1, row + reach); }
 };
 
-// The entries of `row` of M_SS, and of the identity beside S.
+// Loads the entries of `row`: those of M_SS in S, those of the identity outside S.
 template <typename V>
 DLCS_INLINE void LoadRow(const BlockRows& rows, const EightBlock* of_M, const double* is_basic, Index row) {
   constexpr Index kWidth = sizeof(V) / sizeof(double);

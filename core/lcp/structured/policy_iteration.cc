@@ -25,8 +25,8 @@ DLCS_INLINE V Abs(const V& value) {
 }
 DLCS_INLINE double Abs(double value) { return std::abs(value); }
 
-// GCC 12 joins comparisons of vectors that meet in & or | and then takes the lanes one by one; it leaves alone what it
-// cannot look through.
+// GCC 12 merges vector comparisons that are combined by & or | and then processes the lanes one by one. Hiding the
+// comparison from the optimizer prevents this.
 template <typename V>
 DLCS_INLINE Truth<V> Opaque(Truth<V> condition) {
 #if defined(__x86_64__) && !defined(__clang__)
@@ -72,7 +72,7 @@ void FactorBasis(const Tridiagonal& M, const Basis& basis, std::vector<double>& 
   }
 }
 
-// What Eliminate() does, with pivots that are known.
+// Does the same as Eliminate(), with known pivots.
 void EliminateAgain(const Work<double, std::uint8_t>& work, const double* inverse) {
   double y = 0;
   for (Index i = 0; i < work.M.size(); ++i) {

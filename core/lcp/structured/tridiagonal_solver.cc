@@ -107,7 +107,7 @@ std::optional<Tridiagonal> DiagonalsForPolicyIteration(const Matrix& M, const So
 
 namespace {
 
-// Fifty times what the rounding of a row is taken for.
+// Returns fifty times the assumed rounding of each row.
 Vector LooseRounding(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& y) {
   constexpr double kRounding = 5e-13;
   const Index n = M.size();
@@ -117,7 +117,7 @@ Vector LooseRounding(const Tridiagonal& M, const Eigen::Ref<const Vector>& q, co
   return kRounding * size;
 }
 
-// M_SS⁻¹ of b_S, zero beside S; without exchanges, as M-matrices allow.
+// Returns M_SS⁻¹ b_S, and zero outside S. An M-matrix needs no row exchanges.
 Vector SolveInBasis(const Tridiagonal& M, const Basis& basis, const Vector& b) {
   const Index n = M.size();
   Vector ratio = Vector::Zero(n), x = Vector::Zero(n);
