@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-// Every member of the first class is one of the second.
+// Every member of the stronger class is a member of the weaker class.
 struct Implication {
   Fact& stronger;
   const char* name;
@@ -30,8 +30,8 @@ void Follow(const Fact& known, std::string why, Fact& open) {
   open.why = std::move(why);
 }
 
-// What is true of a stronger class holds for weaker ones; what is false of a weaker one, for stronger ones.
-// Chains run downwards, so that one pass in each direction is enough.
+// A matrix in a stronger class is in every weaker class; a matrix outside a weaker class is outside every stronger
+// class. The list is ordered from strong to weak, so one pass in each direction is enough.
 void Conclude(ClassProfile& known) {
   MinorClasses& minors = known.minors;
   QuadraticFormClasses& form = known.quadratic_form;
@@ -76,7 +76,7 @@ void Conclude(ClassProfile& known) {
   }
 }
 
-// A diagonal zero on top of a column >= 0: then e_i solves LCP(0, M).
+// If a column with a zero on the diagonal has no negative entry, its unit vector e_i solves LCP(0, M).
 Fact RefuteR0(const Matrix& M) {
   for (Index i = 0; i < M.rows(); ++i) {
     if (M(i, i) != 0 || M.col(i).minCoeff() < 0) continue;
@@ -87,7 +87,7 @@ Fact RefuteR0(const Matrix& M) {
   return {Answer::kUnknown, "none of the classes known to be sufficient applies"};
 }
 
-// What no other class decides.
+// Runs the exact tests for the classes that no other class decides.
 void DecideExactly(const Matrix& M, ClassProfile& known) {
   const auto decide = [&M](Fact& fact, Index most, Fact (*test)(const Matrix&)) {
     if (IsOpen(fact) && M.rows() <= most) fact = test(M);

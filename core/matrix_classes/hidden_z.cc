@@ -26,7 +26,7 @@ constexpr Index kMaxSearchSize = 20;
 constexpr Index kMaxAllChoices = 6;
 constexpr int kRandomPairs = 20;
 
-// CLP meets its rows to 1e-9; for entries of size one, a margin above this is one.
+// CLP satisfies its rows to 1e-9. For entries of size one, a margin above this value is therefore real.
 constexpr double kClear = 1e-7;
 
 struct DualWeights {

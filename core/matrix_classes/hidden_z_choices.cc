@@ -9,7 +9,7 @@
 namespace dlcs {
 namespace {
 
-// CLP meets its rows to 1e-9; for entries of size one, a margin above this is one.
+// CLP satisfies its rows to 1e-9. For entries of size one, a margin above this value is therefore real.
 constexpr double kClearlyPositive = 1e-7;
 
 // The rows e_j, and M_j for j in `alpha`.

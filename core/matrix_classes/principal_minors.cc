@@ -79,7 +79,7 @@ Integer BareissDeterminant(std::vector<Integer> a, Index n) {
 
 int SignOf(double value) { return (value > 0) - (value < 0); }
 
-// Brings the largest entry to the front; returns the sign of the exchange.
+// Moves the largest entry to the front and returns the sign of the exchange.
 int PivotCompletely(TrackedMatrix& a) {
   Index row = 0, col = 0;
   a.value.cwiseAbs().maxCoeff(&row, &col);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Index kMaxLinearProgramRows = 200;
 
-// A bound of the rounding of M z, however it is summed.
+// Returns a bound on the rounding error of M z for any order of summation.
 Vector RoundingOfProduct(const Matrix& M, const Vector& z) {
   const double unit = 2 * static_cast<double>(M.cols()) * std::numeric_limits<double>::epsilon();
   return unit * (M.cwiseAbs() * z.cwiseAbs());

@@ -27,7 +27,7 @@ std::vector<Index> All(Index n) {
   return all;
 }
 
-// One entry refutes.
+// A single diagonal entry can refute a class.
 void SeeDiagonal(const Matrix& M, SemicopositiveClasses& known) {
   for (Index i = 0; i < M.rows(); ++i) {
     if (M(i, i) > 0) continue;

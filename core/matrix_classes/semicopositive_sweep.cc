@@ -87,19 +87,19 @@ PrincipalMinor Cofactor(const Matrix& A, Index row, Index column) {
   return cofactor;
 }
 
-// fmod is exact, so this is, for multiples of one power of two.
+// The result is exact for multiples of one power of two because fmod is exact.
 double GreatestCommonDivisor(double a, double b) {
   while (b != 0) a = std::exchange(b, std::fmod(a, b));
   return a;
 }
 
-// z > 0 with Az < 0 beyond rounding; or empty.
+// Returns z > 0 with Az < 0 beyond rounding, or an empty vector.
 Vector NegativeImage(const Matrix& A) {
   Vector z = A.partialPivLu().solve(-Vector::Ones(A.rows()));
   return z.allFinite() && z.minCoeff() > 0 && ImageIsPositive(-A, z) ? z : Vector();
 }
 
-// z > 0 with Az = 0 exactly, for a singular A whose adjugate has one sign; or empty.
+// For a singular A whose adjugate has one sign: returns z > 0 with Az = 0 exactly, or an empty vector.
 Vector PositiveKernel(const Matrix& A) {
   Vector z(A.rows());
   for (Index i = 0; i < A.rows(); ++i) {

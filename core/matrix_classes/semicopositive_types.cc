@@ -44,7 +44,7 @@ std::vector<Order> Orders(Index n) {
   return orders;
 }
 
-// a b, or the double above where the product is rounded downwards.
+// Returns a b, or the next larger double if the product was rounded down.
 double ProductAbove(double a, double b) {
   const double product = a * b;
   return std::fma(a, b, -product) > 0 ? std::nextafter(product, std::numeric_limits<double>::infinity()) : product;
@@ -87,7 +87,7 @@ struct Weights {
   std::string why;  // what K > 0 for this f shows
 };
 
-// a b, or the double below where the product is rounded upwards.
+// Returns a b, or the next smaller double if the product was rounded up.
 double ProductBelow(double a, double b) {
   const double product = a * b;
   return std::fma(a, b, -product) < 0 ? std::nextafter(product, -std::numeric_limits<double>::infinity()) : product;
