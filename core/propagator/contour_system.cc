@@ -20,7 +20,7 @@ constexpr double kFarAccuracy = 38;
 constexpr double kNearAccuracy = 44;
 // Columns of a lift that are solved for with those of B; of wider ones the rank of ψ is used.
 constexpr Index kNarrowLift = 16;
-// Right-hand sides at a time.
+// The number of right-hand sides solved together.
 constexpr Index kColumnsAtOnce = 8;
 // Sums of states that are formed at the same time, where they fit; a cut that does not depend on the threads.
 constexpr Index kPartialSums = 4;
@@ -29,7 +29,7 @@ constexpr double kPartialSumBytes = 1e9;
 // The factors of zI - A: twice as many numbers as the Cholesky factor, complex, with their indices.
 double FactorBytes(const Sector& sector) { return 2 * sector.factor_nonzeros * 20; }
 
-// Values of some lengths of step, where nobody lends a cache.
+// The size of the cache that holds values for some step lengths if the caller provides none.
 constexpr double kOwnSetupBytes = 1e8;
 
 SetupKey KeyOf(const Problem& problem, const Sector& sector, bool with_lift) {
@@ -72,7 +72,7 @@ std::unique_ptr<ContourSystem> ContourSystem::Create(const Problem& problem, con
               " bytes, more than max_memory = " + FormatNumber(options.max_memory);
     return nullptr;
   }
-  // Half of what is left: the states and the trajectory want the rest.
+  // Takes half of the remaining memory. The states and the trajectory need the rest.
   return std::unique_ptr<ContourSystem>(
       new ContourSystem(problem, *sector, needed, (options.max_memory - needed) / 2, setups));
 }

@@ -8,7 +8,7 @@
 namespace dlcs {
 namespace {
 
-// Far below what rounding does to a solve, so that the short sum is as good as the long one.
+// This is far below the rounding errors of a solve, so the short sum is as accurate as the long one.
 constexpr double kResponseTolerance = 1e-13;
 // Columns that are transformed and multiplied while they are in the second cache.
 constexpr Index kColumnsPerBlock = 64;

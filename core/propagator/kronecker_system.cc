@@ -14,8 +14,8 @@
 namespace dlcs {
 namespace {
 
-// Exponentials that are nothing beside 1. Left as they come, products with them are subnormal, and each of those takes
-// a processor some hundred cycles.
+// Exponentials below this value are negligible beside 1 and are set to zero. Otherwise products with them would be
+// subnormal, and each subnormal product takes a processor some hundred cycles.
 constexpr double kNothing = 1e-100;
 Vector WithoutNothing(const Vector& exponentials) { return (exponentials.array() > kNothing).select(exponentials, 0); }
 
@@ -26,7 +26,7 @@ class Exponentials {
     for (Index i = 0; i < kFine; ++i) fine_.col(i) = Direct(i);
   }
 
-  // i in their order, none left out.
+  // Must be called with i = 0, 1, ... in this order, without gaps.
   const Vector& At(Index i) {
     if (i % kFine == 0) coarse_ = Direct(i);
     value_ = coarse_.cwiseProduct(fine_.col(i % kFine));
@@ -65,13 +65,13 @@ struct ModalWeights {
   }
 };
 
-// sum -= left · right, with the widest registers there are.
+// Computes sum -= left · right with the widest registers available.
 void Subtract(const Matrix& left, const Matrix& right, Matrix& sum) {
   SubtractProduct(sum.rows(), sum.cols(), left.cols(), left.data(), left.rows(), right.data(), right.rows(), sum.data(),
                   sum.rows());
 }
 
-// Some kernels of a large grid, where nobody lends a cache.
+// The size of the cache that holds some kernels of a large grid if the caller provides none.
 constexpr double kOwnModesBytes = 64e6;
 
 double BytesOf(const KroneckerModes& modes) {

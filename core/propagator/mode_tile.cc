@@ -91,7 +91,7 @@ DLCS_INLINE void CarryRows(const Rows& rows, Sums sums) {
   }
 }
 
-// Most tiles are full: then without a call.
+// Most tiles are full. These are copied without a function call.
 DLCS_INLINE void CopyModes(const double* from, Index count, double* to) {
   if (count == ModeTile::kModes) {
     std::copy_n(from, ModeTile::kModes, to);

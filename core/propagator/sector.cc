@@ -12,7 +12,7 @@
 namespace dlcs {
 namespace {
 
-// Of times within which nodes are counted, and of the accuracy: they rank sectors only.
+// The ratio of times and the accuracy for which nodes are counted. They serve only to rank sectors.
 constexpr double kRatio = 1000;
 constexpr double kAccuracy = 40;
 
@@ -51,7 +51,7 @@ class SectorProof {
   double factor_nonzeros_ = 0;
 };
 
-// The narrowest angle with this shift, to 0.05; empty beyond the widest.
+// Returns the narrowest angle with this shift, to 0.05, or nothing if it is beyond the widest.
 std::optional<double> NarrowestAngle(SectorProof& proof, double shift) {
   constexpr double kStep = 0.05;
   constexpr int kWidest = 27;
