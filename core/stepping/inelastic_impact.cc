@@ -15,11 +15,11 @@
 namespace dlcs {
 namespace {
 
-// A gap or a velocity below this part of the numbers it is summed from is zero.
+// A gap or a velocity counts as zero if it is below this fraction of the numbers from which it is summed.
 constexpr double kZero = 1e-10;
 constexpr Index kChunk = 256;
 
-// What depends on the step length alone.
+// The quantities that depend only on the step length.
 struct ImpactStep {
   ImpactStep(const Problem& problem, double step)
       : scheme(ExponentialPiecewiseConstant(problem, step)), force_response(problem.N * problem.A * scheme.y_after) {}

@@ -15,7 +15,7 @@ namespace {
 constexpr Index kMaxIterations = 50;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// The rounding of a sum of `sizes`; what is below it is zero.
+// The rounding of a sum, relative to the `sizes` of its terms. Smaller results count as zero.
 constexpr double kRounding = 16 * kEpsilon;
 // The same with a pseudo-inverse behind y.
 constexpr double kLeastNormRounding = 1e-12;

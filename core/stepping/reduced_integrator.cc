@@ -12,7 +12,7 @@
 namespace dlcs {
 namespace {
 
-// A guess of y_j: the polynomial through up to three nodes before it, where that is positive.
+// Guesses y_j from the polynomial through up to three preceding nodes. Negative values become zero.
 void Extrapolate(Matrix& y, Index j) {
   if (j == 1) {
     y.col(j) = y.col(j - 1);
@@ -28,7 +28,7 @@ class ReducedStepper {
   ReducedStepper(SolveContext& context, Hold hold, Progress& progress)
       : context_(context), hold_(hold), progress_(progress), steps_([this](double) { return MakeStep(); }) {}
 
-  // Marches `run`; returns the number of steps done.
+  // Takes the steps of `run` and returns the number of completed steps.
   Index TakeSteps(ReducedRun& run) {
     kernel_ = run.kernel;
     SplitStep& step = steps_.At(run.run.step);
