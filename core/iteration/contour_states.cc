@@ -16,7 +16,7 @@ namespace {
 using Complex = std::complex<double>;
 using ComplexVector = Eigen::VectorXcd;
 
-// Beyond this many nodes the rounding of Remark 2.3's contour grows faster than its error falls.
+// With more nodes than this, the rounding of the contour of Remark 2.3 grows faster than its error falls.
 constexpr Index kMostInitialNodes = 13;
 constexpr size_t kMostTerms = 4;  // of a polynomial
 

@@ -86,7 +86,7 @@ class Iteration {
   double EndTime(const Position& at) const { return at.run < runs_.size() ? Time(at) : context_.problem.horizon; }
   double Time(const Position& at) const { return context_.grid.times[runs_[at.run].first_node + at.step]; }
 
-  // y, and perhaps x, at a break point.
+  // Computes y, and x where necessary, at a break point.
   bool Start(const Position& at) {
     Segment first;
     if (const auto bad = context_.sources.Sample(context_.grid, runs_[at.run], 0, 1, first)) {

@@ -9,17 +9,17 @@
 namespace dlcs {
 namespace {
 
-// A window that took no more iterations is doubled next time; of one that took more than many the width is sought.
+// After at most kFewIterations the next window is doubled. After more than kManyIterations a better width is sought.
 constexpr Index kFewIterations = 10;
 constexpr Index kManyIterations = 20;
-// What an iteration costs beside its steps, in steps.
+// The fixed cost of an iteration, in units of the cost of a step.
 constexpr Index kStepsOfOverhead = 16;
-// Windows for which a width that failed is not tried again.
+// The number of windows for which a width that failed is not tried again.
 constexpr Index kMemory = 8;
 // Growth of the change that is taken for divergence where the window may shrink. The hump of a convergent
 // iteration can be higher; shrinking is then cheaper than climbing it.
 constexpr double kDivergence = 1e3;
-// So is a change that is no smaller than this many iterations ago.
+// A change that is no smaller than it was this many iterations ago also counts as divergence.
 constexpr size_t kPatience = 5;
 
 }  // namespace

@@ -144,7 +144,7 @@ class PlainIteration {
                              "). The whole horizon is one window here; laplace-iteration takes shorter ones.");
   }
 
-  // Ends the solve where y may jump and does, between two columns of one run.
+  // Ends the solve if y may jump and does jump between two columns of one run.
   bool KeepsToSlope(const Matrix& q) {
     if (!context_.largest_slope) return true;
     for (size_t r = 0; r < segments_.size(); ++r) {
@@ -228,7 +228,7 @@ class PlainIteration {
   Matrix x_, y_, f_, g_;           // at the columns
 };
 
-// Eigenvalues so small that every contour encloses them, at any time: they count as zero.
+// Returns the bound below which eigenvalues count as zero: every contour encloses them at any time.
 double Enclosed(const SolveContext& context) { return 1e-3 / context.problem.horizon; }
 
 SpectrumSplit SplitForContour(const SolveContext& context) {
