@@ -233,7 +233,7 @@ BalancedMatrix Balance(const Matrix& A) {
     const int unit = UnitOfBlock(A, balanced, norms, e, b);
     for (Index k = balanced.begins[b]; k < balanced.begins[b + 1]; ++k) e[k] += unit;
   }
-  // Units beyond what doubles hold serve nobody.
+  // Units outside the range of doubles are of no use.
   constexpr int kLargestExponent = 900;
   if (std::any_of(e.begin(), e.end(), [](int exponent) { return std::abs(exponent) > kLargestExponent; }))
     e.assign(m, 0);

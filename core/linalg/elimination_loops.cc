@@ -71,7 +71,7 @@ DLCS_INLINE void Tile(const BlockProduct& p, Index i, Index j) {
   }
 }
 
-// From row i on, in vectors V, and what is left in shorter ones.
+// Processes the rows from i on in vectors V, and the remaining rows in shorter vectors.
 template <typename V, int kColumns>
 DLCS_INLINE void ColumnsOf(const BlockProduct& p, Index i, Index j) {
   constexpr int kVectors = 3;  // with four columns, twelve sums fit into the sixteen registers of the baseline

@@ -105,7 +105,7 @@ class WideSchur {
 
   WideMatrix T, U;
 
-  // What IterateQr() needs.
+  // The interface that IterateQr() requires.
   bool CutsOff(Index i) {
     constexpr double kPrecision = 0x1p-103;
     const double beside = T(i, i).Size() + T(i + 1, i + 1).Size();
@@ -114,7 +114,7 @@ class WideSchur {
     return true;
   }
 
-  // In double: what it lacks in digits costs another sweep.
+  // Computed in double. The missing digits cost another sweep.
   Wide Shift(Index end, int iteration) const {
     const Wide& last = T(end, end);
     if (iteration % 10 == 9) return {last.real + T(end, end - 1).Size(), last.imag};

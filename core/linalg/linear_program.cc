@@ -11,7 +11,7 @@
 namespace dlcs {
 namespace {
 
-// CLP knows no infinities.
+// CLP does not accept infinities, so they become COIN_DBL_MAX.
 Vector ForClp(const Vector& bounds) { return bounds.cwiseMax(-COIN_DBL_MAX).cwiseMin(COIN_DBL_MAX); }
 
 CoinPackedMatrix Packed(const Matrix& rows) {

@@ -20,7 +20,7 @@ bool TakeColumns(Matrix& matrix, Index most, double negligible, LowRank& factors
     if (!(length > negligible)) return true;
     if (r == most) return false;
     Vector column = matrix.col(longest) / length;
-    // Again, since what is left of a column late is mostly rounding of the columns taken out.
+    // The column is orthogonalized again: a late column is mostly rounding of the columns already removed.
     column -= factors.columns * (factors.columns.transpose() * column).eval();
     column.normalize();
     factors.columns.conservativeResize(Eigen::NoChange, r + 1);

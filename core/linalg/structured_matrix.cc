@@ -32,7 +32,7 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-// To look for diagonals costs as much as several products.
+// The search for diagonals costs as much as several products.
 constexpr Index kFewColumns = 8;
 
 // The size of all that runs slower than factor `k`, and of all that runs faster.
