@@ -10,9 +10,9 @@
 namespace dlcs {
 namespace {
 
-// Two times closer than this part of a step are one node.
+// Two times are one node if they are closer than this fraction of a step.
 constexpr double kSameNode = 1e-9;
-// Given nodes may be as close as they like; two times closer than this part of T are one that was rounded twice.
+// Given nodes may be arbitrarily close. Two times closer than this fraction of T are the same time, rounded twice.
 constexpr double kTimeRounding = 8 * std::numeric_limits<double>::epsilon();
 
 Index StepsFor(double length, double longest_step) {

@@ -7,7 +7,7 @@
 namespace dlcs {
 namespace {
 
-// FNV-1a: against accidents, not against forgers.
+// FNV-1a protects against accidental damage, not against forgery.
 std::uint64_t Checksum(std::string_view bytes) {
   std::uint64_t sum = 14695981039346656037u;
   for (const char byte : bytes) sum = (sum ^ static_cast<unsigned char>(byte)) * 1099511628211u;

@@ -72,7 +72,7 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
-      // A node beside an end may round to it.
+      // A node next to an end may be rounded to it.
       evaluate(t, basis.nodes[j] < 0 ? Side::kRight : Side::kLeft, values_.col(j));
     }
     series = InterpolateAtNodes(values_);
