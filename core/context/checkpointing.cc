@@ -10,7 +10,7 @@
 namespace dlcs {
 namespace {
 
-// To be raised whenever what a method carries changes, or the bits that follow from it.
+// Must be increased whenever the state that a method stores changes, or the bits of the results computed from it.
 constexpr Index kVersion = 2;
 
 // Identifies a solve, so that the state of another one is refused.
@@ -51,7 +51,7 @@ void CarryFields(StateArchive& state, KernelRecord& kernel) {
 
 namespace {
 
-// Everything in the context that changes while a method runs, but the trajectory.
+// Stores or restores everything in the context that changes while a method runs, except the trajectory.
 void CarryContext(StateArchive& state, SolveContext& context) {
   Solution& solution = context.solution;
   Certificate certificate = context.certificate.certificate();

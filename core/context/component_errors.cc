@@ -11,10 +11,10 @@
 namespace dlcs {
 namespace {
 
-// What a sum may be off by, in units of the numbers it is summed from.
+// The rounding error of a sum, relative to the numbers from which it is summed.
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
 
-// Trajectories may be larger than the memory that is left: they are gone through a few columns at a time.
+// Trajectories may be larger than the remaining memory, so they are processed a few columns at a time.
 Index ColumnsAtOnce(const Solution& solution) {
   constexpr Index kNumbersAtOnce = Index{1} << 16;
   return std::max<Index>(1, kNumbersAtOnce / std::max<Index>(1, std::max(solution.x.rows(), solution.y.rows())));
@@ -83,7 +83,7 @@ Vector DiagonalOf(const StructuredMatrix& matrix) {
   return Vector::Zero(matrix.rows());
 }
 
-// How long x_i remembers: 1/|A_ii|, but no longer than T.
+// Returns the memory of each x_i: 1/|A_ii|, but no longer than T.
 Vector MemoryOf(const StructuredMatrix& A, double horizon) {
   return DiagonalOf(A).unaryExpr([&](double d) { return std::min(horizon, 1 / std::abs(d)); });
 }

@@ -14,7 +14,7 @@
 namespace dlcs {
 namespace {
 
-// At a break point the state has the rounding of all steps before.
+// At a break point the state carries the rounding errors of all previous steps.
 constexpr double kToleranceBehindSteps = 16 * kLcpTolerance;
 
 // Raises context.row_size to what w is summed from at the start of a smooth interval; the first time also to what |g|
