@@ -33,7 +33,7 @@ struct IsZero {
   }
 };
 
-// Everything that the findings are made from.
+// All data from which the findings are derived.
 struct Evidence {
   const Problem& problem;
   IndexOneSystem system;

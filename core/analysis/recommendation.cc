@@ -33,13 +33,13 @@ Options TrialOptions(const Options& options, const Problem& problem, Index steps
   return trial;
 }
 
-// What trials with 64, 128, 256, ... steps have shown.
+// The results of trials with 64, 128, 256, ... steps.
 struct Trials {
   Index finest = 0;  // steps of the finest that reached the end
   Convergence convergence;
 };
 
-// How many steps the tolerance takes, by what trials have shown.
+// Predicts from the trials how many steps the tolerance requires.
 void PredictSteps(const Trials& trials, Recommendation& recommendation) {
   const double tolerance = recommendation.options.error_tolerance;
   if (trials.convergence.empty()) return;

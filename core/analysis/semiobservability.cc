@@ -15,7 +15,7 @@ namespace {
 
 using Sign = LexicographicRow::Sign;
 
-// A vector with a bound of what each entry is away from the exact one.
+// A vector with a bound on the error of each entry.
 struct Enclosed {
   Vector value;
   Vector error;
