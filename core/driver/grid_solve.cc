@@ -35,7 +35,7 @@ bool RunUnlessStopped(const MethodChoice& choice, SolveContext& context) {
   return ExponentialIntegrator(context);
 }
 
-// What was recorded before a stop is kept.
+// The trajectory recorded before a stop is kept.
 bool RunMethod(const MethodChoice& choice, SolveContext& context) {
   try {
     return RunUnlessStopped(choice, context);
@@ -91,7 +91,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   task.lost_least_element = context.lost_least_element;
   context.recorder.Finish();
   solution.certificate = context.certificate.certificate();
-  // Impacts are jumps of x inside of steps: the integral of A x + B y + f does not hold them.
+  // Impacts are jumps of x inside steps, and the integral of A x + B y + f does not contain them.
   if (task.plan.method.inelastic_impact) {
     solution.certificate.drift_of_rows = std::numeric_limits<double>::quiet_NaN();
   }

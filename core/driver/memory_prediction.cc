@@ -25,7 +25,7 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double kernel =
       method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMostKernelDoubles) * kNumber : 0;
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * kNumber;
-  // Marches on states keep stretches of some steps, 16 MB a matrix at most.
+  // Steps on states keep blocks of some steps, at most 16 MB for each matrix.
   const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, 2e6)) * kNumber;
   switch (propagator.record.used) {
     case PropagatorKind::kAuto:

@@ -15,7 +15,7 @@ namespace {
 constexpr Index kSmall = 64;
 // Up to here they cost less than the factorizations of a contour.
 constexpr Index kSmallSparse = 300;
-// A contour costs as many solves a node.
+// A contour costs as many solves for each node as there are constraints.
 constexpr Index kFewConstraints = 200;
 // For more states the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are
 // then used only if the options name the method.

@@ -13,9 +13,9 @@
 namespace dlcs {
 namespace {
 
-// A trial that fails with more steps than this does not fail because they are long.
+// If a trial fails with more steps than this, the length of its steps is not the reason.
 constexpr Index kMostFailingSteps = 16384;
-// Beyond these many steps a tolerance that is out of reach is given up.
+// Beyond this number of steps the solver gives up a tolerance that is out of reach.
 constexpr Index kHopelessSteps = 16384;
 
 bool FailsForAnyStep(Termination termination) {
@@ -68,7 +68,7 @@ class Trials {
   const Convergence& convergence() const { return convergence_; }
   double rounding() const { return rounding_ ? rounding_->largest() : 0; }
 
-  // A trial that failed shows nothing, and neither do those before.
+  // A failed trial gives no information, and neither do the trials before it.
   void StartAnew() {
     coarse_.reset();
     convergence_ = Convergence(control_.expected_order);
