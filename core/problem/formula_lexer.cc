@@ -16,7 +16,7 @@ namespace {
 
 using Kind = FormulaToken::Kind;
 
-// The functions of <cctype> ask the locale; these do not.
+// The functions of <cctype> depend on the locale; these do not.
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool IsSpace(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -81,7 +81,7 @@ constexpr std::array kForeignNames = {
     Advice{"nan", kAdviceFinite},
 };
 
-// Characters that text processors put where a formula has another one.
+// Characters that text processors substitute for those of a formula.
 struct Lookalike {
   std::uint32_t code_point;
   std::string_view advice;
@@ -194,15 +194,15 @@ FormulaToken ReadNumber(std::string_view text, std::size_t begin) {
   if (whole && leading_zero) return invalid("a whole number does not begin with 0");
 
   FormulaToken token{.kind = Kind::kNumber, .text = text.substr(begin, end - begin), .position = begin};
-  // Abseil's reading is correctly rounded, knows no locale, and gives 0 or infinity outside the range of a
-  // double.
+  // Abseil's conversion is correctly rounded, does not depend on the locale, and returns 0 or infinity outside the
+  // range of a double.
   if (!absl::SimpleAtod({token.text.data(), token.text.size()}, &token.value) || !std::isfinite(token.value)) {
     return invalid("this number is beyond the range of a double, 1.8e308");
   }
   return token;
 }
 
-// Letters to replace, insert, remove, or exchange with their neighbor; small and capital ones are the same.
+// Counts the letters to replace, insert, remove, or exchange with their neighbor. Case is ignored.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   const auto same = [&](std::size_t i, std::size_t j) { return Lower(a[i - 1]) == Lower(b[j - 1]); };
   std::vector<std::vector<std::size_t>> distance(a.size() + 1, std::vector<std::size_t>(b.size() + 1));

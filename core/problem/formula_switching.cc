@@ -23,7 +23,7 @@ constexpr double kEps = std::numeric_limits<double>::epsilon();
 // Enclosures of single steps that a search may take; a smooth formula is only searched for poles.
 constexpr double kMostWork = 1e7;
 constexpr double kMostWorkOfSmooth = 1e5;
-// Where intervals are cut: at no number that a formula would name.
+// Intervals are cut at a fraction that no formula is likely to contain.
 constexpr double kCut = 0.48713;
 // An enclosure no wider than this many times that of one point is due to rounding.
 constexpr double kRoundingRatio = 16;
@@ -254,7 +254,7 @@ class Search {
     }
   }
 
-  // What an interval means on which the formula may not have finite values.
+  // Interprets an interval on which the formula may not have finite values.
   void LookAtSingularity(Range range, double middle) {
     const double length = end_ - begin_;
     const double value = WholeValue(middle);
@@ -376,7 +376,7 @@ class Search {
     return true;
   }
 
-  // The search took too long: nothing is known from `t` on.
+  // The search took too long, so nothing is known from `t` on.
   void GiveUp(double t) {
     if (switches_.empty()) {
       result_.warnings.push_back("whether it has finite values everywhere after t = " + FormatNumber(t) +

@@ -16,7 +16,7 @@ namespace {
 using Kind = FormulaToken::Kind;
 
 constexpr std::size_t kMaxTextSize = 64 * 1024;
-// Deep enough for any formula that a person or a program writes down, shallow for the stack.
+// This depth is enough for any formula that a person or a program writes, and small enough for the stack.
 constexpr int kMaxDepth = 100;
 
 using enum FormulaOperation;

@@ -17,7 +17,7 @@ constexpr Index kMaxSteps = 1'000'000'000;
 // The contour is exact to rounding with a few hundred nodes.
 constexpr Index kMaxContourNodes = 10'000;
 
-// More are all in vain.
+// More windows in flight would be computed in vain.
 constexpr Index kMaxWindowsInFlight = 64;
 // Differences of more iterates are dependent to working precision.
 constexpr int kMaxAcceleration = 20;

@@ -33,13 +33,13 @@ std::vector<SampleTime> SampleTimes(const TimeAxis& axis) {
   return samples;
 }
 
-// A formula in a message: whole when a person wrote it, its head when a program did.
+// Formats a formula for a message. A long formula, as a program writes it, is cut after its head.
 std::string Quoted(const std::string& formula) {
   constexpr std::size_t kLongest = 80;
   return '"' + (formula.size() <= kLongest ? formula : formula.substr(0, kLongest) + "...") + '"';
 }
 
-// How component `i` of a piece is called, f.pieces[2][0].
+// Returns the name of component `i` of a piece, such as f.pieces[2][0].
 std::string NameOf(const TimeFunction& function, const std::string& field, std::size_t piece, Index i) {
   return field + (function.pieces.size() > 1 ? ".pieces[" + std::to_string(piece) + "]" : "") + "[" +
          std::to_string(i) + "]";
@@ -66,7 +66,7 @@ Violation NonFiniteValue(const TimeFunction& function, const std::string& field,
   return violation;
 }
 
-// Formulas that can not be taken on [0, horizon].
+// Reports formulas that cannot be used on [0, horizon].
 void CheckFormulas(const TimeFunction& function, double horizon, const std::string& field, ViolationList& list) {
   if (function.is_lifted()) return CheckFormulas(function.Inner(), horizon, field + ".of", list);
   for (const AnalyzedComponent& component : AnalyzeFormulas(function, horizon)) {

@@ -25,7 +25,7 @@ void AppendText(const std::string& text, std::string& payload) {
   payload += text;
 }
 
-// Takes the first text off `payload`; absent where there is none.
+// Removes the first text from `payload` and returns it, or nothing if there is none.
 std::optional<std::string> TakeText(std::string_view& payload) {
   std::size_t size = 0;
   const char* const end = payload.data() + payload.size();
