@@ -27,7 +27,7 @@ std::string DescribeRule(Selection selection) {
   return name;
 }
 
-// Sections that write A down and take time like its cube are left out beyond this many states or pairs.
+// Sections that form A as a dense matrix take cubic time and are left out beyond this number of states or pairs.
 constexpr Index kMostWrittenDown = 2000;
 
 bool IsTooLarge(const Problem& problem) {

@@ -17,7 +17,7 @@
 namespace dlcs {
 namespace {
 
-// Enough for every scheme of an ordinary ensemble; what does not fit is made again.
+// This is enough for every scheme of an ordinary ensemble. Schemes that do not fit are computed again.
 constexpr double kOwnCacheBytes = 1e9;
 
 std::string NameOf(Index member) { return "members[" + std::to_string(member) + "]"; }
@@ -56,7 +56,7 @@ absl::Status CheckRule(const Problem& base, SetupCache* setups, const std::stop_
   }
 }
 
-// The error of a member, which it names.
+// Returns the error of a member with the member's name.
 absl::Status OfMember(Index member, const absl::Status& error) {
   std::vector<Violation> violations = ViolationsOf(error);
   if (violations.empty()) return absl::Status(error.code(), NameOf(member) + ": " + std::string(error.message()));

@@ -16,7 +16,7 @@
 namespace dlcs {
 namespace {
 
-// Where there is no Schur form there is no resolvent either.
+// Without a Schur form there is no resolvent.
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace

@@ -87,7 +87,7 @@ absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model) {
     }
   }
   problem.horizon = model.horizon;
-  // What is left to be wrong are the formulas of ψ.
+  // Only the formulas of ψ can still be wrong.
   if (const absl::Status status = StatusOf(Validate(problem)); !status.ok()) return status;
   return problem;
 }

@@ -21,7 +21,7 @@ namespace dlcs {
 
 struct Workers::Arena {
   explicit Arena(int max_threads) : arena(Concurrency(max_threads)) {}
-  // Asking for more than the machine has makes oneTBB print a warning.
+  // oneTBB prints a warning if more threads are requested than the machine has.
   static int Concurrency(int max_threads) {
     const int available = oneapi::tbb::info::default_concurrency();
     return max_threads > 0 ? std::min(max_threads, available) : available;
