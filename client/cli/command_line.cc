@@ -138,6 +138,15 @@ void AddModel(CLI::App& main, ModelCommand& command) {
   app.footer(fmt::format("{}\n\n{}", kModelExamples, kExitCodes));
 }
 
+void AddPlot(CLI::App& main, PlotCommand& command) {
+  CLI::App& app = *main.add_subcommand("plot", "Draw a result: x, y and w over time, with the switching times");
+  app.add_option("RESULT", command.path, "The JSON of a solve (--format json); - reads standard input")
+      ->type_name("FILE")
+      ->required();
+  app.add_option("-o,--output", command.output, "The picture, FILE.svg or FILE.png")->type_name("FILE")->required();
+  app.footer(fmt::format("{}\n\n{}", kPlotExamples, kExitCodes));
+}
+
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
   CLI::App& app = *main.add_subcommand("capabilities", "Print the methods and limits of this program or of a server");
   AddServer(app, command.server, kServerHelp);
@@ -355,8 +364,8 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "missing command: solve, ensemble, analyze, lcp, dcp, model, capabilities, health, context, or with jobs "
-           "submit, watch, get, list, cancel, delete, result, upload or problems";
+    return "missing command: solve, ensemble, analyze, lcp, dcp, model, plot, capabilities, health, context, or with "
+           "jobs submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
 }
@@ -389,6 +398,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   LcpCommand lcp;
   DcpCommand dcp;
   ModelCommand model;
+  PlotCommand plot;
   CapabilitiesCommand capabilities;
   HealthCommand health;
   ContextCommand context;
@@ -403,6 +413,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddLcp(app, lcp);
   AddDcp(app, dcp);
   AddModel(app, model);
+  AddPlot(app, plot);
   AddCapabilities(app, capabilities);
   AddHealth(app, health);
   AddContext(app, context);
@@ -443,6 +454,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("lcp")) return WithServer(lcp, lcp.server);
   if (app.got_subcommand("dcp")) return WithServer(dcp, dcp.server);
   if (app.got_subcommand("model")) return model;
+  if (app.got_subcommand("plot")) return plot;
   if (app.got_subcommand("health")) return WithServer(health, health.server);
   if (app.got_subcommand("context")) return context;
   if (app.got_subcommand("submit")) return WithServer(jobs.submit, jobs.submit.target.server);

@@ -129,6 +129,14 @@ inline constexpr const char* kCapabilitiesExamples =
     "  dlcs capabilities\n"
     "  dlcs capabilities --server localhost:50051 --format json";
 
+inline constexpr const char* kPlotExamples =
+    "Draws the curves of each panel, at most 12, with gnuplot, and switching times as dotted lines.\n"
+    "\n"
+    "Examples:\n"
+    "  dlcs solve deploy/examples/rectifier.json --format json --output result.json\n"
+    "  dlcs plot result.json --output result.svg\n"
+    "  dlcs solve circuit.json --format json | dlcs plot - --output circuit.png";
+
 inline constexpr const char* kHealthExamples =
     "Checks the server as a whole, which serves until it shuts down, or one of its services: dlcs.v1.SolverService,\n"
     "or dlcs.v1.JobService, which serves while its store answers. Needs no token.\n"

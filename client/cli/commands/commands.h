@@ -76,6 +76,12 @@ struct ModelCommand {
   std::string output;  // empty is standard output
 };
 
+// Draws a result with gnuplot.
+struct PlotCommand {
+  std::string path;    // of the JSON of a solve; "-" is standard input
+  std::string output;  // FILE.svg or FILE.png
+};
+
 struct CapabilitiesCommand {
   ServerTarget server;
   OutputFormat format = OutputFormat::kTable;  // table or JSON
@@ -104,6 +110,7 @@ ExitCode Run(const AnalyzeCommand& command);
 ExitCode Run(const LcpCommand& command);
 ExitCode Run(const DcpCommand& command);
 ExitCode Run(const ModelCommand& command);
+ExitCode Run(const PlotCommand& command);
 ExitCode Run(const CapabilitiesCommand& command);
 ExitCode Run(const HealthCommand& command);
 ExitCode Run(const ContextCommand& command);

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// dlcs plot with the real gnuplot.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/client/cli/program.h"
+#include "tests/server/store/temporary_folder.h"
+
+namespace dlcs::client {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string ContentOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class PlotCommandTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const ProgramOutcome solved =
+        RunDlcs("solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --quiet --format json --output '" + result_ + "'");
+    ASSERT_EQ(solved.code, 0) << solved.err;
+  }
+  ProgramOutcome Plot(const std::string& input, const std::string& output) {
+    return RunDlcs("plot '" + input + "' --output '" + output + "'");
+  }
+
+  jobs::testing::TemporaryFolder folder_;
+  const std::string result_ = folder_.File("result.json");
+};
+
+TEST_F(PlotCommandTest, DrawsEveryComponentByItsName) {
+  const std::string picture = folder_.File("result.svg");
+  const ProgramOutcome drawn = Plot(result_, picture);
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_EQ(drawn.out + drawn.err, "");
+  EXPECT_THAT(ContentOf(picture), AllOf(HasSubstr("<svg"), HasSubstr(">i<"), HasSubstr(">v<"), HasSubstr(">diode<"),
+                                        HasSubstr("w(diode)"), HasSubstr("SOLVED within")));
+  EXPECT_FALSE(std::filesystem::exists(picture + ".partial"));
+  const std::string png = folder_.File("result.png");
+  ASSERT_EQ(Plot(result_, png).code, 0);
+  EXPECT_EQ(ContentOf(png).substr(1, 3), "PNG");
+}
+
+// A title comes from a file that somebody else may have written.
+TEST_F(PlotCommandTest, ATitleIsTextAndNoCommand) {
+  auto root = nlohmann::json::parse(ContentOf(result_));
+  const std::string mark = folder_.File("mark");
+  root["title"] = "a'; system 'touch " + mark + "'; set title ' `touch " + mark + "` \n!touch " + mark + "\n_{sub}";
+  std::ofstream(result_) << root.dump();
+  const std::string picture = folder_.File("it's.svg");
+  const ProgramOutcome drawn = RunDlcs("plot '" + result_ + "' --output \"" + picture + "\"");
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_FALSE(std::filesystem::exists(mark));
+  EXPECT_THAT(ContentOf(picture), HasSubstr("_{sub}"));
+}
+
+TEST_F(PlotCommandTest, BadInputIsNamedAndNothingIsWritten) {
+  const std::string picture = folder_.File("result.svg");
+  EXPECT_THAT(Plot(folder_.File("missing.json"), picture).err, HasSubstr("No such file"));
+  EXPECT_THAT(Plot(result_, folder_.File("result.gif")).err, HasSubstr("must end with .svg or .png"));
+  EXPECT_THAT(Plot(DLCS_EXAMPLES_DIR "/rectifier.json", picture).err, HasSubstr("no trajectory to draw"));
+  std::ofstream(folder_.File("text")) << "no JSON";
+  EXPECT_THAT(Plot(folder_.File("text"), picture).err, HasSubstr("is not the JSON"));
+  auto root = nlohmann::json::parse(ContentOf(result_));
+  root["trajectory"]["x"].erase(0);
+  std::ofstream(folder_.File("short.json")) << root.dump();
+  const ProgramOutcome cut = Plot(folder_.File("short.json"), picture);
+  EXPECT_EQ(cut.code, 2);
+  EXPECT_THAT(cut.err, HasSubstr("missing values"));
+  EXPECT_NE(Plot(result_, folder_.File("no/such/folder/a.svg")).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(picture));
+}
+
+}  // namespace
+}  // namespace dlcs::client
