@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/cli/commands/command_support.h"
+#include "client/cli/completion.h"
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"
 #include "client/cli/options/option_kinds.h"
@@ -145,6 +146,18 @@ void AddPlot(CLI::App& main, PlotCommand& command) {
       ->required();
   app.add_option("-o,--output", command.output, "The picture, FILE.svg or FILE.png")->type_name("FILE")->required();
   app.footer(fmt::format("{}\n\n{}", kPlotExamples, kExitCodes));
+}
+
+void AddCompletion(CLI::App& main, std::string& shell) {
+  CLI::App& app = *main.add_subcommand("completion", "Print a script that completes commands and options in a shell");
+  AddWord<std::string>(
+      app, "SHELL", {"bash", "zsh", "fish"},
+      [](const std::string& word) {
+        return word == "bash" || word == "zsh" || word == "fish" ? std::optional(word) : std::nullopt;
+      },
+      [&shell](const std::string& word) { shell = word; }, "The shell")
+      ->required();
+  app.footer(kCompletionExamples);
 }
 
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
@@ -364,8 +377,8 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
   if (app.get_subcommands().empty()) {
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
-    return "missing command: solve, ensemble, analyze, lcp, dcp, model, plot, capabilities, health, context, or with "
-           "jobs submit, watch, get, list, cancel, delete, result, upload or problems";
+    return "missing command: solve, ensemble, analyze, lcp, dcp, model, plot, capabilities, health, context, "
+           "completion, or with jobs submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
 }
@@ -403,6 +416,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   HealthCommand health;
   ContextCommand context;
   JobCommands jobs;
+  std::string shell;  // to complete
   CLI::App app("dlcs solves differential linear complementarity systems, in this process or on a server.", "dlcs");
   app.set_version_flag("--version", std::string("dlcs ") + DLCS_VERSION);
   app.require_subcommand(1);
@@ -417,6 +431,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddCapabilities(app, capabilities);
   AddHealth(app, health);
   AddContext(app, context);
+  AddCompletion(app, shell);
   AddJobCommands(app, jobs);
   app.formatter(std::make_shared<GroupedHelp>());
   for (CLI::App* command : app.get_subcommands({})) {
@@ -455,6 +470,10 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("dcp")) return WithServer(dcp, dcp.server);
   if (app.got_subcommand("model")) return model;
   if (app.got_subcommand("plot")) return plot;
+  if (app.got_subcommand("completion")) {
+    fmt::print("{}", CompletionScript(app, shell));
+    return kSolved;
+  }
   if (app.got_subcommand("health")) return WithServer(health, health.server);
   if (app.got_subcommand("context")) return context;
   if (app.got_subcommand("submit")) return WithServer(jobs.submit, jobs.submit.target.server);

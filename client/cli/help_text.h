@@ -137,6 +137,12 @@ inline constexpr const char* kPlotExamples =
     "  dlcs plot result.json --output result.svg\n"
     "  dlcs solve circuit.json --format json | dlcs plot - --output circuit.png";
 
+inline constexpr const char* kCompletionExamples =
+    "Examples:\n"
+    "  source <(dlcs completion bash)                                 # in .bashrc\n"
+    "  source <(dlcs completion zsh)                                  # in .zshrc, after compinit\n"
+    "  dlcs completion fish > ~/.config/fish/completions/dlcs.fish";
+
 inline constexpr const char* kHealthExamples =
     "Checks the server as a whole, which serves until it shuts down, or one of its services: dlcs.v1.SolverService,\n"
     "or dlcs.v1.JobService, which serves while its store answers. Needs no token.\n"
