@@ -61,7 +61,7 @@ solve() { # PROBLEM OPTION...
 }
 
 start=$SECONDS
-headline "Packages and build (the first time takes some six minutes on two cores)"
+headline "Packages and build (the first time takes some five minutes on two cores)"
 "$root/deploy/install-packages.sh" build
 build_release
 echo "Built $build/client/dlcs and $build/server/dlcsd in $((SECONDS - start)) s."

@@ -18,11 +18,12 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
 def command_by_folder(build):
-    """The compiler and its flags, without input, output and precompiled headers, of one file of each folder."""
+    """The compiler and its flags, without input, output and precompiled headers, of one file of each folder: that with
+    the most flags, since targets of one folder may use different libraries."""
     commands = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         folder = pathlib.Path(entry["file"]).parent
-        if folder in commands or not folder.is_relative_to(ROOT):
+        if not folder.is_relative_to(ROOT):
             continue
         words = shlex.split(entry["command"])
         words = words[next(i for i, word in enumerate(words) if word.endswith("++")):]
@@ -34,7 +35,8 @@ def command_by_folder(build):
                 skip = True
             elif not word.startswith("-fpch"):
                 kept.append(word)
-        commands[folder] = (kept, entry["directory"])
+        if folder not in commands or len(kept) > len(commands[folder][0]):
+            commands[folder] = (kept, entry["directory"])
     return commands
 
 
