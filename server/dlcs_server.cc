@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/dlcs_server.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <mutex>
 #include <string>
@@ -61,21 +62,33 @@ void SetChannelArguments(const AccessSettings& access, grpc::ServerBuilder& buil
 }
 
 // Errors: InvalidArgument if other machines could read the traffic.
-absl::Status CheckEncryption(const ListenAddress& address, const AccessSettings& access) {
+absl::Status CheckEncryption(const char* flag, const ListenAddress& address, const AccessSettings& access) {
   if (!access.tls_cert.empty() || access.insecure_listen || IsLoopback(address)) return absl::OkStatus();
-  return absl::InvalidArgumentError(fmt::format(
-      "--listen {}: other machines can reach this address, so that --tls-cert and --tls-key must be given; or "
-      "--insecure-listen, where the network is trusted or a proxy encrypts; or listen on 127.0.0.1",
-      ToString(address)));
+  return absl::InvalidArgumentError(
+      fmt::format("{} {}: other machines can reach this address, so that --tls-cert and --tls-key must be given; or "
+                  "--insecure-listen, where the network is trusted or a proxy encrypts; or listen on 127.0.0.1",
+                  flag, ToString(address)));
+}
+
+// The same for both addresses. Errors: also as ParseListenAddress().
+absl::Status CheckEncryption(const ServerConfig& config) {
+  const absl::StatusOr<ListenAddress> address = ParseListenAddress(config.listen);
+  if (!address.ok()) return address.status();
+  if (absl::Status encrypted = CheckEncryption("--listen", *address, config.access); !encrypted.ok()) return encrypted;
+  if (config.http_listen.empty()) return absl::OkStatus();
+  const absl::StatusOr<ListenAddress> web = ParseListenAddress(config.http_listen);
+  return web.ok() ? CheckEncryption("--http-listen", *web, config.access) : web.status();
+}
+
+absl::Status AtFlag(const char* flag, const absl::Status& status) {
+  return absl::Status(status.code(), fmt::format("{}: {}", flag, std::string(status.message())));
 }
 
 }  // namespace
 
 absl::Status DlcsServer::Check(const ServerConfig& config) {
   if (absl::Status valid = Validate(config); !valid.ok()) return valid;
-  const absl::StatusOr<ListenAddress> address = ParseListenAddress(config.listen);
-  if (!address.ok()) return address.status();
-  if (absl::Status encrypted = CheckEncryption(*address, config.access); !encrypted.ok()) return encrypted;
+  if (absl::Status encrypted = CheckEncryption(config); !encrypted.ok()) return encrypted;
   return Access::Check(config.access);
 }
 
@@ -84,7 +97,7 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   absl::StatusOr<ListenAddress> address = ParseListenAddress(config.listen);
   if (!address.ok()) return address.status();
   if (absl::Status can_listen = CheckCanListen(*address); !can_listen.ok()) return can_listen;
-  if (absl::Status encrypted = CheckEncryption(*address, config.access); !encrypted.ok()) return encrypted;
+  if (absl::Status encrypted = CheckEncryption(config); !encrypted.ok()) return encrypted;
   absl::StatusOr<std::unique_ptr<Access>> access = Access::Open(config.access);
   if (!access.ok()) return access.status();
   if (config.access.insecure_listen && !IsLoopback(*address)) {
@@ -102,7 +115,8 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   absl::StatusOr<std::unique_ptr<ConnectionListener>> listener = ConnectionListener::Open(*address);
   if (!listener.ok()) return listener.status();
   using Outside = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
-  auto acceptor = builder.experimental().AddExternalConnectionAcceptor(Outside::FROM_FD, result->credentials_);
+  const std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor =
+      builder.experimental().AddExternalConnectionAcceptor(Outside::FROM_FD, result->credentials_);
   if (!config.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(NewRpcTelemetry(result->metrics_, *result->access_));
@@ -110,7 +124,12 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   result->server_ = builder.BuildAndStart();
   if (result->server_ == nullptr) return absl::UnavailableError("gRPC cannot start: see the log");
   result->listener_ = *std::move(listener);
-  result->listener_->Start(std::move(acceptor));
+  result->listener_->Start([acceptor](int listening, int connection) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
+    parameters.listener_fd = listening;
+    parameters.fd = connection;
+    acceptor->HandleNewConnection(&parameters);
+  });
   result->address_ = ToString(*address);
   if (result->takes_calls_) {
     result->server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
@@ -118,13 +137,8 @@ absl::StatusOr<std::unique_ptr<DlcsServer>> DlcsServer::Start(const ServerConfig
   if (result->environment_.jobs) {
     result->health_ = std::jthread([server = result.get()](const std::stop_token& stop) { server->TellHealth(stop); });
   }
-  if (!config.metrics_listen.empty()) {
-    absl::StatusOr<std::unique_ptr<HttpEndpoint>> http = HttpEndpoint::Start(config.metrics_listen, result->Pages());
-    if (!http.ok())
-      return absl::Status(http.status().code(),
-                          fmt::format("--metrics-listen: {}", std::string(http.status().message())));
-    result->http_ = *std::move(http);
-  }
+  if (absl::Status metrics = result->StartMetrics(config.metrics_listen); !metrics.ok()) return metrics;
+  if (absl::Status web = result->StartWebPort(config); !web.ok()) return web;
   return result;
 }
 
@@ -151,14 +165,47 @@ ServerState DlcsServer::State() const {
   ServerState state;
   state.solves = environment_.admission.solves();
   state.max_solves = environment_.admission.max_solves();
+  state.web_connections = web_ == nullptr ? 0 : web_->connections();
   state.held_result_bytes = environment_.admission.held_result_bytes();
   state.setups = environment_.SetupStatistics();
   if (const JobBackend* jobs = environment_.jobs.get()) state.jobs = {jobs->manager().load(), jobs->StoreHealthy()};
   return state;
 }
 
-HttpPages DlcsServer::Pages() const {
-  HttpPages pages;
+absl::Status DlcsServer::StartMetrics(const std::string& listen) {
+  if (listen.empty()) return absl::OkStatus();
+  absl::StatusOr<ListenAddress> address = ParseListenAddress(listen);
+  if (!address.ok()) return AtFlag("--metrics-listen", address.status());
+  auto server = HttpServer::Start(*address, {.threads = 1, .max_held_bytes = 0}, NewMonitoringHandler(Pages()));
+  if (!server.ok()) return AtFlag("--metrics-listen", server.status());
+  metrics_address_ = ToString(*address);
+  metrics_server_ = *std::move(server);
+  return absl::OkStatus();
+}
+
+absl::Status DlcsServer::StartWebPort(const ServerConfig& config) {
+  if (config.http_listen.empty()) return absl::OkStatus();
+  WebPortOptions options;
+  options.listen = config.http_listen;
+  options.origins = SplitList(config.http_origins);
+  options.hosts = SplitList(config.http_hosts);
+  options.max_message_bytes = static_cast<std::size_t>(config.max_message_bytes);
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  absl::StatusOr<std::unique_ptr<WebPort>> web =
+      WebPort::Start(options, *access_, server_->InProcessChannel(arguments));
+  if (!web.ok()) return AtFlag("--http-listen", web.status());
+  web_ = *std::move(web);
+  return absl::OkStatus();
+}
+
+std::string DlcsServer::web_url() const {
+  if (web_ == nullptr) return "";
+  return fmt::format("{}://{}/", access_->Tls() ? "https" : "http", web_->address());
+}
+
+MonitoringPages DlcsServer::Pages() const {
+  MonitoringPages pages;
   pages.metrics = [this] { return metrics_.Text(State()); };
   pages.why_not_ready = [this]() -> std::string { return draining_ ? "shutting down" : ""; };
   pages.why_no_jobs = [this]() -> std::string {
@@ -203,6 +250,9 @@ void DlcsServer::Stop(milliseconds delivery) {
   // If watchers and readers were cancelled, they would not know that the server shuts down and not try another one.
   environment_.calls.WaitUntilIdle(delivery);
   listener_.reset();
+  // What the calls have sent may still be on its way to slow readers.
+  if (web_ != nullptr) web_->Close(std::min(delivery, milliseconds(1000)));
+  web_.reset();
   // Cancels the remaining calls: readers that do not read, and streams of the health service, which never end.
   server_->Shutdown(std::chrono::system_clock::now() + milliseconds(100));
   server_->Wait();

@@ -16,19 +16,21 @@
 #include "grpcpp/server.h"
 #include "server/access/access.h"
 #include "server/config/server_config.h"
+#include "server/gateway/web_port.h"
+#include "server/http/http_server.h"
 #include "server/net/connection_listener.h"
 #include "server/rpc/call_environment.h"
 #include "server/rpc/job_service.h"
 #include "server/rpc/problem_service.h"
 #include "server/rpc/solver_service.h"
 #include "server/rpc/unimplemented_service.h"
-#include "server/telemetry/http_endpoint.h"
 #include "server/telemetry/metrics.h"
+#include "server/telemetry/monitoring_pages.h"
 
 namespace dlcs {
 
 // Serves SolverService, the standard health service, JobService and ProblemService if there is a store, and optionally
-// reflection on one listening socket; metrics and probes on another.
+// reflection on one listening socket; the page and calls over HTTP, and metrics and probes, on others.
 class DlcsServer {
  public:
   // Checks the settings and the files of tokens and certificates as Start() does. Does not listen and does not open the
@@ -44,7 +46,9 @@ class DlcsServer {
   // "127.0.0.1:50051", with the actual port.
   const std::string& address() const { return address_; }
   // The same for /metrics; empty if it is not served.
-  std::string metrics_address() const { return http_ ? http_->address() : ""; }
+  const std::string& metrics_address() const { return metrics_address_; }
+  // "http://127.0.0.1:8080/" of the page and of calls over HTTP; empty if they are not served.
+  std::string web_url() const;
 
   // Health becomes NOT_SERVING and new calls get UNAVAILABLE; running calls continue.
   void Drain();
@@ -64,7 +68,9 @@ class DlcsServer {
   // Keeps the health service up to date with the state of the store.
   void TellHealth(const std::stop_token& stop);
   ServerState State() const;
-  HttpPages Pages() const;
+  MonitoringPages Pages() const;
+  absl::Status StartMetrics(const std::string& listen);
+  absl::Status StartWebPort(const ServerConfig& config);
 
   void RegisterServices(grpc::ServerBuilder& builder);
 
@@ -83,7 +89,10 @@ class DlcsServer {
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<ConnectionListener> listener_;
   std::jthread health_;
-  std::unique_ptr<HttpEndpoint> http_;  // null if not served; uses the others
+  // Null if not served. They use the others.
+  std::unique_ptr<WebPort> web_;
+  std::string metrics_address_;
+  std::unique_ptr<HttpServer> metrics_server_;
 };
 
 }  // namespace dlcs

@@ -33,7 +33,8 @@ constexpr std::size_t kMaxShownBytes = 80;  // of a name that nobody knows
 constexpr const char* kFooter =
     "Every flag is also a variable and a key of the file that --config names: --max-steps 1000, DLCSD_MAX_STEPS=1000,\n"
     "max-steps = 1000. The flag takes precedence over the variable, and the variable over the file.\n\n"
-    "Prints one line on standard output when it is ready: dlcsd listening on HOST:PORT.\n"
+    "Prints a line on standard output when it is ready: dlcsd listening on HOST:PORT. With --http-listen the next one\n"
+    "is the address of the page.\n"
     "SIGTERM and SIGINT end it: no new solves, running ones get the grace period, then they are stopped and deliver\n"
     "their summary. A second signal skips the rest of the grace period. SIGHUP looks for changed certificates and "
     "tokens\n"
@@ -44,6 +45,8 @@ constexpr const char* kFooter =
     "  dlcsd --listen 127.0.0.1:0                on any free port, which is printed\n"
     "  dlcsd --threads 4                         four threads per solve\n"
     "  dlcsd --store jobs.db                     accept jobs too, which survive restarts\n"
+    "  dlcsd --store jobs.db --http-listen 127.0.0.1:8080\n"
+    "                                            and show them in a browser, http://127.0.0.1:8080/\n"
     "  dlcsd --store postgresql://dlcs@db/dlcs --role worker --listen 127.0.0.1:0\n"
     "                                            run the jobs that other servers accept\n"
     "  dlcsd --listen 0.0.0.0:50051 --tls-cert server.pem --tls-key server.key --tokens tokens.txt\n"
@@ -136,6 +139,16 @@ void AddFlags(CLI::App& app, Flags& flags) {
   ServerConfig& config = flags.config;
   app.add_option("--listen", config.listen, "HOST:PORT, where port 0 picks a free one; or unix:/PATH");
   AddAccessFlags(app, config.access);
+  app.add_option(
+      "--http-listen", config.http_listen,
+      "HOST:PORT of the web page, and of calls by browsers and scripts: Connect, gRPC-Web and JSON over HTTP "
+      "(default: not served). Encrypted as --listen is");
+  app.add_option("--http-origins", config.http_origins,
+                 "Other sites whose pages may call, with commas: https://plots.example.org");
+  app.add_option(
+      "--http-hosts", config.http_hosts,
+      "Further names of this server in requests over HTTP, with commas; IP addresses, localhost and the host "
+      "of --http-listen are known");
   app.add_option("--metrics-listen", config.metrics_listen,
                  "HOST:PORT of /metrics for Prometheus, /livez and /readyz, over plain HTTP (default: not served)");
   app.add_flag("--reflection", config.reflection, "Describe the services to callers that have no .proto files");

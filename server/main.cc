@@ -111,6 +111,8 @@ int main(int argc, char** argv) {
                                               : "TLS with certificates of clients",
                access.tokens.empty() ? "open to all who can connect" : "users of " + access.tokens);
   std::printf("dlcsd listening on %s\n", (*server)->address().c_str());
+  const std::string page = (*server)->web_url();
+  if (!page.empty()) std::printf("dlcsd page on %s\n", page.c_str());
   std::fflush(stdout);
 
   int signal = NextSignal(-1);

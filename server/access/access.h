@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/access/access_settings.h"
+#include "server/access/forwarded_caller.h"
 #include "server/access/permissions.h"
 #include "server/access/tls_files.h"
 #include "server/access/users.h"
@@ -61,9 +62,13 @@ class Access {
   // Checks for changed files now.
   void Refresh();
 
+  // The key of calls that this process forwards to itself.
+  const ForwardingKey& forwarding_key() const { return forwarding_key_; }
+
  private:
   Access() = default;
 
+  const ForwardingKey forwarding_key_;
   std::unique_ptr<WatchedFile<Users>> users_;   // null: everybody may do everything
   std::unique_ptr<WatchedFile<TlsFiles>> tls_;  // null: no encryption
   std::mutex refreshing_;

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/access/credentials.h"
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "fmt/format.h"
 #include "grpc/grpc.h"
 #include "grpc/grpc_security.h"
 #include "server/wire/status.h"
@@ -33,6 +35,27 @@ std::vector<std::string> CertificateNames(const grpc_auth_context* context) {
   return names;
 }
 
+std::vector<std::string> CertificateNames(const grpc::ServerContextBase& context) {
+  std::vector<std::string> names;
+  const std::shared_ptr<const grpc::AuthContext> shown = context.auth_context();
+  if (shown == nullptr || !shown->IsPeerAuthenticated()) return names;
+  for (const char* kind : kPeerNames) {
+    for (const grpc::string_ref& name : shown->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
+  }
+  return names;
+}
+
+std::optional<std::string_view> MetadataOf(const grpc::ServerContextBase& context, const char* key) {
+  const auto found = context.client_metadata().find(key);
+  if (found == context.client_metadata().end()) return std::nullopt;
+  return std::string_view(found->second.data(), found->second.size());
+}
+
+std::optional<ForwardedCaller> ForwardedCallerOf(const Access& access, const grpc::ServerContextBase& context) {
+  const std::optional<std::string_view> value = MetadataOf(context, kForwardedCaller);
+  return value ? access.forwarding_key().Decode(*value) : std::nullopt;
+}
+
 // gRPC calls this with the headers of every call, before it reads a message or looks up the method.
 void AskAccess(void* state, grpc_auth_context* context, const grpc_metadata* headers, std::size_t count,
                grpc_process_auth_metadata_done_cb done, void* call) {
@@ -42,6 +65,11 @@ void AskAccess(void* state, grpc_auth_context* context, const grpc_metadata* hea
     if (View(header->key) == ":path") path = View(header->value);
     // The first, as CallerOf() takes it.
     if (View(header->key) == kAuthorization && !authorization) authorization = View(header->value);
+    if (View(header->key) == kForwardedCaller) {
+      static const std::string why =
+          fmt::format("The metadata {} is reserved for the server itself.", kForwardedCaller);
+      return done(call, nullptr, 0, nullptr, 0, GRPC_STATUS_PERMISSION_DENIED, why.c_str());
+    }
   }
   const std::vector<std::string> names = CertificateNames(context);
   const grpc::Status verdict = ToGrpc(static_cast<const Access*>(state)->MayCall(path, authorization, names));
@@ -61,10 +89,8 @@ class Credentials final : public grpc::ServerCredentials {
   int AddPortToServer(const std::string& address, grpc_server* server) override {
     grpc_server_credentials* const credentials = access_.Tls() ? MakeTls() : grpc_insecure_server_credentials_create();
     if (credentials == nullptr) return 0;
-    if (access_.HasUsers()) {
-      grpc_server_credentials_set_auth_metadata_processor(credentials,
-                                                          {AskAccess, nullptr, const_cast<Access*>(&access_)});
-    }
+    grpc_server_credentials_set_auth_metadata_processor(credentials,
+                                                        {AskAccess, nullptr, const_cast<Access*>(&access_)});
     const int port = grpc_server_add_http2_port(server, address.c_str(), credentials);
     grpc_server_credentials_release(credentials);
     return port;
@@ -101,21 +127,24 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access) {
   return std::make_shared<Credentials>(access);
 }
 
+bool IsForwarded(const grpc::ServerContextBase& context) {
+  return MetadataOf(context, kForwardedCaller).has_value();  // refused where it comes from outside
+}
+
+std::string PeerOf(const Access& access, const grpc::ServerContextBase& context) {
+  const std::optional<ForwardedCaller> forwarded = ForwardedCallerOf(access, context);
+  return forwarded ? forwarded->peer : context.peer();
+}
+
 absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextBase& context) {
+  const std::optional<ForwardedCaller> forwarded = ForwardedCallerOf(access, context);
   const auto with_peer = [&](Caller caller) {
-    caller.peer = context.peer();
+    caller.peer = forwarded ? forwarded->peer : context.peer();
     return caller;
   };
   if (!access.HasUsers()) return with_peer({});
-  std::optional<std::string_view> authorization;
-  const auto header = context.client_metadata().find(kAuthorization);
-  if (header != context.client_metadata().end()) authorization.emplace(header->second.data(), header->second.size());
-  std::vector<std::string> names;
-  const std::shared_ptr<const grpc::AuthContext> shown = context.auth_context();
-  for (const char* kind : kPeerNames) {
-    if (shown == nullptr || !shown->IsPeerAuthenticated()) break;
-    for (const grpc::string_ref& name : shown->FindPropertyValues(kind)) names.emplace_back(name.data(), name.size());
-  }
+  const std::optional<std::string_view> authorization = MetadataOf(context, kAuthorization);
+  const std::vector<std::string> names = forwarded ? forwarded->certificate_names : CertificateNames(context);
   absl::StatusOr<Caller> caller = access.Identify(authorization, names);
   return caller.ok() ? with_peer(*std::move(caller)) : caller;
 }

@@ -19,6 +19,10 @@ namespace dlcs {
 // must outlive the server.
 std::shared_ptr<grpc::ServerCredentials> CredentialsFor(const Access& access);
 
+// Whether this process forwards the call to itself (server/gateway).
+bool IsForwarded(const grpc::ServerContextBase& context);
+// The address of the caller, as gRPC writes it; for a call that this process forwards, that of the original caller.
+std::string PeerOf(const Access& access, const grpc::ServerContextBase& context);
 // The caller of an admitted call. Errors: Unauthenticated, if the token was removed meanwhile.
 absl::StatusOr<Caller> CallerOf(const Access& access, const grpc::ServerContextBase& context);
 // The user's name for the log; empty if the server has no users, or this user was removed.

@@ -2,6 +2,7 @@
 #include "server/config/server_config.h"
 
 #include <algorithm>
+#include <cctype>
 #include <concepts>
 #include <limits>
 #include <thread>
@@ -26,6 +27,14 @@ absl::Status CheckAddress(const char* flag, const std::string& text) {
   const absl::Status status = ParseListenAddress(text).status();
   if (status.ok()) return status;
   return absl::InvalidArgumentError(fmt::format("{}: {}", flag, std::string(status.message())));
+}
+
+// HOST:PORT, or nothing.
+absl::Status CheckHttpAddress(const char* flag, const std::string& text) {
+  if (text.empty()) return absl::OkStatus();
+  if (absl::Status address = CheckAddress(flag, text); !address.ok()) return address;
+  if (!text.starts_with("unix:")) return absl::OkStatus();
+  return absl::InvalidArgumentError(fmt::format("{} {}: must be HOST:PORT", flag, text));
 }
 
 absl::Status ValidateStore(const ServerConfig& config) {
@@ -85,16 +94,52 @@ absl::Status ValidateJobs(const ServerConfig& config) {
   return absl::OkStatus();
 }
 
+// What a browser sends as the origin of a page: no path, no wildcard.
+bool IsOrigin(const std::string& text) {
+  const std::size_t host = text.starts_with("https://") ? 8 : text.starts_with("http://") ? 7 : 0;
+  return host > 0 && text.size() > host && text.find_first_of("/?#*@ ", host) == std::string::npos;
+}
+
+bool IsHostName(const std::string& text) {
+  return std::all_of(text.begin(), text.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '.' || c == '_'; });
+}
+
+absl::Status ValidateWebPort(const ServerConfig& config) {
+  if (absl::Status address = CheckHttpAddress("--http-listen", config.http_listen); !address.ok()) return address;
+  for (const std::string& origin : SplitList(config.http_origins)) {
+    if (IsOrigin(origin)) continue;
+    return absl::InvalidArgumentError(fmt::format(
+        "--http-origins {}: must be the origin of a site as browsers send it, https://HOST or https://HOST:PORT",
+        origin));
+  }
+  for (const std::string& host : SplitList(config.http_hosts)) {
+    if (IsHostName(host)) continue;
+    return absl::InvalidArgumentError(fmt::format("--http-hosts {}: must be the name of a host, without a port", host));
+  }
+  if (!config.http_listen.empty() || (config.http_origins.empty() && config.http_hosts.empty()))
+    return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      fmt::format("--http-{}: has no effect without --http-listen", config.http_origins.empty() ? "hosts" : "origins"));
+}
+
 }  // namespace
+
+std::vector<std::string> SplitList(const std::string& text) {
+  std::vector<std::string> items;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::size_t first = text.find_first_not_of(' ', begin);
+    if (first < end) items.push_back(text.substr(first, text.find_last_not_of(' ', end - 1) - first + 1));
+    begin = end + 1;
+  }
+  return items;
+}
 
 absl::Status Validate(const ServerConfig& config) {
   if (absl::Status address = CheckAddress("--listen", config.listen); !address.ok()) return address;
-  if (!config.metrics_listen.empty()) {
-    if (absl::Status address = CheckAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
-    if (config.metrics_listen.starts_with("unix:")) {
-      return absl::InvalidArgumentError(fmt::format("--metrics-listen {}: must be HOST:PORT", config.metrics_listen));
-    }
-  }
+  if (absl::Status address = CheckHttpAddress("--metrics-listen", config.metrics_listen); !address.ok()) return address;
+  if (absl::Status web = ValidateWebPort(config); !web.ok()) return web;
   if (config.max_concurrent_solves < 0 || config.max_concurrent_solves > 1024) {
     return OutOfRange("--max-concurrent-solves", config.max_concurrent_solves, "between 0 (automatic) and 1024");
   }

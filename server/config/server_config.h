@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "server/access/access_settings.h"
@@ -17,7 +18,12 @@ struct ServerConfig {
   // HOST:PORT, where port 0 picks a free one, or unix:/PATH. An address that other machines can reach needs TLS or
   // insecure_listen in `access`.
   std::string listen = "127.0.0.1:50051";
-  // HOST:PORT of /metrics, /livez and /readyz over plain HTTP (telemetry/http_endpoint.h); empty: not served.
+  // HOST:PORT of the page and of calls over HTTP/1.1 (gateway/web_port.h); empty: not served. Encrypted as `listen` is.
+  std::string http_listen;
+  // Lists with commas: other origins whose pages may call, and further names of this server (WebPortOptions).
+  std::string http_origins;
+  std::string http_hosts;
+  // HOST:PORT of /metrics, /livez and /readyz over plain HTTP (telemetry/monitoring_pages.h); empty: not served.
   std::string metrics_listen;
   // Describes the services to callers that have no .proto files.
   bool reflection = false;
@@ -84,6 +90,9 @@ struct ServerConfig {
 
 // Errors: InvalidArgument naming the flag, its value and the rule.
 absl::Status Validate(const ServerConfig& config);
+
+// The items of "a, b".
+std::vector<std::string> SplitList(const std::string& text);
 
 // `config` with the values of this machine in place of 0.
 ServerConfig Resolved(ServerConfig config);

@@ -140,7 +140,7 @@ ConnectionListener::~ConnectionListener() {
   if (!path_.empty()) unlink(path_.c_str());
 }
 
-void ConnectionListener::Start(std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor) {
+void ConnectionListener::Start(Acceptor acceptor) {
   acceptor_ = std::move(acceptor);
   thread_ = std::thread([this] { Run(); });
 }
@@ -182,10 +182,7 @@ bool ConnectionListener::Accept(int listener) {
     return true;
   }
   SetOption(connection, IPPROTO_TCP, TCP_NODELAY, 1);
-  grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
-  parameters.listener_fd = listener;
-  parameters.fd = connection;
-  acceptor_->HandleNewConnection(&parameters);
+  acceptor_(listener, connection);
   return true;
 }
 

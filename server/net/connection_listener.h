@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Accepts connections for gRPC, as many as there are file descriptors for.
+// Accepts connections, as many as there are file descriptors for.
 
 #ifndef DLCS_SERVER_NET_CONNECTION_LISTENER_H_
 #define DLCS_SERVER_NET_CONNECTION_LISTENER_H_
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "grpcpp/server_builder.h"
 #include "server/net/listen_address.h"
 
 namespace dlcs {
@@ -31,9 +31,10 @@ class ConnectionListener {
   static absl::StatusOr<std::unique_ptr<ConnectionListener>> Open(ListenAddress& address);
   ~ConnectionListener();
 
-  // Passes connections to `acceptor`, from a thread, until this object is destroyed, which must be before the server
-  // shuts down. Call it once.
-  void Start(std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor);
+  // Passes the descriptors of connections on, with that of the listening socket, from a thread, until this object is
+  // destroyed. Call it once.
+  using Acceptor = std::function<void(int listener, int connection)>;
+  void Start(Acceptor acceptor);
 
  private:
   class Socket;
@@ -48,7 +49,7 @@ class ConnectionListener {
   std::vector<std::unique_ptr<Socket>> listeners_;
   std::string path_;              // of a Unix socket
   std::unique_ptr<Socket> wake_;  // ends the thread
-  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;
+  Acceptor acceptor_;
   std::int64_t refused_ = 0;  // since the last log line about it
   std::chrono::steady_clock::time_point next_word_;
   std::thread thread_;

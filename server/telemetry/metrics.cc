@@ -103,6 +103,8 @@ std::vector<MetricFamily> Read(const ServerState& state) {
   readings.AddGauge("dlcs_solves_limit", "Limit of running solves; more are refused.", state.max_solves);
   readings.AddGauge("dlcs_held_result_bytes", "Trajectories that are being computed or not yet read.",
                     static_cast<double>(state.held_result_bytes));
+  readings.AddGauge("dlcs_web_connections", "Connections to the port of the page and of calls over HTTP.",
+                    state.web_connections);
   ReadSetups(state.setups, readings);
   if (state.jobs) ReadJobs(*state.jobs, readings);
   ReadProcess(readings);

@@ -22,6 +22,7 @@ struct ServerState {
   int solves = 0;
   int max_solves = 0;
   std::int64_t held_result_bytes = 0;
+  int web_connections = 0;  // of the page and of calls over HTTP
   SetupCache::Statistics setups;
   // Of a server that takes jobs.
   struct Jobs {

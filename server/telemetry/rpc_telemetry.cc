@@ -98,7 +98,7 @@ class Call final : public Interceptor {
     if (found != metadata->end()) trace_id_ = TraceIdOf({found->second.data(), found->second.size()});
     // Looking up the user costs more than the rest.
     if (!spdlog::should_log(spdlog::level::debug)) return;
-    peer_ = info_.server_context()->peer();
+    peer_ = PeerOf(access_, *info_.server_context());
     user_ = UserOf(access_, *info_.server_context());
   }
 

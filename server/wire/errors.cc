@@ -12,7 +12,7 @@ namespace {
 
 constexpr char kTypeUrlPrefix[] = "type.googleapis.com/";
 // Nobody has registered a name for the project; names under .internal are for private use.
-constexpr char kErrorDomain[] = "dlcs.internal";
+constexpr char kErrorDomain[] = "dlcs.v1";
 
 template <typename Detail>
 std::string TypeUrl() {

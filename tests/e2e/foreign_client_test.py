@@ -7,9 +7,11 @@ events, and takes a refusal apart. Usage: foreign_client_test.py DLCSD PROTO_FOL
 """
 
 import importlib
+import json
 import math
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -187,7 +189,7 @@ class ForeignClientTest(unittest.TestCase):
         self.assertIn("one of problem, nonlinear and problem_name", status.message)
         info = details_pb.ErrorInfo()
         self.assertTrue(any(detail.Unpack(info) for detail in status.details))
-        self.assertEqual((info.reason, info.domain), ("INVALID_REQUEST", "dlcs.internal"))
+        self.assertEqual((info.reason, info.domain), ("INVALID_REQUEST", "dlcs.v1"))
 
     def test_reflection_describes_the_services_that_it_lists(self):
         # The messages by hand: field 4 of the request is the symbol, and the answer holds the names of files.
@@ -262,6 +264,33 @@ class ForeignClientTest(unittest.TestCase):
         self.assertGreaterEqual(measured.certificate.least_w, -1e-15)
         self.assertLess(measured.certificate.complementarity, 1e-15)
         self.assertNotAlmostEqual(other.values[-3], 0.25, delta=0.01)
+
+    def test_curl_of_the_contracts_page_works(self):
+        document = (PROTO / "README.md").read_text()
+        with tempfile.TemporaryDirectory() as folder:
+            body = re.search(r"^```json body.json\n(.*?)^```$", document, re.M | re.S)[1]
+            (pathlib.Path(folder) / "body.json").write_text(body)
+            store = pathlib.Path(folder) / "jobs.db"
+            flags = ["--listen", "127.0.0.1:0", "--http-listen", "127.0.0.1:0", "--store", store]
+            dlcsd = subprocess.Popen([DLCSD, *flags], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            try:
+                dlcsd.stdout.readline()
+                page = dlcsd.stdout.readline().split()[-1]
+                commands = re.findall(r"^    (curl .*)$", document, re.M)
+                self.assertEqual(len(commands), 2)
+                answers = []
+                for command in commands:
+                    words = shlex.split(command.replace("http://127.0.0.1:8080/", page))
+                    run = subprocess.run(words, cwd=folder, check=True, capture_output=True, text=True, timeout=60)
+                    answers.append([json.loads(line) for line in run.stdout.splitlines()])
+            finally:
+                dlcsd.kill()
+                dlcsd.communicate()
+        events, jobs = answers
+        self.assertIn("accepted", events[0])
+        self.assertEqual(events[-1]["summary"]["verdict"]["kind"], "VERDICT_KIND_SOLVED")
+        self.assertEqual([event["trajectory"]["times"] for event in events if "trajectory" in event], [[0, 1, 2]])
+        self.assertEqual(jobs, [{"jobs": [], "next_page_token": ""}])
 
     def test_the_client_of_the_document_prints_what_is_shown(self):
         document = (PROTO / "README.md").read_text()

@@ -56,7 +56,7 @@ TEST(RpcErrorTest, TellsAMissingServerFromOneThatShutsDown) {
   const grpc::Status refused(grpc::StatusCode::UNAVAILABLE, "connection refused");
   EXPECT_THAT(std::string(DescribeRpcError(refused, "localhost:1").message()), HasSubstr("dlcsd --listen localhost:1"));
   google::rpc::ErrorInfo info;
-  info.set_domain("dlcs.internal");
+  info.set_domain("dlcs.v1");
   EXPECT_THAT(Words(Rich(grpc::StatusCode::UNAVAILABLE, "shutting down", info)),
               HasSubstr("cannot take the call: shutting down"));
 }

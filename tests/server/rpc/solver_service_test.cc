@@ -207,7 +207,7 @@ TEST_F(SolverServiceTest, RefusesMoreSolvesThanAllowedAndSaysWhenToComeBack) {
   EXPECT_TRUE(rich.GetPayload("type.googleapis.com/google.rpc.RetryInfo").has_value());
   google::rpc::ErrorInfo info;
   ASSERT_TRUE(info.ParseFromString(std::string(*rich.GetPayload("type.googleapis.com/google.rpc.ErrorInfo"))));
-  EXPECT_EQ(info.domain(), "dlcs.internal");
+  EXPECT_EQ(info.domain(), "dlcs.v1");
   EXPECT_EQ(info.metadata().at("limit"), "max_concurrent_solves");
 
   const grpc::Status no_analysis = Analyze(*stub_, testing::SwitchingRequest(10).problem()).status;

@@ -23,34 +23,22 @@
 #include "server/session/version.h"
 #include "server/telemetry/job_trace.h"
 #include "tests/server/dlcsd_process.h"
+#include "tests/server/http/http_client.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
-
-// Behind the others: a header of the system that it includes has macros with names that Eigen uses.
-#include "httplib.h"
 
 namespace dlcs {
 namespace {
 
 using std::chrono::seconds;
 using testing::DlcsdProcess;
+using testing::Get;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 constexpr char kTraceparentOfTest[] = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
 constexpr char kTraceIdOfTest[] = "0af7651916cd43dd8448eb211c80319c";
-
-struct Page {
-  int status = 0;
-  std::string text, type;
-};
-Page Get(const std::string& address, const std::string& path) {
-  httplib::Client client("http://" + address);
-  const httplib::Result result = client.Get(path);
-  if (!result) return {};
-  return {result->status, result->body, result->get_header_value("Content-Type")};
-}
 
 // The value of a series as it is written, name{label="value",...}; -1 where there is none.
 double Value(const std::string& metrics, const std::string& series) {
@@ -73,7 +61,7 @@ class TelemetryTest : public testing::ServiceTest {
     jobs_ = v1::JobService::NewStub(testing::Connect(server_->address()));
   }
 
-  std::string Metrics() const { return Get(server_->metrics_address(), "/metrics").text; }
+  std::string Metrics() const { return Get(server_->metrics_address(), "/metrics").body; }
 
   // The metrics as soon as `series` is `value`: calls are counted when gRPC has done with them, a moment after their
   // callers know.
@@ -206,10 +194,10 @@ TEST_F(TelemetryTest, SaysHowTheProgramWasMade) {
 // As far as it can be told without Prometheus: every family once, with help and type, before its samples.
 TEST_F(TelemetryTest, IsTextThatPrometheusReads) {
   RunJob(testing::SwitchingRequest(100));
-  const Page page = Get(server_->metrics_address(), "/metrics");
+  const testing::HttpAnswer page = Get(server_->metrics_address(), "/metrics");
   EXPECT_EQ(page.status, 200);
-  EXPECT_EQ(page.type, "text/plain; version=0.0.4; charset=utf-8");
-  std::istringstream lines(page.text);
+  EXPECT_EQ(page.headers.at("content-type"), "text/plain; version=0.0.4; charset=utf-8");
+  std::istringstream lines(page.body);
   std::set<std::string> families;
   std::string family;
   for (std::string line; std::getline(lines, line);) {
@@ -238,7 +226,7 @@ TEST_F(TelemetryTest, ProbesFollowTheStoreAndTheDrain) {
   MetricsWhen("dlcs_store_healthy", 0);
   EXPECT_EQ(Get(address, "/readyz").status, 200);
   EXPECT_EQ(Get(address, "/readyz/jobs").status, 503);
-  EXPECT_THAT(Get(address, "/readyz/jobs").text, HasSubstr("the job store does not answer"));
+  EXPECT_THAT(Get(address, "/readyz/jobs").body, HasSubstr("the job store does not answer"));
   server_->Drain();
   EXPECT_EQ(Get(address, "/readyz").status, 503);
   EXPECT_EQ(Get(address, "/livez").status, 200);

@@ -58,7 +58,7 @@ TEST(StatusTest, LimitsAreNamedWithTheirValue) {
   google::rpc::ErrorInfo info;
   ASSERT_EQ(rich.details_size(), 1);
   ASSERT_TRUE(rich.details(0).UnpackTo(&info));
-  EXPECT_EQ(info.domain(), "dlcs.internal");
+  EXPECT_EQ(info.domain(), "dlcs.v1");
   EXPECT_EQ(info.reason(), "LIMIT_EXCEEDED");
   EXPECT_EQ(info.metadata().at("limit"), "max_states");
   EXPECT_EQ(info.metadata().at("value"), "2000");
@@ -91,7 +91,7 @@ TEST(StatusTest, AStoreThatDoesNotAnswerIsToldFromAServerThatDoesNot) {
   ASSERT_EQ(rich.details_size(), 1);
   ASSERT_TRUE(rich.details(0).UnpackTo(&info));
   EXPECT_EQ(info.reason(), "STORE_UNAVAILABLE");
-  EXPECT_EQ(info.domain(), "dlcs.internal");
+  EXPECT_EQ(info.domain(), "dlcs.v1");
 }
 
 }  // namespace

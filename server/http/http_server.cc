@@ -1,0 +1,638 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/http_server.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "boost/asio/buffer.hpp"
+#include "boost/asio/co_spawn.hpp"
+#include "boost/asio/detached.hpp"
+#include "boost/asio/executor_work_guard.hpp"
+#include "boost/asio/io_context.hpp"
+#include "boost/asio/ip/tcp.hpp"
+#include "boost/asio/post.hpp"
+#include "boost/asio/redirect_error.hpp"
+#include "boost/asio/ssl.hpp"
+#include "boost/asio/steady_timer.hpp"
+#include "boost/asio/strand.hpp"
+#include "boost/asio/use_awaitable.hpp"
+#include "boost/asio/write.hpp"
+#include "boost/beast/core/flat_buffer.hpp"
+#include "boost/beast/http/parser.hpp"
+#include "boost/beast/http/read.hpp"
+#include "boost/beast/http/status.hpp"
+#include "boost/beast/http/string_body.hpp"
+#include "fmt/format.h"
+#include "server/net/connection_listener.h"
+#include "spdlog/spdlog.h"
+
+namespace dlcs {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace beast_http = boost::beast::http;
+using boost::system::error_code;
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::strand<asio::io_context::executor_type>>;
+
+constexpr std::size_t kReadBytes = 16 << 10;
+// A body beyond this that nobody wanted is not drained; the connection is closed.
+constexpr std::size_t kMaxDrained = 1 << 20;
+
+// Notices a broken link within some 15 s, as gRPC's keepalive does.
+void SetKeepalive(int socket) {
+  const auto set = [socket](int level, int name, int value) { setsockopt(socket, level, name, &value, sizeof value); };
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, 10);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, 3);
+  set(IPPROTO_TCP, TCP_KEEPCNT, 2);
+}
+
+std::string PeerOf(const asio::ip::tcp::endpoint& endpoint) {
+  const asio::ip::address& address = endpoint.address();
+  if (address.is_v6() && address.to_v6().is_v4_mapped()) {
+    const auto inner = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+    return fmt::format("ipv4:{}:{}", inner.to_string(), endpoint.port());
+  }
+  return address.is_v4() ? fmt::format("ipv4:{}:{}", address.to_string(), endpoint.port())
+                         : fmt::format("ipv6:%5B{}%5D:{}", address.to_string(), endpoint.port());
+}
+
+// The common name and the alternative names of a certificate, as gRPC has them in its properties.
+std::vector<std::string> NamesIn(X509* certificate) {
+  std::vector<std::string> names;
+  if (certificate == nullptr) return names;
+  const X509_NAME* const subject = X509_get_subject_name(certificate);
+  for (int at = -1; (at = X509_NAME_get_index_by_NID(subject, NID_commonName, at)) >= 0;) {
+    unsigned char* text = nullptr;
+    const int size = ASN1_STRING_to_UTF8(&text, X509_NAME_ENTRY_get_data(X509_NAME_get_entry(subject, at)));
+    if (size < 0) continue;
+    names.emplace_back(reinterpret_cast<const char*>(text), static_cast<std::size_t>(size));
+    OPENSSL_free(text);
+  }
+  auto* const others =
+      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr));
+  for (int k = 0; k < sk_GENERAL_NAME_num(others); ++k) {
+    const GENERAL_NAME* const name = sk_GENERAL_NAME_value(others, k);
+    if (name->type == GEN_IPADD) {
+      const ASN1_OCTET_STRING* const bytes = name->d.iPAddress;
+      std::array<char, INET6_ADDRSTRLEN> text{};
+      const int family = ASN1_STRING_length(bytes) == 4 ? AF_INET : AF_INET6;
+      if (inet_ntop(family, ASN1_STRING_get0_data(bytes), text.data(), text.size()) != nullptr) {
+        names.emplace_back(text.data());
+      }
+      continue;
+    }
+    if (name->type != GEN_DNS && name->type != GEN_URI && name->type != GEN_EMAIL) continue;
+    const ASN1_IA5STRING* const text = name->d.ia5;  // the same member for all three
+    names.emplace_back(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
+                       static_cast<std::size_t>(ASN1_STRING_length(text)));
+  }
+  GENERAL_NAMES_free(others);
+  return names;
+}
+
+// Whether `error` is one of the parser, and not of the connection.
+bool IsMalformed(const error_code& error) {
+  return error.category() == beast_http::make_error_code(beast_http::error::bad_method).category() &&
+         error != beast_http::error::end_of_stream && error != beast_http::error::partial_message;
+}
+
+// Counts the bytes of the bodies that the server holds.
+class HeldBytes {
+ public:
+  explicit HeldBytes(std::size_t most) : most_(most) {}
+
+  bool Take(std::size_t bytes) {
+    if (held_.fetch_add(bytes) + bytes <= most_) return true;
+    held_ -= bytes;
+    return false;
+  }
+  void Release(std::size_t bytes) { held_ -= bytes; }
+
+ private:
+  const std::size_t most_;
+  std::atomic<std::size_t> held_ = 0;
+};
+
+// What connections share with their server.
+class ConnectionBase;
+struct Shared {
+  Shared(HttpServerOptions the_options, HttpHandler the_handler)
+      : options(std::move(the_options)), handler(std::move(the_handler)), held(options.max_held_bytes) {}
+
+  const HttpServerOptions options;
+  const HttpHandler handler;
+  HeldBytes held;
+  std::atomic<bool> closing = false;
+
+  std::mutex mutex;  // guards the following member
+  std::condition_variable ended;
+  std::set<ConnectionBase*> connections;
+};
+
+// A connection, from accept to close. Everything happens on its strand.
+class ConnectionBase : public HttpExchange, public std::enable_shared_from_this<ConnectionBase> {
+ public:
+  explicit ConnectionBase(Shared& shared) : shared_(shared) {
+    const std::lock_guard lock(shared_.mutex);
+    shared_.connections.insert(this);
+  }
+  ~ConnectionBase() override {
+    const std::lock_guard lock(shared_.mutex);
+    shared_.connections.erase(this);
+    shared_.ended.notify_all();
+  }
+
+  // Closes the connection if it is between two requests, or anyway. From any thread; the caller holds a reference.
+  virtual void CloseSoon(bool anyway) = 0;
+
+ protected:
+  Shared& shared_;
+};
+
+// `Stream`: a socket, or TLS over one.
+template <typename Stream>
+class Connection final : public ConnectionBase {
+ public:
+  Connection(Shared& shared, Stream stream, std::shared_ptr<asio::ssl::context> tls)
+      : ConnectionBase(shared),
+        tls_(std::move(tls)),
+        stream_(std::move(stream)),
+        deadline_(stream_.get_executor()),
+        was_read_(stream_.get_executor()),
+        buffer_(kReadBytes + shared.options.max_header_bytes) {}
+
+  // Serves requests until the connection is closed.
+  asio::awaitable<void> Run() {
+    const std::shared_ptr<ConnectionBase> self = shared_from_this();
+    error_code error;
+    request_.peer = PeerOf(Lowest().remote_endpoint(error));
+    if (!error && co_await Handshake()) {
+      while (!shared_.closing && co_await ReadHeaders()) {
+        idle_ = false;
+        co_await Answer();
+        idle_ = true;
+        if (close_after_) break;
+      }
+      co_await Linger();
+    }
+    SetDeadline(std::nullopt);
+    CloseSocket();
+    while (reading_) co_await ReadArrived();
+  }
+
+  void CloseSoon(bool anyway) override {
+    asio::post(stream_.get_executor(), [this, anyway, self = shared_from_this()] {
+      if (anyway || idle_) CloseSocket();
+    });
+  }
+
+  const HttpRequest& request() const override { return request_; }
+  asio::any_io_executor executor() const override { return const_cast<Stream&>(stream_).get_executor(); }
+
+  asio::awaitable<absl::StatusOr<std::string>> ReadBody(std::size_t max_bytes) override {
+    if (body_was_read_) co_return std::string();
+    parser_->body_limit(max_bytes);
+    const boost::optional<std::uint64_t> announced = parser_->content_length();
+    if (announced && *announced > max_bytes) {
+      close_after_ = true;
+      co_return absl::ResourceExhaustedError(
+          fmt::format("the request has {} bytes; at most {} are accepted", *announced, max_bytes));
+    }
+    if (beast::iequals(request_.headers[beast_http::field::expect], "100-continue") && !parser_->is_done()) {
+      const std::string proceed = "HTTP/1.1 100 Continue\r\n\r\n";
+      if (!co_await Send(proceed)) co_return absl::CancelledError("the client disconnected");
+    }
+    while (!parser_->is_done()) {
+      SetDeadline(shared_.options.patience);
+      error_code error;
+      co_await beast_http::async_read_some(stream_, buffer_, *parser_,
+                                           asio::redirect_error(asio::use_awaitable, error));
+      SetDeadline(std::nullopt);
+      if (error) {
+        close_after_ = true;
+        if (error == beast_http::error::body_limit) {
+          co_return absl::ResourceExhaustedError(fmt::format("the request has more than {} bytes", max_bytes));
+        }
+        if (IsMalformed(error)) {
+          co_return absl::InvalidArgumentError(fmt::format("the body is malformed: {}", error.message()));
+        }
+        co_return absl::CancelledError("the client disconnected");
+      }
+      const std::size_t size = parser_->get().body().size();
+      if (!shared_.held.Take(size - held_)) {
+        close_after_ = true;
+        co_return absl::ResourceExhaustedError("the server has no memory for this request at the moment");
+      }
+      held_ = size;
+    }
+    body_was_read_ = true;
+    std::string body = std::move(parser_->get().body());
+    parser_.reset();
+    co_return body;
+  }
+
+  void OnDisconnect(std::function<void()> disconnected) override {
+    on_disconnect_ = std::move(disconnected);
+    if (gone_ && on_disconnect_) return std::exchange(on_disconnect_, nullptr)();
+    if (body_was_read_) ReadAhead();
+  }
+
+  asio::awaitable<void> Reply(HttpResponse response) override {
+    if (replied_) co_return;
+    replied_ = true;
+    response.headers.emplace_back("content-length", std::to_string(response.body.size()));
+    std::string text = Head(response.status, response.headers);
+    if (request_.method != "HEAD") text += response.body;
+    co_await Send(text);
+  }
+
+  asio::awaitable<void> Begin(int status, HttpHeaders headers) override {
+    replied_ = true;
+    chunked_ = version_ >= 11;
+    if (chunked_) {
+      headers.emplace_back("transfer-encoding", "chunked");
+    } else {
+      close_after_ = true;  // which ends the body
+    }
+    const std::string text = Head(status, headers);
+    co_await Send(text);
+  }
+
+  asio::awaitable<bool> Write(std::string piece) override {
+    if (piece.empty()) co_return !gone_;
+    if (chunked_) piece = fmt::format("{:x}\r\n", piece.size()) + piece + "\r\n";
+    const bool sent = co_await Send(piece);
+    co_return sent;
+  }
+
+  asio::awaitable<void> End() override {
+    static const std::string last_chunk = "0\r\n\r\n";
+    if (chunked_) co_await Send(last_chunk);
+  }
+
+ private:
+  static constexpr bool kEncrypted = !std::is_same_v<Stream, Socket>;
+
+  Socket& Lowest() {
+    if constexpr (kEncrypted) {
+      return stream_.next_layer();
+    } else {
+      return stream_;
+    }
+  }
+
+  void CloseSocket() {
+    error_code ignored;
+    Lowest().shutdown(asio::ip::tcp::socket::shutdown_both, ignored);
+    Lowest().close(ignored);
+  }
+
+  // Closes the connection after `patience`, unless this is called again before.
+  void SetDeadline(std::optional<milliseconds> patience) {
+    deadline_.cancel();
+    if (!patience) return;
+    deadline_.expires_after(*patience);
+    deadline_.async_wait([self = weak_from_this()](const error_code& error) {
+      if (error) return;
+      if (const auto open = self.lock()) static_cast<Connection&>(*open).CloseSocket();
+    });
+  }
+
+  asio::awaitable<bool> Handshake() {
+    if constexpr (kEncrypted) {
+      SetDeadline(shared_.options.patience);
+      error_code error;
+      co_await stream_.async_handshake(asio::ssl::stream_base::server,
+                                       asio::redirect_error(asio::use_awaitable, error));
+      SetDeadline(std::nullopt);
+      if (error) {
+        spdlog::info("TLS handshake with {} failed: {}", request_.peer, error.message());
+        co_return false;
+      }
+      X509* const certificate = SSL_get1_peer_certificate(stream_.native_handle());
+      request_.certificate_names = NamesIn(certificate);
+      X509_free(certificate);
+      request_.encrypted = true;
+    }
+    co_return true;
+  }
+
+  // Starts to read while the client is not expected to send anything, to notice when it disconnects. What it sends all
+  // the same is kept for the next request. At most one read is under way.
+  void ReadAhead() {
+    if (reading_ || gone_ || buffer_.size() > 0) return;
+    buffer_.shrink_to_fit();
+    reading_ = true;
+    was_read_.expires_at(steady_clock::time_point::max());
+    stream_.async_read_some(asio::buffer(ahead_),
+                            [this, self = shared_from_this()](const error_code& error, std::size_t bytes) {
+                              reading_ = false;
+                              buffer_.commit(asio::buffer_copy(buffer_.prepare(bytes), asio::buffer(ahead_, bytes)));
+                              if (error) Disconnected();
+                              was_read_.cancel();
+                            });
+  }
+
+  void Disconnected() {
+    gone_ = true;
+    if (on_disconnect_) std::exchange(on_disconnect_, nullptr)();
+  }
+
+  asio::awaitable<void> ReadArrived() {
+    error_code ignored;
+    co_await was_read_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+  }
+
+  // Reads the request line and the headers of the next request. False if there is none.
+  asio::awaitable<bool> ReadHeaders() {
+    ResetForNext();
+    error_code error;
+    SetDeadline(std::exchange(first_, false) ? shared_.options.patience : shared_.options.idle);
+    ReadAhead();
+    while (reading_) co_await ReadArrived();
+    if (gone_) co_return false;
+    SetDeadline(shared_.options.patience);
+    co_await beast_http::async_read_header(stream_, buffer_, *parser_,
+                                           asio::redirect_error(asio::use_awaitable, error));
+    SetDeadline(std::nullopt);
+    if (error) {
+      close_after_ = true;
+      if (error == beast_http::error::header_limit || error == beast_http::error::buffer_overflow) {
+        HttpResponse refusal{.status = 431, .headers = {{"content-type", "text/plain"}}, .body = "headers too large\n"};
+        co_await Reply(std::move(refusal));
+      } else if (IsMalformed(error)) {
+        HttpResponse refusal{.status = 400,
+                             .headers = {{"content-type", "text/plain"}},
+                             .body = "malformed HTTP: " + error.message() + "\n"};
+        co_await Reply(std::move(refusal));
+      }
+      co_await Linger();
+      co_return false;
+    }
+    const auto& message = parser_->get();
+    request_.method = std::string(message.method_string());
+    const std::string_view target(message.target().data(), message.target().size());
+    request_.path = std::string(target.substr(0, target.find('?')));
+    request_.headers = message.base();
+    version_ = message.version();
+    close_after_ = !message.keep_alive();
+    body_was_read_ = parser_->is_done();
+    co_return true;
+  }
+
+  void ResetForNext() {
+    parser_.emplace();
+    parser_->header_limit(static_cast<std::uint32_t>(shared_.options.max_header_bytes));
+    parser_->body_limit(std::numeric_limits<std::uint64_t>::max());  // until ReadBody() knows it
+    replied_ = chunked_ = body_was_read_ = false;
+  }
+
+  asio::awaitable<void> Answer() {
+    std::exception_ptr failure;
+    try {
+      co_await shared_.handler(*this);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    if (failure) {
+      spdlog::error("an HTTP request to {} failed in the server", request_.path);
+      close_after_ = true;
+    }
+    on_disconnect_ = nullptr;
+    if (!replied_) {
+      HttpResponse sorry{.status = 500, .headers = {{"content-type", "text/plain"}}, .body = "internal error\n"};
+      co_await Reply(std::move(sorry));
+    }
+    if (!body_was_read_) close_after_ = true;
+    shared_.held.Release(std::exchange(held_, 0));
+    parser_.reset();
+    request_.headers.clear();
+    if (gone_) close_after_ = true;
+  }
+
+  std::string Head(int status, const HttpHeaders& headers) const {
+    std::string text = fmt::format("HTTP/1.1 {} {}\r\n", status, HttpReason(status));
+    for (const auto& [name, value] : headers) text += fmt::format("{}: {}\r\n", name, value);
+    if (close_after_ || shared_.closing) text += "connection: close\r\n";
+    return text + "\r\n";
+  }
+
+  asio::awaitable<bool> Send(const std::string& text) {
+    if (gone_) co_return false;
+    error_code error;
+    co_await asio::async_write(stream_, asio::buffer(text), asio::redirect_error(asio::use_awaitable, error));
+    if (error) Disconnected();
+    co_return !error;
+  }
+
+  // Closing a socket with unread input resets the connection, and the client may lose the response. So reads the rest,
+  // up to a limit.
+  asio::awaitable<void> Linger() {
+    if (gone_ || reading_) co_return;
+    SetDeadline(milliseconds(2000));
+    error_code error;
+    if (!kEncrypted) Lowest().shutdown(asio::ip::tcp::socket::shutdown_send, error);
+    std::array<char, 4096> rest{};
+    for (std::size_t drained = 0; !error && drained < kMaxDrained && !(kEncrypted && body_was_read_);) {
+      drained += co_await stream_.async_read_some(asio::buffer(rest), asio::redirect_error(asio::use_awaitable, error));
+    }
+    if constexpr (kEncrypted) {
+      co_await stream_.async_shutdown(asio::redirect_error(asio::use_awaitable, error));
+    }
+  }
+
+  const std::shared_ptr<asio::ssl::context> tls_;  // used by `stream_`
+  Stream stream_;
+  asio::steady_timer deadline_;
+  asio::steady_timer was_read_;  // cancelled when a read ahead has ended
+  std::array<char, 256> ahead_;
+  beast::flat_buffer buffer_;  // read, but not used yet
+  std::optional<beast_http::request_parser<beast_http::string_body>> parser_;
+  HttpRequest request_;
+  std::function<void()> on_disconnect_;
+  std::size_t held_ = 0;
+  unsigned version_ = 11;
+  bool first_ = true;
+  bool idle_ = true;  // between two requests
+  bool reading_ = false;
+  bool gone_ = false;
+  bool body_was_read_ = false;
+  bool replied_ = false;
+  bool chunked_ = false;
+  bool close_after_ = false;
+};
+
+// Null, with a line in the log, for files that OpenSSL does not accept.
+std::shared_ptr<asio::ssl::context> ContextOf(const TlsFiles& files) {
+  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  error_code error;
+  const auto ok = [&error] { return !error; };
+  context->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
+                           asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 | asio::ssl::context::no_tlsv1_1,
+                       error);
+  if (ok()) context->use_certificate_chain(asio::buffer(files.certificate), error);
+  if (ok()) context->use_private_key(asio::buffer(files.key), asio::ssl::context::pem, error);
+  if (ok() && !files.client_ca.empty()) {
+    context->add_certificate_authority(asio::buffer(files.client_ca), error);
+    if (ok()) context->set_verify_mode(asio::ssl::verify_peer | asio::ssl::verify_fail_if_no_peer_cert, error);
+    SSL_CTX_set_session_id_context(context->native_handle(), reinterpret_cast<const unsigned char*>("dlcs"), 4);
+  }
+  if (error) {
+    spdlog::error("the certificate cannot be used for HTTPS: {}", error.message());
+    return nullptr;
+  }
+  return context;
+}
+
+}  // namespace
+
+class HttpServer::State {
+ public:
+  State(HttpServerOptions options, HttpHandler handler)
+      : shared_(std::move(options), std::move(handler)), context_(shared_.options.threads) {}
+
+  absl::Status Listen(ListenAddress& address) {
+    absl::StatusOr<std::unique_ptr<ConnectionListener>> listener = ConnectionListener::Open(address);
+    if (!listener.ok()) return listener.status();
+    listener_ = *std::move(listener);
+    for (int k = 0; k < shared_.options.threads; ++k) {
+      threads_.emplace_back([this] { context_.run(); });
+    }
+    listener_->Start([this](int /*listener*/, int connection) { Serve(connection); });
+    return absl::OkStatus();
+  }
+
+  void Close(milliseconds delivery) {
+    if (threads_.empty()) return;
+    listener_.reset();
+    shared_.closing = true;
+    CloseAll(false);
+    if (!WaitUntilAllEnded(delivery)) CloseAll(true);
+    WaitUntilAllEnded(std::nullopt);
+    guard_.reset();
+    threads_.clear();
+  }
+
+  int connections() {
+    const std::lock_guard lock(shared_.mutex);
+    return static_cast<int>(shared_.connections.size());
+  }
+
+ private:
+  void CloseAll(bool anyway) {
+    std::vector<std::shared_ptr<ConnectionBase>> open;  // released without the mutex, which destructors take
+    {
+      const std::lock_guard lock(shared_.mutex);
+      for (ConnectionBase* const connection : shared_.connections) {
+        if (auto alive = connection->weak_from_this().lock()) open.push_back(std::move(alive));
+      }
+    }
+    for (const auto& connection : open) connection->CloseSoon(anyway);
+  }
+
+  // Absent: as long as it takes, closing connections that were accepted late.
+  bool WaitUntilAllEnded(std::optional<milliseconds> limit) {
+    const auto all_ended = [this] { return shared_.connections.empty(); };
+    std::unique_lock lock(shared_.mutex);
+    if (limit) return shared_.ended.wait_for(lock, *limit, all_ended);
+    while (!shared_.ended.wait_for(lock, milliseconds(100), all_ended)) {
+      lock.unlock();
+      CloseAll(true);
+      lock.lock();
+    }
+    return true;
+  }
+
+  void Serve(int descriptor) {
+    SetKeepalive(descriptor);
+    Socket socket(asio::make_strand(context_.get_executor()));
+    error_code error;
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size);
+    socket.assign(address.ss_family == AF_INET6 ? asio::ip::tcp::v6() : asio::ip::tcp::v4(), descriptor, error);
+    if (error) return;
+    if (!shared_.options.tls) return Spawn<Socket>(std::move(socket), nullptr);
+    std::shared_ptr<asio::ssl::context> tls = CurrentTls();
+    if (tls == nullptr) return;
+    asio::ssl::stream<Socket> stream(std::move(socket), *tls);
+    Spawn<asio::ssl::stream<Socket>>(std::move(stream), std::move(tls));
+  }
+
+  template <typename Stream>
+  void Spawn(Stream stream, std::shared_ptr<asio::ssl::context> tls) {
+    const auto executor = stream.get_executor();
+    const auto connection = std::make_shared<Connection<Stream>>(shared_, std::move(stream), std::move(tls));
+    asio::co_spawn(
+        executor, [connection] { return connection->Run(); }, asio::detached);
+  }
+
+  std::shared_ptr<asio::ssl::context> CurrentTls() {
+    const std::shared_ptr<const TlsFiles> files = shared_.options.tls();
+    if (files != tls_files_) {
+      tls_files_ = files;
+      tls_ = ContextOf(*files);
+    }
+    return tls_;
+  }
+
+  Shared shared_;
+  asio::io_context context_;
+  asio::executor_work_guard<asio::io_context::executor_type> guard_{context_.get_executor()};
+  // Used by the thread of the listener.
+  std::shared_ptr<const TlsFiles> tls_files_;
+  std::shared_ptr<asio::ssl::context> tls_;
+  std::vector<std::jthread> threads_;
+  std::unique_ptr<ConnectionListener> listener_;
+};
+
+std::string_view HttpRequest::Header(std::string_view name) const {
+  const auto found = headers.find(boost::beast::string_view(name.data(), name.size()));
+  if (found == headers.end()) return {};
+  return {found->value().data(), found->value().size()};
+}
+
+HttpServer::HttpServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+HttpServer::~HttpServer() { Close(milliseconds(0)); }
+
+void HttpServer::Close(milliseconds delivery) { state_->Close(delivery); }
+
+int HttpServer::connections() const { return state_->connections(); }
+
+absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::Start(ListenAddress& address, HttpServerOptions options,
+                                                              HttpHandler handler) {
+  if (absl::Status can_listen = CheckCanListen(address); !can_listen.ok()) return can_listen;
+  auto state = std::make_unique<State>(std::move(options), std::move(handler));
+  if (absl::Status listens = state->Listen(address); !listens.ok()) return listens;
+  return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));
+}
+
+std::string_view HttpReason(int status) {
+  if (status == 499) return "Client Closed Request";
+  const boost::beast::string_view text = beast_http::obsolete_reason(static_cast<beast_http::status>(status));
+  return {text.data(), text.size()};
+}
+
+}  // namespace dlcs

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// An HTTP/1.1 server: connections, TLS, requests and responses, within bounds. What it answers is up to a handler.
+
+#ifndef DLCS_SERVER_HTTP_HTTP_SERVER_H_
+#define DLCS_SERVER_HTTP_HTTP_SERVER_H_
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "boost/asio/any_io_executor.hpp"
+#include "boost/asio/awaitable.hpp"
+#include "boost/beast/http/fields.hpp"
+#include "server/access/tls_files.h"
+#include "server/net/listen_address.h"
+
+namespace dlcs {
+
+using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
+
+// The request line and the headers of a request, and who sent it.
+struct HttpRequest {
+  std::string method;
+  std::string path;  // of the target, without the query
+  boost::beast::http::fields headers;
+  std::string peer;                            // as gRPC writes it: "ipv4:10.0.0.7:40312"
+  std::vector<std::string> certificate_names;  // of the verified certificate of the client
+  bool encrypted = false;
+
+  // The value of a header; empty if it was not sent. `name` in any case.
+  std::string_view Header(std::string_view name) const;
+};
+
+struct HttpResponse {
+  int status = 200;
+  HttpHeaders headers;
+  std::string body;
+};
+
+// One request and its response. Used by its handler alone, on the executor of its connection. What is sent to a client
+// that has disconnected is dropped.
+class HttpExchange {
+ public:
+  virtual ~HttpExchange() = default;
+
+  virtual const HttpRequest& request() const = 0;
+  virtual boost::asio::any_io_executor executor() const = 0;
+
+  // Reads the body, of which nothing was read before. Errors: ResourceExhausted for more than `max_bytes`, or if the
+  // server has no memory for it at the moment; InvalidArgument for a malformed one; Cancelled if the client
+  // disconnected or sent nothing for too long.
+  virtual boost::asio::awaitable<absl::StatusOr<std::string>> ReadBody(std::size_t max_bytes) = 0;
+
+  // Calls `disconnected` once, on the executor, when the client closes the connection before the response is complete.
+  virtual void OnDisconnect(std::function<void()> disconnected) = 0;
+
+  // Sends a whole response. Do so once, or Begin() one, Write() its body in pieces and End() it. Write() returns when
+  // the operating system has taken the piece, so a slow reader slows the writer; false if the client is gone.
+  virtual boost::asio::awaitable<void> Reply(HttpResponse response) = 0;
+  virtual boost::asio::awaitable<void> Begin(int status, HttpHeaders headers) = 0;
+  virtual boost::asio::awaitable<bool> Write(std::string piece) = 0;
+  virtual boost::asio::awaitable<void> End() = 0;
+};
+
+using HttpHandler = std::function<boost::asio::awaitable<void>(HttpExchange&)>;
+
+struct HttpServerOptions {
+  int threads = 2;
+  // The newest certificate, asked for before each handshake; no encryption if the function is empty.
+  std::function<std::shared_ptr<const TlsFiles>()> tls = {};
+  std::size_t max_header_bytes = 16 << 10;  // beyond: 431
+  // The bodies of all requests that are being read or answered; beyond, requests are refused.
+  std::size_t max_held_bytes = std::size_t{256} << 20;
+  // Closes connections that do not finish a handshake or the headers of a request, or do not send more of a body, for
+  // this long.
+  std::chrono::milliseconds patience{10'000};
+  std::chrono::milliseconds idle{75'000};  // the same between two requests
+};
+
+// Answers requests with `handler`, one at a time per connection, on a few threads; a waiting response costs no thread.
+// Accepts as many connections as there are file descriptors for (net/connection_listener.h).
+class HttpServer {
+ public:
+  // Serves when it returns; sets the port of `address` where it is 0. Errors: as CheckCanListen() and
+  // ConnectionListener::Open().
+  static absl::StatusOr<std::unique_ptr<HttpServer>> Start(ListenAddress& address, HttpServerOptions options,
+                                                           HttpHandler handler);
+  // Close(0).
+  ~HttpServer();
+
+  // Accepts no more connections, lets responses under way finish for up to `delivery`, then closes all connections and
+  // waits until their handlers have returned. May be called more than once.
+  void Close(std::chrono::milliseconds delivery);
+
+  int connections() const;
+
+ private:
+  class State;
+  explicit HttpServer(std::unique_ptr<State> state);
+  const std::unique_ptr<State> state_;
+};
+
+// The standard text of an HTTP status: "Not Found".
+std::string_view HttpReason(int status);
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_HTTP_HTTP_SERVER_H_
