@@ -40,6 +40,8 @@ inline constexpr const char* kSolveExamples =
     "as in\n"
     "    {\"kind\": \"nonlinear\", \"f\": [\"-x1**3+y1\"], \"g\": [\"x1+y1-sin(t)\"], \"x0\": [1], \"T\": "
     "5}\n"
+    "An .npz or .mat file (of save -v7) with the variables A B N M x0 T, and f and g where they are constants, is\n"
+    "a problem file too.\n"
     "\n"
     "Examples:\n"
     "  dlcs solve circuit.json --steps 100000\n"

@@ -12,7 +12,9 @@
 
 namespace dlcs::client {
 void AddProblem(CLI::App& app, std::string& path) {
-  app.add_option("PROBLEM", path, "Problem file in JSON; - reads standard input")->required()->type_name("FILE");
+  app.add_option("PROBLEM", path, "Problem file: JSON, .npz or .mat; - reads standard input")
+      ->required()
+      ->type_name("FILE");
 }
 
 void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
