@@ -43,14 +43,13 @@ void AddSolveOptions(CLI::App& app, SolveCommand& command) {
   AddServer(app, command.server, kServerHelp);
   AddHowToSolve(app, options, command.grid, command.rule);
   AddDeadline(app, command.deadline_s);
-  AddOutput(app, command.output, "the result");
   AddQuiet(app, command.quiet, "Print only errors on standard error; the verdict is in the result and the exit code");
 }
 
 void AddSolve(CLI::App& main, SolveCommand& command) {
   CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
   AddSolveOptions(app, command);
-  AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
+  AddFormatAndOutput(app, kTrajectoryFormats, command.format, kTrajectoryHelp, command.output, "the result");
   app.add_flag("-v,--verbose", command.verbose, "On a terminal: show every iterate, not only a bar");
   app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
 }
@@ -62,8 +61,9 @@ void AddEnsemble(CLI::App& main, EnsembleCommand& command) {
                  "JSON file with what each member replaces in the problem, or a table of initial states")
       ->required()
       ->type_name("FILE");
-  AddFormat(app, {"table", "json", "csv"}, command.solve.format,
-            "One line for each member (table); as they finish: JSON lines, or CSV");
+  AddFormatAndOutput(app, {"table", "json", "csv"}, command.solve.format,
+                     "One line for each member (table); as they finish: JSON lines, or CSV", command.solve.output,
+                     "the result");
   app.footer(fmt::format("{}\n\n{}", kEnsembleExamples, kEnsembleExitCodes));
 }
 
@@ -73,9 +73,8 @@ void AddAnalyze(CLI::App& main, AnalyzeCommand& command) {
   AddServer(app, command.server, kServerHelp);
   AddHowToSolve(app, command.options, command.grid, command.rule);
   AddDeadline(app, command.deadline_s);
-  AddFormat(app, {"table", "json"}, command.format, "What to print (table)");
+  AddFormatAndOutput(app, {"table", "json"}, command.format, "What to print (table)", command.output, "the analysis");
   app.add_flag("-v,--verbose", command.verbose, "Print every finding, witness, constant and source");
-  AddOutput(app, command.output, "the analysis");
   app.footer(fmt::format("{}\n\n{}", kAnalyzeExamples, kExitCodes));
 }
 

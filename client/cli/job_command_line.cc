@@ -69,7 +69,7 @@ constexpr const char* kResultExamples =
     "Examples:\n"
     "  dlcs result $job                      a table\n"
     "  dlcs result $job --at 1,2.5           the stored times nearest to these\n"
-    "  dlcs result $job --format csv --output circuit.csv\n"
+    "  dlcs result $job --output circuit.csv   the ending chooses among .csv .json .npy .npz .h5 .mat\n"
     "  dlcs result $job --from 3 --to 4 --stride 10 --format json";
 
 constexpr const char* kUploadExamples =
@@ -183,8 +183,7 @@ void AddResult(CLI::App& main, ResultCommand& command) {
   AddNumber(
       app, "--to", "T", {"a number", std::numeric_limits<double>::lowest()}, [&command](double v) { command.to = v; },
       "Up to this time (the end)");
-  AddFormat(app, {"table", "json", "csv"}, command.format, "What to print (table)");
-  AddOutput(app, command.output, "it");
+  AddFormatAndOutput(app, kTrajectoryFormats, command.format, kTrajectoryHelp, command.output, "it");
 }
 
 void AddProblems(CLI::App& main, JobCommands& commands) {

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "client/cli/solve_options.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "client/cli/commands/array_output.h"
 #include "client/cli/options/option_kinds.h"
 #include "client/cli/options/solve_option_table.h"
+#include "client/cli/output/atomic_file.h"
 #include "client/result/names.h"
 
 namespace dlcs::client {
 void AddProblem(CLI::App& app, std::string& path) {
-  app.add_option("PROBLEM", path, "Problem file in JSON; - reads standard input")->required()->type_name("FILE");
+  app.add_option("PROBLEM", path, "Problem file: JSON, .npz or .mat; - reads standard input")
+      ->required()
+      ->type_name("FILE");
 }
 
 void AddRule(CLI::App& app, std::optional<v1::SolutionRule>& rule) {
@@ -36,11 +42,37 @@ void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputForma
     if (std::find(words.begin(), words.end(), text) == words.end()) return std::nullopt;
     if (text == "json") return OutputFormat::kJson;
     if (text == "name") return OutputFormat::kName;
+    if (text == "npy") return OutputFormat::kNpy;
+    if (text == "npz") return OutputFormat::kNpz;
+    if (text == "hdf5") return OutputFormat::kHdf5;
+    if (text == "mat") return OutputFormat::kMat;
     return text == "csv" ? OutputFormat::kCsv : OutputFormat::kTable;
   };
   AddWord<OutputFormat>(
       app, std::find(words.begin(), words.end(), "name") == words.end() ? "-f,--format" : "-o,-f,--format", words,
       parse, [&format](OutputFormat value) { format = value; }, help);
+}
+
+void AddFormatAndOutput(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format,
+                        const std::string& help, std::string& output, const char* what) {
+  AddFormat(app, words, format, help);
+  AddOutput(app, output, what);
+  app.callback([&app, &format, &output, words] {
+    const CLI::Option& given = *app.get_option("--format");
+    const auto named = FormatByEnding(output);
+    if (given.count() == 0 && named) {
+      format = named->format;
+      if (std::find(words.begin(), words.end(), named->word) == words.end()) {
+        throw CLI::ValidationError("--output", fmt::format("{} would be {}, which this command does not write; name "
+                                                           "another file, or one of {} with --format",
+                                                           output, named->word, fmt::join(words, ", ")));
+      }
+    }
+    if (IsOfArrays(format) && IsStandardOutput(output)) {
+      throw CLI::ValidationError(
+          "--format", fmt::format("{} is not text; name a file for it with --output", given.results().front()));
+    }
+  });
 }
 
 void AddHowToSolve(CLI::App& app, v1::SolveOptions& options, std::string& nodes_as_typed,

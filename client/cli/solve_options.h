@@ -30,6 +30,14 @@ void AddOutput(CLI::App& app, std::string& output, const char* what);
 void AddQuiet(CLI::App& app, bool& quiet, const char* what);
 // -f, --format, one of `words`; Also -o if one of them is "name": commands that list things write no files.
 void AddFormat(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format, const std::string& help);
+// The same, and --output. Without --format the ending of the file chooses, and must be that of one of `words`; formats
+// of arrays need a file. Takes the callback of `app`.
+void AddFormatAndOutput(CLI::App& app, const std::vector<std::string>& words, OutputFormat& format,
+                        const std::string& help, std::string& output, const char* what);
+// The formats of one trajectory, and their help.
+inline const std::vector<std::string> kTrajectoryFormats = {"table", "json", "csv", "npy", "npz", "hdf5", "mat"};
+inline constexpr const char* kTrajectoryHelp =
+    "What to print or write (by the ending of the file, .json .csv .npy .npz .h5 .hdf5 .mat, or table)";
 
 }  // namespace dlcs::client
 

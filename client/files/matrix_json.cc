@@ -13,7 +13,9 @@
 #include <utility>
 #include <vector>
 
+#include "client/files/array_file.h"
 #include "client/files/matrix_market.h"
+#include "proto/wire/matrix_shape.h"
 
 namespace dlcs::client {
 namespace {
@@ -26,7 +28,7 @@ constexpr std::int64_t kMostRows = std::numeric_limits<std::int32_t>::max();
 constexpr std::int64_t kMostEntries = std::int64_t{1} << 26;
 
 constexpr const char* kForms =
-    "must be a list of rows, or an object with entries, values, diagonals, kronecker_sum or matrix_market";
+    "must be a list of rows, or an object with entries, values, diagonals, kronecker_sum, matrix_market or file";
 
 // A whole number in [least, limit).
 std::optional<std::int32_t> ReadWhole(const json& value, std::int64_t least, std::int64_t limit,
@@ -197,14 +199,42 @@ std::optional<v1::SparseMatrix> ReadDiagonals(const json& object, const std::str
   return matrix;
 }
 
+// The file `name` in the folder of the file that is read.
+std::string Beside(const JsonReader& reader, const std::string& name) {
+  return (std::filesystem::path(reader.source()).parent_path() / name).string();
+}
+
 std::optional<v1::Matrix> ReadMarket(const json& object, const std::string& path, JsonReader& reader) {
   reader.RefuseUnknownKeys(object, {"matrix_market"}, path);
   const auto name = reader.ReadString(object["matrix_market"], path + ".matrix_market");
   if (!name) return std::nullopt;
-  const std::filesystem::path beside = std::filesystem::path(reader.source()).parent_path();
-  auto matrix = ReadMatrixMarket((beside / *name).string());
+  auto matrix = ReadMatrixMarket(Beside(reader, *name));
   if (matrix.ok()) return *std::move(matrix);
   reader.Refuse(path + ".matrix_market", fmt::format("cannot be read: {}", std::string(matrix.status().message())));
+  return std::nullopt;
+}
+
+std::optional<StoredArray> ReadStored(const json& object, const std::string& path, JsonReader& reader) {
+  reader.RefuseUnknownKeys(object, {"file", "variable"}, path);
+  const auto name = reader.ReadString(object["file"], path + ".file");
+  std::optional<std::string> variable;
+  if (object.contains("variable")) {
+    variable = reader.ReadString(object["variable"], path + ".variable");
+    if (!variable) return std::nullopt;
+  }
+  if (!name) return std::nullopt;
+  auto array = ReadStoredArray(Beside(reader, *name), variable);
+  if (array.ok()) return *std::move(array);
+  reader.Refuse(path + ".file", fmt::format("cannot be read: {}", std::string(array.status().message())));
+  return std::nullopt;
+}
+
+std::optional<v1::Matrix> ReadStoredMatrix(const json& object, const std::string& path, JsonReader& reader) {
+  auto array = ReadStored(object, path, reader);
+  if (!array) return std::nullopt;
+  if (array->dimensions == 2) return std::move(array->matrix);
+  reader.Refuse(path, fmt::format("is an array of {} dimension{}; must be a matrix, of two", array->dimensions,
+                                  array->dimensions == 1 ? "" : "s"));
   return std::nullopt;
 }
 
@@ -293,6 +323,7 @@ std::optional<v1::Matrix> ReadAnyMatrix(const json& value, const std::string& pa
     if (value.contains("diagonals")) return AsMatrix(ReadDiagonals(value, path, reader));
     if (value.contains("kronecker_sum")) return ReadSum(value, path, reader, may_have_formulas);
     if (value.contains("matrix_market")) return ReadMarket(value, path, reader);
+    if (value.contains("file")) return ReadStoredMatrix(value, path, reader);
   }
   const std::string scalar = value.is_number() ? fmt::format("; a 1 x 1 matrix is written [[{}]]", value.dump()) : "";
   reader.Refuse(path, fmt::format("is {}; {}{}", DescribeJson(value), kForms, scalar));
@@ -300,25 +331,38 @@ std::optional<v1::Matrix> ReadAnyMatrix(const json& value, const std::string& pa
 }
 
 std::optional<std::vector<double>> ReadAnyVector(const json& value, const std::string& path, JsonReader& reader) {
-  if (!value.is_object() || !value.contains("matrix_market")) return reader.ReadNumbers(value, path);
-  const auto matrix = ReadMarket(value, path, reader);
-  if (!matrix) return std::nullopt;
-  const int columns = matrix->has_dense() ? matrix->dense().columns() : matrix->sparse().columns();
-  if (columns != 1) {
-    reader.Refuse(path, fmt::format("is a matrix of {} columns; must be one column", columns));
+  if (value.is_object() && value.contains("matrix_market")) {
+    const auto matrix = ReadMarket(value, path, reader);
+    return matrix ? VectorFrom(*matrix, /*may_be_row=*/false, path, reader) : std::nullopt;
+  }
+  if (value.is_object() && value.contains("file")) {
+    const auto array = ReadStored(value, path, reader);
+    return array ? VectorFrom(array->matrix, /*may_be_row=*/true, path, reader) : std::nullopt;
+  }
+  return reader.ReadNumbers(value, path);
+}
+
+std::optional<std::vector<double>> VectorFrom(const v1::Matrix& matrix, bool may_be_row, const std::string& path,
+                                              JsonReader& reader) {
+  const auto [rows, columns] = ShapeOf(matrix);
+  const bool is_row = may_be_row && rows == 1;
+  if (columns != 1 && !is_row) {
+    reader.Refuse(
+        path, fmt::format("is a matrix of {} columns; must be one column{}", columns, may_be_row ? " or one row" : ""));
     return std::nullopt;
   }
-  if (matrix->has_dense()) {
-    return std::vector<double>(matrix->dense().values().begin(), matrix->dense().values().end());
+  if (matrix.has_dense()) {
+    return std::vector<double>(matrix.dense().values().begin(), matrix.dense().values().end());
   }
-  if (matrix->sparse().rows() > kMostEntries) {
-    reader.Refuse(path,
-                  fmt::format("has {} components; at most {} are possible", matrix->sparse().rows(), kMostEntries));
+  const std::int64_t size = rows * columns;
+  if (size > kMostEntries) {
+    reader.Refuse(path, fmt::format("has {} components; at most {} are possible", size, kMostEntries));
     return std::nullopt;
   }
-  std::vector<double> values(static_cast<std::size_t>(matrix->sparse().rows()), 0.0);
-  for (int k = 0; k < matrix->sparse().values_size(); ++k) {
-    values[static_cast<std::size_t>(matrix->sparse().row_indices(k))] = matrix->sparse().values(k);
+  const v1::SparseMatrix& sparse = matrix.sparse();
+  std::vector<double> values(static_cast<std::size_t>(size), 0.0);
+  for (int k = 0; k < sparse.values_size(); ++k) {
+    values[static_cast<std::size_t>(is_row ? sparse.column_indices(k) : sparse.row_indices(k))] = sparse.values(k);
   }
   return values;
 }

@@ -22,14 +22,21 @@ namespace dlcs::client {
 //                                                                       fills a diagonal
 //     {"kronecker_sum": [F1, F2]}                                       F1 ⊗ I + I ⊗ F2, each in a form above
 //     {"matrix_market": "A.mtx"}                                        a file, relative to the one that is read
+//     {"file": "system.mat", "variable": "A"}                           an array of an .npy, .npz or .mat file,
+//                                                                       relative likewise
 // `path` is the place for messages. If the value has none of these forms, an error is recorded and nothing returned.
 // If `may_have_formulas`, entries of rows and of "entries" may be formulas, as strings.
 std::optional<v1::Matrix> ReadAnyMatrix(const nlohmann::json& value, const std::string& path, JsonReader& reader,
                                         bool may_have_formulas = false);
 
-// A list of numbers, or {"matrix_market": "x0.mtx"} of one column.
+// A list of numbers, {"matrix_market": "x0.mtx"} of one column, or {"file": ...} of one column, one row, or a list.
 std::optional<std::vector<double>> ReadAnyVector(const nlohmann::json& value, const std::string& path,
                                                  JsonReader& reader);
+
+// The components of a dense or sparse matrix that has one column or, if it `may_be_row`, one row. If it has more, an
+// error is recorded and nothing returned.
+std::optional<std::vector<double>> VectorFrom(const v1::Matrix& matrix, bool may_be_row, const std::string& path,
+                                              JsonReader& reader);
 
 // The shortest of these forms that keeps the structure of a valid matrix.
 nlohmann::ordered_json MatrixJson(const v1::Matrix& matrix);

@@ -11,10 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "client/files/array_file.h"
 #include "client/files/json_keys.h"
 #include "client/files/json_reader.h"
 #include "client/files/json_text.h"
 #include "client/files/matrix_json.h"
+#include "client/files/problem_arrays.h"
 #include "client/files/time_function_json.h"
 #include "client/result/names.h"
 #include "proto/wire/matrix_shape.h"
@@ -201,6 +203,11 @@ bool IsNonlinear(const json& root, JsonReader& reader) {
 
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
                                          const AgreementCheck& agrees) {
+  if (IsArrayFile(text)) {
+    auto problem = ParseProblemArrays(text, source);
+    if (!problem.ok()) return problem.status();
+    return ProblemFile{.problem = *std::move(problem), .nonlinear = {}, .name = {}};
+  }
   const auto root =
       ParseObject(text, source, "the keys A, B, N, M, x0 and T, or \"kind\": \"nonlinear\" and f, g, x0 and T");
   if (!root.ok()) return root.status();

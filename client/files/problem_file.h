@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Problem files: one JSON object with the matrices and sources of a system, as problem.schema.json
-// and nonlinear.schema.json describe.
+// Problem files: one JSON object with the matrices and sources of a system, as problem.schema.json and
+// nonlinear.schema.json describe; or an .npz or .mat file, as problem_arrays.h describes.
 
 #ifndef DLCS_CLIENT_FILES_PROBLEM_FILE_H_
 #define DLCS_CLIENT_FILES_PROBLEM_FILE_H_
@@ -34,6 +34,8 @@ using AgreementCheck = std::function<bool(const v1::TimeFunction& one, const v1:
 // replaces both; f or g next to it is an error unless `agrees` says that they are equal. Only the format is checked
 // here: types, equal row lengths, known keys. Shapes and formulas are checked by the engine, so that the messages are
 // the same here and from a server.
+//
+// A text that is no JSON but begins as an .npz or .mat file does is read as one.
 //
 // `source` is the file's name for messages. Errors: InvalidArgument with one "source: place rule" per line.
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,

@@ -62,6 +62,7 @@ class ProblemSchemaTest(unittest.TestCase):
             {},
             {"x0": [1, 2]},
             {"x0": {"matrix_market": "x0.mtx"}},
+            {"x0": {"file": "x0.npy"}},
             {"f": ["t"], "T": 2, "label": "late"},
             {"pieces": [{"t0": 0, "g": [1]}]},
             {"g": {"matrix": [[1]], "of": ["t"]}, "break_points": [0.5]},
@@ -83,6 +84,7 @@ class ProblemSchemaTest(unittest.TestCase):
             {"rows": 1, "columns": 1, "entries": [[0, 0, 2.5]]},
             {"rows": 1, "diagonals": {"0": 1}},
             {"matrix_market": "a.mtx"},
+            {"file": "a.npz", "variable": "M"},
             {"kronecker_sum": [[[1]], [[2]]]},
         ):
             with self.subTest(matrix=matrix):
@@ -160,7 +162,9 @@ class ProblemSchemaTest(unittest.TestCase):
         lists = {"rows": 1, "columns": 1, "row_indices": [0], "column_indices": [0], "values": [2.5]}
         diagonals = {"rows": 3, "diagonals": {"0": 4, "1": [-1, -1], "-1": -1}}
         market = {"matrix_market": "a.mtx"}
-        for matrix in ([[1]], entries, lists, diagonals, market, {"kronecker_sum": [[[1]], diagonals, market]}):
+        stored = {"file": "a.mat", "variable": "A"}
+        self.assertTrue(passes({**EXAMPLE, "x0": stored}))
+        for matrix in ([[1]], entries, lists, diagonals, market, stored, {"kronecker_sum": [[[1]], diagonals, stored]}):
             with self.subTest(matrix=matrix):
                 self.assertTrue(passes({**EXAMPLE, "A": matrix, "x0": market}))
                 self.assertTrue(passes({**EXAMPLE, "f": {"matrix": matrix, "of": ["t"]}}))
@@ -180,6 +184,10 @@ class ProblemSchemaTest(unittest.TestCase):
             {"kronecker_sum": []},
             {"kronecker_sum": [{"kronecker_sum": [[[1]]]}]},
             {"matrix_market": 1},
+            {"file": 1},
+            {"variable": "A"},
+            {"file": "a.mat", "variable": 1},
+            {"file": "a.mat", "matrix_market": "a.mtx"},
         ):
             with self.subTest(matrix=matrix):
                 self.assertFalse(passes({**EXAMPLE, "A": matrix}))

@@ -17,7 +17,8 @@ namespace dlcs::client {
 // The default server of commands that cannot run in this process.
 inline constexpr const char* kDefaultServer = "localhost:50051";
 
-enum class OutputFormat { kTable, kJson, kCsv, kName };
+// From kNpy on for trajectories alone, in a file.
+enum class OutputFormat { kTable, kJson, kCsv, kName, kNpy, kNpz, kHdf5, kMat };
 
 struct SolveCommand {
   std::string problem_path;              // "-" is standard input

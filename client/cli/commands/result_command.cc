@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/cli/commands/array_output.h"
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/interrupt.h"
 #include "client/cli/commands/job_commands.h"
@@ -188,12 +189,18 @@ ExitCode Run(const ResultCommand& command) {
   result.summary = job->summary();
   absl::Status read = ReadAnalysis((*client)->jobs(), *name, limits, result.analysis);
   result.names = NamesIn(result.analysis);
+  result.states = static_cast<std::size_t>(result.analysis.states());
+  result.constraints = static_cast<std::size_t>(result.analysis.constraints());
   if (read.ok()) read = ReadPages((*client)->jobs(), *name, command, limits, out, result);
   if (!read.ok()) return PrintError(read, ExitCodeOf(read));
   if (command.format == OutputFormat::kJson) PrintJson(TitleOf(*job), result, out);
   if (command.format == OutputFormat::kTable) {
     if (command.at.empty()) Thin(result);
     PrintPage(TitleOf(*job), result, out);
+  }
+  if (*output && IsOfArrays(command.format)) {
+    const absl::Status status = WriteArrays(command.format, TitleOf(*job), result, out);
+    if (!status.ok()) return PrintError(WithFile(status, (*output)->path()), kServiceFailed);
   }
   const absl::Status written = *output ? (*output)->Commit() : FlushStream(stdout, "standard output");
   if (!written.ok()) return PrintError(written, kServiceFailed);

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "client/cli/commands/array_output.h"
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
@@ -63,7 +64,7 @@ void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequ
 
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
 
-void Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
+absl::Status Print(const SolveCommand& command, const std::string& name, const SolveResult& result, std::FILE* out) {
   switch (command.format) {
     case OutputFormat::kTable:
       PrintPage(name, result, out);
@@ -78,7 +79,13 @@ void Print(const SolveCommand& command, const std::string& name, const SolveResu
       break;  // was written as it came
     case OutputFormat::kName:
       break;  // of jobs alone
+    case OutputFormat::kNpy:
+    case OutputFormat::kNpz:
+    case OutputFormat::kHdf5:
+    case OutputFormat::kMat:
+      return WriteArrays(command.format, name, result, out);
   }
+  return absl::OkStatus();
 }
 
 // An option that may help. It is printed after the message of the engine, which does not know the options.
@@ -113,10 +120,12 @@ void PrintVerdict(const SolveCommand& command, const v1::Summary& summary) {
 absl::Status Deliver(const SolveCommand& command, const std::string& name, const SolveResult& result,
                      AtomicFile* file) {
   if (file == nullptr) {
-    Print(command, name, result, stdout);
-    return FlushStream(stdout, "standard output");
+    const absl::Status printed = Print(command, name, result, stdout);
+    return printed.ok() ? FlushStream(stdout, "standard output") : printed;
   }
-  Print(command, name, result, file->stream());
+  if (absl::Status printed = Print(command, name, result, file->stream()); !printed.ok()) {
+    return WithFile(printed, file->path());
+  }
   const bool whole = !IsStopped(result.summary.termination());
   const absl::Status committed = whole ? file->Commit() : file->CommitPartial();
   if (!committed.ok()) return committed;

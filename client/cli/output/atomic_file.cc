@@ -5,10 +5,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -73,7 +75,8 @@ bool IsStandardOutput(const std::string& path) { return path.empty() || path == 
 absl::StatusOr<std::unique_ptr<AtomicFile>> OpenOutput(const std::string& path,
                                                        std::initializer_list<std::string> inputs) {
   if (IsStandardOutput(path)) return nullptr;
-  if (path == "table" || path == "json" || path == "csv") {
+  const std::initializer_list<std::string_view> formats = {"table", "json", "csv", "npy", "npz", "hdf5", "mat"};
+  if (std::find(formats.begin(), formats.end(), path) != formats.end()) {
     return absl::InvalidArgumentError(
         fmt::format("--output {}: would be a file of that name; did you mean --format {}? Write ./{} for the file",
                     path, path, path));

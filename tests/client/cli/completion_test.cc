@@ -70,7 +70,9 @@ TEST_P(CompletionTest, KnowsCommandsOptionsAndTheirWords) {
   EXPECT_THAT(Completions("dlcs "), IsSupersetOf({"solve", "plot", "watch", "completion"}));
   EXPECT_THAT(Completions("dlcs solve --tol"), ElementsAre("--tolerance"));
   EXPECT_THAT(Completions("dlcs solve --"), AllOf(Contains("--format"), Each(StartsWith("--"))));
-  EXPECT_THAT(Completions("dlcs solve --format "), UnorderedElementsAre("table", "json", "csv"));
+  EXPECT_THAT(Completions("dlcs solve --format "),
+              UnorderedElementsAre("table", "json", "csv", "npy", "npz", "hdf5", "mat"));
+  EXPECT_THAT(Completions("dlcs ensemble --format "), UnorderedElementsAre("table", "json", "csv"));
   EXPECT_THAT(Completions("dlcs solve --method ev"), ElementsAre("event-driven"));
   EXPECT_THAT(Completions("dlcs model sig"), ElementsAre("signorini"));
   EXPECT_THAT(Completions("dlcs context "), IsSupersetOf({"set", "use", "list", "delete"}));

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -63,6 +65,17 @@ TEST_F(JobCommandsTest, AJobPrintsWhatASolvePrints) {
   const ProgramOutcome there = Dlcs("result " + job + " --format csv");
   EXPECT_EQ(there.code, 0) << there.err;
   EXPECT_EQ(there.out, here.out);
+  SolveText(kEasyProblem, "--steps 500 --quiet --output " + folder_.File("here.npy"));
+  EXPECT_EQ(Dlcs("result " + job + " --output " + folder_.File("there.npy")).code, 0);
+  const auto bytes = [this](const char* name) {
+    std::ifstream stream(folder_.File(name), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  EXPECT_THAT(bytes("here.npy"), HasSubstr("NUMPY"));
+  EXPECT_EQ(bytes("here.npy"), bytes("there.npy"));
+  for (const std::string format : {"npz", "hdf5", "mat"}) {
+    EXPECT_EQ(Dlcs("result " + job + " --format " + format + " --output " + folder_.File("r." + format)).code, 0);
+  }
   const ProgramOutcome table = Dlcs("result " + job);
   EXPECT_EQ(table.code, 0);
   EXPECT_THAT(table.out, HasSubstr("estimated error"));

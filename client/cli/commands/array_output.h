@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The formats in which programs for mathematics keep arrays, and which the ending of a file names.
+
+#ifndef DLCS_CLIENT_CLI_COMMANDS_ARRAY_OUTPUT_H_
+#define DLCS_CLIENT_CLI_COMMANDS_ARRAY_OUTPUT_H_
+
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "client/cli/commands/commands.h"
+#include "client/result/solve_result.h"
+
+namespace dlcs::client {
+
+// Whether it is one of .npy, .npz, HDF5 and .mat.
+bool IsOfArrays(OutputFormat format);
+
+// The format that the ending of `path` names: .csv, .json, .npy, .npz, .h5, .hdf5, .mat, in small or large letters.
+struct NamedFormat {
+  const char* word;  // of --format
+  OutputFormat format;
+};
+std::optional<NamedFormat> FormatByEnding(const std::string& path);
+
+// Writes `result` to `out`, an empty file, in a `format` of arrays. Errors: as in client/cli/output/result_arrays.h.
+absl::Status WriteArrays(OutputFormat format, const std::string& title, const SolveResult& result, std::FILE* out);
+
+// `error` about the file at `path`: "cannot write FILE: ...".
+absl::Status WithFile(const absl::Status& error, const std::string& path);
+
+}  // namespace dlcs::client
+
+#endif  // DLCS_CLIENT_CLI_COMMANDS_ARRAY_OUTPUT_H_

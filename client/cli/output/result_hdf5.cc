@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// HDF5 files. (https://docs.hdfgroup.org/hdf5/v1_10)
+#include <fmt/format.h>
+#include <hdf5.h>
+
+#include <algorithm>
+#include <array>
+
+#include "client/cli/output/result_arrays.h"
+
+namespace dlcs::client {
+namespace {
+
+// An object of HDF5, closed with its last use. Negative where it could not be made.
+class Hdf5Object {
+ public:
+  Hdf5Object(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Hdf5Object() {
+    if (id_ >= 0) close_(id_);
+  }
+  Hdf5Object(const Hdf5Object&) = delete;
+  Hdf5Object& operator=(const Hdf5Object&) = delete;
+
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+bool WriteDataset(hid_t file, const char* name, hid_t stored_type, hid_t type, const Hdf5Object& space,
+                  const void* data, bool empty) {
+  const Hdf5Object creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(creation, false);  // the same result is the same file
+  const Hdf5Object dataset(H5Dcreate2(file, name, stored_type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+  return dataset >= 0 && (empty || H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+}
+
+bool WriteHdf5Array(hid_t file, const ResultArray& array) {
+  const std::array<hsize_t, 2> shape = {array.rows, array.columns};
+  const Hdf5Object space(H5Screate_simple(array.is_list ? 1 : 2, shape.data(), nullptr), H5Sclose);
+  return WriteDataset(file, array.name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, space, array.values.data(),
+                      array.values.empty());
+}
+
+// Texts of one length, padded with zeros.
+bool WriteNames(hid_t file, const char* name, const std::vector<std::string>& names) {
+  std::size_t longest = 1;
+  for (const std::string& one : names) longest = std::max(longest, one.size());
+  std::string padded;
+  for (const std::string& one : names) {
+    padded += one;
+    padded.append(longest - one.size(), '\0');
+  }
+  const Hdf5Object type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, longest);
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  const hsize_t count = names.size();
+  const Hdf5Object space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  return WriteDataset(file, name, type, type, space, padded.data(), names.empty());
+}
+
+// Of variable length: the text itself may be longer than an attribute, which has at most 64 kB.
+bool WriteAttribute(hid_t file, const char* name, const std::string& text) {
+  const Hdf5Object type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  const Hdf5Object space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Hdf5Object attribute(H5Acreate2(file, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const char* const data = text.c_str();
+  return attribute >= 0 && H5Awrite(attribute, type, &data) >= 0;
+}
+
+// The content of the file, built in memory: a disk that is full, or one that cannot lock files, is then met where all
+// formats meet it.
+absl::Status WriteImage(hid_t file, std::FILE* out) {
+  if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) return absl::InternalError("cannot make an HDF5 file");
+  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
+  if (size < 0) return absl::InternalError("cannot make an HDF5 file");
+  std::string image(static_cast<std::size_t>(size), '\0');
+  if (H5Fget_file_image(file, image.data(), image.size()) != size) {
+    return absl::InternalError("cannot make an HDF5 file");
+  }
+  std::fwrite(image.data(), 1, image.size(), out);
+  return absl::OkStatus();  // whoever flushes `out` sees what was lost
+}
+
+}  // namespace
+
+absl::Status WriteHdf5(const std::string& title, const SolveResult& result, std::FILE* out) {
+  const ResultArrays all = ArraysOf(title, result);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // or it prints its errors
+  const Hdf5Object access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  constexpr std::size_t kGrowth = std::size_t{1} << 20;
+  H5Pset_fapl_core(access, kGrowth, /*backing_store=*/0);
+  const Hdf5Object file(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
+  bool written = file >= 0;
+  for (const ResultArray& array : all.arrays) written = written && WriteHdf5Array(file, array);
+  written = written && WriteNames(file, "state_names", all.state_names) &&
+            WriteNames(file, "pair_names", all.pair_names) && WriteAttribute(file, "summary", all.summary);
+  if (!written) return absl::InternalError("cannot make an HDF5 file");
+  return WriteImage(file, out);
+}
+
+}  // namespace dlcs::client
