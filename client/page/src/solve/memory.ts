@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page remembers of a solve beyond a reload: its events so far, for this tab, and the grid of a problem that was
+// submitted here, which the server does not tell.
+
+import {SolveModel} from './model';
+
+const modelKey = (job: string) => `dlcs-solve ${job}`;
+const gridKey = (job: string) => `dlcs-grid ${job}`;
+
+export function saveModel(job: string, model: SolveModel): void {
+  try {
+    for (const key of Object.keys(sessionStorage)) {
+      if (key.startsWith('dlcs-solve ') && key !== modelKey(job)) sessionStorage.removeItem(key);
+    }
+    sessionStorage.setItem(modelKey(job), model.save());
+  } catch {
+    // It does not fit. Then the events come from the server again.
+    sessionStorage.removeItem(modelKey(job));
+  }
+}
+
+export function restoreModel(job: string): SolveModel {
+  try {
+    const saved = sessionStorage.getItem(modelKey(job));
+    if (saved !== null) return SolveModel.restore(saved);
+  } catch {
+    sessionStorage.removeItem(modelKey(job));
+  }
+  return new SolveModel();
+}
+
+export function forgetModel(job: string): void {
+  sessionStorage.removeItem(modelKey(job));
+}
+
+export function rememberGrid(job: string, grid: number[]): void {
+  if (grid.length === 0) return;
+  try {
+    localStorage.setItem(gridKey(job), JSON.stringify(grid));
+  } catch {
+    // Only a convenience.
+  }
+}
+
+export function gridOf(job: string): number[] {
+  try {
+    return JSON.parse(localStorage.getItem(gridKey(job)) ?? '[]') as number[];
+  } catch {
+    return [];
+  }
+}

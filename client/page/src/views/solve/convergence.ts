@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// The change of each iteration on a logarithmic axis, with the bound that theory gives before the solve.
+
+import {Method} from '../../../generated/dlcs/v1/solver_pb';
+import {h, setText, show} from '../../dom';
+import {count, size} from '../../format';
+import {LinePlot} from '../../plots/line';
+import {lineColor, plotColors} from '../../plots/theme';
+import type {SolveData} from '../../solve/data';
+import {type Panel, section} from './panel';
+
+const mostMarks = 80;
+// The a priori bound is astronomically large for the first iterations of long windows; beyond this it is cut off.
+const farAbove = 6;
+
+export class ConvergencePanel implements Panel {
+  readonly element: HTMLElement;
+  private readonly now = h('p', {class: 'now'});
+  private readonly lastOnly = h('input', {type: 'checkbox', id: 'last-window'});
+  private readonly plot: LinePlot;
+  private marks: number[] = [];
+  private drawn = -1;
+  private last: SolveData | null = null;
+
+  constructor() {
+    this.plot = new LinePlot({
+      name: 'Change of each iteration, its theoretical bound and the residual, on a logarithmic axis',
+      xLabel: 'iteration', height: 260, log: true,
+      behind: (plot) => {
+        const {ctx, bbox} = plot;
+        ctx.save();
+        ctx.strokeStyle = plotColors().marker;
+        ctx.globalAlpha = 0.5;
+        ctx.setLineDash([3, 3]);
+        for (const mark of this.marks) {
+          const x = Math.round(plot.valToPos(mark - 0.5, 'x', true));
+          if (x < bbox.left || x > bbox.left + bbox.width) continue;
+          ctx.beginPath();
+          ctx.moveTo(x, bbox.top);
+          ctx.lineTo(x, bbox.top + bbox.height);
+          ctx.stroke();
+        }
+        ctx.restore();
+      },
+    });
+    this.lastOnly.addEventListener('change', () => {
+      this.drawn = -1;
+      this.plot.range.set(null);
+      if (this.last !== null) this.update(this.last);
+    });
+    this.element = section('Convergence', this.now, this.plot.element,
+        h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'));
+  }
+
+  destroy(): void {
+    this.plot.destroy();
+  }
+
+  update(data: SolveData): void {
+    this.last = data;
+    const {model} = data;
+    const {iterates, lastIterate} = model;
+    const length = iterates.change.length;
+    const method = model.summary?.method ?? model.analysis?.method;
+    const mayIterate = method === undefined || method === Method.LAPLACE_ITERATION || method === Method.WU_CHEN_ITERATION;
+    show(this.element, length > 0 || (mayIterate && !model.ended));
+    if (length === this.drawn) return;
+    this.drawn = length;
+    show(this.plot.element, length > 0);
+    if (length === 0 || lastIterate === null) {
+      setText(this.now, 'No iteration has ended yet.');
+      return;
+    }
+    const bound = iterates.bound[length - 1];
+    setText(this.now, `Window ${lastIterate.window + 1}, iteration ${lastIterate.iteration}: ` +
+        `change ${size(iterates.change[length - 1])}` +
+        `${bound === null ? '' : `, at most 10^${bound.toFixed(1)} by theory`}, ` +
+        `LCP residual ${size(iterates.residual[length - 1])}. ${count(length, 'iteration')} in all` +
+        `${model.missed > 0 ? `; ${count(model.missed, 'event')} could not be shown` : ''}.`);
+    this.draw(data);
+  }
+
+  private draw({model: {iterates}}: SolveData): void {
+    const length = iterates.change.length;
+    const from = this.lastOnly.checked ? iterates.window.indexOf(iterates.window[length - 1]) : 0;
+    const numbers = Array.from({length: length - from}, (_, k) => k + 1);
+    const window = iterates.window.slice(from);
+    this.marks = numbers.filter((_, k) => k > 0 && window[k] !== window[k - 1]);
+    if (this.marks.length > mostMarks) this.marks = [];
+    const change = iterates.change.slice(from);
+    const positive = (values: number[]) => values.map((value) => value > 0 ? value : null);
+    const top = Math.log10(Math.max(...sample(change), 1e-300)) + farAbove;
+    const bounds = iterates.bound.slice(from).map((log) => log === null || log > top || log < -300 ? null : 10 ** log);
+    this.plot.set(numbers, [
+      {label: 'change', color: () => lineColor(0), values: positive(change), width: 2},
+      {label: 'bound by theory', color: () => lineColor(1), values: bounds, dash: [8, 5]},
+      {label: 'LCP residual', color: () => lineColor(2), values: positive(iterates.residual.slice(from)), dash: [2, 4]},
+    ]);
+  }
+}
+
+// Enough of the values for their size; Math.max takes no arbitrarily long lists.
+function sample(values: number[]): number[] {
+  const step = Math.ceil(values.length / 5000);
+  return values.filter((_, i) => i % step === 0);
+}
