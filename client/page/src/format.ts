@@ -19,10 +19,10 @@ export function general(value: number, digits = 6): string {
   return `${Number(mantissa)}e${power}`;
 }
 
-/** Two digits, as in 6.1e-11, for errors and residuals. */
+/** Two digits, as in 6.1e-11 or 0.25, for errors and residuals. */
 export function size(value: number): string {
   if (!Number.isFinite(value)) return general(value);
-  if (value === 0) return '0';
+  if (value === 0 || (Math.abs(value) >= 0.1 && Math.abs(value) < 1000)) return general(value, 2);
   return value.toExponential(1).replace('e+', 'e');
 }
 

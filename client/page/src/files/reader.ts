@@ -56,7 +56,7 @@ export class Reader {
         const column = typeof row === 'number' ? '; a column is written [[1], [2]]' : '';
         this.refuse(place, `is ${describe(row)}; every row is a list${column}`);
       } else if (row.length !== columns) {
-        this.refuse(place, `has ${row.length} values, and the first row ${columns}; all rows must have equal lengths`);
+        this.refuse(place, `is of length ${row.length}, and the first row of ${columns}; all rows must be of one length`);
       } else {
         row.forEach((entry, j) => this.entry(entry, [...place, j], mayHaveFormulas, matrix));
       }

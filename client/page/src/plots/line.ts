@@ -21,7 +21,10 @@ export interface LineOptions {
   name: string;
   xLabel: string;
   height: number;
-  log?: boolean;
+  /** A logarithmic axis, and the part of it that is shown. */
+  log?: () => [number, number];
+  /** The horizontal axis counts. */
+  whole?: boolean;
   /** Draws behind the lines. */
   behind?: (plot: uPlot) => void;
   /** For several plots that are moved together. */
@@ -137,12 +140,15 @@ export class LinePlot {
       cursor: {drag: {x: false, y: false}, points: {size: 6}},
       scales: {
         x: {time: false, auto: false},
-        y: this.options.log ? {distr: 3, range: (_, least, most) => logRange(least, most)} : {},
+        y: this.options.log ? {distr: 3, range: this.options.log} : {},
       },
       axes: [
         {...axis, label: this.options.xLabel, labelSize: 18, labelFont: font, size: 34,
+         incrs: this.options.whole ? wholeSteps : undefined,
          values: (_, splits) => splits.map((value) => general(value, 8))},
         {...axis, size: leftAxis,
+         splits: this.options.log ? (_, __, least, most) => decades(least, most) : undefined,
+         filter: this.options.log ? (_, splits) => splits : undefined,
          values: (_, splits) => splits.map((value) => value === null ? '' : general(value, 4))},
       ],
       series: [
@@ -231,10 +237,13 @@ export class LinePlot {
   }
 }
 
-// Whole decades around the values.
-function logRange(least: number | null, most: number | null): [number, number] {
-  if (!least || !most) return [1e-12, 1];
-  const low = Math.floor(Math.log10(least));
-  const high = Math.ceil(Math.log10(most));
-  return [10 ** low, 10 ** Math.max(high, low + 1)];
+const wholeSteps = [1, 2, 5].flatMap((digit) => [0, 1, 2, 3, 4, 5, 6].map((power) => digit * 10 ** power))
+    .sort((a, b) => a - b);
+
+// Powers of ten, not more than there is room for.
+function decades(least: number, most: number): number[] {
+  const low = Math.ceil(Math.log10(least) - 1e-9);
+  const high = Math.floor(Math.log10(most) + 1e-9);
+  const step = Math.max(1, Math.ceil((high - low) / 8));
+  return Array.from({length: Math.floor((high - low) / step) + 1}, (_, i) => 10 ** (low + i * step));
 }

@@ -2,7 +2,7 @@
 // The services of the server that this page came from.
 
 import {Code, ConnectError, createClient, type Interceptor} from '@connectrpc/connect';
-import {createConnectTransport} from '@connectrpc/connect-web';
+import {createGrpcWebTransport} from '@connectrpc/connect-web';
 import {JobService} from '../../generated/dlcs/v1/jobs_pb';
 import {type GetCapabilitiesResponse, SolverService} from '../../generated/dlcs/v1/solver_pb';
 import {askForToken, token} from './session';
@@ -23,7 +23,9 @@ const withToken: Interceptor = (next) => async (request) => {
   }
 };
 
-const transport = createConnectTransport({
+// gRPC-Web rather than Connect: a refused call has HTTP status 200 there, so that browsers do not report it as an error of
+// the page in their console.
+const transport = createGrpcWebTransport({
   baseUrl: location.origin,
   useBinaryFormat: true,
   interceptors: [withToken],

@@ -110,7 +110,7 @@ export class SubmitView implements View {
     show(this.storeless, this.capabilities.jobs === undefined);
     show(this.check, this.capabilities.jobs !== undefined);
     const select = this.fields.method.input;
-    replace(select, h('option', {value: 0}, 'auto'), this.capabilities.methods.map(
+    replace(select, this.capabilities.methods.map(
         ({method, name, description}) => h('option', {value: method, title: description}, name)));
   }
 

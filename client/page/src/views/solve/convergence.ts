@@ -10,22 +10,26 @@ import type {SolveData} from '../../solve/data';
 import {type Panel, section} from './panel';
 
 const mostMarks = 80;
-// The a priori bound is astronomically large for the first iterations of long windows; beyond this it is cut off.
-const farAbove = 6;
+// On long windows the bound grows astronomically before it falls. Beyond so many decades above the changes it leaves the
+// plot at the top, unless all of it is wanted.
+const farAbove = 3;
 
 export class ConvergencePanel implements Panel {
   readonly element: HTMLElement;
   private readonly now = h('p', {class: 'now'});
   private readonly lastOnly = h('input', {type: 'checkbox', id: 'last-window'});
+  private readonly wholeBound = h('input', {type: 'checkbox', id: 'whole-bound'});
   private readonly plot: LinePlot;
   private marks: number[] = [];
+  private decades: [number, number] = [-12, 0];
   private drawn = -1;
   private last: SolveData | null = null;
 
   constructor() {
     this.plot = new LinePlot({
       name: 'Change of each iteration, its theoretical bound and the residual, on a logarithmic axis',
-      xLabel: 'iteration', height: 260, log: true,
+      xLabel: 'iteration', height: 280, whole: true,
+      log: () => [10 ** this.decades[0], 10 ** this.decades[1]],
       behind: (plot) => {
         const {ctx, bbox} = plot;
         ctx.save();
@@ -43,13 +47,17 @@ export class ConvergencePanel implements Panel {
         ctx.restore();
       },
     });
-    this.lastOnly.addEventListener('change', () => {
-      this.drawn = -1;
-      this.plot.range.set(null);
-      if (this.last !== null) this.update(this.last);
-    });
+    for (const box of [this.lastOnly, this.wholeBound]) {
+      box.addEventListener('change', () => {
+        this.drawn = -1;
+        this.plot.range.set(null);
+        if (this.last !== null) this.update(this.last);
+      });
+    }
     this.element = section('Convergence', this.now, this.plot.element,
-        h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'));
+        h('div', {class: 'tools'},
+          h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'),
+          h('label', {class: 'check', for: 'whole-bound'}, this.wholeBound, 'All of the bound')));
   }
 
   destroy(): void {
@@ -88,19 +96,35 @@ export class ConvergencePanel implements Panel {
     this.marks = numbers.filter((_, k) => k > 0 && window[k] !== window[k - 1]);
     if (this.marks.length > mostMarks) this.marks = [];
     const change = iterates.change.slice(from);
+    const residual = iterates.residual.slice(from);
+    const bound = iterates.bound.slice(from).map((log) => log === null || Math.abs(log) > 300 ? null : log);
+    this.decades = this.range(change, residual, bound);
     const positive = (values: number[]) => values.map((value) => value > 0 ? value : null);
-    const top = Math.log10(Math.max(...sample(change), 1e-300)) + farAbove;
-    const bounds = iterates.bound.slice(from).map((log) => log === null || log > top || log < -300 ? null : 10 ** log);
     this.plot.set(numbers, [
       {label: 'change', color: () => lineColor(0), values: positive(change), width: 2},
-      {label: 'bound by theory', color: () => lineColor(1), values: bounds, dash: [8, 5]},
-      {label: 'LCP residual', color: () => lineColor(2), values: positive(iterates.residual.slice(from)), dash: [2, 4]},
+      {label: 'bound by theory', color: () => lineColor(1), dash: [8, 5],
+       values: bound.map((log) => log === null ? null : 10 ** log)},
+      {label: 'LCP residual', color: () => lineColor(2), values: positive(residual), dash: [2, 4]},
     ]);
   }
-}
 
-// Enough of the values for their size; Math.max takes no arbitrarily long lists.
-function sample(values: number[]): number[] {
-  const step = Math.ceil(values.length / 5000);
-  return values.filter((_, i) => i % step === 0);
+  // The decades to show.
+  private range(change: number[], residual: number[], bound: (number | null)[]): [number, number] {
+    let low = Infinity;
+    let high = -Infinity;
+    for (const value of [...change, ...residual]) {
+      if (!(value > 0) || !Number.isFinite(value)) continue;
+      low = Math.min(low, Math.log10(value));
+      high = Math.max(high, Math.log10(value));
+    }
+    if (low > high) [low, high] = [-12, 0];
+    const most = this.wholeBound.checked ? 300 : high + farAbove;
+    const least = this.wholeBound.checked ? -300 : low - farAbove;
+    for (const log of bound) {
+      if (log === null) continue;
+      low = Math.min(low, Math.max(log, least));
+      high = Math.max(high, Math.min(log, most));
+    }
+    return [Math.floor(low), Math.max(Math.ceil(high), Math.floor(low) + 1)];
+  }
 }

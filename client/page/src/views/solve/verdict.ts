@@ -17,8 +17,10 @@ export class VerdictPanel implements Panel {
     this.drawn = summary;
     const {verdict, termination, message, method, reason} = summary;
     const stopped = termination === Termination.CANCELLED || termination === Termination.DEADLINE;
-    const solved = verdict?.kind === VerdictKind.SOLVED && verdict.success;
-    this.element.dataset.kind = solved ? 'good' : verdict?.success || stopped ? 'fair' : 'bad';
+    const kind = verdict?.success
+      ? verdict.concerns.length > 0 ? 'fair' : verdict.kind === VerdictKind.SOLVED ? 'good' : 'plain'
+      : stopped ? 'fair' : 'bad';
+    this.element.dataset.kind = kind;
     const refused = termination === Termination.UNSUPPORTED && summary.cost?.lcps === 0n;
     const warnings = [...verdict?.concerns ?? [], ...summary.warnings];
     replace(this.element,

@@ -24,7 +24,7 @@ export class WindowsPanel implements Panel {
     // Other methods report their progress as windows without iterations.
     const iterated = iterates.change.length > 0;
     show(this.element, iterated && windows.length > 0);
-    const state = `${windows.length} ${iterates.change.length} ${retries}`;
+    const state = `${windows.length} ${windows.at(-1)?.result} ${iterates.change.length} ${retries}`;
     const now = performance.now();
     if (!iterated || state === this.drawn || (!ended && now - this.drawnAt < drawEvery)) return;
     this.drawn = state;
