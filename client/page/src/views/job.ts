@@ -11,7 +11,7 @@ import {jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
 import {save, writers} from '../solve/download';
-import {forgetModel, gridOf, restoreModel, saveModel} from '../solve/memory';
+import {created, forgetModel, gridOf, restoreModel, saveModel} from '../solve/memory';
 import {all, GrowingTrajectory, mostComponents, readWhole, strideFor} from '../solve/reading';
 import type {Trajectory} from '../solve/trajectory';
 import {JobWatch} from '../solve/watch';
@@ -22,8 +22,8 @@ import {Panels} from './solve/panels';
 const pollEvery = 1_000;
 const readEvery = 700;
 const saveEvery = 3_000;
-// Up to so many pairs every iterate comes with all of them.
-const allPairs = 64;
+// So many pairs come with the iterates until others are chosen. The server holds fewer events the larger they are.
+const firstPairs = 4;
 
 export class JobView implements View {
   readonly title = 'Solve';
@@ -32,7 +32,7 @@ export class JobView implements View {
   private readonly model;
   private readonly head: Head;
   private readonly panels: Panels;
-  private readonly watch: JobWatch | null;
+  private watch: JobWatch | null = null;
   private readonly grid: number[];
   private readonly timers: ReturnType<typeof setInterval>[] = [];
   private job: SolveJob | null = null;
@@ -51,7 +51,8 @@ export class JobView implements View {
     this.element = h('div', {}, h('p', {}, h('a', {href: '#/jobs'}, 'All solves')), this.head.element,
                      this.panels.element);
     this.head.update({title: 'Loading …', state: '', part: 0, text: '', ended: false, canDownload: false});
-    this.watch = this.model.ended ? null : this.startWatch();
+    const job = created.get(name);
+    if (job !== undefined) this.onJob(job);
     this.timers.push(setInterval(() => this.readOn(), readEvery), setInterval(this.save, saveEvery));
     addEventListener('pagehide', this.save, {signal: this.ended.signal});
     pollWhileVisible(pollEvery, this.ended.signal, () => this.poll());
@@ -87,7 +88,11 @@ export class JobView implements View {
   }
 
   private startWatch(): JobWatch {
-    return new JobWatch(this.name, () => this.data.pairs <= allPairs ? [] : this.panels.chosen.pairs, {
+    const pairs = () => {
+      const {chosen} = this.panels;
+      return chosen.pairs.length > 0 ? chosen.pairs : all(Math.min(firstPairs, this.data.pairs));
+    };
+    return new JobWatch(this.name, pairs, {
       lastSequence: () => this.model.lastSequence,
       onEvent: (event) => {
         this.model.onEvent(event);
@@ -120,18 +125,15 @@ export class JobView implements View {
   private onJob(job: SolveJob): void {
     this.job = job;
     document.title = `${this.jobTitle} – dlcs`;
+    if (!this.model.ended) this.watch ??= this.startWatch();
     if (hasEnded(job.state)) {
       // Its error is told where nothing was solved; otherwise the summary says how it ended.
       if (job.error !== undefined && job.summary === undefined) this.head.tell(`It failed: ${job.error.message}`);
-      if (job.summary !== undefined || !this.watchGoesOn) this.model.finish(job.summary);
+      if (job.summary !== undefined || this.watch === null) this.model.finish(job.summary);
     }
     this.updateHead(job);
     this.readOn();
     this.panels.refresh();
-  }
-
-  private get watchGoesOn(): boolean {
-    return this.watch !== null && !this.model.ended;
   }
 
   private updateHead(job: SolveJob): void {
@@ -186,7 +188,7 @@ export class JobView implements View {
       this.reader = null;
       this.readOn();
     }
-    if (this.data.pairs > allPairs && pairs.join() !== this.chosen) this.watch?.restart();
+    if (!this.model.ended && pairs.join() !== this.chosen) this.watch?.restart();
     this.chosen = pairs.join();
     this.panels.refresh();
   }

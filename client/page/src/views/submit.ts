@@ -14,7 +14,7 @@ import type {FieldError} from '../files/schema';
 import {bytes, duration} from '../format';
 import {getCapabilities, jobs, soon} from '../rpc/clients';
 import {errorText, mayPass, violationsOf} from '../rpc/errors';
-import {rememberGrid} from '../solve/memory';
+import {created, rememberGrid} from '../solve/memory';
 import {streamed, StreamedSolve} from '../solve/stream';
 import {Editor} from './editor';
 import type {View} from './page';
@@ -177,6 +177,7 @@ export class SubmitView implements View {
               `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`);
         } else {
           rememberGrid(job.name, file.grid);
+          created.set(job.name, job);
           location.hash = `#/${job.name}`;
         }
         return;

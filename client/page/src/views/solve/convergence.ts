@@ -71,12 +71,14 @@ export class ConvergencePanel implements Panel {
     const length = iterates.change.length;
     const method = model.summary?.method ?? model.analysis?.method;
     const mayIterate = method === undefined || method === Method.LAPLACE_ITERATION || method === Method.WU_CHEN_ITERATION;
-    show(this.element, length > 0 || (mayIterate && !model.ended));
-    if (length === this.drawn) return;
+    const lost = length === 0 && model.ended && model.missed > 0;
+    show(this.element, length > 0 || (mayIterate && (!model.ended || lost)));
+    if (length === this.drawn && !lost) return;
     this.drawn = length;
     show(this.plot.element, length > 0);
     if (length === 0 || lastIterate === null) {
-      setText(this.now, 'No iteration has ended yet.');
+      setText(this.now, lost ? `The server no longer holds the iterations of this solve (${count(model.missed, 'event')}).`
+                             : 'No iteration has ended yet.');
       return;
     }
     const bound = iterates.bound[length - 1];

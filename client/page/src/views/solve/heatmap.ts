@@ -9,6 +9,8 @@ import type {Kind, Trajectory} from '../../solve/trajectory';
 import {type Panel, section} from './panel';
 
 const fewest = 8;
+// Up to so many numbers all components are loaded without asking.
+const few = 2e6;
 
 export class HeatMapPanel implements Panel {
   readonly element: HTMLElement;
@@ -60,10 +62,13 @@ export class HeatMapPanel implements Panel {
     if (state === this.drawn) return;
     this.drawn = state;
     this.redraw();
+    const {summary} = data.model;
+    const small = summary !== null && summary.times * (states + 2 * pairs) <= few;
+    if (small && trajectory!.column('x', states - 1) === null && this.field === null) void this.onLoad();
   }
 
   private async onLoad(): Promise<void> {
-    if (this.loadField === null) return;
+    if (this.loadField === null || this.load.disabled) return;
     this.load.disabled = true;
     setText(this.load, 'Loading …');
     try {
