@@ -57,7 +57,10 @@ export class HeatMapPanel implements Panel {
     const {states, pairs, grid, trajectory} = data;
     show(this.element, Math.max(states, pairs) >= fewest && (trajectory?.times.length ?? 0) > 1);
     if (this.element.hidden) return;
-    if (first || this.rows.value === '') this.rows.value = String(grid[0] ?? likelyRows(states));
+    if (first || this.rows.value === '') {
+      this.rows.value = String(grid[0] ?? likelyRows(states));
+      if (grid.length > 1) this.layout.value = 'space';
+    }
     const state = `${trajectory!.times.length}`;
     if (state === this.drawn) return;
     this.drawn = state;
