@@ -113,7 +113,9 @@ function readDiagonals(object: JsonObject, path: Path, reader: Reader): SparseMa
   const diagonals = reader.object(object.diagonals, place, 'an object, as in {"0": 4, "1": -1}');
   if (sparse === null || diagonals === null) return null;
   const before = reader.errors.length;
-  for (const [key, value] of Object.entries(diagonals)) {
+  // In the order of the command line, so that both send the same bytes.
+  for (const key of Object.keys(diagonals).sort()) {
+    const value = diagonals[key];
     if (/^(0|-?[1-9]\d*)$/.test(key)) {
       readDiagonal(value, Number(key), [...place, key], reader, sparse);
     } else {

@@ -135,6 +135,7 @@ function readTexts(value: Json | undefined, path: Path, reader: Reader): string[
 
 function readParameters(value: Json | undefined, reader: Reader): Parameter[] {
   if (!isObject(value)) return [];
-  return Object.entries(value).map(([name, number]) => create(
-      ParameterSchema, {name, value: reader.number(number, ['parameters', name]) ?? 0}));
+  // In the order of the command line, so that both send the same bytes.
+  return Object.keys(value).sort().map((name) => create(
+      ParameterSchema, {name, value: reader.number(value[name], ['parameters', name]) ?? 0}));
 }

@@ -149,7 +149,8 @@ export class LinePlot {
         {...axis, size: leftAxis,
          splits: this.options.log ? (_, __, least, most) => decades(least, most) : undefined,
          filter: this.options.log ? (_, splits) => splits : undefined,
-         values: (_, splits) => splits.map((value) => value === null ? '' : general(value, 4))},
+         values: (_, splits) => splits.map((value) => value === null ? '' : this.options.log ? power(value)
+                                                                                            : general(value, 4))},
       ],
       series: [
         {label: this.options.xLabel, value: (_, value) => value === null ? '' : general(value, 6)},
@@ -239,6 +240,11 @@ export class LinePlot {
 
 const wholeSteps = [1, 2, 5].flatMap((digit) => [0, 1, 2, 3, 4, 5, 6].map((power) => digit * 10 ** power))
     .sort((a, b) => a - b);
+
+function power(value: number): string {
+  const exponent = Math.round(Math.log10(value));
+  return Math.abs(exponent) <= 2 ? String(Number(value.toPrecision(2))) : `1e${exponent}`;
+}
 
 // Powers of ten, not more than there is room for.
 function decades(least: number, most: number): number[] {

@@ -37,7 +37,7 @@ function certificatePart(c: Certificate, accuracy: Accuracy | undefined): HTMLEl
       ['LCP residual, min(y, w)', size(c.nodeResidual), size(c.midpointResidual), `${general(c.lcpScale, 2)} (y, w)`],
       ['complementarity, y w', size(c.nodeComplementarity), size(c.midpointComplementarity), ''],
       ["defect of x'", '', size(c.odeDefect), `${general(c.odeScale, 2)} (x')`],
-    ], {class: 'numbers', label: 'Certificate'}),
+    ], {label: 'Certificate'}),
     exact && h('p', {class: 'note'}, 'The defect is measured for the computed y: it does not show the error of y.'),
     facts([['Estimated error', errorText(accuracy)], ['', accuracy?.note ?? '']]));
 }

@@ -86,7 +86,7 @@ export class TrajectoriesPanel implements Panel {
     if (data === null) return;
     const {trajectory, model, horizon} = data;
     const length = trajectory?.times.length ?? 0;
-    const running = model.curves.length > 0 && !model.ended;
+    const running = model.curves.length > 0 && (length === 0 || !model.ended);
     show(this.element, length > 0 || running || !model.ended);
     setText(this.told, length > 0 || running ? '' : 'The solution appears here as soon as its first part is known.');
     show(this.told, this.told.textContent !== '');
@@ -101,7 +101,7 @@ export class TrajectoriesPanel implements Panel {
       const drawnLines = lines(kind, components);
       const faint = kind === 'y' && running;
       show(this.parts[kind], (length > 0 && drawnLines.length > 0) || faint);
-      if (length > 0 && (model.ended || !faint)) {
+      if (length > 0 && !faint) {
         this.plots[kind].set(times, drawnLines);
       } else if (faint) {
         this.plots.y.set(...this.curveLines(pairs, horizon));

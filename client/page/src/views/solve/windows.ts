@@ -38,7 +38,7 @@ export class WindowsPanel implements Panel {
     replace(this.rows, table(['window', 'from t', 'to t', 'steps', 'iterations', 'result'], shown.map((row) => [
       row.window + 1, general(row.begin), general(row.end), row.steps || '', row.iterations,
       words[row.result] + (row.reason === '' ? '' : `: ${row.reason}`),
-    ]), {class: 'numbers', label: 'Windows'}),
+    ]), {class: 'windows', label: 'Windows'}),
     windows.length > mostRows && h('p', {}, `The last ${mostRows} of ${windows.length} attempts are listed.`));
   }
 }
