@@ -34,6 +34,7 @@ const mostWindows = 20_000;
 /** Numbers of the iterates, one array for each; null where there is none. */
 export interface Iterates {
   window: number[];
+  iteration: number[];
   change: number[];
   residual: number[];
   bound: (number | null)[];
@@ -43,14 +44,15 @@ export class SolveModel {
   analysis: Analysis | null = null;
   summary: Summary | null = null;
   state = JobState.UNSPECIFIED;
-  iterates: Iterates = {window: [], change: [], residual: [], bound: []};
+  iterates: Iterates = {window: [], iteration: [], change: [], residual: [], bound: []};
   windows: WindowRow[] = [];
   retries = 0;
   lastIterate: {window: number; iteration: number; seconds: number} | null = null;
   /** Not saved: they come anew with new iterates. */
   curves: Curve[] = [];
   log: string[] = [];
-  missed = 0;
+  /** Events did not come. Not counted: after a crash of the server numbers are skipped that no event had. */
+  missed = false;
   lastSequence = 0n;
   /** The time of the problem up to which there is a solution. */
   reached = 0;
@@ -95,7 +97,7 @@ export class SolveModel {
         this.log.push(kind.value);
         break;
       case 'gap':
-        this.missed += Number(kind.value.lastSequence - kind.value.firstSequence) + 1;
+        this.missed = true;
         break;
       case 'summary':
         this.summary = kind.value;
@@ -109,6 +111,7 @@ export class SolveModel {
   private onIterate(iterate: Iterate): void {
     const {window, iteration, seconds} = iterate;
     this.iterates.window.push(window);
+    this.iterates.iteration.push(iteration);
     this.iterates.change.push(iterate.change);
     this.iterates.residual.push(iterate.lcpResidual);
     this.iterates.bound.push(iterate.log10Bound ?? null);

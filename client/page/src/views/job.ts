@@ -111,11 +111,14 @@ export class JobView implements View {
       this.head.tell(null);
     } catch (error) {
       if (this.ended.signal.aborted) return;
-      if (ConnectError.from(error).code === Code.NotFound) {
+      // A name that cannot be one is an invalid argument.
+      if ([Code.NotFound, Code.InvalidArgument].includes(ConnectError.from(error).code)) {
         this.watch?.stop();
         forgetModel(this.name);
-        this.head.update({title: 'There is no such solve', state: '', part: 0, text: 'It was deleted, or it expired.',
-                          ended: true, canDownload: false});
+        this.head.tell(null);
+        this.head.element.replaceChildren(h('h1', {}, 'There is no such solve'), h('p', {}, 'It was deleted or expired.'));
+        this.panels.element.hidden = true;
+        this.ended.abort();
       } else {
         this.head.tell(errorText(error));
       }

@@ -12,14 +12,16 @@ import {JsonError, lineOf, locate, parseJson, pathText} from '../files/json';
 import {type ProblemFile, readProblem} from '../files/problem';
 import type {FieldError} from '../files/schema';
 import {bytes, duration} from '../format';
-import {getCapabilities, jobs, soon} from '../rpc/clients';
+import {getCapabilities, jobs, solver, soon} from '../rpc/clients';
 import {errorText, mayPass, violationsOf} from '../rpc/errors';
 import {created, rememberGrid} from '../solve/memory';
 import {streamed, StreamedSolve} from '../solve/stream';
+import {analysisCard} from './analyze';
 import {Editor} from './editor';
 import type {View} from './page';
 
 const mostTries = 5;
+const analysisTimeout = 60_000;
 const mostOutputs = 1001;
 const fewestOutputs = 51;
 // Of the numbers in a trajectory whose times the page chooses.
@@ -46,6 +48,8 @@ export class SubmitView implements View {
     'This server keeps no solves: it was started without --store. A solve is shown here while this tab is open.');
   private readonly solve = h('button', {type: 'submit', class: 'main'}, 'Solve');
   private readonly check = h('button', {type: 'button'}, 'Check only');
+  private readonly analyze = h('button', {type: 'button'}, 'Analyze');
+  private readonly analysis = h('div', {'aria-live': 'polite'});
   private capabilities: GetCapabilitiesResponse | null = null;
 
   constructor() {
@@ -72,7 +76,8 @@ export class SubmitView implements View {
       points: field('points', 'Output times', h('input', {id: 'points', inputmode: 'numeric', placeholder: 'auto'}),
                     'How many, evenly spaced. Empty: up to 1001, or every step where steps are given. 0: every step.'),
     };
-    this.check.addEventListener('click', () => void this.submit(/*checkOnly=*/true));
+    this.check.addEventListener('click', () => void this.submit((...parts) => this.predict(...parts)));
+    this.analyze.addEventListener('click', () => void this.submit((file, options) => this.askForAnalysis(file, options)));
     const form = h('form', {novalidate: true},
       h('div', {class: 'tools'},
         h('span', {}, h('label', {for: 'example'}, 'Example'), this.example),
@@ -82,17 +87,17 @@ export class SubmitView implements View {
           h('label', {for: 'problem', class: 'heading'}, 'Problem'),
           this.editor.element, this.errors),
         h('div', {class: 'options'}, Object.values(this.fields).map((entry) => entry.element),
-          h('div', {class: 'buttons'}, this.solve, this.check), this.told)));
+          h('div', {class: 'buttons'}, this.solve, this.check, this.analyze), this.told)));
     form.addEventListener('submit', (event) => {
       event.preventDefault();
-      void this.submit(false);
+      void this.submit((...parts) => this.send(...parts));
     });
     form.addEventListener('dragover', (event) => event.preventDefault());
     form.addEventListener('drop', (event) => {
       event.preventDefault();
       void this.open(event.dataTransfer?.files[0]);
     });
-    this.element = h('div', {}, h('h1', {}, 'Submit a problem'), this.storeless, form);
+    this.element = h('div', {}, h('h1', {}, 'Submit a problem'), this.storeless, form, this.analysis);
     void this.start();
   }
 
@@ -127,6 +132,7 @@ export class SubmitView implements View {
 
   private clear(): void {
     replace(this.errors);
+    replace(this.analysis);
     this.editor.mark([]);
     for (const option of Object.keys(this.fields) as Option[]) this.refuse(option, '');
     setText(this.told, '');
@@ -139,53 +145,63 @@ export class SubmitView implements View {
     input.setAttribute('aria-invalid', String(text !== ''));
   }
 
-  private async submit(checkOnly: boolean): Promise<void> {
+  // Reads what was entered and does with it what a button says.
+  private async submit(act: (file: ProblemFile, options: SolveOptions, title: string) => Promise<void>): Promise<void> {
     this.clear();
     const file = this.readFile();
     const options = this.readOptions(file);
     if (file === null || options === null) return;
     const title = this.fields.title.input.value.trim() || file.name;
-    this.solve.disabled = true;
+    const buttons = [this.solve, this.check, this.analyze];
+    buttons.forEach((button) => button.disabled = true);
     try {
-      await this.send(file, options, title, checkOnly);
+      this.capabilities ??= await getCapabilities();
+      await act(file, options, title);
     } catch (error) {
       this.tellRefusal(error);
     } finally {
-      this.solve.disabled = false;
+      buttons.forEach((button) => button.disabled = false);
     }
   }
 
-  private async send(file: ProblemFile, options: SolveOptions, title: string, checkOnly: boolean): Promise<void> {
-    this.capabilities ??= await getCapabilities();
-    const solve = create(SolveRequestSchema, {system: file.system, options});
-    if (this.capabilities.jobs === undefined) {
+  private async send({system, horizon, grid}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
+    const solve = create(SolveRequestSchema, {system, options});
+    if (this.capabilities?.jobs === undefined) {
       if (streamed.solve?.running) {
         setText(this.told, 'A solve of this tab is still running. Cancel it first, or use another tab.');
         return;
       }
-      streamed.solve = new StreamedSolve(solve, title, file.horizon, file.grid);
+      streamed.solve = new StreamedSolve(solve, title, horizon, grid);
       location.hash = '#/solve';
       return;
     }
     // The same id in every attempt: the job is created once, however often the connection breaks.
-    const request = {solve, title, requestId: checkOnly ? '' : freshId(), validateOnly: checkOnly};
-    for (let tries = 1;; ++tries) {
-      try {
-        const job = await jobs.createSolveJob(request, soon());
-        if (checkOnly) {
-          setText(this.told, 'The problem is valid. Predicted: ' +
-              `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`);
-        } else {
-          rememberGrid(job.name, file.grid);
-          created.set(job.name, job);
-          location.hash = `#/${job.name}`;
-        }
-        return;
-      } catch (error) {
-        if (!mayPass(error) || tries === mostTries) throw error;
-        await new Promise((resolve) => setTimeout(resolve, 500 * tries));
-      }
+    const requestId = freshId();
+    const job = await patiently(() => jobs.createSolveJob({solve, title, requestId}, soon()));
+    rememberGrid(job.name, grid);
+    created.set(job.name, job);
+    location.hash = `#/${job.name}`;
+  }
+
+  private async predict({system}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
+    const solve = create(SolveRequestSchema, {system, options});
+    const job = await patiently(() => jobs.createSolveJob({solve, title, validateOnly: true}, soon()));
+    setText(this.told, 'The problem is valid. Predicted: ' +
+        `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`);
+  }
+
+  private async askForAnalysis({system}: ProblemFile, options: SolveOptions): Promise<void> {
+    if (system.case !== 'problem') {
+      setText(this.told, 'Only linear problems can be analyzed before they are solved.');
+      return;
     }
+    setText(this.told, 'Analyzing …');
+    // Which times are output makes no difference, and the advice is about methods and steps.
+    const asked = {...options, outputTimes: []};
+    const analysis = await solver.analyzeProblem({problem: system.value, options: asked}, {timeoutMs: analysisTimeout});
+    setText(this.told, '');
+    replace(this.analysis, analysisCard(analysis));
+    this.analysis.scrollIntoView({block: 'nearest'});
   }
 
   private readFile(): ProblemFile | null {
@@ -250,7 +266,8 @@ export class SubmitView implements View {
     parseJson(text);
     this.listErrors(errors.map(({path, rule}) => {
       const offset = locate(text, path);
-      return {...lineOf(text, offset), offset, path: pathText(path), text: rule};
+      const whole = path.length === 0 && rule.startsWith('has ');
+      return {...lineOf(text, offset), offset, path: pathText(path), text: whole ? `The problem ${rule}` : rule};
     }));
   }
 
@@ -272,6 +289,18 @@ function field(id: string, label: string, input: Field['input'], note: string): 
   const element = h('div', {class: 'field'}, h('label', {for: id}, label), input,
                     h('p', {class: 'note', id: `${id}-note`}, note), error);
   return {element, input, error};
+}
+
+// Repeats a call that may be repeated while the server cannot be reached.
+async function patiently<T>(call: () => Promise<T>): Promise<T> {
+  for (let tries = 1;; ++tries) {
+    try {
+      return await call();
+    } catch (error) {
+      if (!mayPass(error) || tries === mostTries) throw error;
+      await new Promise((resolve) => setTimeout(resolve, 500 * tries));
+    }
+  }
 }
 
 function evenTimes(points: number, horizon: number): number[] {

@@ -71,14 +71,13 @@ export class ConvergencePanel implements Panel {
     const length = iterates.change.length;
     const method = model.summary?.method ?? model.analysis?.method;
     const mayIterate = method === undefined || method === Method.LAPLACE_ITERATION || method === Method.WU_CHEN_ITERATION;
-    const lost = length === 0 && model.ended && model.missed > 0;
+    const lost = length === 0 && model.ended && model.missed;
     show(this.element, length > 0 || (mayIterate && (!model.ended || lost)));
     if (length === this.drawn && !lost) return;
     this.drawn = length;
     show(this.plot.element, length > 0);
     if (length === 0 || lastIterate === null) {
-      setText(this.now, lost ? `The server no longer holds the iterations of this solve (${count(model.missed, 'event')}).`
-                             : 'No iteration has ended yet.');
+      setText(this.now, lost ? 'The server no longer holds the iterations of this solve.' : 'No iteration has ended yet.');
       return;
     }
     const bound = iterates.bound[length - 1];
@@ -86,7 +85,7 @@ export class ConvergencePanel implements Panel {
         `change ${size(iterates.change[length - 1])}` +
         `${bound === null ? '' : `, at most 10^${bound.toFixed(1)} by theory`}, ` +
         `LCP residual ${size(iterates.residual[length - 1])}. ${count(length, 'iteration')} in all` +
-        `${model.missed > 0 ? `; ${count(model.missed, 'event')} could not be shown` : ''}.`);
+        `${model.missed ? ', some of which the server did not send' : ''}.`);
     this.draw(data);
   }
 
@@ -94,8 +93,9 @@ export class ConvergencePanel implements Panel {
     const length = iterates.change.length;
     const from = this.lastOnly.checked ? iterates.window.indexOf(iterates.window[length - 1]) : 0;
     const numbers = Array.from({length: length - from}, (_, k) => k + 1);
-    const window = iterates.window.slice(from);
-    this.marks = numbers.filter((_, k) => k > 0 && window[k] !== window[k - 1]);
+    // A window that begins, or begins again.
+    const iteration = iterates.iteration.slice(from);
+    this.marks = numbers.filter((_, k) => k > 0 && iteration[k] <= iteration[k - 1]);
     if (this.marks.length > mostMarks) this.marks = [];
     const change = iterates.change.slice(from);
     const residual = iterates.residual.slice(from);
