@@ -11,6 +11,8 @@ export interface Grid {
   at: (row: number, column: number) => number;
 }
 
+const tallest = 420;
+
 export class HeatMap {
   readonly element: HTMLElement;
   private readonly canvas: HTMLCanvasElement;
@@ -26,8 +28,8 @@ export class HeatMap {
       h('div', {class: 'scale'}, this.least, h('span', {class: 'ramp', 'aria-hidden': 'true'}), this.most));
   }
 
-  /** The colors go from `least` to `most`; without them from the smallest to the largest value of the grid. */
-  set(grid: Grid, across: string, down: string, bounds?: [number, number]): void {
+  /** The colors span `bounds`, otherwise the values of the grid. In space all cells are squares. */
+  set(grid: Grid, across: string, down: string, inSpace: boolean, bounds?: [number, number]): void {
     const {rows, columns} = grid;
     if (rows === 0 || columns === 0) return;
     // No more pixels than a screen has: of more cells one in each pixel is shown.
@@ -46,6 +48,9 @@ export class HeatMap {
       }
     }
     Object.assign(this.canvas, {width, height});
+    Object.assign(this.canvas.style, inSpace
+      ? {height: 'auto', aspectRatio: `${columns} / ${rows}`, maxWidth: `${Math.round(tallest * columns / rows)}px`}
+      : {height: '', aspectRatio: '', maxWidth: ''});
     this.canvas.getContext('2d')!.putImageData(image, 0, 0);
     setText(this.least, general(least, 4));
     setText(this.most, general(most, 4));

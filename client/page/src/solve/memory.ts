@@ -2,11 +2,8 @@
 // What the page remembers of a solve beyond a reload: its events so far, for this tab, and the grid of a problem that was
 // submitted here, which the server does not tell.
 
-import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {SolveModel} from './model';
-
-/** Jobs that were just created here, so that their pages need not ask for them first. */
-export const created = new Map<string, SolveJob>();
+import {startedJobs} from './start';
 
 const modelKey = (job: string) => `dlcs-solve ${job}`;
 const gridKey = (job: string) => `dlcs-grid ${job}`;
@@ -24,6 +21,8 @@ export function saveModel(job: string, model: SolveModel): void {
 }
 
 export function restoreModel(job: string): SolveModel {
+  const started = startedJobs.get(job);
+  if (started !== undefined) return started.model;
   try {
     const saved = sessionStorage.getItem(modelKey(job));
     if (saved !== null) return SolveModel.restore(saved);

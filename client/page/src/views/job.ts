@@ -11,8 +11,9 @@ import {jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
 import {save, writers} from '../solve/download';
-import {created, forgetModel, gridOf, restoreModel, saveModel} from '../solve/memory';
+import {forgetModel, gridOf, restoreModel, saveModel} from '../solve/memory';
 import {all, GrowingTrajectory, mostComponents, readWhole, strideFor} from '../solve/reading';
+import {startedJobs} from '../solve/start';
 import type {Trajectory} from '../solve/trajectory';
 import {JobWatch} from '../solve/watch';
 import {pollWhileVisible, type View} from './page';
@@ -24,6 +25,9 @@ const readEvery = 700;
 const saveEvery = 3_000;
 // So many pairs come with the iterates until others are chosen. The server holds fewer events the larger they are.
 const firstPairs = 4;
+// So long the call that started a job is left alone: a short solve has ended by then, with all its events.
+const startLasts = 1_500;
+const drawEvery = 100;
 
 export class JobView implements View {
   readonly title = 'Solve';
@@ -37,6 +41,8 @@ export class JobView implements View {
   private readonly timers: ReturnType<typeof setInterval>[] = [];
   private job: SolveJob | null = null;
   private reader: GrowingTrajectory | null = null;
+  /** Streams may be opened. */
+  private ready = false;
   private chosen = '';
 
   constructor(private readonly name: string) {
@@ -51,9 +57,8 @@ export class JobView implements View {
     this.element = h('div', {}, h('p', {}, h('a', {href: '#/jobs'}, 'All solves')), this.head.element,
                      this.panels.element);
     this.head.update({title: 'Loading …', state: '', part: 0, text: '', ended: false, canDownload: false});
-    const job = created.get(name);
-    if (job !== undefined) this.onJob(job);
     this.timers.push(setInterval(() => this.readOn(), readEvery), setInterval(this.save, saveEvery));
+    void this.takeOver();
     addEventListener('pagehide', this.save, {signal: this.ended.signal});
     pollWhileVisible(pollEvery, this.ended.signal, () => this.poll());
   }
@@ -64,6 +69,17 @@ export class JobView implements View {
     this.watch?.stop();
     this.timers.forEach(clearInterval);
     this.panels.destroy();
+  }
+
+  private async takeOver(): Promise<void> {
+    const started = startedJobs.get(this.name);
+    if (started !== undefined) {
+      const drawing = setInterval(() => this.panels.refresh(), drawEvery);
+      await Promise.race([started.left, new Promise((resolve) => setTimeout(resolve, startLasts))]);
+      clearInterval(drawing);
+    }
+    this.ready = true;
+    if (this.job !== null && !this.ended.signal.aborted) this.onJob(this.job);
   }
 
   private readonly save = () => {
@@ -105,7 +121,7 @@ export class JobView implements View {
   }
 
   private async poll(): Promise<void> {
-    if (this.job !== null && hasEnded(this.job.state) && this.model.ended) return;
+    if (this.job !== null && hasEnded(this.job.state) && this.model.ended && this.ready) return;
     try {
       this.onJob(await jobs.getSolveJob({name: this.name}, {...soon(), signal: this.ended.signal}));
       this.head.tell(null);
@@ -128,11 +144,11 @@ export class JobView implements View {
   private onJob(job: SolveJob): void {
     this.job = job;
     document.title = `${this.jobTitle} – dlcs`;
-    if (!this.model.ended) this.watch ??= this.startWatch();
+    if (!this.model.ended && this.ready) this.watch ??= this.startWatch();
     if (hasEnded(job.state)) {
       // Its error is told where nothing was solved; otherwise the summary says how it ended.
       if (job.error !== undefined && job.summary === undefined) this.head.tell(`It failed: ${job.error.message}`);
-      if (job.summary !== undefined || this.watch === null) this.model.finish(job.summary);
+      if (this.ready && (job.summary !== undefined || this.watch === null)) this.model.finish(job.summary);
     }
     this.updateHead(job);
     this.readOn();
@@ -160,7 +176,7 @@ export class JobView implements View {
   private readOn(): void {
     const {states, pairs, model} = this.data;
     const times = model.summary?.times ?? model.storedTimes;
-    if (times === 0 || states + pairs === 0) return;
+    if (times === 0 || states + pairs === 0 || !this.ready) return;
     if (this.reader === null) this.reader = this.startReading(times);
     if (model.ended || this.reader.trajectory.times.length * this.reader.selection.stride < times) {
       void this.reader.update();
@@ -219,6 +235,7 @@ export class JobView implements View {
 
   private async remove(): Promise<void> {
     await jobs.deleteSolveJob({name: this.name}, soon());
+    startedJobs.delete(this.name);
     this.ended.abort();
     forgetModel(this.name);
     location.hash = '#/jobs';

@@ -12,15 +12,15 @@ import {JsonError, lineOf, locate, parseJson, pathText} from '../files/json';
 import {type ProblemFile, readProblem} from '../files/problem';
 import type {FieldError} from '../files/schema';
 import {bytes, duration} from '../format';
-import {getCapabilities, jobs, solver, soon} from '../rpc/clients';
-import {errorText, mayPass, violationsOf} from '../rpc/errors';
-import {created, rememberGrid} from '../solve/memory';
+import {getCapabilities, solver} from '../rpc/clients';
+import {errorText, violationsOf} from '../rpc/errors';
+import {rememberGrid} from '../solve/memory';
+import {predictJob, startJob} from '../solve/start';
 import {streamed, StreamedSolve} from '../solve/stream';
 import {analysisCard} from './analyze';
 import {Editor} from './editor';
 import type {View} from './page';
 
-const mostTries = 5;
 const analysisTimeout = 60_000;
 const mostOutputs = 1001;
 const fewestOutputs = 51;
@@ -165,27 +165,22 @@ export class SubmitView implements View {
   }
 
   private async send({system, horizon, grid}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
-    const solve = create(SolveRequestSchema, {system, options});
     if (this.capabilities?.jobs === undefined) {
       if (streamed.solve?.running) {
         setText(this.told, 'A solve of this tab is still running. Cancel it first, or use another tab.');
         return;
       }
-      streamed.solve = new StreamedSolve(solve, title, horizon, grid);
+      streamed.solve = new StreamedSolve(create(SolveRequestSchema, {system, options}), title, horizon, grid);
       location.hash = '#/solve';
       return;
     }
-    // The same id in every attempt: the job is created once, however often the connection breaks.
-    const requestId = freshId();
-    const job = await patiently(() => jobs.createSolveJob({solve, title, requestId}, soon()));
-    rememberGrid(job.name, grid);
-    created.set(job.name, job);
-    location.hash = `#/${job.name}`;
+    const name = await startJob(create(SolveRequestSchema, {system, options, title, requestId: freshId()}));
+    rememberGrid(name, grid);
+    location.hash = `#/${name}`;
   }
 
   private async predict({system}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
-    const solve = create(SolveRequestSchema, {system, options});
-    const job = await patiently(() => jobs.createSolveJob({solve, title, validateOnly: true}, soon()));
+    const job = await predictJob(create(SolveRequestSchema, {system, options, title}));
     setText(this.told, 'The problem is valid. Predicted: ' +
         `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`);
   }
@@ -289,18 +284,6 @@ function field(id: string, label: string, input: Field['input'], note: string): 
   const element = h('div', {class: 'field'}, h('label', {for: id}, label), input,
                     h('p', {class: 'note', id: `${id}-note`}, note), error);
   return {element, input, error};
-}
-
-// Repeats a call that may be repeated while the server cannot be reached.
-async function patiently<T>(call: () => Promise<T>): Promise<T> {
-  for (let tries = 1;; ++tries) {
-    try {
-      return await call();
-    } catch (error) {
-      if (!mayPass(error) || tries === mostTries) throw error;
-      await new Promise((resolve) => setTimeout(resolve, 500 * tries));
-    }
-  }
 }
 
 function evenTimes(points: number, horizon: number): number[] {

@@ -101,7 +101,7 @@ export class HeatMapPanel implements Panel {
     const overTime: Grid = {rows: size, columns: times.length, at: timesOf(times, columns)};
     if (!space) {
       this.map.set(overTime, `t from ${general(times[0])} to ${general(times[times.length - 1])}`,
-                   `${kind}1 at the top to ${kind}${size}`);
+                   `${kind}1 at the top to ${kind}${size}`, false);
       return;
     }
     const rows = Math.min(Math.max(1, Math.floor(Number(this.rows.value)) || 1), size);
@@ -112,7 +112,7 @@ export class HeatMapPanel implements Panel {
     const of = `${times.length} ${size}`;
     if (this.bounds?.of !== of) this.bounds = {of, range: extent(overTime)};
     this.map.set({rows, columns: across, at: (row, column) => columns[row * across + column][at]},
-                 `${count(across, 'column')}`, `${count(rows, 'row')}`, this.bounds.range);
+                 `${count(across, 'column')}`, `${count(rows, 'row')}`, true, this.bounds.range);
   }
 }
 

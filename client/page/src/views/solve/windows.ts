@@ -33,7 +33,7 @@ export class WindowsPanel implements Panel {
     setText(this.told, `${count(windows.length - retries, 'window')}, ` +
         `${retries === 0 ? 'none of them tried again' : `${count(retries, 'attempt')} did not converge and were divided`}` +
         `${coupled === 0 ? '' : `; ${coupled} solved by a coupled step instead`}.`);
-    const words = {running: 'running', accepted: 'converged', coupled: 'coupled step', retried: 'tried again'};
+    const words = {running: ended ? 'its end was not received' : 'running', accepted: 'converged', coupled: 'coupled step', retried: 'tried again'};
     const shown = windows.slice(-mostRows).reverse();
     replace(this.rows, table(['window', 'from t', 'to t', 'steps', 'iterations', 'result'], shown.map((row) => [
       row.window + 1, general(row.begin), general(row.end), row.steps || '', row.iterations,
