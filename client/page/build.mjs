@@ -70,6 +70,9 @@ const names = {
   icon: await hashed(await readFile(join(here, 'src/icon.svg')), 'svg'),
 };
 const page = await readFile(join(here, 'src/index.html'), 'utf8');
-await put('index.html', page.replace(/\{\{(\w+)\}\}/g, (_, name) => names[name]));
+await put(
+  'index.html',
+  page.replace(/\{\{(\w+)\}\}/g, (_, name) => names[name]),
+);
 console.log(`${out}: ${Math.ceil(total / 1000)} KB gzipped`);
 if (total > mostBytes) throw new Error(`the page has ${total} bytes gzipped; at most ${mostBytes} are allowed`);

@@ -10,7 +10,10 @@ export type Properties = {
 };
 
 export function h<Tag extends keyof HTMLElementTagNameMap>(
-    tag: Tag, properties: Properties = {}, ...children: Child[]): HTMLElementTagNameMap[Tag] {
+  tag: Tag,
+  properties: Properties = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[Tag] {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
     if (name === 'on') {
@@ -51,10 +54,34 @@ export function show(element: HTMLElement, visible: boolean): void {
 
 /** A table with a head, for rows of texts or elements. */
 export function table(head: string[], rows: Child[][], properties: Properties = {}): HTMLElement {
-  return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': String(properties.label ?? 'Table')},
-           h('table', {class: String(properties.class ?? '')},
-             h('thead', {}, h('tr', {}, head.map((title) => h('th', {scope: 'col'}, title)))),
-             h('tbody', {}, rows.map((row) => h('tr', {}, row.map((cell) => h('td', {}, cell)))))));
+  return h(
+    'div',
+    {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': String(properties.label ?? 'Table')},
+    h(
+      'table',
+      {class: String(properties.class ?? '')},
+      h(
+        'thead',
+        {},
+        h(
+          'tr',
+          {},
+          head.map((title) => h('th', {scope: 'col'}, title)),
+        ),
+      ),
+      h(
+        'tbody',
+        {},
+        rows.map((row) =>
+          h(
+            'tr',
+            {},
+            row.map((cell) => h('td', {}, cell)),
+          ),
+        ),
+      ),
+    ),
+  );
 }
 
 /** Calls `draw` in the next frame, once, however often it is asked for before. */

@@ -58,5 +58,5 @@ export function bytes(n: number | bigint): string {
 /** The time that is left at the present speed; nothing before there is a speed to tell it from. */
 export function timeLeft(elapsed: number, progress: number): string {
   if (elapsed < 1 || progress < 0.02 || progress >= 1) return '';
-  return `about ${duration(elapsed * (1 - progress) / progress)} left`;
+  return `about ${duration((elapsed * (1 - progress)) / progress)} left`;
 }

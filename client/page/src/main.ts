@@ -11,7 +11,10 @@ import {StreamView} from './views/stream';
 import {SubmitView} from './views/submit';
 
 const main = h('main', {id: 'main', tabindex: -1});
-const links = [['#/jobs', 'Solves'], ['#/submit', 'Submit']].map(([href, text]) => h('a', {href}, text));
+const links = [
+  ['#/jobs', 'Solves'],
+  ['#/submit', 'Submit'],
+].map(([href, text]) => h('a', {href}, text));
 let view: View | null = null;
 
 function viewOf(route: string): View {
@@ -41,7 +44,12 @@ skip.addEventListener('click', (event) => {
   event.preventDefault();
   main.focus();
 });
-replace(document.body, skip, h('nav', {'aria-label': 'Main'}, h('a', {class: 'brand', href: '#/jobs'}, 'dlcs'), links), main);
+replace(
+  document.body,
+  skip,
+  h('nav', {'aria-label': 'Main'}, h('a', {class: 'brand', href: '#/jobs'}, 'dlcs'), links),
+  main,
+);
 addEventListener('hashchange', () => {
   go();
   scrollTo(0, 0);

@@ -2,11 +2,22 @@
 // Names of components, and words for the enumerations of the contract, as the command line prints them.
 
 import type {DescEnum} from '@bufbuild/protobuf';
-import {JobState, JobStateSchema, MethodSchema, PropagatorKindSchema, SwitchingKindSchema, Termination,
-        TerminationSchema, type Summary} from '../generated/dlcs/v1/solver_pb';
+import {
+  JobState,
+  JobStateSchema,
+  MethodSchema,
+  PropagatorKindSchema,
+  SwitchingKindSchema,
+  Termination,
+  TerminationSchema,
+  type Summary,
+} from '../generated/dlcs/v1/solver_pb';
 
 export class Names {
-  constructor(private readonly states: string[] = [], private readonly pairs: string[] = []) {}
+  constructor(
+    private readonly states: string[] = [],
+    private readonly pairs: string[] = [],
+  ) {}
 
   x(i: number): string {
     return this.states[i] ?? `x${i + 1}`;

@@ -4,15 +4,27 @@
 import type {Path} from './json';
 
 const keys: {[field: string]: string} = {
-  a: 'A', b: 'B', n: 'N', m: 'M', w: 'W', horizon: 'T', state_names: 'states', pair_names: 'pairs',
+  a: 'A',
+  b: 'B',
+  n: 'N',
+  m: 'M',
+  w: 'W',
+  horizon: 'T',
+  state_names: 'states',
+  pair_names: 'pairs',
 };
 
 /** Names of the inputs beside the editor. */
 export type Option = 'method' | 'tolerance' | 'steps' | 'points' | 'title';
 
 const options: {[field: string]: Option} = {
-  'options.method': 'method', 'options.error_tolerance': 'tolerance', 'options.steps': 'steps',
-  'options.step': 'steps', 'options.output_times': 'points', 'options': 'method', title: 'title',
+  'options.method': 'method',
+  'options.error_tolerance': 'tolerance',
+  'options.steps': 'steps',
+  'options.step': 'steps',
+  'options.output_times': 'points',
+  options: 'method',
+  title: 'title',
 };
 
 export function placeOf(field: string): {option: Option} | {path: Path} | null {
@@ -23,7 +35,7 @@ export function placeOf(field: string): {option: Option} | {path: Path} | null {
   const option = options[name] ?? options[steps.slice(0, 2).join('.')];
   if (option !== undefined) return {option};
   if (steps[0] !== 'problem' && steps[0] !== 'nonlinear') return null;
-  const path: Path = steps.slice(1).map((step) => /^\d+$/.test(step) ? Number(step) : step);
+  const path: Path = steps.slice(1).map((step) => (/^\d+$/.test(step) ? Number(step) : step));
   if (typeof path[0] === 'string') path[0] = keys[path[0]] ?? path[0];
   // A single piece of formulas or numbers stands in the file without the words around it.
   if (path[1] === 'pieces' && path[3] !== undefined) path.splice(1, 3);

@@ -7,7 +7,10 @@ export type JsonObject = {[key: string]: Json};
 export type Path = (string | number)[];
 
 export class JsonError extends Error {
-  constructor(message: string, readonly offset: number) {
+  constructor(
+    message: string,
+    readonly offset: number,
+  ) {
     super(message);
   }
 }
@@ -37,11 +40,13 @@ export function lineOf(text: string, offset: number): {line: number; column: num
 
 /** As messages write it: pieces[0].f, diagonals."-1". */
 export function pathText(path: Path): string {
-  return path.map((step, i) => {
-    if (typeof step === 'number') return `[${step}]`;
-    const key = /^[A-Za-z_$][\w$]*$/.test(step) ? step : `"${step}"`;
-    return i === 0 ? key : `.${key}`;
-  }).join('');
+  return path
+    .map((step, i) => {
+      if (typeof step === 'number') return `[${step}]`;
+      const key = /^[A-Za-z_$][\w$]*$/.test(step) ? step : `"${step}"`;
+      return i === 0 ? key : `.${key}`;
+    })
+    .join('');
 }
 
 /** What a message calls a value. */
@@ -60,7 +65,10 @@ class Parser {
   // How many steps of the wanted path lead to the value that is being read; -1 beside that path.
   private matched = 0;
 
-  constructor(private readonly text: string, private readonly wanted: Path = []) {}
+  constructor(
+    private readonly text: string,
+    private readonly wanted: Path = [],
+  ) {}
 
   document(): Json {
     this.blanks();
@@ -108,7 +116,8 @@ class Parser {
       if (this.text[this.at] !== '"') this.fail(this.explain());
       const start = this.at;
       const key = this.string();
-      if (Object.hasOwn(object, key)) this.fail(`the key "${key.slice(0, 40)}" is given twice; keep one of them`, start);
+      if (Object.hasOwn(object, key))
+        this.fail(`the key "${key.slice(0, 40)}" is given twice; keep one of them`, start);
       this.blanks();
       if (this.text[this.at] !== ':') this.fail('a colon is missing behind the key');
       ++this.at;

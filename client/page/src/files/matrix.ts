@@ -2,16 +2,22 @@
 // The forms of a matrix in a problem file: rows, sparse in three ways, a Kronecker sum.
 
 import {create, type MessageInitShape} from '@bufbuild/protobuf';
-import {type DenseMatrix, type Matrix, MatrixSchema, type SparseMatrix,
-        SparseMatrixSchema} from '../../generated/dlcs/v1/solver_pb';
+import {
+  type DenseMatrix,
+  type Matrix,
+  MatrixSchema,
+  type SparseMatrix,
+  SparseMatrixSchema,
+} from '../../generated/dlcs/v1/solver_pb';
 import {describe, isObject, type Json, type JsonObject, type Path} from './json';
 import type {Reader} from './reader';
 
 const mostRows = 2 ** 31 - 1;
 // Of a matrix that a file describes by a rule. A browser has less memory than the command line.
 const mostEntries = 2 ** 23;
-const noFiles = 'names a file, which this page cannot read from your disk. Write the matrix into the problem, ' +
-    'or solve with: dlcs submit FILE';
+const noFiles =
+  'names a file, which this page cannot read from your disk. Write the matrix into the problem, ' +
+  'or solve with: dlcs submit FILE';
 
 export function readMatrix(value: Json, path: Path, reader: Reader, mayHaveFormulas = false): Matrix | null {
   if (Array.isArray(value)) return matrix('dense', reader.rows(value, path, mayHaveFormulas));
@@ -23,8 +29,11 @@ export function readMatrix(value: Json, path: Path, reader: Reader, mayHaveFormu
     if ('matrix_market' in value) return reader.refuse([...path, 'matrix_market'], noFiles);
   }
   const scalar = typeof value === 'number' ? `; a 1 x 1 matrix is written [[${value}]]` : '';
-  return reader.refuse(path, `is ${describe(value)}; must be a list of rows, or an object with entries, values, ` +
-                             `diagonals or kronecker_sum${scalar}`);
+  return reader.refuse(
+    path,
+    `is ${describe(value)}; must be a list of rows, or an object with entries, values, ` +
+      `diagonals or kronecker_sum${scalar}`,
+  );
 }
 
 /** A list of numbers. Files of Matrix Market are refused, as for matrices. */
@@ -98,8 +107,11 @@ function readValues(object: JsonObject, path: Path, reader: Reader): SparseMatri
   const columns = readIndices('column_indices', sparse.columns);
   if (reader.errors.length > before || !rows || !columns) return null;
   if (rows.length !== values.length || columns.length !== values.length) {
-    return reader.refuse(path, `has ${rows.length} row_indices, ${columns.length} column_indices and ` +
-                               `${values.length} values; must have as many of each`);
+    return reader.refuse(
+      path,
+      `has ${rows.length} row_indices, ${columns.length} column_indices and ` +
+        `${values.length} values; must have as many of each`,
+    );
   }
   sparse.values = values;
   sparse.rowIndices = rows;
@@ -108,7 +120,7 @@ function readValues(object: JsonObject, path: Path, reader: Reader): SparseMatri
 }
 
 function readDiagonals(object: JsonObject, path: Path, reader: Reader): SparseMatrix | null {
-  const sparse = readShape(object, path, reader, /*square=*/true);
+  const sparse = readShape(object, path, reader, /*square=*/ true);
   const place = [...path, 'diagonals'];
   const diagonals = reader.object(object.diagonals, place, 'an object, as in {"0": 4, "1": -1}');
   if (sparse === null || diagonals === null) return null;
@@ -146,7 +158,7 @@ function readDiagonal(value: Json, offset: number, path: Path, reader: Reader, s
   for (let k = 0; k < length; ++k) {
     sparse.rowIndices.push(top + k);
     sparse.columnIndices.push(left + k);
-    sparse.values.push(values === null ? value as number : values[k]);
+    sparse.values.push(values === null ? (value as number) : values[k]);
   }
 }
 

@@ -4,8 +4,16 @@
 import {create} from '@bufbuild/protobuf';
 import nonlinearSchema from '../../../nonlinear.schema.json';
 import problemSchema from '../../../problem.schema.json';
-import {type NonlinearProblem, NonlinearProblemSchema, type Parameter, ParameterSchema, type Problem, ProblemSchema,
-        SelectorSchema, SolutionRule} from '../../generated/dlcs/v1/solver_pb';
+import {
+  type NonlinearProblem,
+  NonlinearProblemSchema,
+  type Parameter,
+  ParameterSchema,
+  type Problem,
+  ProblemSchema,
+  SelectorSchema,
+  SolutionRule,
+} from '../../generated/dlcs/v1/solver_pb';
 import {isObject, type Json, type JsonObject, parseJson, type Path} from './json';
 import {readMatrix, readVector, shapeOf} from './matrix';
 import {Reader} from './reader';
@@ -28,13 +36,13 @@ const schemas = new Schemas({
 });
 
 const rules: {[word: string]: SolutionRule} = {
-  'auto': SolutionRule.UNSPECIFIED,
-  'unique': SolutionRule.UNIQUE,
+  auto: SolutionRule.UNSPECIFIED,
+  unique: SolutionRule.UNIQUE,
   'least-element': SolutionRule.LEAST_ELEMENT,
   'hidden-least-element': SolutionRule.HIDDEN_LEAST_ELEMENT,
   'least-norm': SolutionRule.LEAST_NORM,
-  'minimizer': SolutionRule.MINIMIZER,
-  'sparsest': SolutionRule.SPARSEST,
+  minimizer: SolutionRule.MINIMIZER,
+  sparsest: SolutionRule.SPARSEST,
 };
 
 /** Throws a JsonError if `text` is not JSON. There is a file if and only if there are no errors. */
@@ -75,7 +83,7 @@ function readLinear(root: JsonObject, reader: Reader): ProblemFile {
   const problem = create(ProblemSchema, readShared(root, reader));
   const matrixAt = (key: string, rule: string) => {
     const value = reader.require(root, key, [], rule);
-    return value === undefined ? undefined : readMatrix(value, [key], reader, /*mayHaveFormulas=*/true) ?? undefined;
+    return value === undefined ? undefined : (readMatrix(value, [key], reader, /*mayHaveFormulas=*/ true) ?? undefined);
   };
   problem.a = matrixAt('A', 'it must hold the m rows of the state matrix, as in [[-1, 0], [0, -2]]');
   problem.b = matrixAt('B', 'it must hold m rows with a value per complementarity pair');
@@ -86,7 +94,8 @@ function readLinear(root: JsonObject, reader: Reader): ProblemFile {
   const {f, g} = readSources(root, states, pairs, reader);
   problem.f = f;
   problem.g = g;
-  problem.rule = typeof root.rule === 'string' ? rules[root.rule] ?? SolutionRule.UNSPECIFIED : SolutionRule.UNSPECIFIED;
+  problem.rule =
+    typeof root.rule === 'string' ? (rules[root.rule] ?? SolutionRule.UNSPECIFIED) : SolutionRule.UNSPECIFIED;
   if (isObject(root.selector)) {
     const {C, b} = root.selector;
     const c = C === undefined ? null : readMatrix(C, ['selector', 'C'], reader);
@@ -106,9 +115,15 @@ function readNonlinear(root: JsonObject, reader: Reader): ProblemFile {
   };
   problem.f = formulasAt('f');
   problem.g = formulasAt('g');
-  if ('W' in root) problem.w = readMatrix(root.W, ['W'], reader, /*mayHaveFormulas=*/true) ?? undefined;
-  return {name: nameOf(root), system: {case: 'nonlinear', value: problem}, horizon: problem.horizon,
-          states: problem.f.length, pairs: problem.g.length, grid: []};
+  if ('W' in root) problem.w = readMatrix(root.W, ['W'], reader, /*mayHaveFormulas=*/ true) ?? undefined;
+  return {
+    name: nameOf(root),
+    system: {case: 'nonlinear', value: problem},
+    horizon: problem.horizon,
+    states: problem.f.length,
+    pairs: problem.g.length,
+    grid: [],
+  };
 }
 
 function nameOf(root: JsonObject): string {
@@ -120,9 +135,9 @@ function readShared(root: JsonObject, reader: Reader) {
   const x0 = reader.require(root, 'x0', [], 'it must hold the m values of the initial state');
   const end = reader.require(root, 'T', [], 'it must hold the end time, a number above 0');
   return {
-    x0: x0 === undefined ? [] : readVector(x0, ['x0'], reader) ?? [],
-    horizon: end === undefined ? 0 : reader.number(end, ['T']) ?? 0,
-    breakPoints: 'break_points' in root ? readVector(root.break_points, ['break_points'], reader) ?? [] : [],
+    x0: x0 === undefined ? [] : (readVector(x0, ['x0'], reader) ?? []),
+    horizon: end === undefined ? 0 : (reader.number(end, ['T']) ?? 0),
+    breakPoints: 'break_points' in root ? (readVector(root.break_points, ['break_points'], reader) ?? []) : [],
     stateNames: readTexts(root.states, ['states'], reader),
     pairNames: readTexts(root.pairs, ['pairs'], reader),
     parameters: readParameters(root.parameters, reader),
@@ -136,6 +151,7 @@ function readTexts(value: Json | undefined, path: Path, reader: Reader): string[
 function readParameters(value: Json | undefined, reader: Reader): Parameter[] {
   if (!isObject(value)) return [];
   // In the order of the command line, so that both send the same bytes.
-  return Object.keys(value).sort().map((name) => create(
-      ParameterSchema, {name, value: reader.number(value[name], ['parameters', name]) ?? 0}));
+  return Object.keys(value)
+    .sort()
+    .map((name) => create(ParameterSchema, {name, value: reader.number(value[name], ['parameters', name]) ?? 0}));
 }

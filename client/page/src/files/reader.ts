@@ -32,14 +32,16 @@ export class Reader {
   }
 
   text(value: Json, path: Path): string | null {
-    return typeof value === 'string' ? value : this.refuse(path, `is ${describe(value)}; must be text in double quotes`);
+    return typeof value === 'string'
+      ? value
+      : this.refuse(path, `is ${describe(value)}; must be text in double quotes`);
   }
 
   numbers(value: Json, path: Path): number[] | null {
     if (!Array.isArray(value)) return this.refuse(path, `is ${describe(value)}; must be a list of numbers`);
     const before = this.errors.length;
     value.forEach((entry, i) => typeof entry === 'number' || this.number(entry, [...path, i]));
-    return this.errors.length === before ? value as number[] : null;
+    return this.errors.length === before ? (value as number[]) : null;
   }
 
   /** Rows of numbers or, if allowed, formulas of the parameters. */
@@ -56,7 +58,10 @@ export class Reader {
         const column = typeof row === 'number' ? '; a column is written [[1], [2]]' : '';
         this.refuse(place, `is ${describe(row)}; every row is a list${column}`);
       } else if (row.length !== columns) {
-        this.refuse(place, `is of length ${row.length}, and the first row of ${columns}; all rows must be of one length`);
+        this.refuse(
+          place,
+          `is of length ${row.length}, and the first row of ${columns}; all rows must be of one length`,
+        );
       } else {
         row.forEach((entry, j) => this.entry(entry, [...place, j], mayHaveFormulas, matrix));
       }
@@ -65,8 +70,12 @@ export class Reader {
   }
 
   /** Adds a number, or a formula of the parameters with 0 in its place. */
-  entry(value: Json, path: Path, mayBeFormula: boolean,
-        matrix: {values: number[]; formulas: DenseMatrix['formulas']}): void {
+  entry(
+    value: Json,
+    path: Path,
+    mayBeFormula: boolean,
+    matrix: {values: number[]; formulas: DenseMatrix['formulas']},
+  ): void {
     if (mayBeFormula && typeof value === 'string' && !looksLikeANumber(value)) {
       matrix.formulas.push(create(EntryFormulaSchema, {index: matrix.values.length, formula: value}));
       matrix.values.push(0);

@@ -107,7 +107,10 @@ class Check {
       } else if (Object.hasOwn(properties, key)) {
         errors.push(...this.value(inside, properties[key], file, place));
       } else if (schema.additionalProperties === false) {
-        errors.push({path: place, rule: `is not a known key; known are ${Object.keys(properties).slice(0, 20).join(', ')}`});
+        errors.push({
+          path: place,
+          rule: `is not a known key; known are ${Object.keys(properties).slice(0, 20).join(', ')}`,
+        });
       } else if (isObject(schema.additionalProperties)) {
         errors.push(...this.value(inside, schema.additionalProperties, file, place));
       }
@@ -183,8 +186,13 @@ function wanted(schema: JsonObject, types: string[]): string {
 }
 
 function article(type: string): string {
-  const words: {[type: string]: string} = {array: 'a list', object: 'an object', integer: 'a whole number',
-                                           number: 'a number', string: 'text in double quotes'};
+  const words: {[type: string]: string} = {
+    array: 'a list',
+    object: 'an object',
+    integer: 'a whole number',
+    number: 'a number',
+    string: 'text in double quotes',
+  };
   return words[type] ?? type;
 }
 

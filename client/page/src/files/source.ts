@@ -2,8 +2,14 @@
 // f and g of a problem file: formulas, samples, polynomials; in pieces; a matrix times few functions.
 
 import {create} from '@bufbuild/protobuf';
-import {PiecewisePolynomial_CoefficientsSchema, type DenseMatrix, type TimeFunction, TimeFunctionSchema,
-        type TimePiece, TimePieceSchema} from '../../generated/dlcs/v1/solver_pb';
+import {
+  PiecewisePolynomial_CoefficientsSchema,
+  type DenseMatrix,
+  type TimeFunction,
+  TimeFunctionSchema,
+  type TimePiece,
+  TimePieceSchema,
+} from '../../generated/dlcs/v1/solver_pb';
 import {describe, isObject, type Json, type JsonObject, type Path} from './json';
 import {readMatrix, shapeOf} from './matrix';
 import type {Reader} from './reader';
@@ -14,9 +20,14 @@ const nothing: Kind = {case: undefined};
 const mostZeros = 2 ** 23;
 
 /** f (with one component for each state) and g (for each pair). */
-export function readSources(root: JsonObject, states: number, pairs: number, reader: Reader):
-    {f: TimeFunction; g: TimeFunction} {
-  if (!('pieces' in root)) return {f: readFunction(root, 'f', states, reader), g: readFunction(root, 'g', pairs, reader)};
+export function readSources(
+  root: JsonObject,
+  states: number,
+  pairs: number,
+  reader: Reader,
+): {f: TimeFunction; g: TimeFunction} {
+  if (!('pieces' in root))
+    return {f: readFunction(root, 'f', states, reader), g: readFunction(root, 'g', pairs, reader)};
   const f = create(TimeFunctionSchema);
   const g = create(TimeFunctionSchema);
   for (const key of ['f', 'g']) {
@@ -49,13 +60,19 @@ function readFunction(root: JsonObject, key: string, size: number, reader: Reade
     });
   } else {
     const of = reader.require(value, 'of', [key], 'it must hold the functions that the matrix multiplies');
-    if (of !== undefined) made.pieces.push(create(TimePieceSchema, {kind: readSource(of, [key, 'of'], components, reader)}));
+    if (of !== undefined)
+      made.pieces.push(create(TimePieceSchema, {kind: readSource(of, [key, 'of'], components, reader)}));
   }
   return made;
 }
 
-function eachPiece(value: Json, path: Path, form: string, reader: Reader,
-                   read: (piece: JsonObject, start: number, path: Path) => void): void {
+function eachPiece(
+  value: Json,
+  path: Path,
+  form: string,
+  reader: Reader,
+  read: (piece: JsonObject, start: number, path: Path) => void,
+): void {
   if (!Array.isArray(value) || value.length === 0) {
     reader.refuse(path, `is ${describe(value)}; must be a list of objects ${form}`);
     return;
@@ -82,12 +99,16 @@ function readOrZero(object: JsonObject, key: string, path: Path, size: number, r
 function readSource(value: Json, path: Path, size: number, reader: Reader): Kind {
   if (Array.isArray(value)) return readComponents(value, path, reader);
   if (!isObject(value)) {
-    reader.refuse(path, `is ${describe(value)}; must be a list with a formula or a number per component, as in ` +
-                        '["sin(t)", 0], or an object with samples or polynomials');
+    reader.refuse(
+      path,
+      `is ${describe(value)}; must be a list with a formula or a number per component, as in ` +
+        '["sin(t)", 0], or an object with samples or polynomials',
+    );
     return nothing;
   }
-  return 'breaks' in value || 'coefficients' in value ? readPolynomials(value, path, size, reader)
-                                                      : readSamples(value, path, size, reader);
+  return 'breaks' in value || 'coefficients' in value
+    ? readPolynomials(value, path, size, reader)
+    : readSamples(value, path, size, reader);
 }
 
 // Numbers alone are a constant; next to formulas they are written as formulas, with all their digits.
@@ -110,7 +131,10 @@ export function readFormulas(list: Json[], path: Path, reader: Reader): string[]
 function readRowsOf(size: number, value: Json, path: Path, reader: Reader): DenseMatrix | null {
   const rows = reader.rows(value, path);
   if (rows === null || rows.columns === size || size === 0) return rows;
-  return reader.refuse(path, `has rows of ${rows.columns}; must have one value per component in each row, ${size} here`);
+  return reader.refuse(
+    path,
+    `has rows of ${rows.columns}; must have one value per component in each row, ${size} here`,
+  );
 }
 
 function readSamples(object: JsonObject, path: Path, size: number, reader: Reader): Kind {
@@ -137,7 +161,13 @@ function readPolynomials(object: JsonObject, path: Path, size: number, reader: R
     reader.refuse(place, `is ${describe(coefficients)}; must be a list with one polynomial per interval`);
     return nothing;
   }
-  const made = coefficients.map((rows, p) => create(
-      PiecewisePolynomial_CoefficientsSchema, {values: readRowsOf(size, rows, [...place, p], reader)?.values ?? []}));
-  return {case: 'polynomial', value: {$typeName: 'dlcs.v1.PiecewisePolynomial', breaks: list ?? [], coefficients: made}};
+  const made = coefficients.map((rows, p) =>
+    create(PiecewisePolynomial_CoefficientsSchema, {
+      values: readRowsOf(size, rows, [...place, p], reader)?.values ?? [],
+    }),
+  );
+  return {
+    case: 'polynomial',
+    value: {$typeName: 'dlcs.v1.PiecewisePolynomial', breaks: list ?? [], coefficients: made},
+  };
 }

@@ -20,7 +20,10 @@ export class BarPlot {
   private readonly ended = new AbortController();
   private readonly resized = new ResizeObserver(() => this.draw());
 
-  constructor(name: string, private readonly range: SharedRange) {
+  constructor(
+    name: string,
+    private readonly range: SharedRange,
+  ) {
     this.element = h('div', {class: 'bars', role: 'img', 'aria-label': name}, this.canvas);
     const forget = range.onChange(() => this.draw());
     this.ended.signal.addEventListener('abort', forget);

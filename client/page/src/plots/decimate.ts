@@ -27,7 +27,7 @@ function visible(times: ArrayLike<number>, lines: Values[], from: number, to: nu
   if (end - begin <= 4 * columns) return Array.from({length: Math.max(0, end - begin)}, (_, i) => begin + i);
   const shown: number[] = [];
   const width = (to - from) / columns;
-  for (let start = begin; start < end;) {
+  for (let start = begin; start < end; ) {
     const column = Math.floor((times[start] - from) / width);
     let stop = start + 1;
     while (stop < end && Math.floor((times[stop] - from) / width) === column) ++stop;
@@ -49,12 +49,18 @@ function visible(times: ArrayLike<number>, lines: Values[], from: number, to: nu
 }
 
 /** The times and the lines, reduced to what can be seen. */
-export function decimate(times: ArrayLike<number>, lines: Values[], from: number, to: number, columns: number):
-    [number[], ...(number | null)[][]] {
+export function decimate(
+  times: ArrayLike<number>,
+  lines: Values[],
+  from: number,
+  to: number,
+  columns: number,
+): [number[], ...(number | null)[][]] {
   const shown = visible(times, lines, from, to, columns);
-  const take = (values: Values) => shown.map((i) => {
-    const value = values[i];
-    return value === null || Number.isNaN(value) ? null : value;
-  });
+  const take = (values: Values) =>
+    shown.map((i) => {
+      const value = values[i];
+      return value === null || Number.isNaN(value) ? null : value;
+    });
   return [shown.map((i) => times[i]), ...lines.map(take)];
 }

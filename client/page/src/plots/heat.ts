@@ -16,6 +16,7 @@ const tallest = 420;
 export class HeatMap {
   readonly element: HTMLElement;
   private readonly canvas: HTMLCanvasElement;
+  private readonly map: HTMLElement;
   private readonly least = h('span');
   private readonly most = h('span');
   private readonly across = h('span');
@@ -23,9 +24,13 @@ export class HeatMap {
 
   constructor(name: string) {
     this.canvas = h('canvas', {role: 'img', 'aria-label': name});
-    this.element = h('div', {class: 'heat'},
-      h('div', {class: 'map'}, this.down, this.canvas, this.across),
-      h('div', {class: 'scale'}, this.least, h('span', {class: 'ramp', 'aria-hidden': 'true'}), this.most));
+    this.map = h('div', {class: 'map'}, this.down, this.canvas, this.across);
+    this.element = h(
+      'div',
+      {class: 'heat'},
+      this.map,
+      h('div', {class: 'scale'}, this.least, h('span', {class: 'ramp', 'aria-hidden': 'true'}), this.most),
+    );
   }
 
   /** The colors span `bounds`, otherwise the values of the grid. In space all cells are squares. */
@@ -38,9 +43,9 @@ export class HeatMap {
     const [least, most] = bounds ?? extent(grid);
     const image = new ImageData(width, height);
     for (let i = 0; i < height; ++i) {
-      const row = Math.floor(i * rows / height);
+      const row = Math.floor((i * rows) / height);
       for (let j = 0; j < width; ++j) {
-        const value = grid.at(row, Math.floor(j * columns / width));
+        const value = grid.at(row, Math.floor((j * columns) / width));
         const at = 4 * (i * width + j);
         if (Number.isNaN(value)) continue;
         image.data.set(mapColor(most > least ? (value - least) / (most - least) : 0.5), at);
@@ -48,9 +53,11 @@ export class HeatMap {
       }
     }
     Object.assign(this.canvas, {width, height});
-    Object.assign(this.canvas.style, inSpace
-      ? {height: 'auto', aspectRatio: `${columns} / ${rows}`, maxWidth: `${Math.round(tallest * columns / rows)}px`}
-      : {height: '', aspectRatio: '', maxWidth: ''});
+    Object.assign(
+      this.canvas.style,
+      inSpace ? {height: 'auto', aspectRatio: `${columns} / ${rows}`} : {height: '', aspectRatio: ''},
+    );
+    this.map.style.flex = inSpace ? `0 1 ${Math.round((tallest * columns) / rows)}px` : '';
     this.canvas.getContext('2d')!.putImageData(image, 0, 0);
     setText(this.least, general(least, 4));
     setText(this.most, general(most, 4));

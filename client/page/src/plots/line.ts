@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines over time or over iterations: uPlot, with what it lacks: zoom by wheel, by drag and by keys, ranges that several
-// plots share, and decimation.
+// Lines over time or over iterations: uPlot, with what it lacks: zoom by wheel and by keys, moving by drag, ranges that
+// several plots share, and decimation.
 
 import uPlot from 'uplot';
 import {h} from '../dom';
@@ -62,8 +62,12 @@ export class LinePlot {
 
   constructor(private readonly options: LineOptions) {
     this.range = options.range ?? new SharedRange();
-    this.element = h('div', {class: 'plot', tabindex: 0, role: 'img', 'aria-label':
-        `${options.name}. Keys: arrows move, plus and minus zoom, 0 shows all.`});
+    this.element = h('div', {
+      class: 'plot',
+      tabindex: 0,
+      role: 'img',
+      'aria-label': `${options.name}. Keys: arrows move, plus and minus zoom, 0 shows all.`,
+    });
     const forget = this.range.onChange(() => this.draw());
     this.ended.signal.addEventListener('abort', forget);
     this.element.addEventListener('keydown', (event) => this.onKey(event));
@@ -104,7 +108,13 @@ export class LinePlot {
   private draw(): void {
     if (this.plot === null) return;
     const [from, to] = this.shown;
-    const data = decimate(this.times, this.lines.map((line) => line.values), from, to, Math.max(100, this.width));
+    const data = decimate(
+      this.times,
+      this.lines.map((line) => line.values),
+      from,
+      to,
+      Math.max(100, this.width),
+    );
     this.plot.batch(() => {
       this.plot!.setData(data as uPlot.AlignedData, false);
       this.plot!.setScale('x', {min: from, max: to});
@@ -132,59 +142,78 @@ export class LinePlot {
     const {text, grid} = plotColors();
     const font = '12px system-ui, sans-serif';
     const axis = {stroke: text, font, grid: {stroke: grid, width: 1}, ticks: {stroke: grid, width: 1}};
-    this.plot = new uPlot({
-      width: this.width,
-      height: this.options.height,
-      padding: [10, rightMargin, 0, 0],
-      legend: {live: true},
-      cursor: {drag: {x: false, y: false}, points: {size: 6}},
-      scales: {
-        x: {time: false, auto: false},
-        y: this.options.log ? {distr: 3, range: this.options.log} : {},
+    this.plot = new uPlot(
+      {
+        width: this.width,
+        height: this.options.height,
+        padding: [10, rightMargin, 0, 0],
+        legend: {live: true},
+        cursor: {drag: {x: false, y: false}, points: {size: 6}},
+        scales: {
+          x: {time: false, auto: false},
+          y: this.options.log ? {distr: 3, range: this.options.log} : {},
+        },
+        axes: [
+          {
+            ...axis,
+            label: this.options.xLabel,
+            labelSize: 18,
+            labelFont: font,
+            size: 34,
+            incrs: this.options.whole ? wholeSteps : undefined,
+            values: (_, splits) => splits.map((value) => general(value, 8)),
+          },
+          {
+            ...axis,
+            size: leftAxis,
+            splits: this.options.log ? (_, __, least, most) => decades(least, most) : undefined,
+            filter: this.options.log ? (_, splits) => splits : undefined,
+            values: (_, splits) =>
+              splits.map((value) => (value === null ? '' : this.options.log ? power(value) : general(value, 4))),
+          },
+        ],
+        series: [
+          {label: this.options.xLabel, value: (_, value) => (value === null ? '' : general(value, 6))},
+          ...this.lines.map(
+            (line): uPlot.Series => ({
+              label: line.label,
+              stroke: line.color(),
+              width: line.width ?? 1.75,
+              dash: line.dash,
+              points: {show: this.times.length < 40, size: 5},
+              spanGaps: false,
+              value: (_, value) => (value === null || value === undefined ? '' : general(value, 6)),
+            }),
+          ),
+        ],
+        hooks: {drawClear: this.options.behind ? [this.options.behind] : []},
       },
-      axes: [
-        {...axis, label: this.options.xLabel, labelSize: 18, labelFont: font, size: 34,
-         incrs: this.options.whole ? wholeSteps : undefined,
-         values: (_, splits) => splits.map((value) => general(value, 8))},
-        {...axis, size: leftAxis,
-         splits: this.options.log ? (_, __, least, most) => decades(least, most) : undefined,
-         filter: this.options.log ? (_, splits) => splits : undefined,
-         values: (_, splits) => splits.map((value) => value === null ? '' : this.options.log ? power(value)
-                                                                                            : general(value, 4))},
-      ],
-      series: [
-        {label: this.options.xLabel, value: (_, value) => value === null ? '' : general(value, 6)},
-        ...this.lines.map((line): uPlot.Series => ({
-          label: line.label,
-          stroke: line.color(),
-          width: line.width ?? 1.75,
-          dash: line.dash,
-          points: {show: this.times.length < 40, size: 5},
-          spanGaps: false,
-          value: (_, value) => value === null || value === undefined ? '' : general(value, 6),
-        })),
-      ],
-      hooks: {drawClear: this.options.behind ? [this.options.behind] : []},
-    }, [[], ...this.lines.map(() => [])] as unknown as uPlot.AlignedData, this.element);
+      [[], ...this.lines.map(() => [])] as unknown as uPlot.AlignedData,
+      this.element,
+    );
     this.listen(this.plot.over);
     this.draw();
   }
 
   private listen(over: HTMLElement): void {
-    over.addEventListener('wheel', (event) => {
-      // The page scrolls as everywhere; only a pinch or a wheel with Ctrl, or over a plot that has the focus, zooms.
-      if (!event.ctrlKey && !this.element.contains(document.activeElement)) return;
-      event.preventDefault();
-      const place = event.offsetX / over.clientWidth;
-      this.zoom(Math.exp(event.deltaY * 0.002), place);
-    }, {passive: false});
+    over.addEventListener(
+      'wheel',
+      (event) => {
+        // The page scrolls as everywhere; only a pinch or a wheel with Ctrl, or over a plot that has the focus, zooms.
+        if (!event.ctrlKey && !this.element.contains(document.activeElement)) return;
+        event.preventDefault();
+        const place = event.offsetX / over.clientWidth;
+        this.zoom(Math.exp(event.deltaY * 0.002), place);
+      },
+      {passive: false},
+    );
     over.addEventListener('pointerdown', (event) => {
       if (event.button !== 0) return;
       const {shown} = this;
       const start = event.clientX;
       over.setPointerCapture(event.pointerId);
       const move = (moved: PointerEvent) => {
-        const by = (start - moved.clientX) / over.clientWidth * (shown[1] - shown[0]);
+        const by = ((start - moved.clientX) / over.clientWidth) * (shown[1] - shown[0]);
         if (Math.abs(start - moved.clientX) > 2) this.show(shown[0] + by, shown[1] + by);
       };
       over.addEventListener('pointermove', move);
@@ -238,8 +267,9 @@ export class LinePlot {
   }
 }
 
-const wholeSteps = [1, 2, 5].flatMap((digit) => [0, 1, 2, 3, 4, 5, 6].map((power) => digit * 10 ** power))
-    .sort((a, b) => a - b);
+const wholeSteps = [1, 2, 5]
+  .flatMap((digit) => [0, 1, 2, 3, 4, 5, 6].map((power) => digit * 10 ** power))
+  .sort((a, b) => a - b);
 
 function power(value: number): string {
   const exponent = Math.round(Math.log10(value));

@@ -20,8 +20,9 @@ export interface PlotColors {
 }
 
 export function plotColors(): PlotColors {
-  return scheme.matches ? {text: '#c3cad6', grid: '#333b48', marker: '#8f99a8'}
-                        : {text: '#3d4754', grid: '#e3e7ec', marker: '#747f8d'};
+  return scheme.matches
+    ? {text: '#c3cad6', grid: '#333b48', marker: '#8f99a8'}
+    : {text: '#3d4754', grid: '#e3e7ec', marker: '#747f8d'};
 }
 
 export function onThemeChange(change: () => void, signal: AbortSignal): void {
@@ -29,14 +30,26 @@ export function onThemeChange(change: () => void, signal: AbortSignal): void {
 }
 
 // Points of the color map viridis, from the smallest to the largest value.
-const map = [[68, 1, 84], [71, 44, 122], [59, 81, 139], [44, 113, 142], [33, 144, 141], [39, 173, 129], [92, 200, 99],
-             [170, 220, 50], [253, 231, 37]];
+const map = [
+  [68, 1, 84],
+  [71, 44, 122],
+  [59, 81, 139],
+  [44, 113, 142],
+  [33, 144, 141],
+  [39, 173, 129],
+  [92, 200, 99],
+  [170, 220, 50],
+  [253, 231, 37],
+];
 
 /** Red, green and blue of a value from 0 to 1. */
 export function mapColor(value: number): [number, number, number] {
   const place = Math.min(Math.max(value, 0), 1) * (map.length - 1);
   const from = Math.min(Math.floor(place), map.length - 2);
   const part = place - from;
-  return [0, 1, 2].map((c) => Math.round(map[from][c] + part * (map[from + 1][c] - map[from][c]))) as
-      [number, number, number];
+  return [0, 1, 2].map((c) => Math.round(map[from][c] + part * (map[from + 1][c] - map[from][c]))) as [
+    number,
+    number,
+    number,
+  ];
 }

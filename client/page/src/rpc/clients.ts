@@ -23,8 +23,8 @@ const withToken: Interceptor = (next) => async (request) => {
   }
 };
 
-// gRPC-Web rather than Connect: a refused call has HTTP status 200 there, so that browsers do not report it as an error of
-// the page in their console.
+// gRPC-Web rather than Connect: a refused call has HTTP status 200 there, so that browsers do not report it as an error
+// of the page in their console.
 const transport = createGrpcWebTransport({
   baseUrl: location.origin,
   useBinaryFormat: true,

@@ -13,9 +13,10 @@ export interface Violation {
 
 export function violationsOf(error: unknown): Violation[] {
   if (!(error instanceof ConnectError)) return [];
-  return error.findDetails(BadRequestSchema)
-      .flatMap((detail) => detail.fieldViolations)
-      .map(({field, description}) => ({field, text: description}));
+  return error
+    .findDetails(BadRequestSchema)
+    .flatMap((detail) => detail.fieldViolations)
+    .map(({field, description}) => ({field, text: description}));
 }
 
 export function errorText(error: unknown): string {
@@ -39,8 +40,13 @@ export function errorText(error: unknown): string {
 /** The call may succeed if it is repeated: the connection broke, or the server restarts. */
 export function mayPass(error: unknown): boolean {
   const {code} = ConnectError.from(error);
-  return code === Code.Unavailable || code === Code.Unknown || code === Code.Aborted || code === Code.Internal ||
-      code === Code.DeadlineExceeded;
+  return (
+    code === Code.Unavailable ||
+    code === Code.Unknown ||
+    code === Code.Aborted ||
+    code === Code.Internal ||
+    code === Code.DeadlineExceeded
+  );
 }
 
 // fetch reports a refused or broken connection as a TypeError, whose text differs between browsers.

@@ -30,15 +30,25 @@ function ask(reason: string): Promise<void> {
     const told = h('p', {class: 'error', role: 'alert'});
     setText(told, reason);
     show(told, token() !== '');
-    const dialog = h('dialog', {class: 'login', 'aria-labelledby': 'login-title'},
-      h('form', {method: 'dialog'},
+    const dialog = h(
+      'dialog',
+      {class: 'login', 'aria-labelledby': 'login-title'},
+      h(
+        'form',
+        {method: 'dialog'},
         h('h2', {id: 'login-title'}, 'Log in'),
-        h('p', {}, 'This server has users. Enter the token that its operator gave you. ' +
-                   'It is kept until you close this tab.'),
+        h(
+          'p',
+          {},
+          'This server has users. Enter the token that its operator gave you. ' +
+            'It is kept until you close this tab.',
+        ),
         told,
         h('label', {for: 'token'}, 'Token'),
         input,
-        h('div', {class: 'buttons'}, h('button', {class: 'main', type: 'submit'}, 'Log in'))));
+        h('div', {class: 'buttons'}, h('button', {class: 'main', type: 'submit'}, 'Log in')),
+      ),
+    );
     // Without a token nothing works, so Escape does not close it.
     dialog.addEventListener('cancel', (event) => event.preventDefault());
     dialog.addEventListener('close', () => {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One stream for all tabs. A browser opens six HTTP/1.1 connections per origin for all its tabs together, so streams of
-// a few tabs would leave none for calls. Every stream takes a turn: the Web Locks API hands the turn from tab to tab, in
-// the order of asking. A stream that can be continued later gives up its turn when others wait.
+// a few tabs would leave none for calls. Every stream takes a turn: the Web Locks API hands the turn from tab to tab,
+// in the order of asking. A stream that can be continued later gives up its turn when others wait.
 
 const lock = 'dlcs-stream';
 const checkEvery = 250;
@@ -31,8 +31,8 @@ export function takeTurn<T>(stream: () => Promise<T>, signal: AbortSignal): Prom
 }
 
 /**
- * As takeTurn, for a stream that goes on later: `turn` is aborted when another stream has been waiting for a moment, and
- * with `signal`.
+ * As takeTurn, for a stream that goes on later: `turn` is aborted when another stream has been waiting for a moment,
+ * and with `signal`.
  */
 export function takeSharedTurn<T>(stream: (turn: AbortSignal) => Promise<T>, signal: AbortSignal): Promise<T> {
   return withLock(async () => {

@@ -20,8 +20,9 @@ export interface SolveData {
 /** When each of the chosen pairs is active: as the solver says, otherwise where y is larger than w. */
 export function activeSpans({model, trajectory, horizon}: SolveData, chosen: number[]): Span[][] {
   const switchings = model.summary?.switchingTimes ?? [];
-  const end = model.summary === null ? model.reached : trajectory?.times.at(-1) ?? horizon;
-  if (switchings.length > 0 && switchings.length === model.summary?.switchings) return bySwitchings(switchings, end, chosen);
+  const end = model.summary === null ? model.reached : (trajectory?.times.at(-1) ?? horizon);
+  if (switchings.length > 0 && switchings.length === model.summary?.switchings)
+    return bySwitchings(switchings, end, chosen);
   return chosen.map((pair) => byValues(trajectory, pair));
 }
 

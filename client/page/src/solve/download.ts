@@ -3,8 +3,14 @@
 // together from pieces, so that a large trajectory is never one string.
 
 import {toJsonString} from '@bufbuild/protobuf';
-import {type Analysis, AnalysisSchema, LeftLimitSchema, type Summary, SummarySchema,
-        type TrajectoryChunk} from '../../generated/dlcs/v1/solver_pb';
+import {
+  type Analysis,
+  AnalysisSchema,
+  LeftLimitSchema,
+  type Summary,
+  SummarySchema,
+  type TrajectoryChunk,
+} from '../../generated/dlcs/v1/solver_pb';
 import type {Names} from '../names';
 
 export interface Solved {
@@ -56,13 +62,25 @@ class JsonWriter implements Writer {
   finish(): Blob {
     const {title, job, analysis, summary} = this.solved;
     const list = (field: string) => ['[', this.parts[field].join(','), ']'];
-    return new Blob([
-      `{"title":${JSON.stringify(title)},"job":${JSON.stringify(job)},`,
-      analysis ? `"analysis":${toJsonString(AnalysisSchema, analysis, options)},` : '',
-      summary ? `"summary":${toJsonString(SummarySchema, summary, options)},` : '',
-      '"trajectory":{"first":0,"times":', ...list('times'), ',"x":', ...list('x'), ',"y":', ...list('y'),
-      ',"left_limits":', ...list('left'), ',"w":', ...list('w'), '}}\n',
-    ], {type: 'application/json'});
+    return new Blob(
+      [
+        `{"title":${JSON.stringify(title)},"job":${JSON.stringify(job)},`,
+        analysis ? `"analysis":${toJsonString(AnalysisSchema, analysis, options)},` : '',
+        summary ? `"summary":${toJsonString(SummarySchema, summary, options)},` : '',
+        '"trajectory":{"first":0,"times":',
+        ...list('times'),
+        ',"x":',
+        ...list('x'),
+        ',"y":',
+        ...list('y'),
+        ',"left_limits":',
+        ...list('left'),
+        ',"w":',
+        ...list('w'),
+        '}}\n',
+      ],
+      {type: 'application/json'},
+    );
   }
 }
 
@@ -76,7 +94,11 @@ class CsvWriter implements Writer {
   }
 
   add(chunk: TrajectoryChunk): void {
-    this.parts.push(rowsOf(chunk).map((row) => row.map(cell).join(',') + '\n').join(''));
+    this.parts.push(
+      rowsOf(chunk)
+        .map((row) => row.map(cell).join(',') + '\n')
+        .join(''),
+    );
   }
 
   finish(): Blob {
@@ -93,7 +115,7 @@ function header({names, states, pairs}: Solved): string[] {
 }
 
 function cell(value: number): string {
-  return Number.isFinite(value) ? Object.is(value, -0) ? '-0' : String(value) : '';
+  return Number.isFinite(value) ? (Object.is(value, -0) ? '-0' : String(value)) : '';
 }
 
 function rowsOf(chunk: TrajectoryChunk): number[][] {

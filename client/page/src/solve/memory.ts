@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page remembers of a solve beyond a reload: its events so far, for this tab, and the grid of a problem that was
-// submitted here, which the server does not tell.
+// What the page remembers of a solve beyond a reload: its events so far, for this tab, and the grid of a problem that
+// was submitted here, which the server does not tell.
 
 import {SolveModel} from './model';
 import {startedJobs} from './start';

@@ -3,8 +3,16 @@
 // model is saved with the number of its last event.
 
 import {fromJsonString, toJsonString} from '@bufbuild/protobuf';
-import {type Analysis, AnalysisSchema, type Iterate, JobState, type SolveEvent, type Summary,
-        SummarySchema, type WindowFinished} from '../../generated/dlcs/v1/solver_pb';
+import {
+  type Analysis,
+  AnalysisSchema,
+  type Iterate,
+  JobState,
+  type SolveEvent,
+  type Summary,
+  SummarySchema,
+  type WindowFinished,
+} from '../../generated/dlcs/v1/solver_pb';
 import {Names} from '../names';
 
 export interface WindowRow {

@@ -2,8 +2,11 @@
 // Reads the stored trajectory of a job: as it grows, for the plots, and as a whole, for a file.
 
 import {create} from '@bufbuild/protobuf';
-import {ReadTrajectoryRequestSchema, type ReadTrajectoryRequest,
-        type TrajectoryPage} from '../../generated/dlcs/v1/jobs_pb';
+import {
+  ReadTrajectoryRequestSchema,
+  type ReadTrajectoryRequest,
+  type TrajectoryPage,
+} from '../../generated/dlcs/v1/jobs_pb';
 import {jobs, loggedIn} from '../rpc/clients';
 import {mayPass} from '../rpc/errors';
 import {takeTurn} from '../rpc/turns';
@@ -28,13 +31,16 @@ export function all(count: number): number[] {
 
 /** The stride with which `times` times of the selected components fit into the memory of the page. */
 export function strideFor(times: number, xs: number, ys: number): number {
-  return Math.max(1, Math.ceil(times * (xs + 2 * ys) / mostValues));
+  return Math.max(1, Math.ceil((times * (xs + 2 * ys)) / mostValues));
 }
 
-/** Calls `onPage` with each page of the stored part, after `request.resumeToken`; repeats where the connection breaks. */
-async function readPages(request: ReadTrajectoryRequest, signal: AbortSignal,
-                         onPage: (page: TrajectoryPage) => void): Promise<void> {
-  for (let tries = 1;; ++tries) {
+/** Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats where the connection breaks. */
+async function readPages(
+  request: ReadTrajectoryRequest,
+  signal: AbortSignal,
+  onPage: (page: TrajectoryPage) => void,
+): Promise<void> {
+  for (let tries = 1; ; ++tries) {
     try {
       await takeTurn(async () => {
         for await (const page of jobs.readTrajectory(request, {signal})) {
@@ -45,7 +51,7 @@ async function readPages(request: ReadTrajectoryRequest, signal: AbortSignal,
       }, signal);
       return;
     } catch (error) {
-      if (signal.aborted || (!await loggedIn(error) && (!mayPass(error) || tries === mostTries))) throw error;
+      if (signal.aborted || (!(await loggedIn(error)) && (!mayPass(error) || tries === mostTries))) throw error;
       await new Promise((resolve) => setTimeout(resolve, 500));
     }
   }
@@ -72,8 +78,14 @@ export class GrowingTrajectory {
   private reading = false;
   private again = false;
 
-  constructor(job: string, readonly selection: Selection, states: number, pairs: number,
-              private readonly signal: AbortSignal, private readonly onChange: (error?: unknown) => void) {
+  constructor(
+    job: string,
+    readonly selection: Selection,
+    states: number,
+    pairs: number,
+    private readonly signal: AbortSignal,
+    private readonly onChange: (error?: unknown) => void,
+  ) {
     this.trajectory = new Trajectory(selection.xs, selection.ys);
     this.request = requestOf(job, selection, states, pairs);
   }
@@ -102,7 +114,10 @@ export class GrowingTrajectory {
 }
 
 /** All pages of all components, one after the other. */
-export async function readWhole(job: string, signal: AbortSignal,
-                                onPage: (page: TrajectoryPage) => void): Promise<void> {
+export async function readWhole(
+  job: string,
+  signal: AbortSignal,
+  onPage: (page: TrajectoryPage) => void,
+): Promise<void> {
   await readPages(create(ReadTrajectoryRequestSchema, {name: job}), signal, onPage);
 }

@@ -28,8 +28,10 @@ export const startedJobs = new Map<string, Started>();
 export async function startJob(request: SolveRequest): Promise<string> {
   return patiently(async () => {
     const name = await follow(request);
-    return name ?? (await jobs.createSolveJob({solve: request, title: request.title, requestId: request.requestId},
-                                              soon())).name;
+    return (
+      name ??
+      (await jobs.createSolveJob({solve: request, title: request.title, requestId: request.requestId}, soon())).name
+    );
   });
 }
 
@@ -60,7 +62,7 @@ async function readEvents(request: SolveRequest, turn: AbortSignal, onName: (nam
   const call = new AbortController();
   const model = new SolveModel();
   let leave = () => {};
-  const left = new Promise<void>((resolve) => leave = resolve);
+  const left = new Promise<void>((resolve) => (leave = resolve));
   let named = false;
   const stop = () => named && call.abort();
   turn.addEventListener('abort', stop);
@@ -72,7 +74,7 @@ async function readEvents(request: SolveRequest, turn: AbortSignal, onName: (nam
         onName(event.kind.value.job);
         if (turn.aborted) return;
       } else if (event.kind.case === 'trajectory') {
-        return;  // the page reads what it shows of the trajectory
+        return; // the page reads what it shows of the trajectory
       } else {
         model.onEvent(event);
       }
@@ -87,11 +89,11 @@ async function readEvents(request: SolveRequest, turn: AbortSignal, onName: (nam
 }
 
 async function patiently<T>(call: () => Promise<T>): Promise<T> {
-  for (let tries = 1;; ++tries) {
+  for (let tries = 1; ; ++tries) {
     try {
       return await call();
     } catch (error) {
-      if (!await loggedIn(error) && (!mayPass(error) || tries === mostTries)) throw error;
+      if (!(await loggedIn(error)) && (!mayPass(error) || tries === mostTries)) throw error;
       await new Promise((resolve) => setTimeout(resolve, 500 * tries));
     }
   }

@@ -23,15 +23,26 @@ export class StreamedSolve {
   private solveId = '';
   private readonly aborted = new AbortController();
 
-  constructor(private readonly request: SolveRequest, readonly title: string, private readonly horizon: number,
-              private readonly grid: number[]) {
+  constructor(
+    private readonly request: SolveRequest,
+    readonly title: string,
+    private readonly horizon: number,
+    private readonly grid: number[],
+  ) {
     void this.run();
   }
 
   get data(): SolveData {
     const {model} = this;
-    return {title: this.title, states: model.analysis?.states ?? 0, pairs: model.analysis?.constraints ?? 0,
-            horizon: this.horizon, grid: this.grid, model, trajectory: this.trajectory};
+    return {
+      title: this.title,
+      states: model.analysis?.states ?? 0,
+      pairs: model.analysis?.constraints ?? 0,
+      horizon: this.horizon,
+      grid: this.grid,
+      model,
+      trajectory: this.trajectory,
+    };
   }
 
   get running(): boolean {
@@ -52,7 +63,7 @@ export class StreamedSolve {
       try {
         await takeTurn(() => this.read(), this.aborted.signal);
       } catch (error) {
-        if (!this.aborted.signal.aborted && await loggedIn(error)) continue;
+        if (!this.aborted.signal.aborted && (await loggedIn(error))) continue;
         this.trouble = this.aborted.signal.aborted ? 'It was cancelled before it began.' : errorText(error);
       }
       break;

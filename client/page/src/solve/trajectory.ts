@@ -29,7 +29,10 @@ export class Trajectory {
   private readonly columns: {[kind in Kind]: Map<number, Column>};
 
   /** Components from 0, in the order of the chunks. */
-  constructor(readonly xs: number[], readonly ys: number[]) {
+  constructor(
+    readonly xs: number[],
+    readonly ys: number[],
+  ) {
     const make = (components: number[]) => new Map(components.map((i) => [i, new Column()]));
     this.columns = {x: make(xs), y: make(ys), w: make(ys)};
   }
@@ -52,8 +55,12 @@ export class Trajectory {
       const w = slice(chunk.w, this.ys.length, k);
       const limit = left.get(chunk.first + k * stride);
       if (limit !== undefined) {
-        this.row(time, x, limit.y.length === this.ys.length ? limit.y : y,
-                 limit.w.length === this.ys.length ? limit.w : w);
+        this.row(
+          time,
+          x,
+          limit.y.length === this.ys.length ? limit.y : y,
+          limit.w.length === this.ys.length ? limit.w : w,
+        );
       }
       this.row(time, x, y, w);
     });

@@ -40,7 +40,11 @@ export class JobWatch {
   private holding = false;
   private waiting: AbortController | null = null;
 
-  constructor(private readonly job: string, private readonly pairs: () => number[], private readonly watcher: Watcher) {
+  constructor(
+    private readonly job: string,
+    private readonly pairs: () => number[],
+    private readonly watcher: Watcher,
+  ) {
     this.channel.addEventListener('message', ({data}: MessageEvent<Shared>) => this.onShared(data));
     document.addEventListener('visibilitychange', this.onVisibility);
     void this.run();
@@ -99,9 +103,14 @@ export class JobWatch {
     const beat = setInterval(() => this.share(null), beatEvery);
     try {
       const stream = jobs.watchSolveJob(
-          {name: this.job, afterSequence: this.watcher.lastSequence(), view: WatchView.SAMPLED,
-           yComponents: this.pairs()},
-          {signal: turn});
+        {
+          name: this.job,
+          afterSequence: this.watcher.lastSequence(),
+          view: WatchView.SAMPLED,
+          yComponents: this.pairs(),
+        },
+        {signal: turn},
+      );
       for await (const event of stream) {
         this.watcher.onTrouble(null);
         this.share(event);
@@ -122,8 +131,11 @@ export class JobWatch {
 
   private share(event: SolveEvent | null): void {
     if (this.stopped.signal.aborted) return;
-    const shared: Shared = {job: this.job, after: this.watcher.lastSequence(),
-                            event: event && toBinary(SolveEventSchema, event)};
+    const shared: Shared = {
+      job: this.job,
+      after: this.watcher.lastSequence(),
+      event: event && toBinary(SolveEventSchema, event),
+    };
     this.channel.postMessage(shared);
   }
 

@@ -14,7 +14,14 @@ export class Editor {
   private lines = 0;
 
   constructor(id: string, onInput: () => void) {
-    this.area = h('textarea', {id, wrap: 'off', spellcheck: 'false', autocomplete: 'off', autocapitalize: 'off', rows: 20});
+    this.area = h('textarea', {
+      id,
+      wrap: 'off',
+      spellcheck: 'false',
+      autocomplete: 'off',
+      autocapitalize: 'off',
+      rows: 20,
+    });
     const gutter = h('div', {class: 'gutter', 'aria-hidden': 'true'}, this.numbers);
     this.element = h('div', {class: 'editor'}, gutter, this.marks, this.area);
     this.area.addEventListener('input', () => {
@@ -37,11 +44,14 @@ export class Editor {
 
   /** Marks lines, counted from 1. */
   mark(lines: number[]): void {
-    replace(this.marks, [...new Set(lines)].map((line) => {
-      const mark = h('div', {class: 'mark'});
-      mark.style.top = `${padding + (line - 1) * lineHeight}px`;
-      return mark;
-    }));
+    replace(
+      this.marks,
+      [...new Set(lines)].map((line) => {
+        const mark = h('div', {class: 'mark'});
+        mark.style.top = `${padding + (line - 1) * lineHeight}px`;
+        return mark;
+      }),
+    );
     this.area.setAttribute('aria-invalid', String(lines.length > 0));
     this.onScroll();
   }

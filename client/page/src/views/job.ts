@@ -25,8 +25,9 @@ const readEvery = 700;
 const saveEvery = 3_000;
 // So many pairs come with the iterates until others are chosen. The server holds fewer events the larger they are.
 const firstPairs = 4;
-// So long the call that started a job is left alone: a short solve has ended by then, with all its events.
-const startLasts = 1_500;
+// So long the call that started a job is left alone: a short solve has ended by then, with all its events. Its iterates
+// come without y; those that are watched have it.
+const startLasts = 500;
 const drawEvery = 100;
 
 export class JobView implements View {
@@ -53,11 +54,23 @@ export class JobView implements View {
       remove: () => this.remove(),
       download: (extension) => this.download(extension),
     });
-    this.panels = new Panels(() => this.data, () => this.onChoice(), () => this.loadField());
-    this.element = h('div', {}, h('p', {}, h('a', {href: '#/jobs'}, 'All solves')), this.head.element,
-                     this.panels.element);
+    this.panels = new Panels(
+      () => this.data,
+      () => this.onChoice(),
+      () => this.loadField(),
+    );
+    this.element = h(
+      'div',
+      {},
+      h('p', {}, h('a', {href: '#/jobs'}, 'All solves')),
+      this.head.element,
+      this.panels.element,
+    );
     this.head.update({title: 'Loading …', state: '', part: 0, text: '', ended: false, canDownload: false});
-    this.timers.push(setInterval(() => this.readOn(), readEvery), setInterval(this.save, saveEvery));
+    this.timers.push(
+      setInterval(() => this.readOn(), readEvery),
+      setInterval(this.save, saveEvery),
+    );
     void this.takeOver();
     addEventListener('pagehide', this.save, {signal: this.ended.signal});
     pollWhileVisible(pollEvery, this.ended.signal, () => this.poll());
@@ -132,7 +145,10 @@ export class JobView implements View {
         this.watch?.stop();
         forgetModel(this.name);
         this.head.tell(null);
-        this.head.element.replaceChildren(h('h1', {}, 'There is no such solve'), h('p', {}, 'It was deleted or expired.'));
+        this.head.element.replaceChildren(
+          h('h1', {}, 'There is no such solve'),
+          h('p', {}, 'It was deleted or expired.'),
+        );
         this.panels.element.hidden = true;
         this.ended.abort();
       } else {
@@ -165,11 +181,19 @@ export class JobView implements View {
       ? [`Took ${duration(elapsed)}`, `created ${ago(job.createTime)}`, `${bytes(job.storedBytes)} stored`]
       : job.state === JobState.QUEUED
         ? ["Waiting in the server's queue"]
-        : [`t = ${general(this.model.reached, 4)} of ${general(job.horizon, 4)}`, duration(Math.floor(elapsed)),
-           timeLeft(elapsed, part)];
-    this.head.update({title: this.jobTitle, state: stateWord(job.state), part: ended ? 1 : Math.min(part, 1),
-                      text: texts.filter((text) => text !== '').join(', '), ended,
-                      canDownload: (this.model.summary?.times ?? 0) > 0});
+        : [
+            `t = ${general(this.model.reached, 4)} of ${general(job.horizon, 4)}`,
+            duration(Math.floor(elapsed)),
+            timeLeft(elapsed, part),
+          ];
+    this.head.update({
+      title: this.jobTitle,
+      state: stateWord(job.state),
+      part: ended ? 1 : Math.min(part, 1),
+      text: texts.filter((text) => text !== '').join(', '),
+      ended,
+      canDownload: (this.model.summary?.times ?? 0) > 0,
+    });
   }
 
   // Reads what is stored by now. The first reader begins when there is something to read.
@@ -187,16 +211,21 @@ export class JobView implements View {
     const {states, pairs, model} = this.data;
     const few = states + 2 * pairs <= mostComponents;
     const {chosen} = this.panels;
-    const some = (list: number[], total: number) => list.length > 0 || total === 0 ? list : all(Math.min(total, 4));
+    const some = (list: number[], total: number) => (list.length > 0 || total === 0 ? list : all(Math.min(total, 4)));
     const xs = few ? all(states) : some(chosen.states, states);
     const ys = few ? all(pairs) : some(chosen.pairs, pairs);
     const steps = Math.max(times, model.analysis?.steps ?? 0);
     return new GrowingTrajectory(
-        this.name, {xs, ys, stride: strideFor(steps, xs.length, ys.length)}, states, pairs, this.ended.signal,
-        (error) => {
-          if (error !== undefined) this.head.tell(errorText(error));
-          this.panels.refresh();
-        });
+      this.name,
+      {xs, ys, stride: strideFor(steps, xs.length, ys.length)},
+      states,
+      pairs,
+      this.ended.signal,
+      (error) => {
+        if (error !== undefined) this.head.tell(errorText(error));
+        this.panels.refresh();
+      },
+    );
   }
 
   // Other components were chosen than those that are held.
@@ -216,10 +245,15 @@ export class JobView implements View {
     const {states, pairs, model} = this.data;
     const times = model.summary?.times ?? model.storedTimes;
     const field = new GrowingTrajectory(
-        this.name, {xs: all(states), ys: all(pairs), stride: strideFor(times, states, pairs)}, states, pairs,
-        this.ended.signal, (error) => {
-          if (error !== undefined) this.head.tell(errorText(error));
-        });
+      this.name,
+      {xs: all(states), ys: all(pairs), stride: strideFor(times, states, pairs)},
+      states,
+      pairs,
+      this.ended.signal,
+      (error) => {
+        if (error !== undefined) this.head.tell(errorText(error));
+      },
+    );
     await field.update();
     return field.trajectory;
   }
@@ -227,8 +261,15 @@ export class JobView implements View {
   private async download(extension: string): Promise<void> {
     const {title, states, pairs, model} = this.data;
     const names = new Names(model.analysis?.stateNames, model.analysis?.pairNames);
-    const writer = writers[extension](
-        {title, job: this.name, names, analysis: model.analysis, summary: model.summary, states, pairs});
+    const writer = writers[extension]({
+      title,
+      job: this.name,
+      names,
+      analysis: model.analysis,
+      summary: model.summary,
+      states,
+      pairs,
+    });
     await readWhole(this.name, this.ended.signal, (page) => page.chunk && writer.add(page.chunk));
     save(writer.finish(), `${title.replace(/[^\w.-]+/g, '-')}.${extension}`);
   }

@@ -32,11 +32,21 @@ export class JobsView implements View {
       void this.poll();
     });
     const head = ['Title', 'State', 'Progress', 'Created', ''].map((title) => h('th', {scope: 'col'}, title));
-    this.element = h('div', {},
-      h('div', {class: 'line'}, h('h1', {}, 'Solves'), h('a', {class: 'button main', href: '#/submit'}, 'Submit a problem')),
+    this.element = h(
+      'div',
+      {},
+      h(
+        'div',
+        {class: 'line'},
+        h('h1', {}, 'Solves'),
+        h('a', {class: 'button main', href: '#/submit'}, 'Submit a problem'),
+      ),
       h('p', {class: 'field'}, h('label', {for: 'search'}, 'Search'), this.search),
-      this.trouble, this.told,
-      h('table', {class: 'jobs'}, h('thead', {}, h('tr', {}, head)), this.body), this.more);
+      this.trouble,
+      this.told,
+      h('table', {class: 'jobs'}, h('thead', {}, h('tr', {}, head)), this.body),
+      this.more,
+    );
     void this.start();
   }
 
@@ -48,9 +58,17 @@ export class JobsView implements View {
     try {
       const {jobs: limits} = await getCapabilities();
       if (limits === undefined) {
-        replace(this.element, h('h1', {}, 'Solves'), h('p', {class: 'card'},
-          'This server keeps no solves: it was started without --store. ',
-          h('a', {href: '#/submit'}, 'You can still solve a problem'), ' and watch it here.'));
+        replace(
+          this.element,
+          h('h1', {}, 'Solves'),
+          h(
+            'p',
+            {class: 'card'},
+            'This server keeps no solves: it was started without --store. ',
+            h('a', {href: '#/submit'}, 'You can still solve a problem'),
+            ' and watch it here.',
+          ),
+        );
         return;
       }
     } catch (error) {
@@ -64,8 +82,10 @@ export class JobsView implements View {
       const listed: SolveJob[] = [];
       let page: ListSolveJobsResponse | null = null;
       for (let i = 0; i < this.pages && (page === null || page.nextPageToken !== ''); ++i) {
-        page = await jobs.listSolveJobs({pageSize, pageToken: page?.nextPageToken ?? ''},
-                                        {...soon(), signal: this.ended.signal});
+        page = await jobs.listSolveJobs(
+          {pageSize, pageToken: page?.nextPageToken ?? ''},
+          {...soon(), signal: this.ended.signal},
+        );
         listed.push(...page.jobs);
       }
       this.listed = listed;
@@ -85,9 +105,14 @@ export class JobsView implements View {
   private draw(): void {
     const wanted = this.search.value.trim().toLowerCase();
     const shown = this.listed.filter((job) => textOf(job).includes(wanted));
-    setText(this.told, this.listed.length === 0
-      ? 'There are no solves yet.'
-      : shown.length === this.listed.length ? count(shown.length, 'solve') : `${shown.length} of ${count(this.listed.length, 'solve')}`);
+    setText(
+      this.told,
+      this.listed.length === 0
+        ? 'There are no solves yet.'
+        : shown.length === this.listed.length
+          ? count(shown.length, 'solve')
+          : `${shown.length} of ${count(this.listed.length, 'solve')}`,
+    );
     const names = new Set(shown.map((job) => job.name));
     for (const [name, row] of this.rows) {
       if (names.has(name)) continue;
@@ -98,7 +123,11 @@ export class JobsView implements View {
     for (const job of shown) {
       let row = this.rows.get(job.name);
       if (row === undefined) {
-        row = new Row(job.name, () => this.poll(), (text) => this.tell(text));
+        row = new Row(
+          job.name,
+          () => this.poll(),
+          (text) => this.tell(text),
+        );
         this.rows.set(job.name, row);
       }
       row.update(job);
@@ -115,7 +144,8 @@ function titleOf(job: SolveJob): string {
 
 function textOf(job: SolveJob): string {
   return [titleOf(job), stateWord(job.state), methodWord(job.options?.method ?? 0), job.name, job.owner, job.requestId]
-      .join(' ').toLowerCase();
+    .join(' ')
+    .toLowerCase();
 }
 
 class Row {
@@ -130,39 +160,60 @@ class Row {
   private job: SolveJob | null = null;
   private sure = false;
 
-  constructor(name: string, private readonly renew: () => Promise<void>, private readonly tell: (text: string) => void) {
+  constructor(
+    name: string,
+    private readonly renew: () => Promise<void>,
+    private readonly tell: (text: string) => void,
+  ) {
     this.title = h('a', {href: `#/${name}`});
     this.act.addEventListener('click', () => void this.onAct());
     this.act.addEventListener('blur', () => {
       this.sure = false;
       this.drawAct();
     });
-    this.element = h('tr', {}, h('td', {}, this.title, this.about), h('td', {}, this.state),
-                     h('td', {}, this.bar, this.left), h('td', {}, this.created), h('td', {}, this.act));
+    this.element = h(
+      'tr',
+      {},
+      h('td', {}, this.title, this.about),
+      h('td', {}, this.state),
+      h('td', {}, this.bar, this.left),
+      h('td', {}, this.created),
+      h('td', {}, this.act),
+    );
   }
 
   update(job: SolveJob): void {
     this.job = job;
     const ended = hasEnded(job.state);
     setText(this.title, titleOf(job));
-    setText(this.about, job.states > 0
-      ? `${count(job.states, 'state')}, ${count(job.constraints, 'pair')}${job.owner === '' ? '' : `, ${job.owner}`}` : '');
+    setText(
+      this.about,
+      job.states > 0
+        ? `${count(job.states, 'state')}, ${count(job.constraints, 'pair')}${job.owner === '' ? '' : `, ${job.owner}`}`
+        : '',
+    );
     setText(this.state, stateWord(job.state));
     this.state.dataset.state = stateWord(job.state);
     show(this.bar, !ended);
     this.bar.value = job.progress;
     const from = job.startTime ?? job.createTime;
-    const elapsed = from === undefined ? 0
+    const elapsed =
+      from === undefined
+        ? 0
         : ((job.endTime === undefined ? Date.now() : milliseconds(job.endTime)) - milliseconds(from)) / 1000;
-    setText(this.left, ended ? `took ${duration(Math.max(0, elapsed))}`
-                             : `${Math.floor(100 * job.progress)} % ${timeLeft(elapsed, job.progress)}`);
+    setText(
+      this.left,
+      ended
+        ? `took ${duration(Math.max(0, elapsed))}`
+        : `${Math.floor(100 * job.progress)} % ${timeLeft(elapsed, job.progress)}`,
+    );
     setText(this.created, ago(job.createTime));
     this.drawAct();
   }
 
   private drawAct(): void {
     if (this.job === null) return;
-    const does = hasEnded(this.job.state) ? this.sure ? 'Delete for good?' : 'Delete' : 'Cancel';
+    const does = hasEnded(this.job.state) ? (this.sure ? 'Delete for good?' : 'Delete') : 'Cancel';
     setText(this.act, does);
     this.act.setAttribute('aria-label', `${does} ${titleOf(this.job)}`);
   }

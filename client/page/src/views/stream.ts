@@ -18,12 +18,23 @@ export class StreamView implements View {
   constructor() {
     const {solve} = streamed;
     if (solve === null) {
-      replace(this.element, h('p', {class: 'card'}, 'Nothing was solved in this tab yet. ',
-                              h('a', {href: '#/submit'}, 'Submit a problem.')));
+      replace(
+        this.element,
+        h(
+          'p',
+          {class: 'card'},
+          'Nothing was solved in this tab yet. ',
+          h('a', {href: '#/submit'}, 'Submit a problem.'),
+        ),
+      );
       return;
     }
     const head = new Head({stop: () => solve.stop(), remove: null, download: async (type) => download(solve, type)});
-    const panels = new Panels(() => solve.data, () => panels.refresh(), null);
+    const panels = new Panels(
+      () => solve.data,
+      () => panels.refresh(),
+      null,
+    );
     this.panels = panels;
     replace(this.element, head.element, panels.element);
     const update = () => {
@@ -46,14 +57,19 @@ function updateHead(head: Head, solve: StreamedSolve): void {
   const {model, horizon} = solve.data;
   const elapsed = ((solve.running ? Date.now() : solve.endedAt) - solve.startedAt) / 1000;
   const part = horizon > 0 ? Math.min(1, model.reached / horizon) : 0;
-  const running = [`t = ${general(model.reached, 4)} of ${general(horizon, 4)}`, duration(Math.floor(elapsed)),
-                   timeLeft(elapsed, part)].filter((text) => text !== '').join(', ');
+  const running = [
+    `t = ${general(model.reached, 4)} of ${general(horizon, 4)}`,
+    duration(Math.floor(elapsed)),
+    timeLeft(elapsed, part),
+  ]
+    .filter((text) => text !== '')
+    .join(', ');
   const waiting = 'Another tab of this page receives a solve; this one begins when that one has ended.';
   head.update({
     title: solve.title || 'Untitled solve',
-    state: solve.running ? solve.waiting ? 'waiting' : 'running' : solve.trouble === null ? 'ended' : 'failed',
+    state: solve.running ? (solve.waiting ? 'waiting' : 'running') : solve.trouble === null ? 'ended' : 'failed',
     part,
-    text: solve.running ? solve.waiting ? waiting : running : `Took ${duration(elapsed)}`,
+    text: solve.running ? (solve.waiting ? waiting : running) : `Took ${duration(elapsed)}`,
     ended: !solve.running,
     canDownload: solve.chunks.length > 0,
   });
@@ -62,8 +78,15 @@ function updateHead(head: Head, solve: StreamedSolve): void {
 
 function download(solve: StreamedSolve, extension: string): void {
   const {states, pairs, model, title} = solve.data;
-  const writer = writers[extension](
-      {title, job: '', names: model.names, analysis: model.analysis, summary: model.summary, states, pairs});
+  const writer = writers[extension]({
+    title,
+    job: '',
+    names: model.names,
+    analysis: model.analysis,
+    summary: model.summary,
+    states,
+    pairs,
+  });
   solve.chunks.forEach((chunk) => writer.add(chunk));
   save(writer.finish(), `${(title || 'solve').replace(/[^\w.-]+/g, '-')}.${extension}`);
 }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Submits a problem: from a file, an example or the editor. It is checked before it is sent, and what the server refuses
-// is told at the same places.
+// Submits a problem: from a file, an example or the editor. It is checked before it is sent, and what the server
+// refuses is told at the same places.
 
 import {create} from '@bufbuild/protobuf';
 import examples from 'examples';
-import {type GetCapabilitiesResponse, type SolveOptions, SolveOptionsSchema,
-        SolveRequestSchema} from '../../generated/dlcs/v1/solver_pb';
+import {
+  type GetCapabilitiesResponse,
+  type SolveOptions,
+  SolveOptionsSchema,
+  SolveRequestSchema,
+} from '../../generated/dlcs/v1/solver_pb';
 import {h, replace, setText, show} from '../dom';
 import {placeOf, type Option} from '../files/fields';
 import {JsonError, lineOf, locate, parseJson, pathText} from '../files/json';
@@ -44,8 +48,11 @@ export class SubmitView implements View {
   private readonly file = h('input', {type: 'file', id: 'file', accept: '.json,application/json'});
   private readonly told = h('p', {class: 'note', role: 'status'});
   private readonly errors = h('div', {class: 'errors', role: 'alert', id: 'problem-errors'});
-  private readonly storeless = h('p', {class: 'card', hidden: true},
-    'This server keeps no solves: it was started without --store. A solve is shown here while this tab is open.');
+  private readonly storeless = h(
+    'p',
+    {class: 'card', hidden: true},
+    'This server keeps no solves: it was started without --store. A solve is shown here while this tab is open.',
+  );
   private readonly solve = h('button', {type: 'submit', class: 'main'}, 'Solve');
   private readonly check = h('button', {type: 'button'}, 'Check only');
   private readonly analyze = h('button', {type: 'button'}, 'Analyze');
@@ -59,8 +66,12 @@ export class SubmitView implements View {
     });
     this.editor.area.setAttribute('aria-describedby', 'problem-errors');
     this.editor.text = draft.text;
-    this.example = h('select', {id: 'example'}, h('option', {value: ''}, 'Choose …'),
-      examples.map(({name}, i) => h('option', {value: i}, name)));
+    this.example = h(
+      'select',
+      {id: 'example'},
+      h('option', {value: ''}, 'Choose …'),
+      examples.map(({name}, i) => h('option', {value: i}, name)),
+    );
     this.example.addEventListener('change', () => {
       const chosen = examples[Number(this.example.value)];
       if (this.example.value !== '') this.take(chosen.text);
@@ -69,25 +80,52 @@ export class SubmitView implements View {
     this.fields = {
       title: field('title', 'Title', h('input', {id: 'title', maxlength: 200}), 'The name in the file if empty.'),
       method: field('method', 'Method', h('select', {id: 'method'}, h('option', {value: 0}, 'auto')), ''),
-      tolerance: field('tolerance', 'Tolerance', h('input', {id: 'tolerance', inputmode: 'decimal', placeholder: '1e-6'}),
-                       'The largest relative error that is allowed.'),
-      steps: field('steps', 'Steps', h('input', {id: 'steps', inputmode: 'numeric'}),
-                   'Empty: chosen for the tolerance.'),
-      points: field('points', 'Output times', h('input', {id: 'points', inputmode: 'numeric', placeholder: 'auto'}),
-                    'How many, evenly spaced. Empty: up to 1001, or every step where steps are given. 0: every step.'),
+      tolerance: field(
+        'tolerance',
+        'Tolerance',
+        h('input', {id: 'tolerance', inputmode: 'decimal', placeholder: '1e-6'}),
+        'The largest relative error that is allowed.',
+      ),
+      steps: field(
+        'steps',
+        'Steps',
+        h('input', {id: 'steps', inputmode: 'numeric'}),
+        'Empty: chosen for the tolerance.',
+      ),
+      points: field(
+        'points',
+        'Output times',
+        h('input', {id: 'points', inputmode: 'numeric', placeholder: 'auto'}),
+        'How many, evenly spaced. Empty: up to 1001, or every step where steps are given. 0: every step.',
+      ),
     };
     this.check.addEventListener('click', () => void this.submit((...parts) => this.predict(...parts)));
-    this.analyze.addEventListener('click', () => void this.submit((file, options) => this.askForAnalysis(file, options)));
-    const form = h('form', {novalidate: true},
-      h('div', {class: 'tools'},
+    this.analyze.addEventListener(
+      'click',
+      () => void this.submit((file, options) => this.askForAnalysis(file, options)),
+    );
+    const form = h(
+      'form',
+      {novalidate: true},
+      h(
+        'div',
+        {class: 'tools'},
         h('span', {}, h('label', {for: 'example'}, 'Example'), this.example),
-        h('span', {}, h('label', {for: 'file'}, 'File'), this.file)),
-      h('div', {class: 'submit'},
-        h('div', {},
-          h('label', {for: 'problem', class: 'heading'}, 'Problem'),
-          this.editor.element, this.errors),
-        h('div', {class: 'options'}, Object.values(this.fields).map((entry) => entry.element),
-          h('div', {class: 'buttons'}, this.solve, this.check, this.analyze), this.told)));
+        h('span', {}, h('label', {for: 'file'}, 'File'), this.file),
+      ),
+      h(
+        'div',
+        {class: 'submit'},
+        h('div', {}, h('label', {for: 'problem', class: 'heading'}, 'Problem'), this.editor.element, this.errors),
+        h(
+          'div',
+          {class: 'options'},
+          Object.values(this.fields).map((entry) => entry.element),
+          h('div', {class: 'buttons'}, this.solve, this.check, this.analyze),
+          this.told,
+        ),
+      ),
+    );
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       void this.submit((...parts) => this.send(...parts));
@@ -115,8 +153,12 @@ export class SubmitView implements View {
     show(this.storeless, this.capabilities.jobs === undefined);
     show(this.check, this.capabilities.jobs !== undefined);
     const select = this.fields.method.input;
-    replace(select, this.capabilities.methods.map(
-        ({method, name, description}) => h('option', {value: method, title: description}, name)));
+    replace(
+      select,
+      this.capabilities.methods.map(({method, name, description}) =>
+        h('option', {value: method, title: description}, name),
+      ),
+    );
   }
 
   private async open(file: File | undefined): Promise<void> {
@@ -153,14 +195,14 @@ export class SubmitView implements View {
     if (file === null || options === null) return;
     const title = this.fields.title.input.value.trim() || file.name;
     const buttons = [this.solve, this.check, this.analyze];
-    buttons.forEach((button) => button.disabled = true);
+    buttons.forEach((button) => (button.disabled = true));
     try {
       this.capabilities ??= await getCapabilities();
       await act(file, options, title);
     } catch (error) {
       this.tellRefusal(error);
     } finally {
-      buttons.forEach((button) => button.disabled = false);
+      buttons.forEach((button) => (button.disabled = false));
     }
   }
 
@@ -181,8 +223,11 @@ export class SubmitView implements View {
 
   private async predict({system}: ProblemFile, options: SolveOptions, title: string): Promise<void> {
     const job = await predictJob(create(SolveRequestSchema, {system, options, title}));
-    setText(this.told, 'The problem is valid. Predicted: ' +
-        `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`);
+    setText(
+      this.told,
+      'The problem is valid. Predicted: ' +
+        `${duration(job.predictedCoreSeconds)} of one core, ${bytes(job.predictedMemoryBytes)}.`,
+    );
   }
 
   private async askForAnalysis({system}: ProblemFile, options: SolveOptions): Promise<void> {
@@ -226,12 +271,17 @@ export class SubmitView implements View {
     const method = Number(read('method'));
     const errorTolerance = number('tolerance', 'from 1e-13 to below 1, such as 1e-8', (e) => e >= 1e-13 && e < 1);
     const steps = number('steps', 'a whole number above 0', (n) => Number.isInteger(n) && n > 0 && n < 2 ** 31);
-    const points = number('points', 'a whole number from 0 to 1000000', (n) => Number.isInteger(n) && n >= 0 && n <= 1e6);
+    const points = number(
+      'points',
+      'a whole number from 0 to 1000000',
+      (n) => Number.isInteger(n) && n >= 0 && n <= 1e6,
+    );
     if (!sound || file === null) return null;
     const numbers = Math.floor(mostNumbers / Math.max(1, file.states + 2 * file.pairs));
     const chosen = steps > 0 ? 0 : Math.min(mostOutputs, Math.max(fewestOutputs, numbers));
     return create(SolveOptionsSchema, {
-      method, errorTolerance,
+      method,
+      errorTolerance,
       grid: steps > 0 ? {case: 'steps', value: steps} : {case: undefined},
       outputTimes: evenTimes(read('points') === '' ? chosen : points, file.horizon),
     });
@@ -259,21 +309,40 @@ export class SubmitView implements View {
     if (errors.length === 0) return;
     const {text} = this.editor;
     parseJson(text);
-    this.listErrors(errors.map(({path, rule}) => {
-      const offset = locate(text, path);
-      const whole = path.length === 0 && rule.startsWith('has ');
-      return {...lineOf(text, offset), offset, path: pathText(path), text: whole ? `The problem ${rule}` : rule};
-    }));
+    this.listErrors(
+      errors.map(({path, rule}) => {
+        const offset = locate(text, path);
+        const whole = path.length === 0 && rule.startsWith('has ');
+        return {...lineOf(text, offset), offset, path: pathText(path), text: whole ? `The problem ${rule}` : rule};
+      }),
+    );
   }
 
   private listErrors(errors: {line: number; column: number; offset: number; path: string; text: string}[]): void {
     this.editor.mark(errors.map(({line}) => line));
-    replace(this.errors,
+    replace(
+      this.errors,
       h('p', {}, errors.length === 1 ? 'One thing is wrong:' : `${errors.length} things are wrong:`),
-      h('ul', {}, errors.map(({line, column, offset, path, text}) => h('li', {},
-        h('button', {type: 'button', class: 'link', on: {click: () => this.editor.goTo(offset, line)}},
-          `line ${line}, column ${column}`),
-        ' ', path !== '' && h('code', {}, path), ' ', text))));
+      h(
+        'ul',
+        {},
+        errors.map(({line, column, offset, path, text}) =>
+          h(
+            'li',
+            {},
+            h(
+              'button',
+              {type: 'button', class: 'link', on: {click: () => this.editor.goTo(offset, line)}},
+              `line ${line}, column ${column}`,
+            ),
+            ' ',
+            path !== '' && h('code', {}, path),
+            ' ',
+            text,
+          ),
+        ),
+      ),
+    );
     this.editor.goTo(errors[0].offset, errors[0].line);
   }
 }
@@ -281,14 +350,20 @@ export class SubmitView implements View {
 function field(id: string, label: string, input: Field['input'], note: string): Field {
   const error = h('p', {class: 'error', id: `${id}-error`, role: 'alert', hidden: true});
   input.setAttribute('aria-describedby', `${id}-note ${id}-error`);
-  const element = h('div', {class: 'field'}, h('label', {for: id}, label), input,
-                    h('p', {class: 'note', id: `${id}-note`}, note), error);
+  const element = h(
+    'div',
+    {class: 'field'},
+    h('label', {for: id}, label),
+    input,
+    h('p', {class: 'note', id: `${id}-note`}, note),
+    error,
+  );
   return {element, input, error};
 }
 
 function evenTimes(points: number, horizon: number): number[] {
   if (points < 2) return [];
-  return Array.from({length: points}, (_, k) => k === points - 1 ? horizon : horizon * k / (points - 1));
+  return Array.from({length: points}, (_, k) => (k === points - 1 ? horizon : (horizon * k) / (points - 1)));
 }
 
 // crypto.randomUUID is there in secure contexts only.

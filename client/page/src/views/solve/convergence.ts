@@ -10,8 +10,8 @@ import type {SolveData} from '../../solve/data';
 import {type Panel, section} from './panel';
 
 const mostMarks = 80;
-// On long windows the bound grows astronomically before it falls. Beyond so many decades above the changes it leaves the
-// plot at the top, unless all of it is wanted.
+// On long windows the bound grows astronomically before it falls. Beyond so many decades above the changes it leaves
+// the plot at the top, unless all of it is wanted.
 const farAbove = 3;
 
 export class ConvergencePanel implements Panel {
@@ -28,7 +28,9 @@ export class ConvergencePanel implements Panel {
   constructor() {
     this.plot = new LinePlot({
       name: 'Change of each iteration, its theoretical bound and the residual, on a logarithmic axis',
-      xLabel: 'iteration', height: 280, whole: true,
+      xLabel: 'iteration',
+      height: 280,
+      whole: true,
       log: () => [10 ** this.decades[0], 10 ** this.decades[1]],
       behind: (plot) => {
         const {ctx, bbox} = plot;
@@ -54,10 +56,17 @@ export class ConvergencePanel implements Panel {
         if (this.last !== null) this.update(this.last);
       });
     }
-    this.element = section('Convergence', this.now, this.plot.element,
-        h('div', {class: 'tools'},
-          h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'),
-          h('label', {class: 'check', for: 'whole-bound'}, this.wholeBound, 'All of the bound')));
+    this.element = section(
+      'Convergence',
+      this.now,
+      this.plot.element,
+      h(
+        'div',
+        {class: 'tools'},
+        h('label', {class: 'check', for: 'last-window'}, this.lastOnly, 'Only the last window'),
+        h('label', {class: 'check', for: 'whole-bound'}, this.wholeBound, 'All of the bound'),
+      ),
+    );
   }
 
   destroy(): void {
@@ -70,22 +79,29 @@ export class ConvergencePanel implements Panel {
     const {iterates, lastIterate} = model;
     const length = iterates.change.length;
     const method = model.summary?.method ?? model.analysis?.method;
-    const mayIterate = method === undefined || method === Method.LAPLACE_ITERATION || method === Method.WU_CHEN_ITERATION;
+    const mayIterate =
+      method === undefined || method === Method.LAPLACE_ITERATION || method === Method.WU_CHEN_ITERATION;
     const lost = length === 0 && model.ended && model.missed;
     show(this.element, length > 0 || (mayIterate && (!model.ended || lost)));
     if (length === this.drawn && !lost) return;
     this.drawn = length;
     show(this.plot.element, length > 0);
     if (length === 0 || lastIterate === null) {
-      setText(this.now, lost ? 'The server no longer holds the iterations of this solve.' : 'No iteration has ended yet.');
+      setText(
+        this.now,
+        lost ? 'The server no longer holds the iterations of this solve.' : 'No iteration has ended yet.',
+      );
       return;
     }
     const bound = iterates.bound[length - 1];
-    setText(this.now, `Window ${lastIterate.window + 1}, iteration ${lastIterate.iteration}: ` +
+    setText(
+      this.now,
+      `Window ${lastIterate.window + 1}, iteration ${lastIterate.iteration}: ` +
         `change ${size(iterates.change[length - 1])}` +
         `${bound === null ? '' : `, at most 10^${bound.toFixed(1)} by theory`}, ` +
         `LCP residual ${size(iterates.residual[length - 1])}. ${count(length, 'iteration')} in all` +
-        `${model.missed ? ', some of which the server did not send' : ''}.`);
+        `${model.missed ? ', some of which the server did not send' : ''}.`,
+    );
     this.draw(data);
   }
 
@@ -99,13 +115,17 @@ export class ConvergencePanel implements Panel {
     if (this.marks.length > mostMarks) this.marks = [];
     const change = iterates.change.slice(from);
     const residual = iterates.residual.slice(from);
-    const bound = iterates.bound.slice(from).map((log) => log === null || Math.abs(log) > 300 ? null : log);
+    const bound = iterates.bound.slice(from).map((log) => (log === null || Math.abs(log) > 300 ? null : log));
     this.decades = this.range(change, residual, bound);
-    const positive = (values: number[]) => values.map((value) => value > 0 ? value : null);
+    const positive = (values: number[]) => values.map((value) => (value > 0 ? value : null));
     this.plot.set(numbers, [
       {label: 'change', color: () => lineColor(0), values: positive(change), width: 2},
-      {label: 'bound by theory', color: () => lineColor(1), dash: [8, 5],
-       values: bound.map((log) => log === null ? null : 10 ** log)},
+      {
+        label: 'bound by theory',
+        color: () => lineColor(1),
+        dash: [8, 5],
+        values: bound.map((log) => (log === null ? null : 10 ** log)),
+      },
       {label: 'LCP residual', color: () => lineColor(2), values: positive(residual), dash: [2, 4]},
     ]);
   }

@@ -36,13 +36,20 @@ export class Head {
   constructor(private readonly actions: Actions) {
     this.cancel = this.button('Cancel', actions.stop);
     this.remove = this.button('Delete', actions.remove, 'Delete for good?');
-    this.files = h('span', {class: 'files'}, 'Download ', Object.keys(writers).map((extension) =>
-      this.button(extension.toUpperCase(), () => actions.download(extension))));
-    this.element = h('header', {class: 'head'},
+    this.files = h(
+      'span',
+      {class: 'files'},
+      'Download ',
+      Object.keys(writers).map((extension) => this.button(extension.toUpperCase(), () => actions.download(extension))),
+    );
+    this.element = h(
+      'header',
+      {class: 'head'},
       h('div', {class: 'line'}, this.title, this.state),
       h('div', {class: 'line'}, this.bar, this.text),
       this.trouble,
-      h('div', {class: 'buttons'}, this.cancel, this.remove, this.files));
+      h('div', {class: 'buttons'}, this.cancel, this.remove, this.files),
+    );
   }
 
   update({title, state, part, text, ended, canDownload}: Progress): void {

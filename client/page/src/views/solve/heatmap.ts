@@ -33,17 +33,32 @@ export class HeatMapPanel implements Panel {
   /** `loadField` reads all components of a job whose plots hold only some; null where there is no job. */
   constructor(private readonly loadField: (() => Promise<Trajectory>) | null) {
     const select = (id: string, options: [string, string][]) =>
-        h('select', {id}, options.map(([value, text]) => h('option', {value}, text)));
-    this.quantity = select('heat-kind', [['x', 'x'], ['y', 'y'], ['w', 'w']]);
-    this.layout = select('heat-layout', [['time', 'over time'], ['space', 'in space, at one time']]);
+      h(
+        'select',
+        {id},
+        options.map(([value, text]) => h('option', {value}, text)),
+      );
+    this.quantity = select('heat-kind', [
+      ['x', 'x'],
+      ['y', 'y'],
+      ['w', 'w'],
+    ]);
+    this.layout = select('heat-layout', [
+      ['time', 'over time'],
+      ['space', 'in space, at one time'],
+    ]);
     this.rows = h('input', {id: 'heat-rows', type: 'number', min: 1, class: 'short'});
     this.time = h('input', {id: 'heat-time', type: 'range', min: 0, max: 1000, value: 1000});
     this.rowsField = h('span', {}, h('label', {for: 'heat-rows'}, 'Rows of the grid'), this.rows);
     this.timeField = h('span', {}, h('label', {for: 'heat-time'}, 'Time'), this.time, this.timeText);
-    this.tools = h('div', {class: 'tools'},
+    this.tools = h(
+      'div',
+      {class: 'tools'},
       h('span', {}, h('label', {for: 'heat-kind'}, 'Show'), this.quantity),
       h('span', {}, h('label', {for: 'heat-layout'}, 'Layout'), this.layout),
-      this.rowsField, this.timeField);
+      this.rowsField,
+      this.timeField,
+    );
     for (const control of [this.quantity, this.layout, this.rows, this.time]) {
       control.addEventListener('input', this.redraw);
     }
@@ -100,19 +115,28 @@ export class HeatMapPanel implements Panel {
     const columns = Array.from({length: size}, (_, i) => source.column(kind, i)!);
     const overTime: Grid = {rows: size, columns: times.length, at: timesOf(times, columns)};
     if (!space) {
-      this.map.set(overTime, `t from ${general(times[0])} to ${general(times[times.length - 1])}`,
-                   `${kind}1 at the top to ${kind}${size}`, false);
+      this.map.set(
+        overTime,
+        `t from ${general(times[0])} to ${general(times[times.length - 1])}`,
+        `${kind}1 at the top to ${kind}${size}`,
+        false,
+      );
       return;
     }
     const rows = Math.min(Math.max(1, Math.floor(Number(this.rows.value)) || 1), size);
     const across = Math.floor(size / rows);
-    const at = Math.round(Number(this.time.value) / 1000 * (times.length - 1));
+    const at = Math.round((Number(this.time.value) / 1000) * (times.length - 1));
     setText(this.timeText, `t = ${general(times[at], 4)}`);
     // The colors mean the same at all times.
     const of = `${times.length} ${size}`;
     if (this.bounds?.of !== of) this.bounds = {of, range: extent(overTime)};
-    this.map.set({rows, columns: across, at: (row, column) => columns[row * across + column][at]},
-                 `${count(across, 'column')}`, `${count(rows, 'row')}`, true, this.bounds.range);
+    this.map.set(
+      {rows, columns: across, at: (row, column) => columns[row * across + column][at]},
+      `${count(across, 'column')}`,
+      `${count(rows, 'row')}`,
+      true,
+      this.bounds.range,
+    );
   }
 }
 
@@ -121,7 +145,7 @@ function timesOf(times: Float64Array, columns: Float64Array[]): Grid['at'] {
   const nearest = new Int32Array(times.length);
   const [first, last] = [times[0], times[times.length - 1]];
   for (let j = 0, k = 0; j < times.length; ++j) {
-    const wanted = first + (last - first) * j / Math.max(1, times.length - 1);
+    const wanted = first + ((last - first) * j) / Math.max(1, times.length - 1);
     while (k + 1 < times.length && times[k + 1] <= wanted) ++k;
     nearest[j] = k;
   }

@@ -16,6 +16,11 @@ export function section(title: string, ...children: Child[]): HTMLElement {
 
 /** Terms and what they are. Empty ones are left out. */
 export function facts(rows: [string, Child][]): HTMLElement {
-  return h('dl', {class: 'facts'}, rows.filter(([, value]) => value !== '' && value !== null && value !== undefined)
-      .map(([term, value]) => h('div', {}, h('dt', {}, term), h('dd', {}, value))));
+  return h(
+    'dl',
+    {class: 'facts'},
+    rows
+      .filter(([, value]) => value !== '' && value !== null && value !== undefined)
+      .map(([term, value]) => h('div', {}, h('dt', {}, term), h('dd', {}, value))),
+  );
 }

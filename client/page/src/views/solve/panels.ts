@@ -23,10 +23,19 @@ export class Panels {
   constructor(data: () => SolveData, onChoice: () => void, loadField: (() => Promise<Trajectory>) | null) {
     this.trajectories = new TrajectoriesPanel(onChoice);
     this.panels = [
-      new VerdictPanel(), this.trajectories, new ConvergencePanel(), new WindowsPanel(), new HeatMapPanel(loadField),
-      new AnalysisPanel(), new CertificatePanel(),
+      new VerdictPanel(),
+      this.trajectories,
+      new ConvergencePanel(),
+      new WindowsPanel(),
+      new HeatMapPanel(loadField),
+      new AnalysisPanel(),
+      new CertificatePanel(),
     ];
-    this.element = h('div', {class: 'panels'}, this.panels.map((panel) => panel.element));
+    this.element = h(
+      'div',
+      {class: 'panels'},
+      this.panels.map((panel) => panel.element),
+    );
     this.refresh = oncePerFrame(() => {
       const now = data();
       for (const panel of this.panels) panel.update(now);

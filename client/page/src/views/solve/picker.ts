@@ -15,7 +15,10 @@ export class Picker {
   private names = '';
   private readonly id = `picker-${++made}`;
 
-  constructor(private readonly title: string, private readonly onChange: () => void) {
+  constructor(
+    private readonly title: string,
+    private readonly onChange: () => void,
+  ) {
     this.element = h('div', {class: 'picker', role: 'group', 'aria-label': title});
   }
 

@@ -34,27 +34,53 @@ export class TrajectoriesPanel implements Panel {
     };
     this.states = new Picker('States', changed);
     this.pairs = new Picker('Pairs', changed);
-    const plot = (kind: Kind, name: string) => new LinePlot({
-      name, xLabel: 't', height: 210, range: this.range,
-      behind: (drawn) => {
-        this.drawSwitchings(drawn);
-        if (kind === 'y') this.drawCurves(drawn);
-      },
-    });
+    const plot = (kind: Kind, name: string) =>
+      new LinePlot({
+        name,
+        xLabel: 't',
+        height: 210,
+        range: this.range,
+        behind: (drawn) => {
+          this.drawSwitchings(drawn);
+          if (kind === 'y') this.drawCurves(drawn);
+        },
+      });
     this.plots = {x: plot('x', 'States x over time'), y: plot('y', 'y over time'), w: plot('w', 'w over time')};
     const part = (kind: Kind, title: string) => h('div', {}, h('h3', {}, title), this.plots[kind].element);
     this.parts = {x: part('x', 'States x'), y: part('y', 'y'), w: part('w', 'w')};
-    this.activePart = h('div', {}, h('h3', {}, 'Active set'),
-        h('p', {class: 'note'}, 'A bar where y may be positive, and w is 0.'), this.bars.element);
+    this.activePart = h(
+      'div',
+      {},
+      h('h3', {}, 'Active set'),
+      h('p', {class: 'note'}, 'A bar where y may be positive, and w is 0.'),
+      this.bars.element,
+    );
     const button = (text: string, label: string, act: () => void) =>
-        h('button', {type: 'button', 'aria-label': label, on: {click: act}}, text);
+      h('button', {type: 'button', 'aria-label': label, on: {click: act}}, text);
     const zoom = (key: string) => () => this.plots.x.element.dispatchEvent(new KeyboardEvent('keydown', {key}));
-    this.element = section('Trajectories',
-      h('div', {class: 'tools'}, this.states.element, this.pairs.element,
-        h('div', {class: 'zoom'}, button('−', 'Zoom out', zoom('-')), button('+', 'Zoom in', zoom('+')),
-          button('←', 'Earlier', zoom('ArrowLeft')), button('→', 'Later', zoom('ArrowRight')),
-          button('All', 'Show all', zoom('0')))),
-      this.told, this.parts.x, this.parts.y, this.parts.w, this.activePart);
+    this.element = section(
+      'Trajectories',
+      h(
+        'div',
+        {class: 'tools'},
+        this.states.element,
+        this.pairs.element,
+        h(
+          'div',
+          {class: 'zoom'},
+          button('−', 'Zoom out', zoom('-')),
+          button('+', 'Zoom in', zoom('+')),
+          button('←', 'Earlier', zoom('ArrowLeft')),
+          button('→', 'Later', zoom('ArrowRight')),
+          button('All', 'Show all', zoom('0')),
+        ),
+      ),
+      this.told,
+      this.parts.x,
+      this.parts.y,
+      this.parts.w,
+      this.activePart,
+    );
   }
 
   /** The components that the plots need. */
@@ -73,9 +99,13 @@ export class TrajectoriesPanel implements Panel {
     const {names} = data.model;
     this.states.set(data.states, (i) => names.x(i));
     this.pairs.set(data.pairs, (i) => names.y(i));
-    const {model: {curves, summary}, trajectory} = data;
-    const state = `${trajectory?.times.length} ${curves.length} ${curves.at(-1)?.window} ${curves.at(-1)?.iteration} ` +
-        `${summary !== null}`;
+    const {
+      model: {curves, summary},
+      trajectory,
+    } = data;
+    const state =
+      `${trajectory?.times.length} ${curves.length} ${curves.at(-1)?.window} ${curves.at(-1)?.iteration} ` +
+      `${summary !== null}`;
     if (state === this.drawn && !fresh) return;
     this.drawn = state;
     this.redraw();
@@ -91,10 +121,11 @@ export class TrajectoriesPanel implements Panel {
     setText(this.told, length > 0 || running ? '' : 'The solution appears here as soon as its first part is known.');
     show(this.told, this.told.textContent !== '');
     const {states, pairs} = this.chosen;
-    const lines = (kind: Kind, components: number[]): Line[] => components.flatMap((i, k) => {
-      const values = trajectory?.column(kind, i);
-      return values ? [{label: model.names[kind](i), color: () => lineColor(k), values}] : [];
-    });
+    const lines = (kind: Kind, components: number[]): Line[] =>
+      components.flatMap((i, k) => {
+        const values = trajectory?.column(kind, i);
+        return values ? [{label: model.names[kind](i), color: () => lineColor(k), values}] : [];
+      });
     // While it runs the axis already has its full length.
     const times = trajectory?.times ?? new Float64Array();
     const draw = (kind: Kind, components: number[]) => {
@@ -112,7 +143,10 @@ export class TrajectoriesPanel implements Panel {
     draw('w', pairs);
     show(this.activePart, length > 0 && pairs.length > 0);
     const spans = activeSpans(data, pairs);
-    this.bars.set(pairs.map((pair, k) => ({name: model.names.y(pair), spans: spans[k]})), times.at(-1) ?? horizon);
+    this.bars.set(
+      pairs.map((pair, k) => ({name: model.names.y(pair), spans: spans[k]})),
+      times.at(-1) ?? horizon,
+    );
   }
 
   // The newest iterate of each window as lines.
@@ -168,8 +202,9 @@ export class TrajectoriesPanel implements Panel {
         ctx.strokeStyle = lineColor(k);
         ctx.globalAlpha = 0.25;
         ctx.beginPath();
-        times.forEach((time, at) => ctx.lineTo(valToPos(time, 'x', true),
-                                               valToPos(y[at * components.length + place], 'y', true)));
+        times.forEach((time, at) =>
+          ctx.lineTo(valToPos(time, 'x', true), valToPos(y[at * components.length + place], 'y', true)),
+        );
         ctx.stroke();
       });
     }

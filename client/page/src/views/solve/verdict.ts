@@ -18,15 +18,28 @@ export class VerdictPanel implements Panel {
     const {verdict, termination, message, method, reason} = summary;
     const stopped = termination === Termination.CANCELLED || termination === Termination.DEADLINE;
     const kind = verdict?.success
-      ? verdict.concerns.length > 0 ? 'fair' : verdict.kind === VerdictKind.SOLVED ? 'good' : 'plain'
-      : stopped ? 'fair' : 'bad';
+      ? verdict.concerns.length > 0
+        ? 'fair'
+        : verdict.kind === VerdictKind.SOLVED
+          ? 'good'
+          : 'plain'
+      : stopped
+        ? 'fair'
+        : 'bad';
     this.element.dataset.kind = kind;
     const refused = termination === Termination.UNSUPPORTED && summary.cost?.lcps === 0n;
-    const warnings = [...verdict?.concerns ?? [], ...summary.warnings];
-    replace(this.element,
+    const warnings = [...(verdict?.concerns ?? []), ...summary.warnings];
+    replace(
+      this.element,
       h('h2', {}, verdictText(summary)),
       message !== '' && h('p', {}, message),
       !refused && h('p', {}, `Method ${methodWord(method)}${reason === '' ? '' : `: ${reason}`}`),
-      warnings.length > 0 && h('ul', {class: 'warnings'}, warnings.map((text) => h('li', {}, `Warning: ${text}`))));
+      warnings.length > 0 &&
+        h(
+          'ul',
+          {class: 'warnings'},
+          warnings.map((text) => h('li', {}, `Warning: ${text}`)),
+        ),
+    );
   }
 }

@@ -29,16 +29,37 @@ export class WindowsPanel implements Panel {
     if (!iterated || state === this.drawn || (!ended && now - this.drawnAt < drawEvery)) return;
     this.drawn = state;
     this.drawnAt = now;
+    const divided = `${count(retries, 'attempt')} did not converge and were divided`;
+    const again = retries === 0 ? 'none of them tried again' : divided;
     const coupled = windows.filter((row) => row.result === 'coupled').length;
-    setText(this.told, `${count(windows.length - retries, 'window')}, ` +
-        `${retries === 0 ? 'none of them tried again' : `${count(retries, 'attempt')} did not converge and were divided`}` +
-        `${coupled === 0 ? '' : `; ${coupled} solved by a coupled step instead`}.`);
-    const words = {running: ended ? 'its end was not received' : 'running', accepted: 'converged', coupled: 'coupled step', retried: 'tried again'};
+    setText(
+      this.told,
+      `${count(windows.length - retries, 'window')}, ` +
+        again +
+        `${coupled === 0 ? '' : `; ${coupled} solved by a coupled step instead`}.`,
+    );
+    const words = {
+      running: ended ? 'its end was not received' : 'running',
+      accepted: 'converged',
+      coupled: 'coupled step',
+      retried: 'tried again',
+    };
     const shown = windows.slice(-mostRows).reverse();
-    replace(this.rows, table(['window', 'from t', 'to t', 'steps', 'iterations', 'result'], shown.map((row) => [
-      row.window + 1, general(row.begin), general(row.end), row.steps || '', row.iterations,
-      words[row.result] + (row.reason === '' ? '' : `: ${row.reason}`),
-    ]), {class: 'windows', label: 'Windows'}),
-    windows.length > mostRows && h('p', {}, `The last ${mostRows} of ${windows.length} attempts are listed.`));
+    replace(
+      this.rows,
+      table(
+        ['window', 'from t', 'to t', 'steps', 'iterations', 'result'],
+        shown.map((row) => [
+          row.window + 1,
+          general(row.begin),
+          general(row.end),
+          row.steps || '',
+          row.iterations,
+          words[row.result] + (row.reason === '' ? '' : `: ${row.reason}`),
+        ]),
+        {class: 'windows', label: 'Windows'},
+      ),
+      windows.length > mostRows && h('p', {}, `The last ${mostRows} of ${windows.length} attempts are listed.`),
+    );
   }
 }
