@@ -47,6 +47,8 @@ export class SharedRange {
   }
 }
 
+// So few points are drawn one by one as well.
+const fewPoints = 40;
 export const leftAxis = 64;
 export const rightMargin = 12;
 
@@ -180,7 +182,7 @@ export class LinePlot {
               stroke: line.color(),
               width: line.width ?? 1.75,
               dash: line.dash,
-              points: {show: this.times.length < 40, size: 5},
+              points: {show: () => this.times.length < fewPoints, size: 5},
               spanGaps: false,
               value: (_, value) => (value === null || value === undefined ? '' : general(value, 6)),
             }),

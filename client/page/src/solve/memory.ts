@@ -8,7 +8,14 @@ import {startedJobs} from './start';
 const modelKey = (job: string) => `dlcs-solve ${job}`;
 const gridKey = (job: string) => `dlcs-grid ${job}`;
 
+// More do not fit into the storage of a tab, some megabytes.
+const mostIterates = 40_000;
+
 export function saveModel(job: string, model: SolveModel): void {
+  if (model.iterates.change.length > mostIterates) {
+    forgetModel(job);
+    return;
+  }
   try {
     for (const key of Object.keys(sessionStorage)) {
       if (key.startsWith('dlcs-solve ') && key !== modelKey(job)) sessionStorage.removeItem(key);

@@ -97,7 +97,7 @@ export class SolveModel {
         this.onWindowFinished(kind.value);
         break;
       case 'checkpointed':
-        this.reached = kind.value.time;
+        this.reached = Math.max(this.reached, kind.value.time);
         this.storedTimes = kind.value.times;
         this.progress = kind.value.progress;
         break;
@@ -152,7 +152,8 @@ export class SolveModel {
       this.addWindow(row);
     }
     Object.assign(row, {end, iterations, reason, result: coupled ? 'coupled' : accepted ? 'accepted' : 'retried'});
-    if (accepted) this.reached = Math.max(this.reached, end);
+    // It may be less than before: then the solve goes through the time once more.
+    if (accepted) this.reached = end;
     if (accepted) return;
     ++this.retries;
     // It begins anew, and what its iterates led to is of no use.

@@ -34,7 +34,7 @@ export function strideFor(times: number, xs: number, ys: number): number {
   return Math.max(1, Math.ceil((times * (xs + 2 * ys)) / mostValues));
 }
 
-/** Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats where the connection breaks. */
+/** Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks. */
 async function readPages(
   request: ReadTrajectoryRequest,
   signal: AbortSignal,

@@ -22,7 +22,6 @@ import {Panels} from './solve/panels';
 
 const pollEvery = 1_000;
 const readEvery = 700;
-const saveEvery = 3_000;
 // So many pairs come with the iterates until others are chosen. The server holds fewer events the larger they are.
 const firstPairs = 4;
 // So long the call that started a job is left alone: a short solve has ended by then, with all its events. Its iterates
@@ -39,7 +38,7 @@ export class JobView implements View {
   private readonly panels: Panels;
   private watch: JobWatch | null = null;
   private readonly grid: number[];
-  private readonly timers: ReturnType<typeof setInterval>[] = [];
+  private readonly timer: ReturnType<typeof setInterval>;
   private job: SolveJob | null = null;
   private reader: GrowingTrajectory | null = null;
   /** Streams may be opened. */
@@ -67,11 +66,10 @@ export class JobView implements View {
       this.panels.element,
     );
     this.head.update({title: 'Loading …', state: '', part: 0, text: '', ended: false, canDownload: false});
-    this.timers.push(
-      setInterval(() => this.readOn(), readEvery),
-      setInterval(this.save, saveEvery),
-    );
+    this.timer = setInterval(() => this.readOn(), readEvery);
     void this.takeOver();
+    // A hidden page may be discarded without another word.
+    document.addEventListener('visibilitychange', this.save, {signal: this.ended.signal});
     addEventListener('pagehide', this.save, {signal: this.ended.signal});
     pollWhileVisible(pollEvery, this.ended.signal, () => this.poll());
   }
@@ -80,7 +78,7 @@ export class JobView implements View {
     this.save();
     this.ended.abort();
     this.watch?.stop();
-    this.timers.forEach(clearInterval);
+    clearInterval(this.timer);
     this.panels.destroy();
   }
 
