@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the fields of a request, which the server names in its errors, to the places where a person entered them.
+
+import type {Path} from './json';
+
+const keys: {[field: string]: string} = {
+  a: 'A',
+  b: 'B',
+  n: 'N',
+  m: 'M',
+  w: 'W',
+  horizon: 'T',
+  state_names: 'states',
+  pair_names: 'pairs',
+};
+
+/** Names of the inputs beside the editor. */
+export type Option = 'method' | 'tolerance' | 'steps' | 'points' | 'title';
+
+const options: {[field: string]: Option} = {
+  'options.method': 'method',
+  'options.error_tolerance': 'tolerance',
+  'options.steps': 'steps',
+  'options.step': 'steps',
+  'options.output_times': 'points',
+  options: 'method',
+  title: 'title',
+};
+
+export function placeOf(field: string): {option: Option} | {path: Path} | null {
+  // Behind the path the name of the component may stand in brackets: problem.x0[0] (vC).
+  const steps = [...field.split(' ')[0].matchAll(/[A-Za-z_]\w*|\d+/g)].map(([step]) => step);
+  if (steps[0] === 'solve') steps.shift();
+  const name = steps.join('.');
+  const option = options[name] ?? options[steps.slice(0, 2).join('.')];
+  if (option !== undefined) return {option};
+  if (steps[0] !== 'problem' && steps[0] !== 'nonlinear') return null;
+  const path: Path = steps.slice(1).map((step) => (/^\d+$/.test(step) ? Number(step) : step));
+  if (typeof path[0] === 'string') path[0] = keys[path[0]] ?? path[0];
+  // A single piece of formulas or numbers stands in the file without the words around it.
+  if (path[1] === 'pieces' && path[3] !== undefined) path.splice(1, 3);
+  return {path};
+}

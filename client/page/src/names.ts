@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names of components, and words for the enumerations of the contract, as the command line prints them.
+
+import type {DescEnum} from '@bufbuild/protobuf';
+import {
+  JobState,
+  JobStateSchema,
+  MethodSchema,
+  PropagatorKindSchema,
+  SwitchingKindSchema,
+  Termination,
+  TerminationSchema,
+  type Summary,
+} from '../generated/dlcs/v1/solver_pb';
+
+export class Names {
+  constructor(
+    private readonly states: string[] = [],
+    private readonly pairs: string[] = [],
+  ) {}
+
+  x(i: number): string {
+    return this.states[i] ?? `x${i + 1}`;
+  }
+  y(i: number): string {
+    return this.pairs[i] ?? `y${i + 1}`;
+  }
+  w(i: number): string {
+    return i < this.pairs.length ? `w(${this.pairs[i]})` : `w${i + 1}`;
+  }
+}
+
+/** METHOD_EVENT_DRIVEN as "event-driven"; number 0 as "auto". */
+function word(description: DescEnum, value: number): string {
+  if (value === 0) return 'auto';
+  const name = description.value[value]?.localName ?? String(value);
+  return name.toLowerCase().replaceAll('_', '-');
+}
+
+export const methodWord = (value: number) => word(MethodSchema, value);
+export const propagatorWord = (value: number) => word(PropagatorKindSchema, value);
+export const switchingWord = (value: number) => word(SwitchingKindSchema, value).replaceAll('-', ' ');
+export const stateWord = (value: JobState) => word(JobStateSchema, value);
+
+export function hasEnded(state: JobState): boolean {
+  return state === JobState.SUCCEEDED || state === JobState.FAILED || state === JobState.CANCELLED;
+}
+
+/** The first line of a result, in the words of the command line. */
+export function verdictText(summary: Summary): string {
+  if (summary.termination === Termination.REACHED_END) return summary.verdict?.text ?? 'reached T';
+  return TerminationSchema.value[summary.termination]?.localName ?? String(summary.termination);
+}

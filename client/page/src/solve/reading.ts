@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads the stored trajectory of a job: as it grows, for the plots, and as a whole, for a file.
+
+import {create} from '@bufbuild/protobuf';
+import {
+  ReadTrajectoryRequestSchema,
+  type ReadTrajectoryRequest,
+  type TrajectoryPage,
+} from '../../generated/dlcs/v1/jobs_pb';
+import {jobs, loggedIn} from '../rpc/clients';
+import {mayPass} from '../rpc/errors';
+import {takeTurn} from '../rpc/turns';
+import {Trajectory} from './trajectory';
+
+/** What the plots hold at most: 8 million numbers, 64 MB. */
+export const mostValues = 8e6;
+/** Up to so many components all are read, beyond only those that are shown. */
+export const mostComponents = 200;
+const mostTries = 20;
+
+/** What to read: components from 0, and every how many-th time. */
+export interface Selection {
+  xs: number[];
+  ys: number[];
+  stride: number;
+}
+
+export function all(count: number): number[] {
+  return Array.from({length: count}, (_, i) => i);
+}
+
+/** The stride with which `times` times of the selected components fit into the memory of the page. */
+export function strideFor(times: number, xs: number, ys: number): number {
+  return Math.max(1, Math.ceil((times * (xs + 2 * ys)) / mostValues));
+}
+
+/** Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks. */
+async function readPages(
+  request: ReadTrajectoryRequest,
+  signal: AbortSignal,
+  onPage: (page: TrajectoryPage) => void,
+): Promise<void> {
+  for (let tries = 1; ; ++tries) {
+    try {
+      await takeTurn(async () => {
+        for await (const page of jobs.readTrajectory(request, {signal})) {
+          onPage(page);
+          if (page.resumeToken !== '') request.resumeToken = page.resumeToken;
+          tries = 1;
+        }
+      }, signal);
+      return;
+    } catch (error) {
+      if (signal.aborted || (!(await loggedIn(error)) && (!mayPass(error) || tries === mostTries))) throw error;
+      await new Promise((resolve) => setTimeout(resolve, 500));
+    }
+  }
+}
+
+function requestOf(name: string, {xs, ys, stride}: Selection, states: number, pairs: number): ReadTrajectoryRequest {
+  return create(ReadTrajectoryRequestSchema, {
+    name,
+    stride,
+    // An empty list stands for all, which also keeps the request of a large system small.
+    xComponents: xs.length === states ? [] : xs,
+    yComponents: ys.length === pairs ? [] : ys,
+    omitX: xs.length === 0 && states > 0,
+    omitY: ys.length === 0 && pairs > 0,
+    omitW: ys.length === 0 && pairs > 0,
+  });
+}
+
+/** A trajectory that grows while its job runs. */
+export class GrowingTrajectory {
+  readonly trajectory: Trajectory;
+  complete = false;
+  private readonly request: ReadTrajectoryRequest;
+  private reading = false;
+  private again = false;
+
+  constructor(
+    job: string,
+    readonly selection: Selection,
+    states: number,
+    pairs: number,
+    private readonly signal: AbortSignal,
+    private readonly onChange: (error?: unknown) => void,
+  ) {
+    this.trajectory = new Trajectory(selection.xs, selection.ys);
+    this.request = requestOf(job, selection, states, pairs);
+  }
+
+  /** There may be more to read. */
+  async update(): Promise<void> {
+    if (this.complete) return;
+    this.again = true;
+    if (this.reading) return;
+    this.reading = true;
+    try {
+      while (this.again && !this.signal.aborted) {
+        this.again = false;
+        await readPages(this.request, this.signal, (page) => {
+          if (page.chunk !== undefined) this.trajectory.add(page.chunk, this.selection.stride);
+          this.complete = page.complete;
+          this.onChange();
+        });
+      }
+    } catch (error) {
+      if (!this.signal.aborted) this.onChange(error);
+    } finally {
+      this.reading = false;
+    }
+  }
+}
+
+/** All pages of all components, one after the other. */
+export async function readWhole(
+  job: string,
+  signal: AbortSignal,
+  onPage: (page: TrajectoryPage) => void,
+): Promise<void> {
+  await readPages(create(ReadTrajectoryRequestSchema, {name: job}), signal, onPage);
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// How well the trajectory satisfies the system, how its error was estimated, what the solve cost and when pairs switch.
+
+import type {Accuracy, Certificate, Cost, Summary} from '../../../generated/dlcs/v1/solver_pb';
+import {h, replace, show, table} from '../../dom';
+import {bytes, count, duration, general, size} from '../../format';
+import {type Names, propagatorWord, switchingWord} from '../../names';
+import type {SolveData} from '../../solve/data';
+import {facts, type Panel, section} from './panel';
+
+const mostRows = 200;
+
+export class CertificatePanel implements Panel {
+  readonly element = h('div', {class: 'columns'});
+  private drawn: unknown = null;
+
+  update({model: {summary, names}}: SolveData): void {
+    show(this.element, summary !== null);
+    if (summary === null || summary === this.drawn) return;
+    this.drawn = summary;
+    const {certificate, accuracy, cost} = summary;
+    const measured = summary.times > 0 && certificate !== undefined && !Number.isNaN(certificate.nodeResidual);
+    replace(
+      this.element,
+      measured && certificatePart(certificate, accuracy),
+      cost !== undefined && costPart(cost, summary),
+      summary.switchingTimes.length > 0 && switchingPart(summary, names),
+      summary.jumps.length > 0 && jumpsPart(summary),
+    );
+  }
+}
+
+function certificatePart(c: Certificate, accuracy: Accuracy | undefined): HTMLElement {
+  // Where x solves the equation exactly for the computed y, the defect says nothing about the error of y.
+  const exact = c.odeDefect <= 1e-14 * c.odeScale;
+  return section(
+    'Certificate',
+    h('p', {class: 'note'}, 'Measured from x and y after the solve. Compare each value with the size beside it.'),
+    table(
+      ['', 'at nodes', 'between them', 'size'],
+      [
+        ['LCP residual, min(y, w)', size(c.nodeResidual), size(c.midpointResidual), `${general(c.lcpScale, 2)} (y, w)`],
+        ['complementarity, y w', size(c.nodeComplementarity), size(c.midpointComplementarity), ''],
+        ["defect of x'", '', size(c.odeDefect), `${general(c.odeScale, 2)} (x')`],
+      ],
+      {label: 'Certificate'},
+    ),
+    exact && h('p', {class: 'note'}, 'The defect is measured for the computed y: it does not show the error of y.'),
+    facts([
+      ['Estimated error', errorText(accuracy)],
+      ['', accuracy?.note ?? ''],
+    ]),
+  );
+}
+
+function errorText(accuracy: Accuracy | undefined): string {
+  if (accuracy?.error === undefined) return 'none';
+  const largest = (errors: number[], of: string) =>
+    errors.length === 0 ? [] : [`${size(errors.reduce((a, b) => Math.max(a, b)))} of ${of}`];
+  const parts = [
+    ...largest(accuracy.errorsX, 'x'),
+    ...largest(accuracy.errorsBy, 'B y'),
+    ...largest(accuracy.errorsW, 'w'),
+  ];
+  return `${size(accuracy.error)} of the size of each component${parts.length > 0 ? `: ${parts.join(', ')}` : ''}`;
+}
+
+function costPart(cost: Cost, {propagator}: Summary): HTMLElement {
+  const counts = [
+    count(cost.steps, 'step'),
+    cost.windows > 0 && count(cost.windows, 'window'),
+    cost.iterations > 0 && count(cost.iterations, 'iteration'),
+    count(cost.lcps, 'LCP'),
+    cost.coupledSteps > 0 && `${count(cost.coupledSteps, 'coupled step')}`,
+  ].filter((text) => text !== false);
+  const parts: [string, number][] = [
+    ['set-up', cost.secondsSetup],
+    ['LCPs', cost.secondsLcp],
+    ['linear algebra', cost.secondsLinear],
+  ];
+  const told = parts.reduce((sum, [, seconds]) => sum + seconds, 0);
+  parts.push(['the rest', Math.max(0, cost.secondsTotal - told)]);
+  const whole = Math.max(cost.secondsTotal, told);
+  return section(
+    'Time',
+    facts([
+      ['In all', duration(cost.secondsTotal)],
+      ['Work', cost.lcps > 0n ? counts.join(', ') : ''],
+    ]),
+    h(
+      'dl',
+      {class: 'shares'},
+      parts
+        .filter(([, seconds]) => seconds > 0)
+        .map(([name, seconds]) =>
+          h(
+            'div',
+            {},
+            h('dt', {}, name),
+            h(
+              'dd',
+              {},
+              h('meter', {min: 0, max: whole || 1, value: seconds, 'aria-label': name}),
+              ` ${general(seconds, 2)} s`,
+            ),
+          ),
+        ),
+    ),
+    facts([
+      ['Memory', cost.processPeakBytes > 1e8 ? `${bytes(cost.processPeakBytes)} at most in the process, so far` : ''],
+      [
+        'Propagator',
+        propagator !== undefined && propagator.used > 1
+          ? `${propagatorWord(propagator.used)}${propagator.reason === '' ? '' : `: ${propagator.reason}`}`
+          : '',
+      ],
+    ]),
+  );
+}
+
+function switchingPart({switchingTimes, switchings}: Summary, names: Names): HTMLElement {
+  const listed = (pairs: number[]) => (pairs.length === 0 ? '–' : pairs.map((i) => names.y(i)).join(', '));
+  return section(
+    'Switching times',
+    table(
+      ['t', '', 'becomes active', 'becomes inactive'],
+      switchingTimes
+        .slice(0, mostRows)
+        .map((switching) => [
+          general(switching.time, 10),
+          switchingWord(switching.kind),
+          listed(switching.entering),
+          listed(switching.leaving),
+        ]),
+      {label: 'Switching times'},
+    ),
+    switchings > mostRows && h('p', {}, `And ${switchings - mostRows} more; the JSON has them.`),
+  );
+}
+
+function jumpsPart({jumps}: Summary): HTMLElement {
+  const list = (values: number[]) =>
+    values
+      .slice(0, 8)
+      .map((value) => general(value))
+      .join(', ') + (values.length > 8 ? `, … (${values.length} in all)` : '');
+  return section(
+    'State jumps',
+    table(
+      ['t', 'dx', 'multiplier'],
+      jumps.slice(0, mostRows).map((jump) => [general(jump.time, 10), list(jump.dx), list(jump.multiplier)]),
+      {label: 'State jumps'},
+    ),
+  );
+}

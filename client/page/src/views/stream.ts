@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of a solve on a server without jobs: #/solve.
+
+import {h, replace} from '../dom';
+import {duration, general, timeLeft} from '../format';
+import {save, writers} from '../solve/download';
+import {type StreamedSolve, streamed} from '../solve/stream';
+import type {View} from './page';
+import {Head} from './solve/head';
+import {Panels} from './solve/panels';
+
+export class StreamView implements View {
+  readonly title = 'Solve';
+  readonly element = h('div');
+  private readonly panels: Panels | null = null;
+  private readonly timer: ReturnType<typeof setInterval> | undefined;
+
+  constructor() {
+    const {solve} = streamed;
+    if (solve === null) {
+      replace(
+        this.element,
+        h(
+          'p',
+          {class: 'card'},
+          'Nothing was solved in this tab yet. ',
+          h('a', {href: '#/submit'}, 'Submit a problem.'),
+        ),
+      );
+      return;
+    }
+    const head = new Head({stop: () => solve.stop(), remove: null, download: async (type) => download(solve, type)});
+    const panels = new Panels(
+      () => solve.data,
+      () => panels.refresh(),
+      null,
+    );
+    this.panels = panels;
+    replace(this.element, head.element, panels.element);
+    const update = () => {
+      updateHead(head, solve);
+      panels.refresh();
+    };
+    solve.onChange = update;
+    this.timer = setInterval(update, 500);
+    update();
+  }
+
+  destroy(): void {
+    clearInterval(this.timer);
+    if (streamed.solve !== null) streamed.solve.onChange = () => undefined;
+    this.panels?.destroy();
+  }
+}
+
+function updateHead(head: Head, solve: StreamedSolve): void {
+  const {model, horizon} = solve.data;
+  const elapsed = ((solve.running ? Date.now() : solve.endedAt) - solve.startedAt) / 1000;
+  const part = horizon > 0 ? Math.min(1, model.reached / horizon) : 0;
+  const running = [
+    `t = ${general(model.reached, 4)} of ${general(horizon, 4)}`,
+    duration(Math.floor(elapsed)),
+    timeLeft(elapsed, part),
+  ]
+    .filter((text) => text !== '')
+    .join(', ');
+  const waiting = 'Another tab of this page receives a solve; this one begins when that one has ended.';
+  head.update({
+    title: solve.title || 'Untitled solve',
+    state: solve.running ? (solve.waiting ? 'waiting' : 'running') : solve.trouble === null ? 'ended' : 'failed',
+    part,
+    text: solve.running ? (solve.waiting ? waiting : running) : `Took ${duration(elapsed)}`,
+    ended: !solve.running,
+    canDownload: solve.chunks.length > 0,
+  });
+  head.tell(solve.trouble);
+}
+
+function download(solve: StreamedSolve, extension: string): void {
+  const {states, pairs, model, title} = solve.data;
+  const writer = writers[extension]({
+    title,
+    job: '',
+    names: model.names,
+    analysis: model.analysis,
+    summary: model.summary,
+    states,
+    pairs,
+  });
+  solve.chunks.forEach((chunk) => writer.add(chunk));
+  save(writer.finish(), `${(title || 'solve').replace(/[^\w.-]+/g, '-')}.${extension}`);
+}
