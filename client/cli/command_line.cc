@@ -18,6 +18,7 @@
 #include "client/cli/completion.h"
 #include "client/cli/help_text.h"
 #include "client/cli/job_command_line.h"
+#include "client/cli/man_page.h"
 #include "client/cli/options/option_kinds.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/server_options.h"
@@ -50,7 +51,9 @@ void AddSolve(CLI::App& main, SolveCommand& command) {
   CLI::App& app = *main.add_subcommand("solve", "Solve a differential linear complementarity system");
   AddSolveOptions(app, command);
   AddFormatAndOutput(app, kTrajectoryFormats, command.format, kTrajectoryHelp, command.output, "the result");
-  app.add_flag("-v,--verbose", command.verbose, "On a terminal: show every iterate, not only a bar");
+  app.add_option("--plot", command.plot, "Also draw x, y and w over time, with gnuplot: FILE.svg or FILE.png")
+      ->type_name("FILE");
+  app.add_flag("-v,--verbose", command.verbose, "On a terminal: print every iterate, not only a panel");
   app.footer(fmt::format("{}\n\n{}", kSolveExamples, kExitCodes));
 }
 
@@ -157,6 +160,11 @@ void AddCompletion(CLI::App& main, std::string& shell) {
       [&shell](const std::string& word) { shell = word; }, "The shell")
       ->required();
   app.footer(kCompletionExamples);
+}
+
+void AddMan(CLI::App& main) {
+  CLI::App& app = *main.add_subcommand("man", "Print the manual page of all commands, in roff");
+  app.footer(kManExamples);
 }
 
 void AddCapabilities(CLI::App& main, CapabilitiesCommand& command) {
@@ -300,7 +308,8 @@ std::string OnlyFor(v1::Method method) { return "Only " + Word(method); }
 
 std::string GroupOf(const std::string& flag) {
   static const std::map<std::string, std::vector<std::string>> kGroups = {
-      {kEveryday, {"--format", "--output", "--quiet", "--verbose", "--deadline", "--help", "--title", "--wait"}},
+      {kEveryday,
+       {"--format", "--output", "--plot", "--quiet", "--verbose", "--deadline", "--help", "--title", "--wait"}},
       {kServer,
        {"--server", "--context", "--local", "--token-file", "--tls", "--tls-ca", "--tls-cert", "--tls-key",
         "--patience"}},
@@ -313,6 +322,17 @@ std::string GroupOf(const std::string& flag) {
     if (std::find(flags.begin(), flags.end(), flag) != flags.end()) return group;
   }
   return kOther;
+}
+
+// In the order of the help.
+std::vector<std::string> AllGroups() {
+  return {"Options",
+          kEveryday,
+          kOther,
+          OnlyFor(v1::METHOD_TIME_STEPPING),
+          OnlyFor(v1::METHOD_LAPLACE_ITERATION),
+          OnlyFor(v1::METHOD_WU_CHEN_ITERATION),
+          kServer};
 }
 
 // Puts the options of a command that has many into groups.
@@ -348,9 +368,7 @@ class GroupedHelp : public CLI::Formatter {
  private:
   std::string Groups(const CLI::App& app) const {
     std::string text;
-    for (const std::string& group :
-         {std::string("Options"), std::string(kEveryday), std::string(kOther), OnlyFor(v1::METHOD_TIME_STEPPING),
-          OnlyFor(v1::METHOD_LAPLACE_ITERATION), OnlyFor(v1::METHOD_WU_CHEN_ITERATION), std::string(kServer)}) {
+    for (const std::string& group : AllGroups()) {
       const auto options = app.get_options(
           [&group](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
       if (!options.empty()) text += make_group(group, false, options);
@@ -377,7 +395,7 @@ std::string WhatIsWrong(const CLI::App& app, const CLI::ParseError& error, const
     const auto word = std::find_if_not(arguments.begin(), arguments.end(), is_option);
     if (word != arguments.end()) return NotKnown(app, *word);
     return "missing command: solve, ensemble, analyze, lcp, dcp, model, plot, capabilities, health, context, "
-           "completion, or with jobs submit, watch, get, list, cancel, delete, result, upload or problems";
+           "completion, man, or with jobs submit, watch, get, list, cancel, delete, result, upload or problems";
   }
   return error.what();
 }
@@ -431,6 +449,7 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   AddHealth(app, health);
   AddContext(app, context);
   AddCompletion(app, shell);
+  AddMan(app);
   AddJobCommands(app, jobs);
   app.formatter(std::make_shared<GroupedHelp>());
   for (CLI::App* command : app.get_subcommands({})) {
@@ -471,6 +490,10 @@ ParsedCommandLine ParseCommandLine(int argc, const char* const* argv) {
   if (app.got_subcommand("plot")) return plot;
   if (app.got_subcommand("completion")) {
     fmt::print("{}", CompletionScript(app, shell));
+    return kSolved;
+  }
+  if (app.got_subcommand("man")) {
+    fmt::print("{}", ManPage(app, AllGroups()));
     return kSolved;
   }
   if (app.got_subcommand("health")) return WithServer(health, health.server);

@@ -51,12 +51,13 @@ inline constexpr const char* kSolveExamples =
     "  dlcs solve circuit.json --grid nodes.txt\n"
     "  dlcs solve circuit.json --output circuit.csv --server localhost:50051\n"
     "  dlcs solve circuit.mat --output result.mat         .csv .json .npy .npz .h5 .hdf5 .mat: the ending chooses\n"
+    "  dlcs solve circuit.json --plot circuit.svg         a table, and a picture\n"
     "  dlcs solve circuit.json --server solver.example:50051 --tls-ca ca.pem --token-file me.token\n"
     "  generate | dlcs solve - --window whole --format json\n"
     "\n"
     "Ctrl-C and SIGTERM cancel the solve and print the part solved so far; a file is then named FILE.partial. A second "
     "one\n"
-    "ends the program at once. On a terminal a bar shows the progress; --verbose shows every iterate.";
+    "ends the program at once. On a terminal a panel shows the progress; --verbose prints every iterate.";
 
 inline constexpr const char* kContextExamples =
     "A context is a name for a server and the options of its connection. Tokens stay in their files.\n"
@@ -145,6 +146,11 @@ inline constexpr const char* kCompletionExamples =
     "  source <(dlcs completion bash)                                 # in .bashrc\n"
     "  source <(dlcs completion zsh)                                  # in .zshrc, after compinit\n"
     "  dlcs completion fish > ~/.config/fish/completions/dlcs.fish";
+
+inline constexpr const char* kManExamples =
+    "Examples:\n"
+    "  dlcs man | man -l -\n"
+    "  dlcs man > /usr/local/share/man/man1/dlcs.1        as `cmake --install` does";
 
 inline constexpr const char* kHealthExamples =
     "Checks the server as a whole, which serves until it shuts down, or one of its services: dlcs.v1.SolverService,\n"

@@ -28,6 +28,7 @@ struct SolveCommand {
   std::optional<v1::SolutionRule> rule;  // overrides the file's
   OutputFormat format = OutputFormat::kTable;
   std::string output;  // empty or "-" is standard output
+  std::string plot;    // FILE.svg or FILE.png of a picture; empty: none
   bool quiet = false;
   bool verbose = false;  // on a terminal: every iterate
   double deadline_s = 600;

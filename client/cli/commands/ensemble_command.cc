@@ -34,7 +34,7 @@ class MemberCount {
   MemberCount(std::int64_t members, bool quiet) : members_(members), quiet_(quiet), lines_(1, kPerSecondInLog) {
     lines_.Take(LineBudget::Clock::now());  // the first one is due after a while
     if (!quiet && CanRedraw(stderr))
-      ticker_ = std::make_unique<Ticker>(stderr, WidthOf(stderr), [this] { return Text(); });
+      ticker_ = std::make_unique<Ticker>(stderr, WidthOf(stderr), [this](int) { return Text(); });
   }
 
   // From one thread at a time.

@@ -11,6 +11,8 @@
 #include <csignal>
 #include <cstdint>
 
+#include "client/cli/output/progress_ticker.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -30,7 +32,10 @@ extern "C" void OnInterrupt(int number) {
   const int error = errno;
   int none = 0;
   // The engine checks its token several times a second; a second signal ends the process at once.
-  if (!first_signal.compare_exchange_strong(none, number)) _exit(128 + number);
+  if (!first_signal.compare_exchange_strong(none, number)) {
+    EraseProgressInSignalHandler();
+    _exit(128 + number);
+  }
   Write(wake.load());
   errno = error;
 }

@@ -7,13 +7,16 @@
 #include <cstdio>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "client/cli/commands/array_output.h"
 #include "client/cli/commands/command_support.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/interrupt.h"
 #include "client/cli/commands/problem_input.h"
+#include "client/cli/commands/result_plot.h"
 #include "client/cli/options/solve_option_table.h"
 #include "client/cli/output/atomic_file.h"
 #include "client/cli/output/live_view.h"
@@ -32,6 +35,8 @@ namespace {
 
 // Rows of the table if no times were requested.
 constexpr int kTableIntervals = 10;
+// Points of a curve in a picture if no times were requested: a multiple, so that the rows of the table are among them.
+constexpr int kPictureIntervals = 100 * kTableIntervals;
 
 // The node of the fixed steps in `options` that is nearest to `time`; `time` itself if there are none. Times that are
 // not nodes would become nodes.
@@ -48,18 +53,41 @@ double NearestNode(const v1::SolveOptions& options, double horizon, double time)
   return time;
 }
 
-// A table shows the solution at a few times, unless others were requested.
-void AskForTableTimes(const SolveCommand& command, double horizon, v1::SolveRequest& request) {
-  const v1::SolveOptions& options = command.options;
-  if (command.format != OutputFormat::kTable || !options.output_times().empty() || !(horizon > 0)) return;
-  std::set<double> times = {0, horizon};  // of few steps or the shortest horizons some are the same
-  for (int k = 1; k < kTableIntervals; ++k) {
-    const double even = horizon * k / kTableIntervals;
-    const double time = NearestNode(options, horizon, std::isfinite(even) ? even : horizon / kTableIntervals * k);
+// `intervals` + 1 even times in [0, T]; of few steps or the shortest horizons some are the same.
+std::set<double> EvenTimes(const v1::SolveOptions& options, double horizon, int intervals) {
+  std::set<double> times = {0, horizon};
+  for (int k = 1; k < intervals; ++k) {
+    const double even = horizon * k / intervals;
+    const double time = NearestNode(options, horizon, std::isfinite(even) ? even : horizon / intervals * k);
     constexpr double kSame = 1e-12;  // as 0 or T, which are there
     if (time > kSame * horizon && time < (1 - kSame) * horizon) times.insert(time);
   }
-  for (const double time : times) request.mutable_options()->add_output_times(time);
+  return times;
+}
+
+// A table shows the solution at a few times, unless others were requested. Returns these times; empty: all.
+std::set<double> TableTimes(const SolveCommand& command, double horizon) {
+  const v1::SolveOptions& options = command.options;
+  if (command.format != OutputFormat::kTable || !options.output_times().empty() || !(horizon > 0)) return {};
+  return EvenTimes(options, horizon, kTableIntervals);
+}
+
+// `result` at `times` alone.
+SolveResult Thinned(const SolveResult& result, const std::set<double>& times) {
+  SolveResult thinned = result;
+  for (std::vector<double>* values : {&thinned.times, &thinned.x, &thinned.y, &thinned.w}) values->clear();
+  const auto append = [](std::vector<double>& values, std::span<const double> more) {
+    values.insert(values.end(), more.begin(), more.end());
+  };
+  for (std::size_t k = 0; k < result.times.size(); ++k) {
+    if (times.count(result.times[k]) == 0) continue;
+    thinned.times.push_back(result.times[k]);
+    append(thinned.x, result.x_at(k));
+    append(thinned.y, result.y_at(k));
+    append(thinned.w, result.w_at(k));
+  }
+  thinned.left_limits.clear();  // a table has none
+  return thinned;
 }
 
 bool HasStep(const v1::SolveOptions& options) { return options.grid_case() != v1::SolveOptions::GRID_NOT_SET; }
@@ -146,6 +174,8 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
                                   const v1::SolveRequest& request, Backend& backend, std::FILE* out,
                                   const CallLimits& limits) {
   LiveView view(stderr, {.terminal = !command.quiet && CanRedraw(stderr),
+                         .color = UsesColor(stderr),
+                         .utf8 = UsesUtf8(),
                          .verbose = command.verbose,
                          .width = WidthOf(stderr),
                          .horizon = input.horizon(),
@@ -165,8 +195,9 @@ absl::StatusOr<SolveResult> Watch(const SolveCommand& command, const ProblemInpu
     }
     PrintCsvLines(chunk, out);
   };
-  return backend.Solve(request, show,
-                       {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes});
+  return backend.Solve(
+      request, show,
+      {.deadline = limits.deadline, .stop = limits.stop, .keep_trajectory = !as_it_comes || !command.plot.empty()});
 }
 
 }  // namespace
@@ -178,6 +209,13 @@ ExitCode Run(const SolveCommand& command) {
   absl::StatusOr<ProblemInput> input = ProblemInput::Read(command.problem_path, command.server, command.rule);
   reading.reset();
   if (!input.ok()) return PrintError(input.status(), kBadInput);
+  if (!command.plot.empty()) {
+    if (const absl::Status name = CheckPictureName("--plot", command.plot); !name.ok()) {
+      return PrintError(name, kBadInput);
+    }
+    // Not only after the solve, which may take long.
+    if (const absl::Status found = FindGnuplot(); !found.ok()) return PrintError(found, kServiceFailed);
+  }
   const auto output = OpenOutput(command.output, {command.problem_path});
   if (!output.ok()) return PrintError(output.status(), kBadInput);
   // After reading, which Ctrl-C ends as always.
@@ -193,7 +231,11 @@ ExitCode Run(const SolveCommand& command) {
     fmt::print(stderr, "dlcs: --step {} is longer than T = {} and shortens no step; give a shorter one\n",
                command.options.step(), input->horizon());
   }
-  AskForTableTimes(command, input->horizon(), request);
+  const std::set<double> table_times = TableTimes(command, input->horizon());
+  const bool curves = !command.plot.empty() && !table_times.empty();
+  for (const double time : curves ? EvenTimes(command.options, input->horizon(), kPictureIntervals) : table_times) {
+    request.mutable_options()->add_output_times(time);
+  }
   // So that a lost connection does not end the solve, if the server has jobs.
   if (!command.server.address.empty()) {
     request.set_request_id(NewRequestId());
@@ -203,7 +245,8 @@ ExitCode Run(const SolveCommand& command) {
   const auto result = Watch(command, *input, request, **backend, *output ? (*output)->stream() : stdout, limits);
   if (!result.ok()) return PrintCallError(result.status(), input->source());
 
-  const absl::Status delivered = Deliver(command, input->title(), *result, output->get());
+  const absl::Status delivered =
+      Deliver(command, input->title(), curves ? Thinned(*result, table_times) : *result, output->get());
   if (!delivered.ok()) return PrintError(delivered, kServiceFailed);
   if (!command.quiet) {
     const v1::Method used = result->summary.method();
@@ -211,6 +254,11 @@ ExitCode Run(const SolveCommand& command) {
       PrintNotice(line);
   }
   PrintVerdict(command, result->summary);
+  if (!command.plot.empty()) {
+    const absl::Status drawn = DrawResult(input->title(), *result, command.plot);
+    if (!drawn.ok()) return PrintError(drawn, absl::IsInvalidArgument(drawn) ? kBadInput : kServiceFailed);
+    if (!command.quiet) fmt::print(stderr, "dlcs: wrote {}\n", command.plot);
+  }
   if (!result->job.empty()) {
     fmt::print(stderr, "dlcs: {0} keeps the part solved so far: dlcs result {0}\n", result->job);
   }

@@ -23,6 +23,8 @@ class JobView {
       : command_(command),
         terminal_(!command.quiet && command.format != OutputFormat::kJson && job.horizon() > 0 && CanRedraw(stderr)),
         view_(stderr, {.terminal = terminal_,
+                       .color = UsesColor(stderr),
+                       .utf8 = UsesUtf8(),
                        .width = WidthOf(stderr),
                        .horizon = job.horizon() > 0 ? job.horizon() : 1,
                        .nonlinear = job.nonlinear()}) {}
@@ -32,13 +34,13 @@ class JobView {
     if (command_.quiet) return;
     switch (event.kind_case()) {
       case v1::SolveEvent::kWindowFinished:
-        if (event.window_finished().accepted()) return;  // shown when it is stored
+        if (!terminal_ && event.window_finished().accepted()) return;  // shown when it is stored
         return view_.OnEvent(event);
       case v1::SolveEvent::kState:
         return view_.OnText(fmt::format("{} {}", TimeText(event.time()), JobStateWord(event.state())));
       case v1::SolveEvent::kCheckpointed:
         view_.OnReached(event.checkpointed().time());
-        if (terminal_) return;  // the bar says so
+        if (terminal_) return;  // the panel says so
         return view_.OnText(fmt::format("stored up to t = {:.6g} ({:.0f} %)", event.checkpointed().time(),
                                         100 * event.checkpointed().progress()));
       case v1::SolveEvent::kGap:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/cli/output/terminal.h"
 #include "client/cli/output/words.h"
 #include "client/cli/output/wrapped_text.h"
 #include "client/result/names.h"
@@ -20,23 +21,12 @@ constexpr double kLinesPerSecondInLog = 0.5;
 // Lines while one window takes long, or for a method without iterates.
 constexpr double kSignsPerSecondOnTerminal = 1;
 constexpr double kSignsPerSecondInLog = 0.2;
-constexpr int kBarLetters = 30;
-// The time from which on the remaining time is estimated.
-constexpr double kSecondsBeforeGuess = 1;
-constexpr double kDoneBeforeGuess = 0.02;
 
 constexpr const char* kRowFormat = "{:>8}  {:>12}  {:>9}  {:>9}  {:>9}  {:>9}  {:>8}";
 
 std::string Bound(const v1::Iterate& iterate) {
   if (!iterate.has_log10_bound()) return "-";
   return fmt::format("10^{:.1f}", std::round(10 * iterate.log10_bound()) / 10 + 0.0);  // + 0.0: never "-0.0"
-}
-
-// "12 s", "3 min", "2 h".
-std::string Duration(double seconds) {
-  if (seconds < 100) return fmt::format("{:.0f} s", std::ceil(seconds));
-  if (seconds < 6000) return fmt::format("{:.0f} min", std::ceil(seconds / 60));
-  return fmt::format("{:.0f} h", std::ceil(seconds / 3600));
 }
 
 }  // namespace
@@ -55,22 +45,26 @@ LiveView::LiveView(std::FILE* out, const Settings& settings)
     : out_(out),
       settings_(settings),
       lines_(kBurst, settings.terminal ? kLinesPerSecondOnTerminal : kLinesPerSecondInLog),
-      signs_of_life_(1, settings.terminal ? kSignsPerSecondOnTerminal : kSignsPerSecondInLog) {
-  signs_of_life_.Take(start_);  // the first one is due after a while, not at once
-  if (settings.terminal) ticker_ = std::make_unique<Ticker>(out, settings.width, [this] { return Bar(); });
+      signs_of_life_(1, settings.terminal ? kSignsPerSecondOnTerminal : kSignsPerSecondInLog),
+      panel_({.horizon = settings.horizon,
+              .estimates = settings.estimates,
+              .color = settings.color,
+              .utf8 = settings.utf8}) {
+  signs_of_life_.Take(LineBudget::Clock::now());  // the first one is due after a while, not at once
+  if (!settings.terminal) return;
+  ticker_ = std::make_unique<Ticker>(out, settings.width, [this](int width) { return panel_.Text(width); });
 }
 
 LiveView::~LiveView() { Finish(); }
 
 void LiveView::OnEvent(const v1::SolveEvent& event) {
+  panel_.OnEvent(event);
   switch (event.kind_case()) {
     case v1::SolveEvent::kAnalysis:
       return OnAnalysis(event.analysis());
-    case v1::SolveEvent::kWindowStarted: {
-      const std::lock_guard lock(mutex_);
+    case v1::SolveEvent::kWindowStarted:
       window_ = event.window_started();
       return;
-    }
     case v1::SolveEvent::kIterate:
       return OnIterate(event.iterate());
     case v1::SolveEvent::kWindowFinished:
@@ -78,18 +72,14 @@ void LiveView::OnEvent(const v1::SolveEvent& event) {
     case v1::SolveEvent::kGap:
       passed_over_ += event.gap().iterates();
       return;
-    case v1::SolveEvent::kState: {
-      const std::lock_guard lock(mutex_);
-      queued_ = event.state() == v1::JOB_STATE_QUEUED;
-      return;
-    }
     case v1::SolveEvent::kCheckpointed:
       return OnReached(event.checkpointed().time());
     case v1::SolveEvent::kLog:
       return OnText(event.log());
     case v1::SolveEvent::kHeartbeat:
-      if (queued_ && !settings_.terminal) PrintLine("waiting in the server's queue");  // a terminal has the bar
+      if (panel_.queued() && !settings_.terminal) PrintLine("waiting in the server's queue");
       return;
+    case v1::SolveEvent::kState:
     case v1::SolveEvent::kAccepted:
     case v1::SolveEvent::kTrajectory:
     case v1::SolveEvent::kSummary:
@@ -100,19 +90,9 @@ void LiveView::OnEvent(const v1::SolveEvent& event) {
 
 void LiveView::OnText(const std::string& line) { PrintLine(line); }
 
-void LiveView::OnReached(double time) {
-  const std::lock_guard lock(mutex_);
-  queued_ = false;
-  reached_ = std::max(reached_, time);
-}
+void LiveView::OnReached(double time) { panel_.OnReached(time); }
 
 void LiveView::OnAnalysis(const v1::Analysis& analysis) {
-  {
-    const std::lock_guard lock(mutex_);
-    analyzed_ = true;
-    tries_steps_ = analysis.steps() == 0 && analysis.method() != v1::METHOD_EVENT_DRIVEN;
-    queued_ = false;
-  }
   std::string lipschitz;
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"), Count(analysis.constraints(), "pair"),
@@ -131,11 +111,7 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
 
 void LiveView::OnIterate(const v1::Iterate& iterate) {
   const auto now = LineBudget::Clock::now();
-  {
-    const std::lock_guard lock(mutex_);
-    iterate_ = iterate;
-  }
-  if (settings_.terminal && !settings_.verbose) return;  // the bar says so
+  if (settings_.terminal && !settings_.verbose) return;  // the panel says so
   if (!condensed_ && lines_.Take(now)) return PrintIterate(iterate, window_);
   if (!condensed_) PrintLine(fmt::format("{:>8}  from here on only the last iterate of some windows", "..."));
   condensed_ = true;
@@ -166,21 +142,14 @@ void LiveView::PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted&
 void LiveView::OnWindowFinished(const v1::WindowFinished& outcome) {
   const auto now = LineBudget::Clock::now();
   if (!outcome.accepted()) {
-    if (!lines_.Take(now)) return;
+    if ((settings_.terminal && !settings_.verbose) || !lines_.Take(now)) return;
     return PrintLine(
         fmt::format("{:>8}  not accepted up to t = {:.6g}: {}", outcome.window(), outcome.end(), outcome.reason()));
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    queued_ = false;
-    if (outcome.end() < reached_) ++passes_;  // it began once more
-    reached_ = outcome.end();
-    iterate_.Clear();
   }
   if (condensed_ && hidden_iterate_.iteration() > 0) {
     if (lines_.Take(now)) PrintHiddenIterate();
   } else if (!settings_.terminal && outcome.iterations() == 0 && signs_of_life_.Take(now)) {
-    PrintLine(fmt::format("t = {:.4g} of {:.4g}", reached_, settings_.horizon));
+    PrintLine(fmt::format("t = {:.4g} of {:.4g}", panel_.reached(), settings_.horizon));
   }
 }
 
@@ -190,38 +159,8 @@ void LiveView::PrintLine(const std::string& line) {
 }
 
 void LiveView::PrintText(const std::string& text) {
-  const auto print = [&] { Paragraphs(settings_.width, out_).Print("", text); };
+  const auto print = [&] { Paragraphs(WidthOf(out_, settings_.width), out_).Print("", text); };
   ticker_ ? ticker_->Above(print) : print();
-}
-
-// The current activity, if the time does not show it.
-std::string LiveView::Phase() const {
-  if (queued_) return "waiting in the server's queue";
-  if (iterate_.iteration() > 0) {
-    return fmt::format("window {}, iteration {}, change {:.0e}", iterate_.window(), iterate_.iteration(),
-                       iterate_.change());
-  }
-  if (tries_steps_ && reached_ > 0) return "trying shorter steps";
-  if (reached_ >= settings_.horizon) return settings_.estimates ? "estimating the error" : "checking the result";
-  if (reached_ > 0) return passes_ > 1 ? fmt::format("pass {}", passes_) : "";
-  return analyzed_ ? "setting up" : "analyzing";
-}
-
-std::string LiveView::Bar() const {
-  const std::lock_guard lock(mutex_);
-  const double done = std::clamp(settings_.horizon > 0 ? reached_ / settings_.horizon : 0.0, 0.0, 1.0);
-  const int full = static_cast<int>(std::floor(done * kBarLetters));
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  // All of it is done where nothing is left to do: 99.9 % are 99.
-  std::string line = fmt::format("[{}{}] {:3.0f} %", std::string(full, '#'), std::string(kBarLetters - full, '.'),
-                                 std::floor(100 * done));
-  if (!tries_steps_) line += fmt::format("  t = {:.4g} of {:.4g}", reached_, settings_.horizon);
-  line += fmt::format("  {:.1f} s", seconds);
-  if (seconds > kSecondsBeforeGuess && done > kDoneBeforeGuess && done < 1 && passes_ == 1 && !tries_steps_) {
-    line += fmt::format(", about {} left", Duration(seconds * (1 - done) / done));
-  }
-  if (const std::string phase = Phase(); !phase.empty()) line += "  " + phase;
-  return line;
 }
 
 void LiveView::Finish() {

@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "client/cli/output/progress_ticker.h"
+#include "client/cli/output/solve_panel.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -31,17 +31,18 @@ class LineBudget {
   Clock::time_point last_{};
 };
 
-// Shows the events of a solve. On a terminal: the analysis, rejected windows, and below them a progress bar with the
-// current activity, the elapsed and the remaining time; with `verbose` iterates as well. In a log: the analysis, a line
-// per iterate (iteration, change, bound, residual, seconds), rejected windows, and from time to time the progress. If
-// iterates come too fast, only the last iterate of some windows is shown, and the others are counted. To be called from
-// one thread.
+// Shows the events of a solve. On a terminal: the analysis, and below it a panel (solve_panel.h); with `verbose` also a
+// line for each iterate and rejected window. In a log: the analysis, a line per iterate (iteration, change, bound,
+// residual, seconds), rejected windows, and from time to time the progress. If iterates come too fast, only the last
+// iterate of some windows is shown, and the others are counted. To be called from one thread.
 class LiveView {
  public:
   struct Settings {
-    bool terminal = false;       // redraw a bar
+    bool terminal = false;       // draw a panel
+    bool color = false;          // with colors
+    bool utf8 = false;           // with other letters than those of ASCII
     bool verbose = false;        // on a terminal: iterates too
-    int width = 100;             // characters in a line of the terminal
+    int width = 100;             // characters in a line, if that of the terminal is not known
     double horizon = 1;          // T, the end of the bar
     bool warnings = true;        // show the warnings of the analysis (a printed result has them too)
     bool nonlinear = false;      // the class is that of the Jacobian of g, not of M
@@ -56,11 +57,11 @@ class LiveView {
   LiveView& operator=(const LiveView&) = delete;
 
   void OnEvent(const v1::SolveEvent& event);
-  // Prints another line above the bar.
+  // Prints another line above the panel.
   void OnText(const std::string& line);
   // Reports that `time` was reached, for a solve whose windows are not reported.
   void OnReached(double time);
-  // Removes the bar, and shows the last iterate and how many were not shown. Later calls do nothing.
+  // Removes the panel, and shows the last iterate and how many were not shown. Later calls do nothing.
   void Finish();
 
  private:
@@ -71,24 +72,15 @@ class LiveView {
   void PrintText(const std::string& text);  // in lines of the width
   void PrintIterate(const v1::Iterate& iterate, const v1::WindowStarted& window);
   void PrintHiddenIterate();
-  std::string Bar() const;
-  std::string Phase() const;
 
   std::FILE* out_;
   Settings settings_;
   LineBudget lines_;
-  LineBudget signs_of_life_;  // for lines while condensed, or without a bar
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  mutable std::mutex mutex_;  // guards all below: the bar is drawn by a thread of its own
+  LineBudget signs_of_life_;  // for lines while condensed, or without a panel
+  SolvePanel panel_;
   v1::WindowStarted window_;
-  v1::Iterate iterate_;              // the last one
   v1::Iterate hidden_iterate_;       // the last one, when it was not shown
   v1::WindowStarted hidden_window_;  // and its window
-  double reached_ = 0;               // the time up to which windows were accepted
-  std::int64_t passes_ = 1;          // passes over [0, T]: an error estimate takes further ones
-  bool analyzed_ = false;
-  bool tries_steps_ = false;  // times are those of several trial solves, and only show the progress
-  bool queued_ = false;
   std::int64_t passed_over_ = 0;
   bool condensed_ = false;
   bool head_printed_ = false;

@@ -5,12 +5,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <cstdlib>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
 #include "client/cli/output/terminal.h"
+#include "client/cli/output/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {
@@ -19,19 +21,16 @@ using std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kFirst{300};
 constexpr std::chrono::milliseconds kBetween{100};
+// Back to the first column; removes all from there to the end of the screen.
+constexpr std::string_view kErase = "\r\x1b[J";
+
+// Where something is drawn; -1 if nothing is.
+std::atomic<int> drawn_on{-1};
 
 }  // namespace
 
-bool CanRedraw(std::FILE* stream) {
-  const char* const kind = std::getenv("TERM");
-  return isatty(fileno(stream)) != 0 && kind != nullptr && std::string_view(kind) != "dumb";
-}
-
-Ticker::Ticker(std::FILE* out, int width, std::function<std::string()> line)
-    : out_(out),
-      width_(static_cast<std::size_t>(std::max(width - 1, 1))),  // a line that wraps could not be taken back
-      line_(std::move(line)),
-      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+Ticker::Ticker(std::FILE* out, int width, std::function<std::string(int)> draw)
+    : out_(out), width_(width), draw_(std::move(draw)), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 Ticker::~Ticker() {
   thread_.request_stop();
@@ -46,13 +45,29 @@ void Ticker::Run(const std::stop_token& stop) {
     changed_.wait_for(lock, stop, pause, [&] { return stop.stop_requested(); });
     if (stop.stop_requested()) return;
     lock.unlock();
-    std::string text = line_();
-    text.resize(std::min(text.size(), width_));
+    // One column stays free: in some terminals a full line goes on in the next one.
+    const int width = std::max(WidthOf(out_, width_) - 1, 1);
+    const std::string text = draw_(width);
     lock.lock();
-    fmt::print(out_, "\r\x1b[K{}", text);
-    std::fflush(out_);
-    drawn_ = true;
+    Draw(text, width);
   }
+}
+
+void Ticker::Draw(const std::string& text, int width) {
+  const int most = std::max(HeightOf(out_) - 1, 1);  // lines that have left the screen cannot be removed
+  std::istringstream in(text);
+  std::string written;
+  int lines = 0;
+  for (std::string line; lines < most && std::getline(in, line); ++lines) {
+    written += (lines == 0 ? "\r" : "\n") + FirstLetters(line, static_cast<std::size_t>(width)) + "\x1b[K";
+  }
+  written += "\x1b[J";
+  if (lines > 1) written += fmt::format("\r\x1b[{}A", lines - 1);
+  // Before the drawing: erasing what is not there does no harm.
+  drawn_ = true;
+  drawn_on = fileno(out_);
+  fmt::print(out_, "{}", written);
+  std::fflush(out_);
 }
 
 void Ticker::Above(const std::function<void()>& print) {
@@ -63,15 +78,23 @@ void Ticker::Above(const std::function<void()>& print) {
 }
 
 void Ticker::Clear() {
-  if (drawn_) fmt::print(out_, "\r\x1b[K");
+  if (drawn_) fmt::print(out_, "{}", kErase);
   drawn_ = false;
+  drawn_on = -1;
+}
+
+void EraseProgressInSignalHandler() {
+  const int descriptor = drawn_on.load();
+  if (descriptor < 0) return;
+  [[maybe_unused]] const ssize_t written = write(descriptor, kErase.data(), kErase.size());
 }
 
 WaitView::WaitView(std::string what) {
   if (!CanRedraw(stderr)) return;
-  ticker_ = std::make_unique<Ticker>(stderr, WidthOf(stderr), [what = std::move(what), start = steady_clock::now()] {
-    return fmt::format("{}, {:.1f} s", what, std::chrono::duration<double>(steady_clock::now() - start).count());
-  });
+  ticker_ =
+      std::make_unique<Ticker>(stderr, WidthOf(stderr), [what = std::move(what), start = steady_clock::now()](int) {
+        return fmt::format("{}, {:.1f} s", what, std::chrono::duration<double>(steady_clock::now() - start).count());
+      });
 }
 
 }  // namespace dlcs::client

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A progress line at the bottom of a terminal, redrawn several times a second by its own thread.
+// Progress at the bottom of a terminal, a line or a few, redrawn several times a second by its own thread.
 
 #ifndef DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
 #define DLCS_CLIENT_CLI_OUTPUT_PROGRESS_TICKER_H_
@@ -15,34 +15,40 @@
 
 namespace dlcs::client {
 
-// Whether `stream` is a terminal whose lines can be redrawn (TERM is not "dumb").
-bool CanRedraw(std::FILE* stream);
-
-// Shows the text that `line` returns, after a third of a second, so that quick work shows nothing; removes it at the
-// end. The text is cut to `width` characters. `line` is called from another thread.
+// Shows the text that `draw` returns for a width in characters, ten times a second, and first after 0.3 s, so that
+// quick work shows nothing; removes it at the end. The width is that of the terminal at that time, or `width` if `out`
+// is not a terminal. Lines are cut to the width, and as many are shown as fit into the height. `draw` is called from
+// another thread.
+//
+// The cursor stays visible, so that no way to die can leave a terminal without one. It waits at the first line of
+// several: from there all can be removed, whether or not the terminal has wrapped them anew since it was resized.
 class Ticker {
  public:
-  Ticker(std::FILE* out, int width, std::function<std::string()> line);
+  Ticker(std::FILE* out, int width, std::function<std::string(int)> draw);
   ~Ticker();
 
   Ticker(const Ticker&) = delete;
   Ticker& operator=(const Ticker&) = delete;
 
-  // Removes the progress line, runs `print`, which may write whole lines, and draws the progress line again below.
+  // Removes what was drawn, runs `print`, which may write whole lines, and draws again below.
   void Above(const std::function<void()>& print);
 
  private:
   void Run(const std::stop_token& stop);
+  void Draw(const std::string& text, int width);
   void Clear();
 
   std::FILE* out_;
-  const std::size_t width_;
-  const std::function<std::string()> line_;
+  const int width_;
+  const std::function<std::string(int)> draw_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
   bool drawn_ = false;
   std::jthread thread_;  // last: it uses the others
 };
+
+// Removes what a Ticker has drawn, for a signal handler that ends the process: async-signal-safe.
+void EraseProgressInSignalHandler();
 
 // While it lives, shows `what` and the elapsed seconds on standard error, if that is a terminal.
 class WaitView {

@@ -9,18 +9,12 @@
 #include <sstream>
 
 #include "client/cli/output/exit_code.h"
-#include "client/cli/output/progress_ticker.h"
 #include "client/cli/output/result_output.h"
 #include "client/cli/output/terminal.h"
 #include "client/cli/output/wrapped_text.h"
 
 namespace dlcs::client {
 namespace {
-
-bool UsesColor(std::FILE* out) {
-  const char* const no_color = std::getenv("NO_COLOR");
-  return CanRedraw(out) && (no_color == nullptr || *no_color == '\0');
-}
 
 const char* ColorOf(const v1::Summary& summary) {
   switch (ExitCodeOf(summary)) {

@@ -8,8 +8,17 @@
 
 namespace dlcs::client {
 
-// The width in characters of the terminal `stream`; 100 if it is not a terminal.
-int WidthOf(std::FILE* stream);
+// The width in characters of the terminal `stream`; `otherwise` if it is not a terminal.
+int WidthOf(std::FILE* stream, int otherwise = 100);
+// Its height in lines; 24 if it is not a terminal.
+int HeightOf(std::FILE* stream);
+
+// Whether `stream` is a terminal whose lines can be redrawn (TERM is not "dumb").
+bool CanRedraw(std::FILE* stream);
+// Whether it is, and NO_COLOR (no-color.org) is not set.
+bool UsesColor(std::FILE* stream);
+// Whether the locale has other letters than those of ASCII.
+bool UsesUtf8();
 
 }  // namespace dlcs::client
 

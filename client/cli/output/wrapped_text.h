@@ -13,6 +13,9 @@ namespace dlcs::client {
 // The number of characters of UTF-8 text.
 std::size_t LetterCount(const std::string& text);
 
+// The first `count` characters of `text`, and all its escape sequences, such as those of colors.
+std::string FirstLetters(const std::string& text, std::size_t count);
+
 // `text` padded with blanks to `width` characters.
 std::string Padded(const std::string& text, std::size_t width);
 

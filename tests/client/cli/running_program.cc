@@ -48,6 +48,10 @@ bool Append(int descriptor, std::string& text) {
   return count > 0;
 }
 
+winsize SizeWith(int columns) {
+  return {.ws_row = 24, .ws_col = static_cast<unsigned short>(columns), .ws_xpixel = 0, .ws_ypixel = 0};
+}
+
 }  // namespace
 
 RunningProgram::RunningProgram(const std::vector<std::string>& arguments, const Settings& settings) {
@@ -58,8 +62,7 @@ RunningProgram::RunningProgram(const std::vector<std::string>& arguments, const 
     output_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
     grantpt(output_);
     unlockpt(output_);
-    const winsize size{
-        .ws_row = 24, .ws_col = static_cast<unsigned short>(settings.columns), .ws_xpixel = 0, .ws_ypixel = 0};
+    const winsize size = SizeWith(settings.columns);
     const int terminal = open(ptsname(output_), O_RDWR | O_NOCTTY | O_CLOEXEC);
     ioctl(terminal, TIOCSWINSZ, &size);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
@@ -138,6 +141,11 @@ void RunningProgram::Send(const std::vector<int>& signals) {
   waitpid(pid_, &status, WUNTRACED);
   for (const int signal : signals) kill(pid_, signal);
   kill(pid_, SIGCONT);
+}
+
+void RunningProgram::Resize(int columns) const {
+  const winsize size = SizeWith(columns);
+  ioctl(output_, TIOCSWINSZ, &size);
 }
 
 ProgramOutcome RunningProgram::Await() {

@@ -35,6 +35,8 @@ class RunningProgram {
   bool HasLoaded(const std::string& library) const;
   // All at once, as far as the program can see.
   void Send(const std::vector<int>& signals);
+  // Gives its terminal another width.
+  void Resize(int columns) const;
   // What it did, once it has ended. On a terminal everything is in `out`.
   ProgramOutcome Await();
 

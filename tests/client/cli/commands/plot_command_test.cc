@@ -51,6 +51,31 @@ TEST_F(PlotCommandTest, DrawsEveryComponentByItsName) {
   EXPECT_EQ(ContentOf(png).substr(1, 3), "PNG");
 }
 
+TEST_F(PlotCommandTest, ASolveDrawsAndPrintsTheSameTable) {
+  const std::string picture = folder_.File("solve.svg"), solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json'";
+  const ProgramOutcome plain = RunDlcs(solve + " --quiet");
+  const ProgramOutcome drawn = RunDlcs(solve + " --plot '" + picture + "'");
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  // The rows, but not the times and roundings of the certificate.
+  const std::size_t begin = plain.out.find("\n\n"), end = plain.out.find("\n\n", begin + 2);
+  EXPECT_THAT(drawn.out, HasSubstr(plain.out.substr(begin, end - begin)));
+  EXPECT_THAT(drawn.err, HasSubstr("wrote " + picture));
+  EXPECT_THAT(ContentOf(picture), AllOf(HasSubstr("<svg"), HasSubstr(">diode<"), HasSubstr("SOLVED within")));
+  // CSV is written as it comes, and the picture needs it all.
+  const std::string png = folder_.File("solve.png"), csv = folder_.File("solve.csv");
+  ASSERT_EQ(RunDlcs(solve + " --output '" + csv + "' --plot '" + png + "'").code, 0);
+  EXPECT_EQ(ContentOf(png).substr(1, 3), "PNG");
+  EXPECT_THAT(ContentOf(csv), HasSubstr("t,i,v,"));
+}
+
+TEST_F(PlotCommandTest, ASolveIsNotBegunForAPictureThatCannotBe) {
+  const std::string solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --plot ";
+  const ProgramOutcome named = RunDlcs(solve + "'" + folder_.File("solve.gif") + "'");
+  EXPECT_EQ(named.code, 2);
+  EXPECT_EQ(named.out, "");
+  EXPECT_THAT(named.err, HasSubstr("--plot " + folder_.File("solve.gif") + ": must end with .svg or .png"));
+}
+
 // A title comes from a file that somebody else may have written.
 TEST_F(PlotCommandTest, ATitleIsTextAndNoCommand) {
   auto root = nlohmann::json::parse(ContentOf(result_));
