@@ -40,8 +40,27 @@ extern "C" void OnInterrupt(int number) {
   errno = error;
 }
 
-// The previous handlers, in the order of kSignals.
+// Ctrl-Z: nothing of the progress stays on the screen while the shell has it. Then what would happen without a handler.
+extern "C" void OnSuspend(int number) {
+  const int error = errno;
+  EraseProgressInSignalHandler();
+  struct sigaction by_default {};
+  struct sigaction this_one {};
+  by_default.sa_handler = SIG_DFL;
+  sigaction(number, &by_default, &this_one);
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, number);
+  raise(number);
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);  // stops here
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  sigaction(number, &this_one, nullptr);
+  errno = error;
+}
+
+// The previous handlers, in the order of kSignals, and that of SIGTSTP.
 std::array<struct sigaction, kSignals.size()> before{};
+struct sigaction before_suspend {};
 
 void Catch() {
   struct sigaction action {};
@@ -53,6 +72,9 @@ void Catch() {
     sigaction(kSignals[k], nullptr, &before[k]);
     if (before[k].sa_handler != SIG_IGN) sigaction(kSignals[k], &action, nullptr);
   }
+  sigaction(SIGTSTP, nullptr, &before_suspend);
+  action.sa_handler = OnSuspend;
+  if (before_suspend.sa_handler == SIG_DFL) sigaction(SIGTSTP, &action, nullptr);
 }
 
 }  // namespace
@@ -65,6 +87,7 @@ Interrupt::Interrupt() : finish_(eventfd(0, EFD_CLOEXEC)) {
 
 Interrupt::~Interrupt() {
   for (std::size_t k = 0; k < kSignals.size(); ++k) sigaction(kSignals[k], &before[k], nullptr);
+  sigaction(SIGTSTP, &before_suspend, nullptr);
   Write(finish_);
   waiter_.join();
   close(wake.exchange(-1));

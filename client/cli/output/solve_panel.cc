@@ -182,7 +182,7 @@ std::string SolvePanel::Text(int width) {
   return text + ChangeLines(letters);
 }
 
-std::string SolvePanel::BarLine(std::size_t width, double seconds) const {
+std::string SolvePanel::BarLine(std::size_t width, double seconds) {
   // Times of trial solves with shorter and shorter steps only show the progress.
   const bool tries_steps = analyzed_ && analysis_.steps() == 0 && analysis_.method() != v1::METHOD_EVENT_DRIVEN;
   const double done = std::clamp(settings_.horizon > 0 ? reached_ / settings_.horizon : 0.0, 0.0, 1.0);
@@ -192,8 +192,11 @@ std::string SolvePanel::BarLine(std::size_t width, double seconds) const {
   // All of it is done where nothing is left to do: 99.9 % are 99.
   std::string line = fmt::format("[{}{}] {:3.0f} %  {:.1f} s", std::string(full, '#'), std::string(letters - full, '.'),
                                  std::floor(100 * done), seconds);
-  if (seconds > kSecondsBeforeGuess && done > kDoneBeforeGuess && done < 1 && passes_ == 1 && !tries_steps) {
-    line += fmt::format(", about {} left", Remaining(seconds * (1 - done) / done));
+  // Who begins to watch a job late is told at once what happened before: only what is done from then on takes time.
+  if (first_seconds_ < 0) first_seconds_ = seconds, first_done_ = done;
+  const double watched = seconds - first_seconds_, progress = done - first_done_;
+  if (watched > kSecondsBeforeGuess && progress > kDoneBeforeGuess && done < 1 && passes_ == 1 && !tries_steps) {
+    line += fmt::format(", about {} left", Remaining(watched * (1 - done) / progress));
   }
   return FirstLetters(line, width);
 }

@@ -96,7 +96,7 @@ class SolvePanel {
   void Remember(ChangeHistory history);
   const ChangeHistory* Shown() const;
   std::string Phase() const;
-  std::string BarLine(std::size_t width, double seconds) const;
+  std::string BarLine(std::size_t width, double seconds);
   std::string FactLines(std::size_t width, RateMeter::Clock::time_point now);
   std::string RetryLine() const;
   std::string ChangeLines(std::size_t width) const;
@@ -112,6 +112,8 @@ class SolvePanel {
   bool analyzed_ = false;
   bool queued_ = false;
   double reached_ = 0;
+  double first_seconds_ = -1;  // of the first drawing, and the part that was done then
+  double first_done_ = 0;
   std::int64_t passes_ = 1;  // passes over [0, T]: an error estimate takes further ones
   std::int64_t steps_ = 0;   // accepted
   std::int64_t iterations_ = 0;
