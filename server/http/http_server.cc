@@ -55,7 +55,8 @@ using std::chrono::steady_clock;
 using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::strand<asio::io_context::executor_type>>;
 
 constexpr std::size_t kReadBytes = 16 << 10;
-// A body beyond this that nobody wanted is not drained; the connection is closed.
+// Of a body that nobody wanted: what is read before the response, and what after it before the connection is closed.
+constexpr std::size_t kMaxDiscarded = 64 << 10;
 constexpr std::size_t kMaxDrained = 1 << 20;
 
 // Notices a broken link within some 15 s, as gRPC's keepalive does.
@@ -260,6 +261,7 @@ class Connection final : public ConnectionBase {
 
   asio::awaitable<void> Reply(HttpResponse response) override {
     if (replied_) co_return;
+    co_await DiscardSmallBody();
     replied_ = true;
     response.headers.emplace_back("content-length", std::to_string(response.body.size()));
     std::string text = Head(response.status, response.headers);
@@ -378,6 +380,7 @@ class Connection final : public ConnectionBase {
     SetDeadline(std::nullopt);
     if (error) {
       close_after_ = true;
+      parser_.reset();
       if (error == beast_http::error::header_limit || error == beast_http::error::buffer_overflow) {
         HttpResponse refusal{.status = 431, .headers = {{"content-type", "text/plain"}}, .body = "headers too large\n"};
         co_await Reply(std::move(refusal));
@@ -387,7 +390,6 @@ class Connection final : public ConnectionBase {
                              .body = "malformed HTTP: " + error.message() + "\n"};
         co_await Reply(std::move(refusal));
       }
-      co_await Linger();
       co_return false;
     }
     const auto& message = parser_->get();
@@ -429,6 +431,14 @@ class Connection final : public ConnectionBase {
     parser_.reset();
     request_.headers.clear();
     if (gone_) close_after_ = true;
+  }
+
+  // Of a request that is refused before its body is read. So the client can send all of it before it sees the response,
+  // and use the connection again; some take a connection that is closed before for an error.
+  asio::awaitable<void> DiscardSmallBody() {
+    if (body_was_read_ || !parser_ || !request_.headers[beast_http::field::expect].empty()) co_return;
+    const absl::StatusOr<std::string> ignored = co_await ReadBody(kMaxDiscarded);
+    static_cast<void>(ignored);
   }
 
   std::string Head(int status, const HttpHeaders& headers) const {
