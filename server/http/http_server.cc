@@ -118,6 +118,16 @@ bool IsMalformed(const error_code& error) {
          error != beast_http::error::end_of_stream && error != beast_http::error::partial_message;
 }
 
+// What proxies before this server may read in another way than its parser does, which skips transfer codings that it
+// does not know; null if there is nothing. A request that two programs end at different bytes hides another one.
+const char* WhatIsAmbiguous(const beast_http::fields& headers, unsigned version) {
+  if (headers.count(beast_http::field::host) > 1) return "more than one Host";
+  const auto coding = headers.find(beast_http::field::transfer_encoding);
+  if (coding == headers.end()) return nullptr;
+  if (version < 11) return "Transfer-Encoding in HTTP/1.0";
+  return beast::iequals(coding->value(), "chunked") ? nullptr : "a Transfer-Encoding other than chunked";
+}
+
 // Counts the bytes of the bodies that the server holds.
 class HeldBytes {
  public:
@@ -220,7 +230,8 @@ class Connection final : public ConnectionBase {
       co_return absl::ResourceExhaustedError(
           fmt::format("the request has {} bytes; at most {} are accepted", *announced, max_bytes));
     }
-    if (beast::iequals(request_.headers[beast_http::field::expect], "100-continue") && !parser_->is_done()) {
+    if (version_ >= 11 && beast::iequals(request_.headers[beast_http::field::expect], "100-continue") &&
+        !parser_->is_done()) {
       const std::string proceed = "HTTP/1.1 100 Continue\r\n\r\n";
       if (!co_await Send(proceed)) co_return absl::CancelledError("the client disconnected");
     }
@@ -263,6 +274,7 @@ class Connection final : public ConnectionBase {
     if (replied_) co_return;
     co_await DiscardSmallBody();
     replied_ = true;
+    CloseUnlessBodyWasRead();
     response.headers.emplace_back("content-length", std::to_string(response.body.size()));
     std::string text = Head(response.status, response.headers);
     if (request_.method != "HEAD") text += response.body;
@@ -271,6 +283,7 @@ class Connection final : public ConnectionBase {
 
   asio::awaitable<void> Begin(int status, HttpHeaders headers) override {
     replied_ = true;
+    CloseUnlessBodyWasRead();
     chunked_ = version_ >= 11;
     if (chunked_) {
       headers.emplace_back("transfer-encoding", "chunked");
@@ -302,6 +315,12 @@ class Connection final : public ConnectionBase {
     } else {
       return stream_;
     }
+  }
+
+  // What follows an unread body cannot be told from it. Called before the headers of the response, which say so: else a
+  // client sends its next request on this connection, and loses it.
+  void CloseUnlessBodyWasRead() {
+    if (!body_was_read_) close_after_ = true;
   }
 
   void CloseSocket() {
@@ -400,6 +419,15 @@ class Connection final : public ConnectionBase {
     version_ = message.version();
     close_after_ = !message.keep_alive();
     body_was_read_ = parser_->is_done();
+    if (const char* const doubt = WhatIsAmbiguous(request_.headers, version_)) {
+      close_after_ = true;
+      parser_.reset();
+      HttpResponse refusal{.status = 400,
+                           .headers = {{"content-type", "text/plain"}},
+                           .body = fmt::format("malformed HTTP: {}\n", doubt)};
+      co_await Reply(std::move(refusal));
+      co_return false;
+    }
     co_return true;
   }
 
@@ -426,7 +454,7 @@ class Connection final : public ConnectionBase {
       HttpResponse sorry{.status = 500, .headers = {{"content-type", "text/plain"}}, .body = "internal error\n"};
       co_await Reply(std::move(sorry));
     }
-    if (!body_was_read_) close_after_ = true;
+    CloseUnlessBodyWasRead();
     shared_.held.Release(std::exchange(held_, 0));
     parser_.reset();
     request_.headers.clear();

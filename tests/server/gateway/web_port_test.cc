@@ -393,6 +393,40 @@ TEST_F(WebPortTest, SurvivesRequestsThatNoClientWouldSend) {
   EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
 }
 
+// A proxy and this server must agree where a request ends, or one client's bytes become another's request.
+TEST_F(WebPortTest, RefusesRequestsWithTwoReadings) {
+  const std::string head =
+      "POST " + std::string(kListPath) + " HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n";
+  const std::string hidden = "GET /hidden HTTP/1.1\r\nhost: localhost\r\n\r\n";
+  const std::string chunked = "2\r\n{}\r\n0\r\n\r\n";
+  std::string old = head;
+  old.replace(old.find("HTTP/1.1"), 8, "HTTP/1.0");
+  for (const std::string& request :
+       {head + "content-length: 2\r\ntransfer-encoding: chunked\r\n\r\n" + chunked + hidden,
+        head + "content-length: 2\r\ntransfer-encoding: xchunked\r\n\r\n{}" + hidden,
+        head + "content-length: 2\r\ntransfer-encoding: chunked, identity\r\n\r\n{}" + hidden,
+        head + "transfer-encoding: gzip\r\n\r\n" + hidden,
+        head + "transfer-encoding: identity, chunked\r\n\r\n" + chunked + hidden,
+        old + "transfer-encoding: chunked\r\n\r\n" + chunked + hidden,
+        head + "host: evil.example\r\ncontent-length: 2\r\n\r\n{}" + hidden}) {
+    BareConnection client(address_);
+    ASSERT_TRUE(client.Send(request));
+    const std::string answer = client.ReadUntil("There is the page at", seconds(5));
+    EXPECT_THAT(answer, HasSubstr("400 Bad Request")) << request;
+    EXPECT_THAT(answer, ::testing::Not(HasSubstr("404"))) << request;
+  }
+}
+
+TEST_F(WebPortTest, AResponseToAnUnreadBodySaysThatTheConnectionEnds) {
+  ServerConfig config;
+  config.access = WithUsers(folder_.File("tokens.txt"));
+  Start(config);
+  EXPECT_EQ(PostJson(kListPath).headers["connection"], "close");                 // 401
+  EXPECT_EQ(Post(kListPath, "text/html", "{}").headers["connection"], "close");  // 415
+  EXPECT_EQ(PostJson("/nothing/Here").headers["connection"], "close");           // 405
+  EXPECT_EQ(Post(kListPath, "application/grpc-web", Framed("")).headers["connection"], "close");
+}
+
 TEST_F(WebPortTest, AnswersOnlyToItsOwnNames) {
   const auto status = [this](const std::string& host) {
     return Fetch(address_, {.path = "/", .headers = {{"host", host}}}).status;
@@ -400,7 +434,8 @@ TEST_F(WebPortTest, AnswersOnlyToItsOwnNames) {
   for (const char* own : {"localhost", "LOCALHOST:8080", "127.0.0.1:1", "[::1]:8080", "10.0.0.7", "dlcs.localhost"}) {
     EXPECT_EQ(status(own), 200) << own;
   }
-  for (const char* foreign : {"evil.example", "localhost.evil.example:80", "127.0.0.1.evil.example", ""}) {
+  for (const char* foreign : {"evil.example", "localhost.evil.example:80", "127.0.0.1.evil.example", "",
+                              "localhost:80@evil.example", "[::1]evil.example", "[localhost]", "[", "localhost:x"}) {
     EXPECT_EQ(status(foreign), 421) << foreign;
   }
   ServerConfig config;
