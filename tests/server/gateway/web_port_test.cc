@@ -373,6 +373,29 @@ TEST_F(WebPortTest, BoundsWhatRequestsMayTake) {
   EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
 }
 
+TEST_F(WebPortTest, BodiesTakeNotManyTimesTheirSize) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (const std::string& deep : {R"({"problem": )" + std::string(5'000'000, '['), std::string(101, '{')}) {
+    const HttpAnswer answer = PostJson(kSolvePath, deep);
+    EXPECT_EQ(answer.status, 400);
+    EXPECT_THAT(answer.body, HasSubstr("more than 100 levels"));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, seconds(5) * testing::kSlowness);
+  EXPECT_THAT(PostJson(kSolvePath, R"({"title": ")" + std::string(200, '[') + R"("})").body,
+              ::testing::Not(HasSubstr("levels")));
+  const HttpAnswer many =
+      Post("/dlcs.v1.ProblemService/UploadProblem", "application/connect+proto", std::string(5 * 200'000, '\0'));
+  EXPECT_THAT(many.body, HasSubstr("more than 131072 messages"));
+}
+
+TEST_F(WebPortTest, ErrorsThatRepeatWhatWasSentHaveTheirDetails) {
+  for (const HttpAnswer& answer : {PostJson("/dlcs.v1.JobService/GetSolveJob", "{\"name\": \"\xff\"}"),
+                                   Post(kListPath, "application/json", "{}", {{"connect-timeout-ms", "\xff"}})}) {
+    EXPECT_EQ(answer.status, 400);
+    EXPECT_THAT(answer.body, HasSubstr("google.rpc.ErrorInfo"));
+  }
+}
+
 TEST_F(WebPortTest, SurvivesRequestsThatNoClientWouldSend) {
   for (const std::string bad :
        {"\r\n\r\n\r\n", "GET\r\n\r\n", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", "GET / HTTP/9.9\r\n\r\n",
