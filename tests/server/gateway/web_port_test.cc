@@ -322,6 +322,22 @@ TEST_F(WebPortTest, AClientThatLeavesEndsItsSolve) {
   EXPECT_TRUE(WaitForSolves(0));
 }
 
+// The server may parse a request while its call is being destroyed. Found by the address sanitizer, or as a crash.
+TEST_F(WebPortTest, AClientThatLeavesAtOnceTakesNoMemoryWithIt) {
+  v1::SolveLcpRequest request;
+  for (int k = 0; k < 300'000; ++k) request.add_q(k);
+  const std::string bytes = request.SerializeAsString();
+  for (int k = 0; k < 40; ++k) {
+    BareConnection client(address_);
+    ASSERT_TRUE(client.Send(testing::RequestText({.method = "POST",
+                                                  .path = "/dlcs.v1.SolverService/SolveLcp",
+                                                  .headers = {{"content-type", "application/proto"}},
+                                                  .body = bytes})));
+    client.Close();
+  }
+  EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
+}
+
 TEST_F(WebPortTest, AReaderThatStopsReadingHoldsNothingUp) {
   v1::SolveRequest request = testing::ChattyRequest(20'000 / testing::kSlowness);
   BareConnection stalled(address_);
