@@ -153,6 +153,7 @@ class WebPort::State {
 
   bool IsOwnHost(std::string_view authority) const {
     const std::string host = HostIn(authority);
+    if (host.empty()) return false;
     boost::system::error_code is_name;
     asio::ip::make_address(host, is_name);
     return !is_name || host == "localhost" || host.ends_with(".localhost") ||

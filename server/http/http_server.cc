@@ -419,7 +419,8 @@ class Connection final : public ConnectionBase {
     version_ = message.version();
     close_after_ = !message.keep_alive();
     body_was_read_ = parser_->is_done();
-    if (const char* const doubt = WhatIsAmbiguous(request_.headers, version_)) {
+    const char* const doubt = WhatIsAmbiguous(request_.headers, version_);
+    if (doubt != nullptr) {
       close_after_ = true;
       parser_.reset();
       HttpResponse refusal{.status = 400,

@@ -322,6 +322,22 @@ TEST_F(WebPortTest, AClientThatLeavesEndsItsSolve) {
   EXPECT_TRUE(WaitForSolves(0));
 }
 
+// The server may parse a request while its call is being destroyed. Found by the address sanitizer, or as a crash.
+TEST_F(WebPortTest, AClientThatLeavesAtOnceTakesNoMemoryWithIt) {
+  v1::SolveLcpRequest request;
+  for (int k = 0; k < 300'000; ++k) request.add_q(k);
+  const std::string bytes = request.SerializeAsString();
+  for (int k = 0; k < 40; ++k) {
+    BareConnection client(address_);
+    ASSERT_TRUE(client.Send(testing::RequestText({.method = "POST",
+                                                  .path = "/dlcs.v1.SolverService/SolveLcp",
+                                                  .headers = {{"content-type", "application/proto"}},
+                                                  .body = bytes})));
+    client.Close();
+  }
+  EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
+}
+
 TEST_F(WebPortTest, AReaderThatStopsReadingHoldsNothingUp) {
   v1::SolveRequest request = testing::ChattyRequest(20'000 / testing::kSlowness);
   BareConnection stalled(address_);
@@ -371,6 +387,29 @@ TEST_F(WebPortTest, BoundsWhatRequestsMayTake) {
   EXPECT_THAT(chunked.ReadUntil("\r\n\r\n"), HasSubstr("429"));
   EXPECT_EQ(Fetch(address_, {.headers = {{"x-large", std::string(20'000, 'x')}}}).status, 431);
   EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
+}
+
+TEST_F(WebPortTest, BodiesTakeNotManyTimesTheirSize) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (const std::string& deep : {R"({"problem": )" + std::string(5'000'000, '['), std::string(101, '{')}) {
+    const HttpAnswer answer = PostJson(kSolvePath, deep);
+    EXPECT_EQ(answer.status, 400);
+    EXPECT_THAT(answer.body, HasSubstr("more than 100 levels"));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, seconds(5) * testing::kSlowness);
+  EXPECT_THAT(PostJson(kSolvePath, R"({"title": ")" + std::string(200, '[') + R"("})").body,
+              ::testing::Not(HasSubstr("levels")));
+  const HttpAnswer many =
+      Post("/dlcs.v1.ProblemService/UploadProblem", "application/connect+proto", std::string(5 * 200'000, '\0'));
+  EXPECT_THAT(many.body, HasSubstr("more than 131072 messages"));
+}
+
+TEST_F(WebPortTest, ErrorsThatRepeatWhatWasSentHaveTheirDetails) {
+  for (const HttpAnswer& answer : {PostJson("/dlcs.v1.JobService/GetSolveJob", "{\"name\": \"\xff\"}"),
+                                   Post(kListPath, "application/json", "{}", {{"connect-timeout-ms", "\xff"}})}) {
+    EXPECT_EQ(answer.status, 400);
+    EXPECT_THAT(answer.body, HasSubstr("google.rpc.ErrorInfo"));
+  }
 }
 
 TEST_F(WebPortTest, SurvivesRequestsThatNoClientWouldSend) {
