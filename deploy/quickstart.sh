@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From a bare Debian 12 to two solved systems: installs what is missing, builds a release, starts dlcsd, solves
-# through it with live iterates, stops it. A second run takes seconds. Works from any folder.
+# From a bare Debian 12 to two solved systems: installs what is missing, builds a release, starts dlcsd with a store and
+# its web page, solves through it with live iterates. On a terminal the server then stays until Ctrl-C; elsewhere it is
+# stopped. A second run takes seconds. Works from any folder.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -39,13 +40,15 @@ build_release() {
   cmake --build "$build" --target dlcs dlcsd 2>&1 | tee "$work/build.log" | show_progress
 }
 
-# Sets `server` and `address`. Port 0: the system picks a free one, and dlcsd prints it.
+# Sets `server`, `address` and `page`. Port 0: the system picks a free one, and dlcsd prints it.
 start_server() {
-  "$build/server/dlcsd" --listen 127.0.0.1:0 --log-level warn >"$work/address" 2>"$work/dlcsd.log" &
+  "$build/server/dlcsd" --listen 127.0.0.1:0 --http-listen 127.0.0.1:0 --store "$build/jobs.db" --log-level warn \
+    >"$work/address" 2>"$work/dlcsd.log" &
   server=$!
   for _ in $(seq 100); do
     address=$(sed -n 's/^dlcsd listening on //p' "$work/address")
-    [ -z "$address" ] || return 0
+    page=$(sed -n 's/^dlcsd page on //p' "$work/address")
+    [ -z "$page" ] || return 0
     kill -0 "$server" 2>/dev/null || break
     sleep 0.1
   done
@@ -72,7 +75,18 @@ echo "dlcsd serves on $address."
 solve "$root/deploy/examples/example-4.1.json" --steps 128000 --method laplace-iteration
 solve "$root/tests/cases/rlcd.json"
 
-headline "Done in $((SECONDS - start)) s; dlcsd is stopped. Try yourself:"
-echo "  $build/server/dlcsd &"
-echo "  $build/client/dlcs solve $root/tests/cases/rlcd.json --server 127.0.0.1:50051"
+headline "dlcs submit, which keeps a solve on the server"
+for example in rectifier four-variables; do
+  "$build/client/dlcs" submit "$root/deploy/examples/$example.json" --server "$address" --wait --quiet
+done
+
+headline "Done in $((SECONDS - start)) s. Try yourself:"
+echo "  $build/client/dlcs solve $root/deploy/examples/rectifier.json"
 echo "  $build/client/dlcs --help"
+if [ -t 0 ] && [ -t 1 ]; then
+  echo "The page with these solves: $page  (Ctrl-C stops the server)"
+  wait "$server" || true
+else
+  echo "For the page with these solves, start the server again and open http://127.0.0.1:8080/:"
+  echo "  $build/server/dlcsd --store $build/jobs.db --http-listen 127.0.0.1:8080"
+fi

@@ -35,9 +35,11 @@ void ForwardedCall::WriteNext() {
     if (written_ == 0) StartWritesDone();
     return;
   }
-  const std::string& message = request_.messages[written_++];
-  // The bytes stay where they are: this object outlives the write.
-  const grpc::Slice slice(message.data(), message.size(), grpc::Slice::STATIC_SLICE);
+  // The slice owns the bytes. gRPC's in-process transport hands them to the server as they are, which may still parse
+  // them when this call has been cancelled and destroyed.
+  auto* const message = new std::string(std::move(request_.messages[written_++]));
+  const auto destroy = [](void* owned) { delete static_cast<std::string*>(owned); };
+  const grpc::Slice slice(message->data(), message->size(), destroy, message);
   out_ = grpc::ByteBuffer(&slice, 1);
   if (written_ == request_.messages.size()) {
     StartWriteLast(&out_, grpc::WriteOptions());

@@ -61,7 +61,7 @@ class ForwardedCall final : public grpc::ClientBidiReactor<grpc::ByteBuffer, grp
   boost::asio::awaitable<bool> Suspend(std::function<void()> begin);
   void Resume(bool ok);
 
-  const ForwardedRequest request_;
+  ForwardedRequest request_;  // its messages are moved out when they are written
   const boost::asio::any_io_executor executor_;
   grpc::ClientContext context_;
   std::shared_ptr<ForwardedCall> self_;  // the reference that gRPC holds

@@ -27,6 +27,10 @@ using google::protobuf::DescriptorPool;
 using Json = nlohmann::json;
 
 constexpr std::size_t kPrefixBytes = 5;  // a byte of flags and four of length, big-endian
+// Beyond, a body of prefixes alone would take many times its size in memory.
+constexpr std::size_t kMostMessages = 1 << 17;
+// As deep as protobuf's binary messages. Its JSON parser takes 300 bytes for each '[' of a body.
+constexpr int kDeepest = 100;
 constexpr unsigned char kCompressed = 0x01;
 constexpr unsigned char kConnectEnd = 0x02;
 constexpr unsigned char kGrpcWebTrailers = 0x80;
@@ -169,8 +173,30 @@ bool IsOfTransport(std::string_view name) {
                      [name](const char* prefix) { return name.starts_with(prefix); });
 }
 
+// What a client has sent, for a message of a status, which is a string of protobuf.
+std::string ValidUtf8(std::string_view text) { return Json::parse(Dump(Json(std::string(text)))).get<std::string>(); }
+
 absl::Status BadTimeout(const char* header, std::string_view value, const char* rule) {
-  return absl::InvalidArgumentError(fmt::format("{}: {} must be {}", header, value, rule));
+  return absl::InvalidArgumentError(fmt::format("{}: {} must be {}", header, ValidUtf8(value.substr(0, 100)), rule));
+}
+
+bool IsTooDeep(std::string_view json) {
+  int depth = 0;
+  char quote = 0;  // the parser takes 'text' too
+  for (std::size_t k = 0; k < json.size(); ++k) {
+    const char c = json[k];
+    if (quote != 0) {
+      if (c == '\\') ++k;
+      if (c == quote) quote = 0;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '{' || c == '[') {
+      if (++depth > kDeepest) return true;
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -218,6 +244,9 @@ absl::StatusOr<std::vector<std::string>> SplitBody(const RpcFormat& format, std:
     }
     if ((flags & kCompressed) != 0) return absl::UnimplementedError("compressed messages are not accepted");
     if ((flags & (kConnectEnd | kGrpcWebTrailers)) == 0) messages.emplace_back(rest.substr(0, size));
+    if (messages.size() > kMostMessages) {
+      return absl::InvalidArgumentError(fmt::format("the body has more than {} messages", kMostMessages));
+    }
     rest.remove_prefix(size);
   }
   return messages;
@@ -321,13 +350,17 @@ absl::StatusOr<std::vector<std::pair<std::string, std::string>>> MetadataIn(cons
 }
 
 absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& type, const std::string& json) {
+  if (IsTooDeep(json)) {
+    return absl::InvalidArgumentError(
+        fmt::format("the body is not a {} in JSON: more than {} levels", type.full_name(), kDeepest));
+  }
   std::string message;
   // An empty body stands for an empty message, so that "curl -X POST" lists the jobs.
   const auto status =
       google::protobuf::util::JsonToBinaryString(&Resolver(), UrlOf(type), json.empty() ? "{}" : json, &message);
   if (status.ok()) return message;
   // "problem.a: Cannot find field."
-  const std::string why(status.message().data(), status.message().size());
+  const std::string why = ValidUtf8({status.message().data(), status.message().size()});
   const std::size_t colon = why.find(": ");
   const bool names_field = colon != std::string::npos && why.find_first_of(" \n") > colon;
   if (!names_field) {

@@ -31,12 +31,22 @@ constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "font-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-// The host of "[::1]:8080" or "example.org:8080", in lower case and without brackets.
+// The host of "[::1]:8080" or "example.org:8080", in lower case and without brackets; empty for anything else.
 std::string HostIn(std::string_view authority) {
   const bool bracketed = authority.starts_with('[');
-  const std::size_t end = bracketed ? authority.find(']') : authority.find(':');
-  std::string host(
-      authority.substr(bracketed ? 1 : 0, end == std::string_view::npos ? end : end - (bracketed ? 1 : 0)));
+  const std::size_t end = std::min(bracketed ? authority.find(']') : authority.find(':'), authority.size());
+  std::string host(authority.substr(0, end));
+  std::string_view port = authority.substr(end);
+  if (bracketed) {
+    if (port.empty()) return "";
+    host.erase(0, 1);
+    port.remove_prefix(1);
+    boost::system::error_code is_no_address;
+    asio::ip::make_address_v6(host, is_no_address);
+    if (is_no_address) return "";
+  }
+  const auto is_digit = [](unsigned char c) { return absl::ascii_isdigit(c); };
+  if (!port.empty() && (port[0] != ':' || !std::all_of(port.begin() + 1, port.end(), is_digit))) return "";
   if (host.ends_with('.')) host.pop_back();
   return absl::AsciiStrToLower(host);
 }
@@ -110,6 +120,7 @@ class WebPort::State {
       HttpResponse refusal = Text(421, fmt::format("This server does not go by the name \"{}\". If it should, start it "
                                                    "with --http-hosts.\n",
                                                    HostIn(request.Header("host").substr(0, 100))));
+      refusal.headers.emplace_back("x-content-type-options", "nosniff");
       co_await exchange.Reply(std::move(refusal));
       co_return;
     }
@@ -142,6 +153,7 @@ class WebPort::State {
 
   bool IsOwnHost(std::string_view authority) const {
     const std::string host = HostIn(authority);
+    if (host.empty()) return false;
     boost::system::error_code is_name;
     asio::ip::make_address(host, is_name);
     return !is_name || host == "localhost" || host.ends_with(".localhost") ||

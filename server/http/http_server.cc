@@ -55,7 +55,8 @@ using std::chrono::steady_clock;
 using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::strand<asio::io_context::executor_type>>;
 
 constexpr std::size_t kReadBytes = 16 << 10;
-// A body beyond this that nobody wanted is not drained; the connection is closed.
+// Of a body that nobody wanted: what is read before the response, and what after it before the connection is closed.
+constexpr std::size_t kMaxDiscarded = 64 << 10;
 constexpr std::size_t kMaxDrained = 1 << 20;
 
 // Notices a broken link within some 15 s, as gRPC's keepalive does.
@@ -115,6 +116,16 @@ std::vector<std::string> NamesIn(X509* certificate) {
 bool IsMalformed(const error_code& error) {
   return error.category() == beast_http::make_error_code(beast_http::error::bad_method).category() &&
          error != beast_http::error::end_of_stream && error != beast_http::error::partial_message;
+}
+
+// What proxies before this server may read in another way than its parser does, which skips transfer codings that it
+// does not know; null if there is nothing. A request that two programs end at different bytes hides another one.
+const char* WhatIsAmbiguous(const beast_http::fields& headers, unsigned version) {
+  if (headers.count(beast_http::field::host) > 1) return "more than one Host";
+  const auto coding = headers.find(beast_http::field::transfer_encoding);
+  if (coding == headers.end()) return nullptr;
+  if (version < 11) return "Transfer-Encoding in HTTP/1.0";
+  return beast::iequals(coding->value(), "chunked") ? nullptr : "a Transfer-Encoding other than chunked";
 }
 
 // Counts the bytes of the bodies that the server holds.
@@ -219,7 +230,8 @@ class Connection final : public ConnectionBase {
       co_return absl::ResourceExhaustedError(
           fmt::format("the request has {} bytes; at most {} are accepted", *announced, max_bytes));
     }
-    if (beast::iequals(request_.headers[beast_http::field::expect], "100-continue") && !parser_->is_done()) {
+    if (version_ >= 11 && beast::iequals(request_.headers[beast_http::field::expect], "100-continue") &&
+        !parser_->is_done()) {
       const std::string proceed = "HTTP/1.1 100 Continue\r\n\r\n";
       if (!co_await Send(proceed)) co_return absl::CancelledError("the client disconnected");
     }
@@ -260,7 +272,9 @@ class Connection final : public ConnectionBase {
 
   asio::awaitable<void> Reply(HttpResponse response) override {
     if (replied_) co_return;
+    co_await DiscardSmallBody();
     replied_ = true;
+    CloseUnlessBodyWasRead();
     response.headers.emplace_back("content-length", std::to_string(response.body.size()));
     std::string text = Head(response.status, response.headers);
     if (request_.method != "HEAD") text += response.body;
@@ -269,6 +283,7 @@ class Connection final : public ConnectionBase {
 
   asio::awaitable<void> Begin(int status, HttpHeaders headers) override {
     replied_ = true;
+    CloseUnlessBodyWasRead();
     chunked_ = version_ >= 11;
     if (chunked_) {
       headers.emplace_back("transfer-encoding", "chunked");
@@ -300,6 +315,12 @@ class Connection final : public ConnectionBase {
     } else {
       return stream_;
     }
+  }
+
+  // What follows an unread body cannot be told from it. Called before the headers of the response, which say so: else a
+  // client sends its next request on this connection, and loses it.
+  void CloseUnlessBodyWasRead() {
+    if (!body_was_read_) close_after_ = true;
   }
 
   void CloseSocket() {
@@ -378,6 +399,7 @@ class Connection final : public ConnectionBase {
     SetDeadline(std::nullopt);
     if (error) {
       close_after_ = true;
+      parser_.reset();
       if (error == beast_http::error::header_limit || error == beast_http::error::buffer_overflow) {
         HttpResponse refusal{.status = 431, .headers = {{"content-type", "text/plain"}}, .body = "headers too large\n"};
         co_await Reply(std::move(refusal));
@@ -387,7 +409,6 @@ class Connection final : public ConnectionBase {
                              .body = "malformed HTTP: " + error.message() + "\n"};
         co_await Reply(std::move(refusal));
       }
-      co_await Linger();
       co_return false;
     }
     const auto& message = parser_->get();
@@ -398,6 +419,16 @@ class Connection final : public ConnectionBase {
     version_ = message.version();
     close_after_ = !message.keep_alive();
     body_was_read_ = parser_->is_done();
+    const char* const doubt = WhatIsAmbiguous(request_.headers, version_);
+    if (doubt != nullptr) {
+      close_after_ = true;
+      parser_.reset();
+      HttpResponse refusal{.status = 400,
+                           .headers = {{"content-type", "text/plain"}},
+                           .body = fmt::format("malformed HTTP: {}\n", doubt)};
+      co_await Reply(std::move(refusal));
+      co_return false;
+    }
     co_return true;
   }
 
@@ -424,11 +455,19 @@ class Connection final : public ConnectionBase {
       HttpResponse sorry{.status = 500, .headers = {{"content-type", "text/plain"}}, .body = "internal error\n"};
       co_await Reply(std::move(sorry));
     }
-    if (!body_was_read_) close_after_ = true;
+    CloseUnlessBodyWasRead();
     shared_.held.Release(std::exchange(held_, 0));
     parser_.reset();
     request_.headers.clear();
     if (gone_) close_after_ = true;
+  }
+
+  // Of a request that is refused before its body is read. So the client can send all of it before it sees the response,
+  // and use the connection again; some take a connection that is closed before for an error.
+  asio::awaitable<void> DiscardSmallBody() {
+    if (body_was_read_ || !parser_ || !request_.headers[beast_http::field::expect].empty()) co_return;
+    const absl::StatusOr<std::string> ignored = co_await ReadBody(kMaxDiscarded);
+    static_cast<void>(ignored);
   }
 
   std::string Head(int status, const HttpHeaders& headers) const {

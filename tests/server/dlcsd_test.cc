@@ -176,8 +176,7 @@ TEST(DlcsdTest, TellsItsVersionAndHelp) {
   EXPECT_EQ(version.ReadLine(), "dlcsd " DLCS_VERSION " (" + BuildText() + ")");
   EXPECT_EQ(version.Wait(), 0);
   DlcsdProcess help({"--help"});
-  std::string text;
-  for (int line = 0; line < 100; ++line) text += help.ReadLine() + "\n";
+  const std::string text = help.ReadOutput();
   EXPECT_EQ(help.Wait(), 0);
   for (const char* words : {"--listen", "--grace", "Examples:", "127.0.0.1:50051"}) {
     EXPECT_THAT(text, HasSubstr(words));

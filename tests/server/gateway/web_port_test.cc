@@ -322,6 +322,22 @@ TEST_F(WebPortTest, AClientThatLeavesEndsItsSolve) {
   EXPECT_TRUE(WaitForSolves(0));
 }
 
+// The server may parse a request while its call is being destroyed. Found by the address sanitizer, or as a crash.
+TEST_F(WebPortTest, AClientThatLeavesAtOnceTakesNoMemoryWithIt) {
+  v1::SolveLcpRequest request;
+  for (int k = 0; k < 300'000; ++k) request.add_q(k);
+  const std::string bytes = request.SerializeAsString();
+  for (int k = 0; k < 40; ++k) {
+    BareConnection client(address_);
+    ASSERT_TRUE(client.Send(testing::RequestText({.method = "POST",
+                                                  .path = "/dlcs.v1.SolverService/SolveLcp",
+                                                  .headers = {{"content-type", "application/proto"}},
+                                                  .body = bytes})));
+    client.Close();
+  }
+  EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
+}
+
 TEST_F(WebPortTest, AReaderThatStopsReadingHoldsNothingUp) {
   v1::SolveRequest request = testing::ChattyRequest(20'000 / testing::kSlowness);
   BareConnection stalled(address_);
@@ -373,6 +389,29 @@ TEST_F(WebPortTest, BoundsWhatRequestsMayTake) {
   EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
 }
 
+TEST_F(WebPortTest, BodiesTakeNotManyTimesTheirSize) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (const std::string& deep : {R"({"problem": )" + std::string(5'000'000, '['), std::string(101, '{')}) {
+    const HttpAnswer answer = PostJson(kSolvePath, deep);
+    EXPECT_EQ(answer.status, 400);
+    EXPECT_THAT(answer.body, HasSubstr("more than 100 levels"));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, seconds(5) * testing::kSlowness);
+  EXPECT_THAT(PostJson(kSolvePath, R"({"title": ")" + std::string(200, '[') + R"("})").body,
+              ::testing::Not(HasSubstr("levels")));
+  const HttpAnswer many =
+      Post("/dlcs.v1.ProblemService/UploadProblem", "application/connect+proto", std::string(5 * 200'000, '\0'));
+  EXPECT_THAT(many.body, HasSubstr("more than 131072 messages"));
+}
+
+TEST_F(WebPortTest, ErrorsThatRepeatWhatWasSentHaveTheirDetails) {
+  for (const HttpAnswer& answer : {PostJson("/dlcs.v1.JobService/GetSolveJob", "{\"name\": \"\xff\"}"),
+                                   Post(kListPath, "application/json", "{}", {{"connect-timeout-ms", "\xff"}})}) {
+    EXPECT_EQ(answer.status, 400);
+    EXPECT_THAT(answer.body, HasSubstr("google.rpc.ErrorInfo"));
+  }
+}
+
 TEST_F(WebPortTest, SurvivesRequestsThatNoClientWouldSend) {
   for (const std::string bad :
        {"\r\n\r\n\r\n", "GET\r\n\r\n", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", "GET / HTTP/9.9\r\n\r\n",
@@ -393,6 +432,40 @@ TEST_F(WebPortTest, SurvivesRequestsThatNoClientWouldSend) {
   EXPECT_TRUE(testing::Solve(*stub_, SwitchingRequest(20)).status.ok());
 }
 
+// A proxy and this server must agree where a request ends, or one client's bytes become another's request.
+TEST_F(WebPortTest, RefusesRequestsWithTwoReadings) {
+  const std::string head =
+      "POST " + std::string(kListPath) + " HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n";
+  const std::string hidden = "GET /hidden HTTP/1.1\r\nhost: localhost\r\n\r\n";
+  const std::string chunked = "2\r\n{}\r\n0\r\n\r\n";
+  std::string old = head;
+  old.replace(old.find("HTTP/1.1"), 8, "HTTP/1.0");
+  for (const std::string& request :
+       {head + "content-length: 2\r\ntransfer-encoding: chunked\r\n\r\n" + chunked + hidden,
+        head + "content-length: 2\r\ntransfer-encoding: xchunked\r\n\r\n{}" + hidden,
+        head + "content-length: 2\r\ntransfer-encoding: chunked, identity\r\n\r\n{}" + hidden,
+        head + "transfer-encoding: gzip\r\n\r\n" + hidden,
+        head + "transfer-encoding: identity, chunked\r\n\r\n" + chunked + hidden,
+        old + "transfer-encoding: chunked\r\n\r\n" + chunked + hidden,
+        head + "host: evil.example\r\ncontent-length: 2\r\n\r\n{}" + hidden}) {
+    BareConnection client(address_);
+    ASSERT_TRUE(client.Send(request));
+    const std::string answer = client.ReadUntil("There is the page at", seconds(5));
+    EXPECT_THAT(answer, HasSubstr("400 Bad Request")) << request;
+    EXPECT_THAT(answer, ::testing::Not(HasSubstr("404"))) << request;
+  }
+}
+
+TEST_F(WebPortTest, AResponseToAnUnreadBodySaysThatTheConnectionEnds) {
+  ServerConfig config;
+  config.access = WithUsers(folder_.File("tokens.txt"));
+  Start(config);
+  EXPECT_EQ(PostJson(kListPath).headers["connection"], "close");                 // 401
+  EXPECT_EQ(Post(kListPath, "text/html", "{}").headers["connection"], "close");  // 415
+  EXPECT_EQ(PostJson("/nothing/Here").headers["connection"], "close");           // 405
+  EXPECT_EQ(Post(kListPath, "application/grpc-web", Framed("")).headers["connection"], "close");
+}
+
 TEST_F(WebPortTest, AnswersOnlyToItsOwnNames) {
   const auto status = [this](const std::string& host) {
     return Fetch(address_, {.path = "/", .headers = {{"host", host}}}).status;
@@ -400,7 +473,8 @@ TEST_F(WebPortTest, AnswersOnlyToItsOwnNames) {
   for (const char* own : {"localhost", "LOCALHOST:8080", "127.0.0.1:1", "[::1]:8080", "10.0.0.7", "dlcs.localhost"}) {
     EXPECT_EQ(status(own), 200) << own;
   }
-  for (const char* foreign : {"evil.example", "localhost.evil.example:80", "127.0.0.1.evil.example", ""}) {
+  for (const char* foreign : {"evil.example", "localhost.evil.example:80", "127.0.0.1.evil.example", "",
+                              "localhost:80@evil.example", "[::1]evil.example", "[localhost]", "[", "localhost:x"}) {
     EXPECT_EQ(status(foreign), 421) << foreign;
   }
   ServerConfig config;

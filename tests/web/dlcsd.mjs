@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program dlcsd with a store and a page, in a process of its own.
+
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import readline from "node:readline";
+
+export class Dlcsd {
+  static async start(...flags) {
+    const folder = mkdtempSync(path.join(tmpdir(), "dlcs-web-"));
+    const listen = ["--listen", "127.0.0.1:0", "--http-listen", "127.0.0.1:0", "--log-level", "off", "--grace", "0"];
+    const process_ = spawn(process.env.DLCSD, [...listen, "--store", path.join(folder, "jobs.db"), ...flags], {
+      stdio: ["ignore", "pipe", "inherit"],
+    });
+    for await (const line of readline.createInterface({ input: process_.stdout })) {
+      const url = /https?:\/\/[^/\s]+/.exec(line)?.[0];
+      if (url) return Object.assign(new Dlcsd(), { folder, process_, url });
+    }
+    throw new Error("dlcsd has not printed where its page is");
+  }
+
+  async stop() {
+    const ended = new Promise((resolve) => this.process_.once("exit", resolve));
+    this.process_.kill("SIGTERM");
+    await ended;
+    rmSync(this.folder, { recursive: true });
+  }
+}

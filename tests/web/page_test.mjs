@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page in a real browser, on a real dlcsd: submit, watch, reload, cancel, errors, tokens, ten tabs, looks.
+//
+// Environment: DLCSD, the program; PROJECT, the folder of the project. Screenshots go into the folder `shots` where it
+// runs.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import path from "node:path";
+import { after, before, test } from "node:test";
+
+import { chromium } from "playwright-core";
+
+import { Dlcsd } from "./dlcsd.mjs";
+
+const kPatience = { timeout: 60_000 };
+const chromiumPath = "/usr/bin/chromium"; // Debian's; run.sh looks for it
+const example = (name) => readFileSync(path.join(process.env.PROJECT, "deploy/examples", `${name}.json`), "utf8");
+
+let dlcsd, browser;
+const complaints = []; // of the console, of scripts and of failed requests
+
+before(async () => {
+  mkdirSync("shots", { recursive: true });
+  dlcsd = await Dlcsd.start();
+  browser = await chromium.launch({ executablePath: chromiumPath, args: ["--no-sandbox"] });
+});
+after(async () => {
+  await browser?.close();
+  await dlcsd?.stop();
+});
+
+async function newContext(options = {}) {
+  return browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+}
+
+async function open(context, hash = "", url = dlcsd.url) {
+  const page = await context.newPage();
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
+  });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  await page.goto(`${url}/${hash}`);
+  return page;
+}
+
+async function submit(page, problem, { method, steps } = {}) {
+  await page.waitForSelector("#method option:nth-child(3)", { state: "attached", ...kPatience });
+  await page.fill("#problem", problem);
+  if (method) await page.selectOption("#method", { label: method });
+  if (steps) await page.fill("#steps", String(steps));
+  await page.click("button.main[type=submit]");
+}
+
+const submitted = (page) => page.waitForSelector(".head", kPatience);
+const verdict = async (page) => {
+  await page.waitForSelector(".verdict:not([hidden])", kPatience);
+  return page.textContent(".verdict");
+};
+// The number of the last iteration that is shown.
+const iteration = (page) =>
+  page.evaluate(() => {
+    const text = [...document.querySelectorAll(".now")].map((element) => element.textContent).join("#");
+    return Number(text.match(/iteration (\d[\d,]*):/)?.[1].replaceAll(",", "") ?? -1);
+  });
+const iterationAbove = async (page, number) => {
+  for (let k = 0; k < 300; ++k) {
+    const now = await iteration(page);
+    if (now > number) return now;
+    await page.waitForTimeout(100);
+  }
+  return assert.fail(`no iteration above ${number} was shown`);
+};
+const fits = (page) => page.evaluate(() => document.documentElement.scrollWidth <= innerWidth);
+
+// Long enough to look at: thousands of iterations.
+const long = { method: "wu-chen-iteration", steps: 1200 };
+
+test("is small", async () => {
+  const html = await (await fetch(dlcsd.url)).text();
+  const files = [...html.matchAll(/(?:src|href)="([^"]+)"/g)].map(([, name]) => name);
+  assert.ok(files.length >= 3);
+  let bytes = 0;
+  for (const file of ["", ...files]) {
+    const response = await fetch(`${dlcsd.url}/${file}`, { headers: { "accept-encoding": "gzip" } });
+    assert.equal(response.status, 200, file);
+    bytes += Number(response.headers.get("content-length"));
+  }
+  assert.ok(bytes < 150_000, `${bytes} bytes`);
+});
+
+test("submits, shows iterates as they arrive, and continues after a reload", async () => {
+  const context = await newContext();
+  const page = await open(context, "#/submit");
+  await submit(page, example("four-variables"), long);
+  await submitted(page);
+  const first = await iterationAbove(page, 0);
+  const later = await iterationAbove(page, first);
+  await page.screenshot({ path: "shots/running.png", fullPage: true });
+  await page.reload();
+  await iterationAbove(page, later);
+  assert.match(await verdict(page), /SOLVED|ERROR_ESTIMATED|error/i);
+  await page.screenshot({ path: "shots/finished.png", fullPage: true });
+  // The list has it too.
+  await page.goto(`${dlcsd.url}/#/jobs`);
+  await page.waitForSelector(".jobs tbody tr", kPatience);
+  await page.screenshot({ path: "shots/jobs.png" });
+  await context.close();
+});
+
+test("cancels", async () => {
+  const context = await newContext();
+  const page = await open(context, "#/submit");
+  await submit(page, example("four-variables"), long);
+  await submitted(page);
+  await iterationAbove(page, 0);
+  await page.click("text=Cancel");
+  assert.match(await verdict(page), /cancel|stopped/i);
+  await context.close();
+});
+
+test("shows what is wrong with a problem at its field", async () => {
+  const context = await newContext();
+  const page = await open(context, "#/submit");
+  await submit(page, '{"A": [[-1]], "B": [[1]], "N": [[1]],\n "M": [[1]], "x0": [0],\n "speed": 3, "T": -1}');
+  await page.waitForSelector("#problem-errors:not(:empty)", kPatience);
+  const said = await page.textContent("#problem-errors");
+  assert.match(said, /speed/);
+  assert.match(said, /T/);
+  await page.screenshot({ path: "shots/schema-errors.png" });
+  // What only the server can know.
+  await submit(page, '{"A": [[-1, 2]], "B": [[1]], "N": [[1]],\n "M": [[1]], "f": ["sin(q*t)"], "x0": [0], "T": 1}');
+  await page.waitForFunction(() => !document.querySelector("#problem-errors").textContent.includes("speed"));
+  await page.waitForSelector("#problem-errors:not(:empty)", kPatience);
+  assert.match(await page.textContent("#problem-errors"), /A/);
+  await page.screenshot({ path: "shots/server-errors.png" });
+  await context.close();
+});
+
+test("downloads what the command line writes", async () => {
+  const context = await newContext({ acceptDownloads: true });
+  const page = await open(context, "#/submit");
+  await submit(page, example("rectifier"));
+  assert.match(await verdict(page), /SOLVED|error/i);
+  for (const kind of ["JSON", "CSV", "NPY"]) {
+    const [file] = await Promise.all([page.waitForEvent("download", kPatience), page.click(`.files >> text=${kind}`)]);
+    const bytes = readFileSync(await file.path());
+    if (kind === "JSON") assert.ok(JSON.parse(bytes.toString()).trajectory.x.length > 0);
+    if (kind === "CSV") assert.match(bytes.toString().split("\n")[0], /^t,x1,y1,w1/);
+    if (kind === "NPY") assert.equal(bytes.subarray(1, 6).toString(), "NUMPY");
+  }
+  await context.close();
+});
+
+test("looks right in the dark and on narrow screens", async () => {
+  for (const [name, options] of Object.entries({
+    dark: { colorScheme: "dark" },
+    narrow: { viewport: { width: 360, height: 740 } },
+  })) {
+    const context = await newContext(options);
+    const page = await open(context, "#/submit");
+    await submit(page, example("rectifier"));
+    await verdict(page);
+    await page.waitForTimeout(500);
+    assert.ok(await fits(page), name);
+    await page.screenshot({ path: `shots/${name}.png`, fullPage: true });
+    await context.close();
+  }
+});
+
+test("ten tabs hold one stream, and the tenth submits", async () => {
+  const context = await newContext();
+  const first = await open(context, "#/submit");
+  await submit(first, example("four-variables"), long);
+  await submitted(first);
+  const hash = new URL(first.url()).hash;
+  const tabs = [first];
+  while (tabs.length < 9) tabs.push(await open(context, hash));
+  const tenth = await open(context, "#/submit");
+  await submit(tenth, example("rectifier"));
+  await verdict(tenth);
+  const held = await first.evaluate(async () => (await navigator.locks.query()).held.length);
+  assert.ok(held <= 1, `${held} streams`);
+  await context.close();
+});
+
+test("asks for a token where there are users", async () => {
+  const folder = dlcsd.folder;
+  const saved = path.join(folder, "alice.token");
+  writeFileSync(
+    path.join(folder, "tokens.txt"),
+    execFileSync(process.env.DLCSD, ["token", "alice", "--right", "submitter", "--save", saved]),
+  );
+  const guarded = await Dlcsd.start("--tokens", path.join(folder, "tokens.txt"));
+  try {
+    const context = await newContext();
+    const page = await open(context, "", guarded.url);
+    const enter = async (token) => {
+      await page.waitForSelector("dialog", kPatience);
+      await page.fill("#token", token);
+      await page.keyboard.press("Enter");
+    };
+    await enter("wrong");
+    await page.waitForTimeout(500);
+    await enter(readFileSync(saved, "utf8").trim());
+    await page.waitForSelector("dialog", { state: "detached", ...kPatience });
+    assert.ok(!page.url().includes("dlcs_"));
+    await page.goto(`${guarded.url}/#/submit`);
+    await submit(page, example("rectifier"));
+    assert.match(await verdict(page), /SOLVED|error/i);
+    await context.close();
+  } finally {
+    await guarded.stop();
+  }
+});
+
+test("leaves the console clean", () => {
+  assert.deepEqual(complaints, []);
+});

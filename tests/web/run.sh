@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Runs a test of this folder with its packages, which npm puts into a folder of the build, once for each lock file.
+# Usage: run.sh TEST.mjs BUILD_FOLDER, with the variables that the test names. Exit code 77 where the packages cannot be
+# had: nothing was tested then.
+set -euo pipefail
+source_folder="$(cd "$(dirname "$0")" && pwd)"
+test="$1" build="$2"
+
+skip() {
+  echo "$1"
+  exit 77
+}
+
+command -v npm >/dev/null || skip "There is no npm: install Node.js, or on Debian run deploy/install-packages.sh test."
+if [ "$test" = page_test.mjs ]; then
+  [ -x /usr/bin/chromium ] || skip "There is no Chromium: on Debian run deploy/install-packages.sh test."
+fi
+mkdir -p "$build"
+exec 9>"$build/lock"
+flock 9 # two tests share the packages
+cp "$source_folder"/*.mjs "$source_folder/package.json" "$build"
+if ! cmp -s "$source_folder/package-lock.json" "$build/installed-lock.json"; then
+  cp "$source_folder/package-lock.json" "$build"
+  (cd "$build" && npm ci --ignore-scripts --fetch-retries=1 --fetch-timeout=30000 --loglevel=error) \
+    >"$build/npm.log" 2>&1 9>&- || skip "npm cannot get the packages: $(tail -n 1 "$build/npm.log")"
+  cp "$build/package-lock.json" "$build/installed-lock.json"
+fi
+exec 9>&-
+cd "$build"
+exec node --test "$test"
