@@ -50,11 +50,6 @@ asio::awaitable<absl::StatusOr<std::string>> RunOn(asio::thread_pool& pool, asio
   co_return std::move(*result);
 }
 
-HttpResponse Plain(int status, std::string text, HttpHeaders headers = {}) {
-  headers.emplace_back("content-type", "text/plain; charset=utf-8");
-  return {.status = status, .headers = std::move(headers), .body = std::move(text) + "\n"};
-}
-
 // Sends the status of a call that has sent no message.
 asio::awaitable<void> ReplyError(HttpExchange& exchange, const RpcFormat& format, grpc::Status status) {
   HttpResponse response;
@@ -78,11 +73,6 @@ bool RpcGateway::IsMethod(const std::string& path) { return FindMethod(path) != 
 asio::awaitable<void> RpcGateway::Answer(HttpExchange& exchange) {
   const HttpRequest& request = exchange.request();
   const MethodDescriptor* const method = FindMethod(request.path);
-  if (method == nullptr) {
-    HttpResponse missing = Plain(404, "no such method: " + request.path);
-    co_await exchange.Reply(std::move(missing));
-    co_return;
-  }
   const std::optional<RpcFormat> format = FormatOf(request.Header("content-type"), *method);
   if (!format) {
     const bool unary = !method->client_streaming() && !method->server_streaming();
@@ -91,10 +81,10 @@ asio::awaitable<void> RpcGateway::Answer(HttpExchange& exchange) {
         unary                        ? "application/json, application/proto"
         : method->client_streaming() ? "application/connect+json, application/connect+proto"
                                      : "application/json, application/connect+json, application/connect+proto");
-    HttpResponse refusal = Plain(415,
-                                 fmt::format("content type \"{}\" is not served here; use one of {}",
-                                             std::string(request.Header("content-type").substr(0, 100)), types),
-                                 {{"accept-post", types}});
+    HttpResponse refusal =
+        TextResponse(415, fmt::format("content type \"{}\" is not served here; use one of {}\n",
+                                      std::string(request.Header("content-type").substr(0, 100)), types));
+    refusal.headers.emplace_back("accept-post", types);
     co_await exchange.Reply(std::move(refusal));
     co_return;
   }

@@ -30,7 +30,7 @@ class RpcGateway {
   // Whether the path is one of a method.
   static bool IsMethod(const std::string& path);
 
-  // Answers a POST for a method. Errors are answers too.
+  // Answers a POST to the path of a method (IsMethod()). Errors are answers too.
   boost::asio::awaitable<void> Answer(HttpExchange& exchange);
 
  private:

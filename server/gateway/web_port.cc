@@ -66,10 +66,6 @@ std::string Gzipped(std::string_view bytes) {
   return result;
 }
 
-HttpResponse Text(int status, std::string text) {
-  return {.status = status, .headers = {{"content-type", "text/plain; charset=utf-8"}}, .body = std::move(text)};
-}
-
 // Adds `headers` to every response of another exchange.
 class WithHeaders final : public HttpExchange {
  public:
@@ -117,9 +113,10 @@ class WebPort::State {
   asio::awaitable<void> Handle(HttpExchange& exchange) {
     const HttpRequest& request = exchange.request();
     if (!IsOwnHost(request.Header("host"))) {
-      HttpResponse refusal = Text(421, fmt::format("This server does not go by the name \"{}\". If it should, start it "
-                                                   "with --http-hosts.\n",
-                                                   HostIn(request.Header("host").substr(0, 100))));
+      HttpResponse refusal =
+          TextResponse(421, fmt::format("This server does not go by the name \"{}\". If it should, start it "
+                                        "with --http-hosts.\n",
+                                        HostIn(request.Header("host").substr(0, 100))));
       refusal.headers.emplace_back("x-content-type-options", "nosniff");
       co_await exchange.Reply(std::move(refusal));
       co_return;
@@ -175,12 +172,12 @@ class WebPort::State {
     if (request.method != "GET" && request.method != "HEAD") return Refused("GET, HEAD");
     const auto found = assets_.find(request.path);
     if (found != assets_.end()) return Serve(request, found->second);
-    if (request.path == "/") return Text(200, kNoPage);
-    return Text(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
+    if (request.path == "/") return TextResponse(200, kNoPage);
+    return TextResponse(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
   }
 
   static HttpResponse Refused(const char* allowed) {
-    HttpResponse refusal = Text(405, fmt::format("only {} is served here\n", allowed));
+    HttpResponse refusal = TextResponse(405, fmt::format("only {} is served here\n", allowed));
     refusal.headers.emplace_back("allow", allowed);
     return refusal;
   }

@@ -128,6 +128,13 @@ const char* WhatIsAmbiguous(const beast_http::fields& headers, unsigned version)
   return beast::iequals(coding->value(), "chunked") ? nullptr : "a Transfer-Encoding other than chunked";
 }
 
+// The standard text of an HTTP status: "Not Found".
+std::string_view HttpReason(int status) {
+  if (status == 499) return "Client Closed Request";
+  const boost::beast::string_view text = beast_http::obsolete_reason(static_cast<beast_http::status>(status));
+  return {text.data(), text.size()};
+}
+
 // Counts the bytes of the bodies that the server holds.
 class HeldBytes {
  public:
@@ -354,7 +361,6 @@ class Connection final : public ConnectionBase {
       X509* const certificate = SSL_get1_peer_certificate(stream_.native_handle());
       request_.certificate_names = NamesIn(certificate);
       X509_free(certificate);
-      request_.encrypted = true;
     }
     co_return true;
   }
@@ -401,12 +407,10 @@ class Connection final : public ConnectionBase {
       close_after_ = true;
       parser_.reset();
       if (error == beast_http::error::header_limit || error == beast_http::error::buffer_overflow) {
-        HttpResponse refusal{.status = 431, .headers = {{"content-type", "text/plain"}}, .body = "headers too large\n"};
+        HttpResponse refusal = TextResponse(431, "headers too large\n");
         co_await Reply(std::move(refusal));
       } else if (IsMalformed(error)) {
-        HttpResponse refusal{.status = 400,
-                             .headers = {{"content-type", "text/plain"}},
-                             .body = "malformed HTTP: " + error.message() + "\n"};
+        HttpResponse refusal = TextResponse(400, "malformed HTTP: " + error.message() + "\n");
         co_await Reply(std::move(refusal));
       }
       co_return false;
@@ -423,9 +427,7 @@ class Connection final : public ConnectionBase {
     if (doubt != nullptr) {
       close_after_ = true;
       parser_.reset();
-      HttpResponse refusal{.status = 400,
-                           .headers = {{"content-type", "text/plain"}},
-                           .body = fmt::format("malformed HTTP: {}\n", doubt)};
+      HttpResponse refusal = TextResponse(400, fmt::format("malformed HTTP: {}\n", doubt));
       co_await Reply(std::move(refusal));
       co_return false;
     }
@@ -452,7 +454,7 @@ class Connection final : public ConnectionBase {
     }
     on_disconnect_ = nullptr;
     if (!replied_) {
-      HttpResponse sorry{.status = 500, .headers = {{"content-type", "text/plain"}}, .body = "internal error\n"};
+      HttpResponse sorry = TextResponse(500, "internal error\n");
       co_await Reply(std::move(sorry));
     }
     CloseUnlessBodyWasRead();
@@ -668,10 +670,8 @@ absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::Start(ListenAddress& add
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));
 }
 
-std::string_view HttpReason(int status) {
-  if (status == 499) return "Client Closed Request";
-  const boost::beast::string_view text = beast_http::obsolete_reason(static_cast<beast_http::status>(status));
-  return {text.data(), text.size()};
+HttpResponse TextResponse(int status, std::string text) {
+  return {.status = status, .headers = {{"content-type", "text/plain; charset=utf-8"}}, .body = std::move(text)};
 }
 
 }  // namespace dlcs

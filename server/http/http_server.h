@@ -32,7 +32,6 @@ struct HttpRequest {
   boost::beast::http::fields headers;
   std::string peer;                            // as gRPC writes it: "ipv4:10.0.0.7:40312"
   std::vector<std::string> certificate_names;  // of the verified certificate of the client
-  bool encrypted = false;
 
   // The value of a header; empty if it was not sent. `name` in any case.
   std::string_view Header(std::string_view name) const;
@@ -43,6 +42,9 @@ struct HttpResponse {
   HttpHeaders headers;
   std::string body;
 };
+
+// A response of plain text.
+HttpResponse TextResponse(int status, std::string text);
 
 // One request and its response. Used by its handler alone, on the executor of its connection. What is sent to a client
 // that has disconnected is dropped.
@@ -106,9 +108,6 @@ class HttpServer {
   explicit HttpServer(std::unique_ptr<State> state);
   const std::unique_ptr<State> state_;
 };
-
-// The standard text of an HTTP status: "Not Found".
-std::string_view HttpReason(int status);
 
 }  // namespace dlcs
 

@@ -7,17 +7,13 @@
 namespace dlcs {
 namespace {
 
-HttpResponse Text(int status, std::string text) {
-  return {.status = status, .headers = {{"content-type", "text/plain"}}, .body = std::move(text)};
-}
-
 HttpResponse Probe(const std::string& why_not) {
-  return why_not.empty() ? Text(200, "ok\n") : Text(503, why_not + "\n");
+  return why_not.empty() ? TextResponse(200, "ok\n") : TextResponse(503, why_not + "\n");
 }
 
 HttpResponse ResponseTo(const HttpRequest& request, const MonitoringPages& pages) {
   if (request.method != "GET" && request.method != "HEAD") {
-    HttpResponse refusal = Text(405, "only GET and HEAD are served here\n");
+    HttpResponse refusal = TextResponse(405, "only GET and HEAD are served here\n");
     refusal.headers.emplace_back("allow", "GET, HEAD");
     return refusal;
   }
@@ -26,10 +22,10 @@ HttpResponse ResponseTo(const HttpRequest& request, const MonitoringPages& pages
             .headers = {{"content-type", "text/plain; version=0.0.4; charset=utf-8"}},
             .body = pages.metrics()};
   }
-  if (request.path == "/livez") return Text(200, "ok\n");
+  if (request.path == "/livez") return TextResponse(200, "ok\n");
   if (request.path == "/readyz") return Probe(pages.why_not_ready());
   if (request.path == "/readyz/jobs") return Probe(pages.why_no_jobs());
-  return Text(404, "there are /metrics, /livez, /readyz and /readyz/jobs\n");
+  return TextResponse(404, "there are /metrics, /livez, /readyz and /readyz/jobs\n");
 }
 
 }  // namespace
