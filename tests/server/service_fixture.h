@@ -69,7 +69,7 @@ class ServiceTest : public ::testing::Test {
   // Waits until the number of running engines is `solves`; false after a minute.
   bool WaitForSolves(int solves) const {
     for (int i = 0; i < 6000; ++i) {
-      if (server_->service().solves() == solves) return true;
+      if (server_->solves() == solves) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;

@@ -12,6 +12,7 @@
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "proto/wire/content_hash.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/job_events.h"
 #include "tests/server/solve_jobs/job_runs.h"
