@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -19,6 +21,7 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr std::int64_t kFileBytes = 100'000'000;
+constexpr std::size_t kPartsOfBlock = 10'000;  // written at once
 // Beside the file: the program, its libraries and this process.
 constexpr std::int64_t kOtherBytes = 100'000'000;
 
@@ -28,7 +31,12 @@ class HostileFileTest : public ::testing::Test {
   std::string File(const std::string& begin, const std::string& part, std::int64_t bytes, const std::string& end) {
     std::ofstream file(path_, std::ios::trunc);
     file << begin;
-    for (std::int64_t left = bytes; left > 0; left -= static_cast<std::int64_t>(part.size())) file << part;
+    const std::size_t size = part.size();
+    std::size_t left = (static_cast<std::size_t>(bytes) + size - 1) / size;
+    std::string block;
+    for (std::size_t k = std::min(left, kPartsOfBlock); k > 0; --k) block += part;
+    for (; left >= kPartsOfBlock; left -= kPartsOfBlock) file << block;
+    file << block.substr(0, left * size);
     file << end;
     return path_;
   }
