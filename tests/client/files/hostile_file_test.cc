@@ -14,10 +14,12 @@
 #include "tests/client/cli/program.h"
 #include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedExample;
 using ::testing::HasSubstr;
 
 constexpr std::int64_t kFileBytes = 100'000'000;
@@ -62,8 +64,16 @@ TEST_F(HostileFileTest, NestedJsonOfAHundredMegabytes) {
   // While text grows it is there twice, at most.
   const std::string deep = "nested deeper than 32";
   const std::string file = File("", "[", kFileBytes, "");
-  for (const std::string command : {"solve ", "analyze ", "submit ", "upload ", "lcp ", "dcp ", "model input-output ",
-                                    "ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' ", "solve - < "}) {
+  const std::vector<std::string> commands = {"solve ",
+                                             "analyze ",
+                                             "submit ",
+                                             "upload ",
+                                             "lcp ",
+                                             "dcp ",
+                                             "model input-output ",
+                                             "ensemble " + QuotedExample("rectifier") + " ",
+                                             "solve - < "};
+  for (const std::string& command : commands) {
     ExpectRefused(command + file, deep, 2);
   }
   ExpectRefused("solve " + File("", R"({"A":)", kFileBytes, ""), deep, 2);
@@ -81,8 +91,8 @@ TEST_F(HostileFileTest, ManySmallListsAndObjects) {
   ExpectRefused("solve " + File(R"({"about": [)", R"({"a":[]},)", kFileBytes, "[]]}"), many, 12);
   // Fewer: it is read to its end, in a time that grows with its length and not with the square.
   ExpectRefused("solve " + File(R"({"about": [)", R"({"a":[]},)", kFileBytes / 10, "[]]}"), "\"A\" is missing", 12);
-  ExpectRefused("ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' " + File("[", "{},", kFileBytes / 100, "1]"),
-                "members[", 2);
+  ExpectRefused("ensemble " + QuotedExample("rectifier") + " " + File("[", "{},", kFileBytes / 100, "1]"), "members[",
+                2);
 }
 
 TEST_F(HostileFileTest, LongTexts) {

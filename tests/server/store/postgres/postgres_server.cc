@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "server/store/postgres/postgres.h"
+#include "tests/support/paths.h"
 
 extern char** environ;
 
@@ -76,7 +77,7 @@ PostgresServer::PostgresServer() {
   }
   const std::string log = folder_.File("initdb.log");
   // Checksums, so that damage is found. The server starts on new files: nothing needs to reach the disk yet.
-  const pid_t initdb = Spawn({DLCS_POSTGRES_PROGRAMS "/initdb", "--pgdata", data().string(), "--username", "dlcs",
+  const pid_t initdb = Spawn({dlcs::testing::PostgresFolder() + "/initdb", "--pgdata", data().string(), "--username", "dlcs",
                               "--auth", "trust", "--encoding", "UTF8", "--no-locale", "--no-sync", "--data-checksums"},
                              log);
   int status = 0;
@@ -107,7 +108,7 @@ std::string PostgresServer::AddressOf(const std::string& schema) {
 void PostgresServer::Execute(const std::string& sql) { PostgresConnection(address(), kPatience).Execute(sql); }
 
 void PostgresServer::Start() {
-  pid_ = Spawn({DLCS_POSTGRES_PROGRAMS "/postgres", "-D", data().string(), "-k", folder_.path().string(), "-c",
+  pid_ = Spawn({dlcs::testing::PostgresFolder() + "/postgres", "-D", data().string(), "-k", folder_.path().string(), "-c",
                 "listen_addresses=", "-c", "shared_buffers=16MB"},
                folder_.File("server.log"));
   Await();
