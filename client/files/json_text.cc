@@ -2,6 +2,7 @@
 #include "client/files/json_text.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -315,6 +316,10 @@ absl::StatusOr<std::string> ReadTextFile(const std::string& path, std::size_t li
   const std::unique_ptr<std::FILE, decltype(close)> file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"), close);
   if (file == nullptr) return ErrnoStatus(source, errno);
   std::string text;
+  // While text grows, it is in memory twice. A pipe has no size.
+  if (struct stat about{}; fstat(fileno(file.get()), &about) == 0 && S_ISREG(about.st_mode)) {
+    text.reserve(std::min(static_cast<std::size_t>(about.st_size), limit_bytes));
+  }
   std::vector<char> block(std::size_t{1} << 16);
   while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get())) {
     if (text.size() + count > limit_bytes) {

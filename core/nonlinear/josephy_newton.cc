@@ -8,6 +8,7 @@
 #include "core/linalg/norms.h"
 #include "core/linalg/panel_lu.h"
 #include "core/linalg/panel_product.h"
+#include "core/matrix_classes/m_matrix.h"
 
 namespace dlcs {
 namespace {
@@ -26,15 +27,6 @@ constexpr int kHalvings = 20;
 // y + w - sqrt(y² + w²), zero exactly where 0 <= y ⟂ w >= 0.
 Vector FischerBurmeister(const Vector& y, const Vector& w) {
   return y.binaryExpr(w, [](double a, double b) { return a + b - std::hypot(a, b); });
-}
-
-bool IsZMatrix(const Matrix& M) {
-  for (Index j = 0; j < M.cols(); ++j) {
-    for (Index i = 0; i < M.rows(); ++i) {
-      if (i != j && M(i, j) > 0) return false;
-    }
-  }
-  return true;
 }
 
 }  // namespace

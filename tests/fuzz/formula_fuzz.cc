@@ -23,7 +23,7 @@ bool AllBelow(const std::vector<Index>& indices, Index size) {
 
 }  // namespace
 
-void Try(const std::string& input) {
+void TryFormula(const std::string& input) {
   if (input.size() < 2) return;
   const auto count = [&input](std::size_t k) {
     return static_cast<Index>(static_cast<unsigned char>(input[k] - '0')) % (kMostVariables + 1);

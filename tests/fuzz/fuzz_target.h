@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every fuzz target is made of. Each is a program: libFuzzer's where DLCS_BUILD_FUZZERS is on, otherwise one that
-// replays files.
+// The fuzz targets. Where DLCS_BUILD_FUZZERS is on, each is a program of libFuzzer's; otherwise one program replays
+// files for all of them.
 
 #ifndef DLCS_TESTS_FUZZ_FUZZ_TARGET_H_
 #define DLCS_TESTS_FUZZ_FUZZ_TARGET_H_
@@ -9,9 +9,17 @@
 
 namespace dlcs::fuzz {
 
-// Defined by each target, once: does with `input` what a program does with text from outside. Whatever the text is, it
-// may neither crash nor hang nor break a promise that the target checks.
-void Try(const std::string& input);
+// Each does with `input` what a program does with text from outside. Whatever the text is, it may neither crash nor
+// hang nor break a promise that the target checks.
+void TryFormula(const std::string& input);
+void TryJobRequest(const std::string& input);
+void TryLcpFile(const std::string& input);
+void TryMatrixMarket(const std::string& input);
+void TryMembersFile(const std::string& input);
+void TryProblemFile(const std::string& input);
+void TryRequest(const std::string& input);
+void TrySolve(const std::string& input);
+void TryStateArchive(const std::string& input);
 
 // Ends the program with `promise` where it does not hold.
 void Require(bool holds, const char* promise);

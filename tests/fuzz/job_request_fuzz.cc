@@ -23,11 +23,11 @@ constexpr int kParts = 3;
 constexpr int kTimesOfPart = 4;
 
 // Two states and a pair, with y that jumps at the second time.
-std::string Part(int number) {
+std::string ChunkOf(int part) {
   v1::TrajectoryChunk chunk;
-  chunk.set_first(number * kTimesOfPart);
+  chunk.set_first(part * kTimesOfPart);
   for (int k = 0; k < kTimesOfPart; ++k) {
-    const double time = number * kTimesOfPart + k;
+    const double time = part * kTimesOfPart + k;
     chunk.add_times(time);
     for (const double value : {time, -time}) chunk.add_x(value);
     chunk.add_y(2 * time);
@@ -54,7 +54,7 @@ class Store {
     for (int part = 0; part < kParts; ++part) {
       jobs::Progress progress = jobs::testing::SampleWindow(part, part + 3);
       progress.reserve_through = part + 3;
-      progress.chunks[0].data = Part(part);
+      progress.chunks[0].data = ChunkOf(part);
       Require(store.Append((*claimed)->lease, progress).ok(), "and takes parts");
     }
   }
@@ -111,7 +111,7 @@ void TryTime(const google::protobuf::Timestamp& time) {
 
 }  // namespace
 
-void Try(const std::string& input) {
+void TryJobRequest(const std::string& input) {
   static Store held;
   const auto message = MessageOf(input);
   if (const auto* list = dynamic_cast<const v1::ListSolveJobsRequest*>(message.get())) TryList(held.store, *list);

@@ -11,7 +11,7 @@
 
 namespace dlcs::fuzz {
 
-void Try(const std::string& input) {
+void TryLcpFile(const std::string& input) {
   if (const auto lcp = client::ParseLcp(input, "input"); lcp.ok()) {
     v1::SolveLcpRequest request = *lcp;
     request.set_all_basic_solutions(true);

@@ -9,7 +9,7 @@
 
 namespace dlcs::fuzz {
 
-void Try(const std::string& input) {
+void TryMatrixMarket(const std::string& input) {
   const absl::StatusOr<v1::Matrix> matrix = client::ParseMatrixMarket(input, "input");
   if (!matrix.ok()) return Require(!matrix.status().message().empty(), "a refusal says why");
   // A few bytes may name a sparse matrix of two billion rows, which the limits of a solve refuse.

@@ -34,7 +34,7 @@ v1::Problem BaseProblem() {
 
 }  // namespace
 
-void Try(const std::string& input) {
+void TryMembersFile(const std::string& input) {
   const auto members = client::ParseMembers(input, "input", 2, 1);
   if (!members.ok()) return Require(!members.status().message().empty(), "a refusal says why");
   static const v1::Problem problem = BaseProblem();

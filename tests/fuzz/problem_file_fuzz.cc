@@ -8,7 +8,7 @@
 
 namespace dlcs::fuzz {
 
-void Try(const std::string& input) {
+void TryProblemFile(const std::string& input) {
   const absl::StatusOr<client::ProblemFile> file = client::ParseProblem(input, "input");
   if (!file.ok()) return Require(!file.status().message().empty(), "a refusal says why");
 

@@ -2,7 +2,7 @@
 // Tries every file of the given folders, and every given file, in the order of their names: what was found once, on
 // every machine and with every compiler.
 //
-//     formula_fuzz FILE_OR_FOLDER...
+//     fuzz_replay TARGET FILE_OR_FOLDER...
 
 #include <sys/resource.h>
 
@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,20 @@
 namespace {
 
 namespace fs = std::filesystem;
+
+using Target = void (*)(const std::string& input);
+
+const std::map<std::string, Target> kTargets = {
+    {"formula", dlcs::fuzz::TryFormula},
+    {"job_request", dlcs::fuzz::TryJobRequest},
+    {"lcp_file", dlcs::fuzz::TryLcpFile},
+    {"matrix_market", dlcs::fuzz::TryMatrixMarket},
+    {"members_file", dlcs::fuzz::TryMembersFile},
+    {"problem_file", dlcs::fuzz::TryProblemFile},
+    {"request", dlcs::fuzz::TryRequest},
+    {"solve", dlcs::fuzz::TrySolve},
+    {"state_archive", dlcs::fuzz::TryStateArchive},
+};
 
 void AddFiles(const fs::path& path, std::vector<fs::path>& files) {
   if (!fs::is_directory(path)) return files.push_back(path);
@@ -39,8 +54,10 @@ void LimitMemory() {
 
 int main(int count, char** words) {
   LimitMemory();
+  const auto target = kTargets.find(count > 1 ? words[1] : "");
+  if (target == kTargets.end()) return std::fputs("fuzz_replay TARGET FILE_OR_FOLDER...: no such target\n", stderr), 1;
   std::vector<fs::path> files;
-  for (int k = 1; k < count; ++k) AddFiles(words[k], files);
+  for (int k = 2; k < count; ++k) AddFiles(words[k], files);
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
@@ -49,7 +66,7 @@ int main(int count, char** words) {
     // Before, so that it is the last line where the target ends the program.
     std::printf("%s\n", file.c_str());
     std::fflush(stdout);
-    dlcs::fuzz::Try(input);
+    target->second(input);
   }
   std::printf("%zu inputs tried\n", files.size());
   return files.empty() ? 1 : 0;

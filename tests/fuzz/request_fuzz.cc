@@ -31,23 +31,24 @@ void RequireRoundTrip(const Problem& problem) {
   Require(first.SerializeAsString() == second.SerializeAsString(), "and is the same");
 }
 
-void TrySolve(const v1::SolveRequest& request) {
+void TryPrepareSolve(const v1::SolveRequest& request) {
   const absl::StatusOr<PreparedSolve> prepared = PrepareSolve(request, SmallLimits());
   if (!prepared.ok()) return RequireToldWell(prepared.status());
   if (const auto* problem = std::get_if<Problem>(&prepared->system)) RequireRoundTrip(*problem);
 }
 
-void TryEnsemble(const v1::SolveEnsembleRequest& request) {
+void TryPrepareEnsemble(const v1::SolveEnsembleRequest& request) {
   const absl::StatusOr<PreparedEnsemble> prepared = PrepareEnsemble(request, SmallLimits());
   if (!prepared.ok()) RequireToldWell(prepared.status());
 }
 
 }  // namespace
 
-void Try(const std::string& input) {
+void TryRequest(const std::string& input) {
   const auto message = MessageOf(input);
-  if (const auto* solve = dynamic_cast<const v1::SolveRequest*>(message.get())) TrySolve(*solve);
-  if (const auto* ensemble = dynamic_cast<const v1::SolveEnsembleRequest*>(message.get())) TryEnsemble(*ensemble);
+  if (const auto* solve = dynamic_cast<const v1::SolveRequest*>(message.get())) TryPrepareSolve(*solve);
+  if (const auto* ensemble = dynamic_cast<const v1::SolveEnsembleRequest*>(message.get()))
+    TryPrepareEnsemble(*ensemble);
 }
 
 }  // namespace dlcs::fuzz

@@ -63,7 +63,7 @@ class CheckingSink final : public SolveSink {
   bool ended_ = false;
 };
 
-void TrySolve(const v1::SolveRequest& request) {
+void SolveToEnd(const v1::SolveRequest& request) {
   Deadline deadline;
   CheckingSink sink;
   const absl::Status status = RunSolveToEnd(request, TinyLimits(), "fuzz", deadline.control, sink);
@@ -71,7 +71,7 @@ void TrySolve(const v1::SolveRequest& request) {
   Require(!absl::IsInternal(status), "no request is a fault of the server");
 }
 
-void TryLcp(const v1::SolveLcpRequest& request) {
+void SolveLcp(const v1::SolveLcpRequest& request) {
   Deadline deadline;
   const auto response = RunLcp(request, TinyLimits(), deadline.control.token());
   if (!response.ok() || response->verdict() != v1::LCP_STATUS_SOLVED) return;
@@ -80,10 +80,10 @@ void TryLcp(const v1::SolveLcpRequest& request) {
 
 }  // namespace
 
-void Try(const std::string& input) {
+void TrySolve(const std::string& input) {
   const auto message = MessageOf(input);
-  if (const auto* solve = dynamic_cast<const v1::SolveRequest*>(message.get())) return TrySolve(*solve);
-  if (const auto* lcp = dynamic_cast<const v1::SolveLcpRequest*>(message.get())) return TryLcp(*lcp);
+  if (const auto* solve = dynamic_cast<const v1::SolveRequest*>(message.get())) return SolveToEnd(*solve);
+  if (const auto* lcp = dynamic_cast<const v1::SolveLcpRequest*>(message.get())) return SolveLcp(*lcp);
   Deadline deadline;
   if (const auto* dcp = dynamic_cast<const v1::SolveDcpRequest*>(message.get())) {
     (void)RunDcp(*dcp, TinyLimits(), deadline.control.token());

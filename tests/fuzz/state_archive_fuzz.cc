@@ -64,7 +64,7 @@ void Read(const std::string& bytes) {
 
 }  // namespace
 
-void Try(const std::string& input) {
+void TryStateArchive(const std::string& input) {
   Read(input);
   Read(WithChecksum(input));
 }

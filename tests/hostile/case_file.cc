@@ -8,6 +8,8 @@
 #include <regex>
 #include <stdexcept>
 
+#include "tests/support/paths.h"
+
 namespace dlcs::hostile {
 
 namespace {
@@ -93,7 +95,7 @@ std::vector<Factor> ReadFormulas(System& system, const Json& formulas, Index fir
 
 std::vector<std::string> CaseNames() {
   std::vector<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(DLCS_HOSTILE_CASES_DIR)) {
+  for (const auto& file : std::filesystem::directory_iterator(testing::ProjectPath("tests/hostile/cases"))) {
     if (file.path().extension() == ".json") names.push_back(file.path().stem());
   }
   std::sort(names.begin(), names.end());
@@ -101,7 +103,7 @@ std::vector<std::string> CaseNames() {
 }
 
 CaseFile ReadCase(const std::string& name) {
-  std::ifstream file(std::string(DLCS_HOSTILE_CASES_DIR) + "/" + name + ".json");
+  std::ifstream file(testing::ProjectPath("tests/hostile/cases/" + name + ".json"));
   if (!file) throw std::runtime_error("cannot read " + name);
   const Json json = Json::parse(file);
   CaseFile result;

@@ -19,6 +19,7 @@
 #include "client/rpc/client.h"
 #include "client/rpc/connection.h"
 #include "client/rpc/retry.h"
+#include "google/protobuf/util/time_util.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "server/access/token.h"
@@ -33,6 +34,7 @@ namespace dlcs::load {
 namespace {
 
 using client::Client;
+using google::protobuf::util::TimeUtil;
 using std::chrono::duration;
 using std::chrono::steady_clock;
 using std::chrono::system_clock;
@@ -200,14 +202,10 @@ struct Phase {
   double clients_cpu_s = UseOf(getpid()).cpu_s, server_cpu_s = UseOf(server).cpu_s;
 };
 
-double SecondsOf(const google::protobuf::Timestamp& time) {
-  return static_cast<double>(time.seconds()) + 1e-9 * static_cast<double>(time.nanos());
-}
-
 // Jobs that ended well within the phase, a second.
 double Goodput(const std::vector<v1::SolveJob>& jobs, const Phase& phase) {
   const auto count = std::count_if(jobs.begin(), jobs.end(), [&](const v1::SolveJob& job) {
-    const double time = SecondsOf(job.end_time());
+    const double time = 1e-9 * static_cast<double>(TimeUtil::TimestampToNanoseconds(job.end_time()));
     return time >= phase.begin && time < phase.end;
   });
   return static_cast<double>(count) / phase.seconds();

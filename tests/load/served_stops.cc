@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include "client/rpc/client.h"
+#include "google/protobuf/util/time_util.h"
 #include "server/wire/convert.h"
 #include "tests/load/percentiles.h"
 #include "tests/load/questions.h"
@@ -27,23 +29,13 @@
 namespace dlcs::load {
 namespace {
 
+using google::protobuf::util::TimeUtil;
 using std::chrono::duration;
 using std::chrono::system_clock;
 using Seconds = duration<double>;
 
 // Since 1970, as all times here: client and server are on one machine.
 double Now() { return Seconds(system_clock::now().time_since_epoch()).count(); }
-
-double SecondsOf(const google::protobuf::Timestamp& time) {
-  return static_cast<double>(time.seconds()) + 1e-9 * static_cast<double>(time.nanos());
-}
-
-google::protobuf::Timestamp TimestampOf(double seconds) {
-  google::protobuf::Timestamp time;
-  time.set_seconds(static_cast<std::int64_t>(seconds));
-  time.set_nanos(static_cast<std::int32_t>(1e9 * (seconds - static_cast<double>(time.seconds()))));
-  return time;
-}
 
 // What a watcher sees of one job.
 class WatchedJob {
@@ -82,7 +74,7 @@ class WatchedJob {
  private:
   void See(const v1::SolveEvent& event) {
     const std::lock_guard lock(mutex_);
-    const double time = SecondsOf(event.time());
+    const double time = 1e-9 * static_cast<double>(TimeUtil::TimestampToNanoseconds(event.time()));
     if (event.has_checkpointed()) stored_ = time;
     if (event.kind_case() == v1::SolveEvent::kState) {
       state_ = event.state();
@@ -171,7 +163,7 @@ std::optional<ServedStop> Cancel(client::JobClient& client, const v1::CreateSolv
 std::optional<ServedStop> Overrun(client::JobClient& client, v1::CreateSolveJobRequest request, double allowed,
                                   double& took) {
   const double deadline = Now() + allowed;
-  *request.mutable_deadline() = TimestampOf(deadline);
+  *request.mutable_deadline() = TimeUtil::NanosecondsToTimestamp(static_cast<std::int64_t>(1e9 * deadline));
   const auto submitted = client.Submit(request, {});
   if (!submitted.ok()) return std::nullopt;  // predicted to come too late after all
   WatchedJob job(client, submitted->name());

@@ -30,7 +30,7 @@ using std::chrono::duration;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-const CallLimits kPatient{.deadline = std::chrono::minutes(1), .stop = {}};
+const CallLimits kUnhurried{.deadline = std::chrono::minutes(1), .stop = {}};
 
 // What users do, one thing after the other.
 class Users {
@@ -43,19 +43,19 @@ class Users {
     const std::string watched = Submit(jobs->jobs(), 0);
     WatchUntilCut(jobs->jobs(), watched);
     const std::string cancelled = Submit(jobs->jobs(), 1);
-    Check("cancel", jobs->jobs().Cancel(cancelled, kPatient).status());
-    Watch(jobs->jobs(), watched, kPatient);
-    Watch(jobs->jobs(), cancelled, kPatient);
+    Check("cancel", jobs->jobs().Cancel(cancelled, kUnhurried).status());
+    Watch(jobs->jobs(), watched, kUnhurried);
+    Watch(jobs->jobs(), cancelled, kUnhurried);
     v1::ReadTrajectoryRequest read;
     read.set_name(watched);
     Check("read", jobs->jobs().ReadTrajectory(
-                      read, [](const v1::TrajectoryPage&) {}, kPatient));
-    Check("list", jobs->jobs().List({}, 100, kPatient).status());
+                      read, [](const v1::TrajectoryPage&) {}, kUnhurried));
+    Check("list", jobs->jobs().List({}, 100, kUnhurried).status());
     SolveAndHangUp();
     done_.push_back(watched);
     done_.push_back(cancelled);
     while (done_.size() > 50) {
-      Check("delete", jobs->jobs().Delete(done_.front(), kPatient));
+      Check("delete", jobs->jobs().Delete(done_.front(), kUnhurried));
       done_.pop_front();
     }
     ++rounds_;
@@ -74,7 +74,7 @@ class Users {
   std::string Submit(JobClient& jobs, int kind) {
     v1::CreateSolveJobRequest create;
     *create.mutable_solve() = NextSolve(kind);
-    const auto job = jobs.Submit(create, kPatient);
+    const auto job = jobs.Submit(create, kUnhurried);
     Check("submit", job.status());
     return job.ok() ? job->name() : "";
   }
@@ -90,7 +90,7 @@ class Users {
   // Leaves after a few milliseconds, most likely in the middle.
   void WatchUntilCut(JobClient& jobs, const std::string& name) {
     std::stop_source leave;
-    CallLimits limits = kPatient;
+    CallLimits limits = kUnhurried;
     limits.stop = leave.get_token();
     const int pause = std::uniform_int_distribution<int>(0, 10)(random_);
     const std::jthread leaver([&leave, pause] {
@@ -101,7 +101,7 @@ class Users {
   }
   void SolveAndHangUp() {
     const auto client = *Client::Connect(address_);
-    CallLimits limits = kPatient;
+    CallLimits limits = kUnhurried;
     limits.deadline = duration<double>(std::uniform_real_distribution<double>(0.001, 0.05)(random_));
     client->Solve(NextSolve(1), {}, limits).IgnoreError();
   }

@@ -26,15 +26,11 @@ namespace {
 using std::chrono::duration;
 using std::chrono::steady_clock;
 
-double Seconds(const timespec& time) {
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 double ProcessorSecondsOf(pthread_t thread) {
   clockid_t clock{};
   timespec time{};
   if (pthread_getcpuclockid(thread, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
-  return Seconds(time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 struct Stopped {

@@ -93,9 +93,9 @@ v1::SolveRequest RequestOf(double rate, double seconds) {
 }
 
 // A client with a connection of its own, which reads all the time or not before Read().
-class Watcher final : public grpc::ClientReadReactor<v1::SolveEvent> {
+class StallableReader final : public grpc::ClientReadReactor<v1::SolveEvent> {
  public:
-  Watcher(const std::string& address, const std::string& job, int interval_ms, bool is_stalled)
+  StallableReader(const std::string& address, const std::string& job, int interval_ms, bool is_stalled)
       : begin_(system_clock::now()) {
     grpc::ChannelArguments settings;
     settings.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -196,9 +196,10 @@ bool AskWatchers(const WatchersQuestion& question) {
     return false;
   }
   const auto begin = steady_clock::now();
-  std::vector<std::unique_ptr<Watcher>> watchers;
+  std::vector<std::unique_ptr<StallableReader>> watchers;
   for (int k = 0; k < question.watchers; ++k) {
-    watchers.push_back(std::make_unique<Watcher>(address, job->name(), question.interval_ms, k < question.stalled));
+    watchers.push_back(
+        std::make_unique<StallableReader>(address, job->name(), question.interval_ms, k < question.stalled));
   }
   std::vector<double> resident_mb;
   while (!IsOver(client->jobs(), job->name())) {
@@ -212,7 +213,7 @@ bool AskWatchers(const WatchersQuestion& question) {
   std::vector<double> ages;
   std::size_t events = 0;
   for (int k = 0; k < question.watchers; ++k) {
-    Watcher& watcher = *watchers[static_cast<std::size_t>(k)];
+    StallableReader& watcher = *watchers[static_cast<std::size_t>(k)];
     if (k < question.stalled) watcher.Read();
     const std::string wrong = watcher.End();
     if (!wrong.empty()) std::printf("  WRONG watcher %d: %s\n", k, wrong.c_str());

@@ -11,6 +11,8 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "tests/support/paths.h"
+
 extern char** environ;
 
 namespace dlcs::testing {
@@ -29,7 +31,7 @@ DlcsdProcess::DlcsdProcess(const std::vector<std::string>& flags, const std::vec
   posix_spawn_file_actions_adddup2(&actions, errors_, STDERR_FILENO);
   posix_spawn_file_actions_addclose(&actions, output[0]);
   posix_spawn_file_actions_addclose(&actions, output[1]);
-  std::vector<std::string> words = {DLCSD_PROGRAM};
+  std::vector<std::string> words = {DlcsdProgram()};
   words.insert(words.end(), flags.begin(), flags.end());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -39,11 +41,12 @@ DlcsdProcess::DlcsdProcess(const std::vector<std::string>& flags, const std::vec
   for (std::string& variable : variables) all_variables.push_back(variable.data());
   for (char** variable = environ; *variable != nullptr; ++variable) all_variables.push_back(*variable);
   all_variables.push_back(nullptr);
-  const int error = posix_spawn(&pid_, DLCSD_PROGRAM, &actions, nullptr, arguments.data(), all_variables.data());
+  const int error =
+      posix_spawn(&pid_, words.front().c_str(), &actions, nullptr, arguments.data(), all_variables.data());
   posix_spawn_file_actions_destroy(&actions);
   close(output[1]);
   output_ = output[0];
-  if (error != 0) throw std::runtime_error("cannot start " DLCSD_PROGRAM);
+  if (error != 0) throw std::runtime_error("cannot start " + words.front());
 }
 
 DlcsdProcess::~DlcsdProcess() {

@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/linalg/norms.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::testing {
 namespace {
@@ -51,7 +52,7 @@ TimeFunction ReadSource(const Json& json, const char* key) {
 
 std::vector<std::string> CaseNames() {
   std::vector<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(DLCS_CASES_DIR)) {
+  for (const auto& file : std::filesystem::directory_iterator(ProjectPath("tests/cases"))) {
     if (file.path().extension() == ".json") names.push_back(file.path().stem());
   }
   std::sort(names.begin(), names.end());
@@ -59,7 +60,7 @@ std::vector<std::string> CaseNames() {
 }
 
 Case LoadCase(const std::string& name) {
-  std::ifstream file(std::string(DLCS_CASES_DIR) + "/" + name + ".json");
+  std::ifstream file(CasePath(name));
   EXPECT_TRUE(file) << name;
   const Json json = Json::parse(file);
   Case result;
@@ -74,8 +75,8 @@ Case LoadCase(const std::string& name) {
   problem.f = ReadSource(json, "f");
   problem.g = ReadSource(json, "g");
   for (const Json& ref : json.value("refs", Json::array())) {
-    result.references.push_back({ref.at("t").get<double>(), ReadVector(ref.at("x")), ReadVector(ref.at("y")),
-                                 ReadVector(ref.at("By"))});
+    result.references.push_back(
+        {ref.at("t").get<double>(), ReadVector(ref.at("x")), ReadVector(ref.at("y")), ReadVector(ref.at("By"))});
   }
   result.y_is_unique = json.value("y_unique", false);
   for (const Json& jump : json.value("state_jumps", Json::array())) {

@@ -26,11 +26,11 @@ struct Outcome {
 
 Outcome Parse(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "dlcs");
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
   Outcome outcome{ParseCommandLine(static_cast<int>(arguments.size()), arguments.data()), "", ""};
-  outcome.out = testing::internal::GetCapturedStdout();
-  outcome.err = testing::internal::GetCapturedStderr();
+  outcome.out = ::testing::internal::GetCapturedStdout();
+  outcome.err = ::testing::internal::GetCapturedStderr();
   return outcome;
 }
 
@@ -180,7 +180,7 @@ TEST(CommandLineTest, TakesTheNodesFromTheLineOrFromAFile) {
   const SolveCommand typed = Solve({"--grid", "1, 0.25,5e-1"});
   EXPECT_THAT(typed.options.grid_times().times(), ElementsAre(0.25, 0.5, 1));
   EXPECT_EQ(typed.grid, "1, 0.25,5e-1");
-  const std::string path = testing::TempDir() + "dlcs-grid-test.txt";
+  const std::string path = ::testing::TempDir() + "dlcs-grid-test.txt";
   std::ofstream(path) << "0.25\n0.5, 1e-3\n\n2\n";
   EXPECT_THAT(Solve({"--grid", path.c_str()}).options.grid_times().times(), ElementsAre(0.001, 0.25, 0.5, 2));
   std::ofstream(path) << "0.25\nhalf\n";
@@ -250,7 +250,7 @@ TEST(CommandLineTest, ProposesTheNearestWord) {
 TEST(CommandLineTest, NamesAnUnknownOptionBeforeWhatIsMissing) {
   for (const char* command : {"solve", "lcp", "ensemble", "delete"}) {
     EXPECT_THAT(Refused({command, "--hlp"}), AllOf(HasSubstr("\"--hlp\" is not known here; did you mean --help?"),
-                                                   testing::Not(HasSubstr("required"))));
+                                                   ::testing::Not(HasSubstr("required"))));
   }
 }
 
@@ -279,7 +279,7 @@ TEST(CommandLineTest, ExplainsItself) {
     EXPECT_EQ(outcome.err, "");
   }
   EXPECT_THAT(Parse({"solve", "--help"}).out, AllOf(HasSubstr("Exit codes"), HasSubstr("--project-initial-state")));
-  EXPECT_THAT(Parse({"--version"}).out, testing::MatchesRegex("dlcs [0-9.]+\n"));
+  EXPECT_THAT(Parse({"--version"}).out, ::testing::MatchesRegex("dlcs [0-9.]+\n"));
 }
 
 TEST(CommandLineTest, ProposesWhatWasMeant) {

@@ -11,22 +11,24 @@
 #include <string>
 
 #include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedExample;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const std::string kRectifierEnsemble =
-    "ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' '" DLCS_EXAMPLES_DIR "/rectifier-members.json' ";
+    "ensemble " + QuotedExample("rectifier") + " " + QuotedExample("rectifier-members") + " ";
 
 TEST(DlcsEnsembleTest, HasALineForEachMemberInTheirOrder) {
   const ProgramOutcome outcome = RunDlcs(kRectifierEnsemble + "--steps 400 --threads 2");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, AllOf(testing::AnyOf(HasSubstr("rectifier: 6 solved"), HasSubstr("rectifier: 6 reached T")),
-                                 HasSubstr("half the voltage"), HasSubstr("residual"),
-                                 HasSubstr("x1"), HasSubstr("shared")));
+  EXPECT_THAT(outcome.out,
+              AllOf(::testing::AnyOf(HasSubstr("rectifier: 6 solved"), HasSubstr("rectifier: 6 reached T")),
+                    HasSubstr("half the voltage"), HasSubstr("residual"), HasSubstr("x1"), HasSubstr("shared")));
   EXPECT_LT(outcome.out.find("charged before"), outcome.out.find("with a load"));
 }
 
@@ -44,7 +46,7 @@ TEST(DlcsEnsembleTest, GivesProgramsALineForEachMemberOrTime) {
   ASSERT_EQ(x1.size(), 6U);
   // Each is the solve of its own problem.
   const ProgramOutcome own =
-      RunDlcs("solve '" DLCS_EXAMPLES_DIR "/rectifier.json' --steps 400 --at 1 --format json --quiet");
+      RunDlcs("solve " + QuotedExample("rectifier") + " --steps 400 --at 1 --format json --quiet");
   EXPECT_EQ(x1[0], nlohmann::json::parse(own.out)["trajectory"]["x"][0].get<double>());
   // The problem is homogeneous of degree one: half the voltage, half the charge.
   EXPECT_NEAR(x1[1], 0.5 * x1[0], 1e-12);
@@ -57,7 +59,7 @@ TEST(DlcsEnsembleTest, GivesProgramsALineForEachMemberOrTime) {
 }
 
 TEST(DlcsEnsembleTest, SaysWhatIsWrongWithAMember) {
-  const std::string problem = "ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' - ";
+  const std::string problem = "ensemble " + QuotedExample("rectifier") + " - ";
   const ProgramOutcome shape = RunDlcs(problem, "echo '[{\"x0\": [1, 2]}]' | ");
   EXPECT_EQ(shape.code, 2);
   EXPECT_THAT(shape.err, HasSubstr("dlcs: standard input: members[0].x0: 2 components"));
@@ -71,7 +73,7 @@ TEST(DlcsEnsembleTest, SaysWhatIsWrongWithAMember) {
 }
 
 TEST(DlcsEnsembleTest, SaysWhichMemberHasNoSolutionAndEndsWithOne) {
-  const std::string members = testing::TempDir() + "dlcs-members.json";
+  const std::string members = ::testing::TempDir() + "dlcs-members.json";
   std::ofstream(members) << R"([{}, {"g": [-1]}])";
   const ProgramOutcome outcome =
       RunDlcs("ensemble - '" + members + "' --steps 10",

@@ -7,17 +7,18 @@
 #include <string>
 
 #include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedExample;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST(DlcsLcpTest, SolvesAnLcp) {
-  const ProgramOutcome outcome =
-      RunDlcs("lcp - --format json", R"(echo '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' | )");
+  const ProgramOutcome outcome = RunDlcs("lcp - --format json", R"(echo '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}' | )");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto root = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(root["verdict"], "LCP_STATUS_SOLVED");
@@ -47,13 +48,12 @@ TEST(DlcsLcpTest, RefusesASelectorWithoutItsRule) {
 }
 
 TEST(DlcsLcpTest, ShowsTwoSolutionsOfExampleTen) {
-  const std::string example = "dcp '" DLCS_EXAMPLES_DIR "/example-10-dcp.json'";
+  const std::string example = "dcp " + QuotedExample("example-10-dcp");
   const ProgramOutcome solved = RunDlcs(example + " --step 0.01");
   EXPECT_EQ(solved.code, 0) << solved.err;
-  EXPECT_THAT(solved.out,
-              AllOf(HasSubstr("SOLVED"), HasSubstr("  1   0.25   0.25   0.25\n"), HasSubstr("unknown")));
-  const auto other = nlohmann::json::parse(
-      RunDlcs(example + " --format json --check '" DLCS_EXAMPLES_DIR "/example-10-dcp-other.json'").out);
+  EXPECT_THAT(solved.out, AllOf(HasSubstr("SOLVED"), HasSubstr("  1   0.25   0.25   0.25\n"), HasSubstr("unknown")));
+  const auto other =
+      nlohmann::json::parse(RunDlcs(example + " --format json --check " + QuotedExample("example-10-dcp-other")).out);
   EXPECT_EQ(other["certificate"]["start"], 0);
   EXPECT_GE(other["certificate"]["least_increase"].get<double>(), 0);
   EXPECT_GE(other["certificate"]["least_w"].get<double>(), -1e-15);
@@ -61,8 +61,8 @@ TEST(DlcsLcpTest, ShowsTwoSolutionsOfExampleTen) {
 }
 
 TEST(DlcsLcpTest, AScriptSeesWhetherAPathSolvesADcp) {
-  const std::string example = "dcp '" DLCS_EXAMPLES_DIR "/example-10-dcp.json' --check ";
-  const ProgramOutcome sound = RunDlcs(example + "'" DLCS_EXAMPLES_DIR "/example-10-dcp-other.json'");
+  const std::string example = "dcp " + QuotedExample("example-10-dcp") + " --check ";
+  const ProgramOutcome sound = RunDlcs(example + QuotedExample("example-10-dcp-other"));
   EXPECT_EQ(sound.code, 0) << sound.err;
   EXPECT_THAT(sound.out, AllOf(HasSubstr("SOLVED: the path is a solution"), HasSubstr("Certificate")));
   const std::string zero = R"(echo '{"times": [0, 1], "values": [[0, 0, 0], [0, 0, 0]]}' | )";
@@ -74,15 +74,13 @@ TEST(DlcsLcpTest, AScriptSeesWhetherAPathSolvesADcp) {
 }
 
 TEST(DlcsLcpTest, NamesWhatIsWrongWithADcp) {
-  const ProgramOutcome start =
-      RunDlcs("dcp -", R"(echo '{"M": [[1]], "q": {"times": [0], "values": [[-1]]}}' | )");
+  const ProgramOutcome start = RunDlcs("dcp -", R"(echo '{"M": [[1]], "q": {"times": [0], "values": [[-1]]}}' | )");
   EXPECT_EQ(start.code, 2);
   EXPECT_THAT(start.err, HasSubstr("standard input: q.values[0][0]: -1; q(0) must be >= 0"));
   const std::string sound = R"(echo '{"M": [[0]], "q": {"times": [0, 1], "values": [[0], [-1]]}}' | )";
   const ProgramOutcome none = RunDlcs("dcp -", sound);
   EXPECT_EQ(none.code, 1);
-  EXPECT_THAT(none.out,
-              AllOf(HasSubstr("NOT SOLVED"), HasSubstr("INFEASIBLE"), Not(HasSubstr("Certificate"))));
+  EXPECT_THAT(none.out, AllOf(HasSubstr("NOT SOLVED"), HasSubstr("INFEASIBLE"), Not(HasSubstr("Certificate"))));
   EXPECT_EQ(RunDlcs("dcp - --step 0", sound).code, 2);
   EXPECT_EQ(RunDlcs("dcp - --check no/such/path.json", sound).code, 2);
   EXPECT_EQ(RunDlcs("dcp - --step 1 --check v.json", sound).code, 2);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
@@ -15,7 +16,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 TEST(DlcsNamesTest, StandInTheOutputOfASolve) {
-  const std::string solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --quiet ";
+  const std::string solve = "solve " + dlcs::testing::QuotedExample("named-rectifier") + " --quiet ";
   const ProgramOutcome csv = RunDlcs(solve + "--tolerance 1e-8 --at 0.5,1 --format csv");
   EXPECT_EQ(csv.code, 0) << csv.err;
   EXPECT_THAT(csv.out, HasSubstr("t,i,v,diode,w(diode)\n0.5,"));
@@ -58,7 +59,6 @@ TEST(DlcsNamesTest, MeanVariablesInNonlinearFormulas) {
   EXPECT_EQ(named.out.substr(0, named.out.find('\n')), "t,pos,v,stop,w(stop)");
   EXPECT_EQ(named.out.substr(named.out.find('\n')), plain.out.substr(plain.out.find('\n')));
 }
-
 
 }  // namespace
 }  // namespace dlcs::client

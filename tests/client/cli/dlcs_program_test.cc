@@ -11,18 +11,19 @@
 #include <string>
 
 #include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedCase;
+using dlcs::testing::QuotedExample;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string Case(const std::string& name) { return std::string("'" DLCS_CASES_DIR "/") + name + ".json'"; }
-
 TEST(DlcsProgramTest, PrintsTheResultOnStandardOutputAndTheRestOnStandardError) {
-  const ProgramOutcome outcome = RunDlcs("solve " + Case("rlcd"));
+  const ProgramOutcome outcome = RunDlcs("solve " + QuotedCase("rlcd"));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("rlcd: SOLVED within an error of 1e-06 (the default)"),
                                  HasSubstr("Certificate"), HasSubstr("LCP residual")));
@@ -68,7 +69,7 @@ TEST(DlcsProgramTest, SolvesOnTheNodesGiven) {
 }
 
 TEST(DlcsProgramTest, WritesTheFileAndSaysWhere) {
-  const std::string path = testing::TempDir() + "dlcs-program-test.csv";
+  const std::string path = ::testing::TempDir() + "dlcs-program-test.csv";
   const ProgramOutcome outcome = SolveText(kEasyProblem, "--steps 10 --format csv --output " + path);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.out, "");
@@ -82,19 +83,19 @@ TEST(DlcsProgramTest, WritesTheFileAndSaysWhere) {
 
 TEST(DlcsProgramTest, ExitsWithOneWhenThereIsNoAnswer) {
   for (const char* format : {"table", "json", "csv"}) {
-    const ProgramOutcome outcome = RunDlcs("solve " + Case("outside_infeasible") + " --format " + format);
+    const ProgramOutcome outcome = RunDlcs("solve " + QuotedCase("outside_infeasible") + " --format " + format);
     EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_THAT(outcome.out + outcome.err, testing::AnyOf(HasSubstr("INFEASIBLE"), HasSubstr("INCONSISTENT_STATE")));
+    EXPECT_THAT(outcome.out + outcome.err, ::testing::AnyOf(HasSubstr("INFEASIBLE"), HasSubstr("INCONSISTENT_STATE")));
     EXPECT_THAT(outcome.out, AllOf(Not(HasSubstr("nan")), Not(HasSubstr("inf,"))));
   }
 }
 
 TEST(DlcsProgramTest, ExitsWithTwoOnBadInput) {
   EXPECT_EQ(RunDlcs("solve no-such-file.json").code, 2);
-  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --step").code, 2);
-  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --theta 2").code, 2);
-  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --server localhost").code, 2);
-  EXPECT_EQ(RunDlcs("solve " + Case("rlcd") + " --output /no/such/folder/x").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + QuotedCase("rlcd") + " --step").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + QuotedCase("rlcd") + " --theta 2").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + QuotedCase("rlcd") + " --server localhost").code, 2);
+  EXPECT_EQ(RunDlcs("solve " + QuotedCase("rlcd") + " --output /no/such/folder/x").code, 2);
   EXPECT_EQ(RunDlcs("").code, 2);
   EXPECT_EQ(SolveText("{\"A\": 1", "").code, 2);
 }
@@ -124,9 +125,8 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenTimeRunsOut) {
 }
 
 TEST(DlcsProgramTest, RefusesToReplaceItsInput) {
-  const std::string path = testing::TempDir() + "dlcs-program-test-input.json";
-  std::filesystem::copy_file(DLCS_EXAMPLES_DIR "/../../tests/cases/rlcd.json", path,
-                             std::filesystem::copy_options::overwrite_existing);
+  const std::string path = ::testing::TempDir() + "dlcs-program-test-input.json";
+  std::filesystem::copy_file(dlcs::testing::CasePath("rlcd"), path, std::filesystem::copy_options::overwrite_existing);
   const std::string link = path + ".link";
   std::filesystem::remove(link);
   std::filesystem::create_hard_link(path, link);
@@ -135,7 +135,7 @@ TEST(DlcsProgramTest, RefusesToReplaceItsInput) {
     EXPECT_EQ(outcome.code, 2);
     EXPECT_THAT(outcome.err, AllOf(HasSubstr("--output " + output), HasSubstr("is the input")));
   }
-  EXPECT_EQ(RunDlcs("solve " + path + " --quiet").code, RunDlcs("solve " + Case("rlcd") + " --quiet").code);
+  EXPECT_EQ(RunDlcs("solve " + path + " --quiet").code, RunDlcs("solve " + QuotedCase("rlcd") + " --quiet").code);
   for (const std::string& file : {path, link}) std::filesystem::remove(file);
 }
 
@@ -154,7 +154,7 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenItsOutputIsLost) {
 }
 
 TEST(DlcsProgramTest, AnalysesAndRecommendsACommandThatWorks) {
-  const ProgramOutcome outcome = RunDlcs("analyze " + Case("rlcd") + " --step 1e-5");
+  const ProgramOutcome outcome = RunDlcs("analyze " + QuotedCase("rlcd") + " --step 1e-5");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("Solution   the one"), HasSubstr("Run ")));
   const std::size_t begin = outcome.out.find("dlcs solve ");
@@ -170,13 +170,13 @@ TEST(DlcsProgramTest, RefusesAnAnalysisOfABrokenProblemWithPlaceAndRule) {
       RunDlcs("analyze -", R"(echo '{"A": [[-1]], "B": [[1, 2]], "N": [[1]], "M": [[2]], "x0": [1], "T": 4}' | )");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("standard input: B: "));
-  const ProgramOutcome option = RunDlcs("analyze " + Case("rlcd") + " --theta 3");
+  const ProgramOutcome option = RunDlcs("analyze " + QuotedCase("rlcd") + " --theta 3");
   EXPECT_EQ(option.code, 2);
   EXPECT_THAT(option.err, HasSubstr("--theta"));
 }
 
 TEST(DlcsProgramTest, ExitsWithOneWhereNoMethodServes) {
-  const ProgramOutcome outcome = RunDlcs("analyze " + Case("outside_triple_integrator") + " --format json");
+  const ProgramOutcome outcome = RunDlcs("analyze " + QuotedCase("outside_triple_integrator") + " --format json");
   EXPECT_EQ(outcome.code, 1) << outcome.err;
   EXPECT_NE(nlohmann::json::parse(outcome.out)["recommendation"]["refusal"], "");
 }
@@ -192,7 +192,7 @@ TEST(DlcsProgramTest, SendsAFileOfAnotherKindToItsCommand) {
 }
 
 TEST(DlcsProgramTest, SolvesANonlinearProblem) {
-  const std::string example = "solve '" DLCS_EXAMPLES_DIR "/oscillator-with-stop.json' ";
+  const std::string example = "solve " + QuotedExample("oscillator-with-stop") + " ";
   const ProgramOutcome table = RunDlcs(example + "--steps 2000");
   EXPECT_EQ(table.code, 0) << table.err;
   EXPECT_THAT(table.out, AllOf(HasSubstr("oscillator with a stop: "), HasSubstr("splitting")));

@@ -10,28 +10,28 @@
 #include "server/dlcs_server.h"
 #include "spdlog/spdlog.h"
 #include "tests/client/cli/program.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedCase;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string Case(const std::string& name) { return std::string("'" DLCS_CASES_DIR "/") + name + ".json'"; }
-
 TEST(DlcsServerChoiceTest, ExitsWithThreeWhenNobodyServes) {
-  const ProgramOutcome outcome = RunDlcs("solve " + Case("rlcd") + " --server 127.0.0.1:1");
+  const ProgramOutcome outcome = RunDlcs("solve " + QuotedCase("rlcd") + " --server 127.0.0.1:1");
   EXPECT_EQ(outcome.code, 3);
   EXPECT_THAT(outcome.err, HasSubstr("dlcsd --listen 127.0.0.1:1"));
   EXPECT_EQ(outcome.out, "");
 }
 
 TEST(DlcsServerChoiceTest, SolvesNowhereElseThanWasMeant) {
-  const ProgramOutcome empty = RunDlcs("solve " + Case("rlcd") + " --server \"$NOT_SET\"");
+  const ProgramOutcome empty = RunDlcs("solve " + QuotedCase("rlcd") + " --server \"$NOT_SET\"");
   EXPECT_EQ(empty.code, 2);
   EXPECT_THAT(empty.err, AllOf(HasSubstr("--server"), HasSubstr("is empty")));
-  const ProgramOutcome variable = RunDlcs("solve " + Case("rlcd"), "DLCS_SERVER= ");
+  const ProgramOutcome variable = RunDlcs("solve " + QuotedCase("rlcd"), "DLCS_SERVER= ");
   EXPECT_EQ(variable.code, 2);
   EXPECT_THAT(variable.err, HasSubstr("DLCS_SERVER is set but empty"));
 }
@@ -43,12 +43,12 @@ TEST(DlcsServerChoiceTest, TakesTheServerFromTheEnvironmentOrAContext) {
   const auto server = DlcsServer::Start(config);
   ASSERT_TRUE(server.ok()) << server.status();
   const std::string address = (*server)->address();
-  const std::string solve = "solve " + Case("rlcd") + " --steps 50 ";
+  const std::string solve = "solve " + QuotedCase("rlcd") + " --steps 50 ";
   const ProgramOutcome variable = RunDlcs(solve, "DLCS_SERVER=" + address + " ");
   EXPECT_THAT(variable.err, HasSubstr("dlcs: on " + address + " (DLCS_SERVER)"));
   EXPECT_THAT(RunDlcs(solve + "--local", "DLCS_SERVER=" + address + " ").err, Not(HasSubstr("dlcs: on ")));
 
-  const std::string folder = testing::TempDir() + "dlcs-program-test-config";
+  const std::string folder = ::testing::TempDir() + "dlcs-program-test-config";
   std::filesystem::remove_all(folder);
   const std::string config_home = "XDG_CONFIG_HOME=" + folder + " ";
   EXPECT_EQ(RunDlcs("context set lab --server " + address, config_home).code, 0);
@@ -74,7 +74,7 @@ TEST(DlcsServerChoiceTest, GivesTheSameAnswerFromAServer) {
   const auto server = DlcsServer::Start(config);
   ASSERT_TRUE(server.ok()) << server.status();
   const std::string where = " --server " + (*server)->address();
-  const std::string solve = "solve " + Case("leontief_stock") + " --format csv --quiet";
+  const std::string solve = "solve " + QuotedCase("leontief_stock") + " --format csv --quiet";
   const ProgramOutcome here = RunDlcs(solve);
   const ProgramOutcome there = RunDlcs(solve + where);
   EXPECT_EQ(here.code, 0) << here.err;

@@ -14,6 +14,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tests/support/paths.h"
+
 namespace dlcs::client {
 
 namespace {
@@ -21,15 +23,15 @@ namespace {
 // What whoever runs the tests has set up for their own servers is not theirs.
 void ForgetServers() {
   for (const char* variable : {"DLCS_SERVER", "DLCS_CONTEXT"}) unsetenv(variable);
-  setenv("XDG_CONFIG_HOME", testing::TempDir().append("no-such-folder").c_str(), /*replace=*/1);
+  setenv("XDG_CONFIG_HOME", ::testing::TempDir().append("no-such-folder").c_str(), /*replace=*/1);
 }
 
 }  // namespace
 
 ProgramOutcome RunDlcs(const std::string& arguments, const std::string& prefix) {
-  std::string errors = testing::TempDir() + "dlcs-errors-XXXXXX";
+  std::string errors = ::testing::TempDir() + "dlcs-errors-XXXXXX";
   close(mkstemp(errors.data()));
-  std::string command = prefix + "'" DLCS_PROGRAM "' " + arguments + " 2>'" + errors + "'";
+  std::string command = prefix + "'" + dlcs::testing::DlcsProgram() + "' " + arguments + " 2>'" + errors + "'";
   ForgetServers();
   ProgramOutcome outcome;
   int output[2];

@@ -16,12 +16,14 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tests/support/paths.h"
+
 namespace dlcs::client {
 namespace {
 
 std::vector<std::string> EnvironmentWith(const std::map<std::string, std::string>& variables) {
   std::map<std::string, std::string> all = variables;
-  all.emplace("LD_LIBRARY_PATH", DLCS_OPENBLAS_DIR);
+  all.emplace("LD_LIBRARY_PATH", dlcs::testing::OpenblasFolder());
   std::vector<std::string> entries;
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string text = *entry;
@@ -88,8 +90,9 @@ RunningProgram::RunningProgram(const std::vector<std::string>& arguments, const 
   posix_spawnattr_setsigdefault(&attributes, &set);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
 
-  std::vector<std::string> words = {DLCS_PROGRAM};
-  if (settings.ignores_interrupts) words = {"/bin/sh", "-c", "trap '' INT; exec \"$@\"", "sh", DLCS_PROGRAM};
+  std::vector<std::string> words = {dlcs::testing::DlcsProgram()};
+  if (settings.ignores_interrupts)
+    words = {"/bin/sh", "-c", "trap '' INT; exec \"$@\"", "sh", dlcs::testing::DlcsProgram()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment = EnvironmentWith(settings.variables);
   const int error = posix_spawn(&pid_, words.front().c_str(), &actions, &attributes, Pointers(words).data(),
@@ -97,7 +100,7 @@ RunningProgram::RunningProgram(const std::vector<std::string>& arguments, const 
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   for (const int descriptor : passed_on) close(descriptor);
-  if (error != 0) throw std::runtime_error("cannot start " DLCS_PROGRAM);
+  if (error != 0) throw std::runtime_error("cannot start " + dlcs::testing::DlcsProgram());
 }
 
 RunningProgram::~RunningProgram() {

@@ -13,6 +13,7 @@
 #include "tests/client/cli/program.h"
 #include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_authority.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
@@ -23,7 +24,7 @@ using ::testing::MatchesRegex;
 using ::testing::Not;
 
 constexpr const char* kToken = "dlcs_token-of-alice";
-constexpr const char* kProblem = "'" DLCS_EXAMPLES_DIR "/rectifier.json'";
+const std::string kProblem = dlcs::testing::QuotedExample("rectifier");
 
 class SecureProgramTest : public ::testing::Test {
  protected:
@@ -57,12 +58,12 @@ class SecureProgramTest : public ::testing::Test {
 TEST_F(SecureProgramTest, EveryCommandTakesTheOptions) {
   const std::string where = Server() + Ca() + Token();
   EXPECT_EQ(RunDlcs("capabilities" + where).code, 0);
-  EXPECT_EQ(RunDlcs(std::string("analyze ") + kProblem + where).code, 0);
-  const ProgramOutcome solved = RunDlcs(std::string("solve ") + kProblem + " --quiet --format csv" + where);
+  EXPECT_EQ(RunDlcs("analyze " + kProblem + where).code, 0);
+  const ProgramOutcome solved = RunDlcs("solve " + kProblem + " --quiet --format csv" + where);
   EXPECT_EQ(solved.code, 0) << solved.err;
-  EXPECT_EQ(solved.out, RunDlcs(std::string("solve ") + kProblem + " --quiet --format csv").out);
+  EXPECT_EQ(solved.out, RunDlcs("solve " + kProblem + " --quiet --format csv").out);
   EXPECT_EQ(RunDlcs("lcp -" + where, R"(echo '{"M": [[2]], "q": [-1]}' | )").code, 0);
-  const ProgramOutcome job = RunDlcs(std::string("submit ") + kProblem + where);
+  const ProgramOutcome job = RunDlcs("submit " + kProblem + where);
   ASSERT_THAT(job.out, MatchesRegex("jobs/[a-z2-7]+\n")) << job.err;
   const std::string name = job.out.substr(0, job.out.size() - 1);
   for (const std::string command : {"watch ", "get ", "result ", "cancel ", "delete "}) {
@@ -129,7 +130,7 @@ TEST_F(SecureProgramTest, NamesTheOptionTheFileAndTheRule) {
     EXPECT_EQ(outcome.code, 2) << wrong.options;
     EXPECT_THAT(outcome.err, HasSubstr(wrong.words));
   }
-  const ProgramOutcome here = RunDlcs(std::string("solve ") + kProblem + Ca());
+  const ProgramOutcome here = RunDlcs("solve " + kProblem + Ca());
   EXPECT_EQ(here.code, 2);
   EXPECT_THAT(here.err, HasSubstr("--server"));
 }

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -12,13 +14,16 @@
 #include "tests/client/cli/program.h"
 #include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedExample;
 using ::testing::HasSubstr;
 
 constexpr std::int64_t kFileBytes = 100'000'000;
+constexpr std::size_t kPartsOfBlock = 10'000;  // written at once
 // Beside the file: the program, its libraries and this process.
 constexpr std::int64_t kOtherBytes = 100'000'000;
 
@@ -28,7 +33,12 @@ class HostileFileTest : public ::testing::Test {
   std::string File(const std::string& begin, const std::string& part, std::int64_t bytes, const std::string& end) {
     std::ofstream file(path_, std::ios::trunc);
     file << begin;
-    for (std::int64_t left = bytes; left > 0; left -= static_cast<std::int64_t>(part.size())) file << part;
+    const std::size_t size = part.size();
+    std::size_t left = (static_cast<std::size_t>(bytes) + size - 1) / size;
+    std::string block;
+    for (std::size_t k = std::min(left, kPartsOfBlock); k > 0; --k) block += part;
+    for (; left >= kPartsOfBlock; left -= kPartsOfBlock) file << block;
+    file << block.substr(0, left * size);
     file << end;
     return path_;
   }
@@ -54,8 +64,16 @@ TEST_F(HostileFileTest, NestedJsonOfAHundredMegabytes) {
   // While text grows it is there twice, at most.
   const std::string deep = "nested deeper than 32";
   const std::string file = File("", "[", kFileBytes, "");
-  for (const std::string command : {"solve ", "analyze ", "submit ", "upload ", "lcp ", "dcp ", "model input-output ",
-                                    "ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' ", "solve - < "}) {
+  const std::vector<std::string> commands = {"solve ",
+                                             "analyze ",
+                                             "submit ",
+                                             "upload ",
+                                             "lcp ",
+                                             "dcp ",
+                                             "model input-output ",
+                                             "ensemble " + QuotedExample("rectifier") + " ",
+                                             "solve - < "};
+  for (const std::string& command : commands) {
     ExpectRefused(command + file, deep, 2);
   }
   ExpectRefused("solve " + File("", R"({"A":)", kFileBytes, ""), deep, 2);
@@ -73,8 +91,8 @@ TEST_F(HostileFileTest, ManySmallListsAndObjects) {
   ExpectRefused("solve " + File(R"({"about": [)", R"({"a":[]},)", kFileBytes, "[]]}"), many, 12);
   // Fewer: it is read to its end, in a time that grows with its length and not with the square.
   ExpectRefused("solve " + File(R"({"about": [)", R"({"a":[]},)", kFileBytes / 10, "[]]}"), "\"A\" is missing", 12);
-  ExpectRefused("ensemble '" DLCS_EXAMPLES_DIR "/rectifier.json' " + File("[", "{},", kFileBytes / 100, "1]"),
-                "members[", 2);
+  ExpectRefused("ensemble " + QuotedExample("rectifier") + " " + File("[", "{},", kFileBytes / 100, "1]"), "members[",
+                2);
 }
 
 TEST_F(HostileFileTest, LongTexts) {

@@ -59,7 +59,7 @@ TEST(DcpFileTest, NamesWhatIsWrong) {
 }
 
 TEST(DcpFileTest, ReadsAPathAloneOrFromAResult) {
-  const std::string path = testing::TempDir() + "dlcs-path-test.json";
+  const std::string path = ::testing::TempDir() + "dlcs-path-test.json";
   for (const char* text : {R"({"times": [0, 1], "values": [[0, 1], [2, 3]]})",
                            R"({"solved": true, "v": {"times": [0, 1], "values": [[0, 1], [2, 3]]}})"}) {
     std::ofstream(path) << text;

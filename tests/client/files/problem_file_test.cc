@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.h"
+
 namespace dlcs::client {
 namespace {
 
@@ -103,7 +105,7 @@ TEST(ProblemFileTest, ReplacesSourcesByPieces) {
 
 TEST(ProblemFileTest, ReadsEveryCase) {
   int cases = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(DLCS_CASES_DIR)) {
+  for (const auto& entry : std::filesystem::directory_iterator(dlcs::testing::ProjectPath("tests/cases"))) {
     if (entry.path().extension() != ".json") continue;
     ++cases;
     const auto file = ReadProblemFile(entry.path());
@@ -133,7 +135,7 @@ struct Broken {
 
 std::ostream& operator<<(std::ostream& stream, const Broken& broken) { return stream << broken.name; }
 
-class BrokenProblemTest : public testing::TestWithParam<Broken> {};
+class BrokenProblemTest : public ::testing::TestWithParam<Broken> {};
 
 TEST_P(BrokenProblemTest, NamesFilePlaceAndRule) {
   const std::string error = ErrorOf(GetParam().text);
@@ -149,7 +151,7 @@ std::string With(const std::string& member) {
 
 INSTANTIATE_TEST_SUITE_P(
     Files, BrokenProblemTest,
-    testing::Values(
+    ::testing::Values(
         Broken{"Empty", " \n ", {"the file is empty"}},
         Broken{"NotAnObject", "[1, 2]", {"holds a list (of 2)", "must be one object", "x0"}},
         Broken{"CutOff", "{\"A\": [[1, 2]", {"line 1, column 14", "ends in the middle"}},
@@ -258,7 +260,7 @@ INSTANTIATE_TEST_SUITE_P(
                Example({{"rule", "smallest"}}),
                {"rule is \"smallest\"; must be one of auto, unique, least-element", "; did you mean \"sparsest\"?"}},
         Broken{"NameNotText", Example({{"name", 7}}), {"name is a number (7); must be text"}}),
-    [](const testing::TestParamInfo<Broken>& broken) { return broken.param.name; });
+    [](const ::testing::TestParamInfo<Broken>& broken) { return broken.param.name; });
 
 TEST(ProblemFileTest, ReadsNamesParametersAndFormulasInMatrices) {
   const std::string text = Example({{"states", {"iL", "vC"}},
@@ -303,7 +305,7 @@ TEST(ProblemFileTest, RefusesFilesThatCannotBeRead) {
   const auto missing = ReadProblemFile("no/such/file.json");
   EXPECT_EQ(missing.status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(missing.status().message()), HasSubstr("no/such/file.json"));
-  const auto folder = ReadProblemFile(DLCS_CASES_DIR);
+  const auto folder = ReadProblemFile(dlcs::testing::ProjectPath("tests/cases"));
   EXPECT_EQ(folder.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(folder.status().message()), HasSubstr("Is a directory"));
 }

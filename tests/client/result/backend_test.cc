@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "client/cli/output/message_json.h"
@@ -21,6 +22,7 @@
 #include "client/rpc/client.h"
 #include "server/dlcs_server.h"
 #include "spdlog/spdlog.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
@@ -30,7 +32,7 @@ using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
 v1::SolveRequest CaseRequest(const std::string& name) {
-  const auto file = ReadProblemFile(std::string(DLCS_CASES_DIR) + "/" + name + ".json");
+  const auto file = ReadProblemFile(dlcs::testing::CasePath(name));
   EXPECT_TRUE(file.ok()) << file.status();
   v1::SolveRequest request;
   if (file.ok()) *request.mutable_problem() = file->problem;
@@ -55,7 +57,7 @@ std::string JsonWithoutSeconds(SolveResult result) {
   return json;
 }
 
-class BackendTest : public testing::Test {
+class BackendTest : public ::testing::Test {
  protected:
   BackendTest() {
     spdlog::set_level(spdlog::level::off);  // passing tests print nothing
@@ -86,7 +88,7 @@ struct Twin {
 
 std::ostream& operator<<(std::ostream& stream, const Twin& twin) { return stream << twin.name; }
 
-class SameBitsTest : public BackendTest, public testing::WithParamInterface<Twin> {};
+class SameBitsTest : public BackendTest, public ::testing::WithParamInterface<Twin> {};
 
 TEST_P(SameBitsTest, HereAndOnAServer) {
   v1::SolveRequest request = CaseRequest(GetParam().name);
@@ -100,14 +102,16 @@ TEST_P(SameBitsTest, HereAndOnAServer) {
   EXPECT_FALSE(here->summary.message().empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Cases, SameBitsTest,
-    testing::Values(Twin{"rlcd"}, Twin{"z_least"}, Twin{"train_brakes"}, Twin{"wall_permeable"},
-                    Twin{"formula_zoo"}, Twin{"saturated_pd", v1::METHOD_EXPONENTIAL_INTEGRATOR},
-                    Twin{"vickrey", v1::METHOD_TIME_STEPPING},
-                    Twin{"diode_bridge_cap", v1::METHOD_TIME_STEPPING, true}, Twin{"diode_bridge_cap"},
-                    Twin{"outside_infeasible"}, Twin{"outside_triple_integrator"}),
-    [](const testing::TestParamInfo<Twin>& twin) { return std::to_string(twin.index) + twin.param.name; });
+INSTANTIATE_TEST_SUITE_P(Cases, SameBitsTest,
+                         ::testing::Values(Twin{"rlcd"}, Twin{"z_least"}, Twin{"train_brakes"}, Twin{"wall_permeable"},
+                                           Twin{"formula_zoo"}, Twin{"saturated_pd", v1::METHOD_EXPONENTIAL_INTEGRATOR},
+                                           Twin{"vickrey", v1::METHOD_TIME_STEPPING},
+                                           Twin{"diode_bridge_cap", v1::METHOD_TIME_STEPPING, true},
+                                           Twin{"diode_bridge_cap"}, Twin{"outside_infeasible"},
+                                           Twin{"outside_triple_integrator"}),
+                         [](const ::testing::TestParamInfo<Twin>& twin) {
+                           return std::to_string(twin.index) + twin.param.name;
+                         });
 
 TEST_F(BackendTest, HandsOverEveryEventInOrder) {
   std::vector<v1::SolveEvent> events;
@@ -256,8 +260,8 @@ TEST_F(BackendTest, SaysWhatToDoWhenNobodyAnswers) {
 }
 
 TEST(ClientTest, RefusesWhatIsNoAddress) {
-  for (const char* address : {"", "localhost", "localhost:", ":50051", "localhost:x", "localhost:0",
-                              "localhost:70000", "::1:50051", "http://localhost"}) {
+  for (const char* address : {"", "localhost", "localhost:", ":50051", "localhost:x", "localhost:0", "localhost:70000",
+                              "::1:50051", "http://localhost"}) {
     const auto client = Client::Connect(address);
     EXPECT_EQ(client.status().code(), absl::StatusCode::kInvalidArgument) << address;
     EXPECT_THAT(std::string(client.status().message()), HasSubstr("HOST:PORT")) << address;

@@ -33,7 +33,7 @@ class FakeService final : public v1::SolverService::Service {
   grpc::Status status;
 };
 
-class FakeServerTest : public testing::Test {
+class FakeServerTest : public ::testing::Test {
  protected:
   FakeServerTest() {
     int port = 0;

@@ -153,7 +153,7 @@ TEST_F(EnsembleCallTest, ASlowReaderHoldsMembersBackAndTheServersMemoryStaysFlat
   const auto reader = stub_->SolveEnsemble(&context, Starts(12, 100'000));
   ASSERT_TRUE(WaitForSolves(1));
   std::this_thread::sleep_for(milliseconds(400));  // long enough for all, if nothing held them back
-  EXPECT_EQ(server_->service().solves(), 1);
+  EXPECT_EQ(server_->solves(), 1);
   std::vector<v1::EnsembleEvent> events;
   for (v1::EnsembleEvent event; reader->Read(&event);) events.push_back(event);
   EXPECT_TRUE(reader->Finish().ok());

@@ -13,6 +13,7 @@
 
 #include "client/rpc/client.h"
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/job_events.h"
 #include "tests/server/solve_jobs/job_runs.h"

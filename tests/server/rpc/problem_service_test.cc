@@ -12,10 +12,12 @@
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "proto/wire/content_hash.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/job_events.h"
 #include "tests/server/solve_jobs/job_runs.h"
 #include "tests/server/test_requests.h"
+#include "tests/support/paths.h"
 
 namespace dlcs {
 namespace {
@@ -363,7 +365,7 @@ TEST_F(ProblemServiceTest, WithoutAStoreNothingIsUploaded) {
 
 TEST_F(ProblemServiceTest, AnEarlierProgramsJobsGoOn) {
   server_.reset();
-  std::filesystem::copy_file(DLCS_VERSION_1_DATABASE, folder_.File("jobs.db"),
+  std::filesystem::copy_file(testing::ProjectPath("tests/server/store/version-1.db"), folder_.File("jobs.db"),
                              std::filesystem::copy_options::overwrite_existing);
   for (const char* log : {"jobs.db-wal", "jobs.db-shm"}) std::filesystem::remove(folder_.File(log));
   Start();

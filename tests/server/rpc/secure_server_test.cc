@@ -15,6 +15,7 @@
 #include "grpcpp/generic/generic_stub.h"
 #include "server/access/permissions.h"
 #include "server/access/token.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/access/all_methods.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/service_fixture.h"

@@ -156,7 +156,7 @@ TEST_F(SolverServiceTest, CancelEndsTheEngine) {
     v1::SolveEvent event;
     while (reader->Read(&event) && !event.has_window_started()) {
     }
-    ASSERT_EQ(server_->service().solves(), 1);
+    ASSERT_EQ(server_->solves(), 1);
     const auto begin = steady_clock::now();
     context.TryCancel();
     ASSERT_TRUE(WaitForSolves(0));
@@ -185,7 +185,7 @@ TEST_F(SolverServiceTest, AClientThatDoesNotReadGetsDeadlineExceededAndHoldsNoth
   ASSERT_TRUE(WaitForSolves(1));
   std::this_thread::sleep_for(milliseconds(1000));
   EXPECT_TRUE(server_->WaitUntilIdle(seconds(2)));
-  EXPECT_EQ(server_->service().solves(), 0);
+  EXPECT_EQ(server_->solves(), 0);
   for (v1::SolveEvent event; reader->Read(&event);) {
   }
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
@@ -353,7 +353,7 @@ TEST_F(SolverServiceTest, AnalysesAndRecommendsWhatThenSolves) {
   EXPECT_EQ(analyzed.response.constraints(), 1);
   EXPECT_EQ(analyzed.response.horizon(), 10);
   EXPECT_THAT(analyzed.response.matrix_class(), HasSubstr("P-"));
-  EXPECT_EQ(server_->service().solves(), 0);
+  EXPECT_EQ(server_->solves(), 0);
 
   *solve.mutable_options() = analyzed.response.recommendation().options();
   const Outcome outcome = testing::Solve(*stub_, solve);

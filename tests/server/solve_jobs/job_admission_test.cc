@@ -10,6 +10,7 @@
 #include "client/rpc/client.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/store/temporary_folder.h"
 #include "tests/server/test_requests.h"

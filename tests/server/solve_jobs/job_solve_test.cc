@@ -10,6 +10,7 @@
 
 #include "client/rpc/client.h"
 #include "server/rpc/job_solve_call.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/service_fixture.h"
 #include "tests/server/solve_jobs/job_runs.h"

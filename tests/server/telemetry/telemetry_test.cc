@@ -22,6 +22,7 @@
 #include "proto/wire/trace_context.h"
 #include "server/session/version.h"
 #include "server/telemetry/job_trace.h"
+#include "spdlog/spdlog.h"
 #include "tests/server/dlcsd_process.h"
 #include "tests/server/http/http_client.h"
 #include "tests/server/service_fixture.h"

@@ -234,7 +234,7 @@ TEST_F(JobCommandsTest, ListsJobsWithTitlesAgesAndMethods) {
   EXPECT_THAT(get.out, HasSubstr("1 state, 1 pair, T = 4"));
   EXPECT_THAT(get.out, HasSubstr("--method time-stepping --steps 100"));
   EXPECT_THAT(Dlcs("cancel " + job).err, HasSubstr("has succeeded already"));
-  EXPECT_THAT(Dlcs("result " + job).out, testing::StartsWith("diode, warm: "));
+  EXPECT_THAT(Dlcs("result " + job).out, ::testing::StartsWith("diode, warm: "));
 }
 
 TEST_F(JobCommandsTest, TakesTheFirstLettersOfAName) {
@@ -273,7 +273,7 @@ TEST_F(JobCommandsTest, ResultsAreShownAtTheNearestTimes) {
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["trajectory"]["times"], nlohmann::json({1.0, 2.5}));
   EXPECT_THAT(outcome.err, HasSubstr("--at 2.6: is not a stored time; the nearest is 2.5"));
-  EXPECT_THAT(outcome.err, testing::Not(HasSubstr("--at 1:")));
+  EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("--at 1:")));
 }
 
 TEST_F(JobCommandsTest, ProgressNeverGoesBackWhereFewTimesAreKept) {
@@ -301,11 +301,11 @@ TEST_F(JobCommandsTest, SaysAtOnceWhereNobodyServes) {
         RunDlcs(command + input + " --server 127.0.0.1:1", std::string("echo '") + kEasyProblem + "' | ");
     EXPECT_EQ(outcome.code, 3);
     EXPECT_THAT(outcome.err, HasSubstr("no server answers at 127.0.0.1:1"));
-    EXPECT_THAT(outcome.err, testing::Not(HasSubstr("again in")));
+    EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("again in")));
   }
   const ProgramOutcome elsewhere = RunDlcs("health --server nowhere.invalid:1");
   EXPECT_THAT(elsewhere.err, HasSubstr("no host \"nowhere.invalid\" was found"));
-  EXPECT_THAT(elsewhere.err, testing::Not(HasSubstr("dlcsd --listen")));
+  EXPECT_THAT(elsewhere.err, ::testing::Not(HasSubstr("dlcsd --listen")));
 }
 
 TEST_F(JobCommandsTest, TellsThatItTriesAgain) {

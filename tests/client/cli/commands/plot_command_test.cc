@@ -11,10 +11,12 @@
 
 #include "tests/client/cli/program.h"
 #include "tests/server/store/temporary_folder.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::client {
 namespace {
 
+using dlcs::testing::QuotedExample;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -27,7 +29,7 @@ class PlotCommandTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const ProgramOutcome solved =
-        RunDlcs("solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --quiet --format json --output '" + result_ + "'");
+        RunDlcs("solve " + QuotedExample("named-rectifier") + " --quiet --format json --output '" + result_ + "'");
     ASSERT_EQ(solved.code, 0) << solved.err;
   }
   ProgramOutcome Plot(const std::string& input, const std::string& output) {
@@ -52,7 +54,7 @@ TEST_F(PlotCommandTest, DrawsEveryComponentByItsName) {
 }
 
 TEST_F(PlotCommandTest, ASolveDrawsAndPrintsTheSameTable) {
-  const std::string picture = folder_.File("solve.svg"), solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json'";
+  const std::string picture = folder_.File("solve.svg"), solve = "solve " + QuotedExample("named-rectifier");
   const ProgramOutcome plain = RunDlcs(solve + " --quiet");
   const ProgramOutcome drawn = RunDlcs(solve + " --plot '" + picture + "'");
   ASSERT_EQ(drawn.code, 0) << drawn.err;
@@ -69,7 +71,7 @@ TEST_F(PlotCommandTest, ASolveDrawsAndPrintsTheSameTable) {
 }
 
 TEST_F(PlotCommandTest, ASolveIsNotBegunForAPictureThatCannotBe) {
-  const std::string solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --plot ";
+  const std::string solve = "solve " + QuotedExample("named-rectifier") + " --plot ";
   const ProgramOutcome named = RunDlcs(solve + "'" + folder_.File("solve.gif") + "'");
   EXPECT_EQ(named.code, 2);
   EXPECT_EQ(named.out, "");
@@ -93,7 +95,7 @@ TEST_F(PlotCommandTest, BadInputIsNamedAndNothingIsWritten) {
   const std::string picture = folder_.File("result.svg");
   EXPECT_THAT(Plot(folder_.File("missing.json"), picture).err, HasSubstr("No such file"));
   EXPECT_THAT(Plot(result_, folder_.File("result.gif")).err, HasSubstr("must end with .svg or .png"));
-  EXPECT_THAT(Plot(DLCS_EXAMPLES_DIR "/rectifier.json", picture).err, HasSubstr("no trajectory to draw"));
+  EXPECT_THAT(Plot(dlcs::testing::ExamplePath("rectifier"), picture).err, HasSubstr("no trajectory to draw"));
   std::ofstream(folder_.File("text")) << "no JSON";
   EXPECT_THAT(Plot(folder_.File("text"), picture).err, HasSubstr("is not the JSON"));
   auto root = nlohmann::json::parse(ContentOf(result_));

@@ -34,7 +34,7 @@ v1::SolveOptions Parse(std::vector<std::string> words) {
   for (const std::string& word : words) arguments.push_back(word.c_str());
   const ParsedCommandLine parsed = ParseCommandLine(static_cast<int>(arguments.size()), arguments.data());
   const auto* command = std::get_if<SolveCommand>(&parsed);
-  EXPECT_NE(command, nullptr) << testing::PrintToString(words);
+  EXPECT_NE(command, nullptr) << ::testing::PrintToString(words);
   return command == nullptr ? v1::SolveOptions() : command->options;
 }
 

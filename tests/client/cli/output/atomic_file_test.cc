@@ -14,11 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class AtomicFileTest : public testing::Test {
+class AtomicFileTest : public ::testing::Test {
  protected:
   AtomicFileTest()
-      : folder_(fs::path(testing::TempDir()) /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
+      : folder_(fs::path(::testing::TempDir()) / ::testing::UnitTest::GetInstance()->current_test_info()->name()) {
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
@@ -65,7 +64,7 @@ TEST_F(AtomicFileTest, RefusesPlacesWhereNoFileCanBe) {
   for (const std::string& path : {Path("no/such/folder/out"), folder_.string()}) {
     const auto file = AtomicFile::Create(path);
     EXPECT_EQ(file.status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_THAT(std::string(file.status().message()), testing::HasSubstr(path));
+    EXPECT_THAT(std::string(file.status().message()), ::testing::HasSubstr(path));
   }
 }
 
@@ -75,7 +74,7 @@ TEST_F(AtomicFileTest, NoticesLostOutput) {
   std::fputs("lost", full);
   const absl::Status status = FlushStream(full, "the disk");
   std::fclose(full);
-  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("No space left"));
+  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("No space left"));
 }
 
 }  // namespace

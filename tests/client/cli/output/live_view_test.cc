@@ -84,7 +84,7 @@ TEST(LiveViewTest, CountsWhatItPassesOverAndShowsTheLastIterate) {
     for (int i = 1; i <= 5000; ++i) view.OnEvent(Iterate(i));
   });
   EXPECT_LT(std::count(shown.begin(), shown.end(), '\n'), 200);
-  EXPECT_THAT(shown, AllOf(testing::ContainsRegex("49[0-9][0-9] iterates not shown"), HasSubstr(" 5000 ")));
+  EXPECT_THAT(shown, AllOf(::testing::ContainsRegex("49[0-9][0-9] iterates not shown"), HasSubstr(" 5000 ")));
 }
 
 TEST(LiveViewTest, CondensesToTheLastIterateOfAWindow) {

@@ -97,7 +97,7 @@ TEST(ResultArraysTest, NpzAndMatKeepEveryBit) {
     ExpectSameBits(read, "left_times", 1, 1, {0.1});
     ExpectSameBits(read, "left_y", 1, 1, {1.0 / 7});
     ExpectSameBits(read, "left_w", 1, 1, {0});  // w does not jump
-    EXPECT_THAT(read.names, testing::IsSupersetOf({"state_names", "pair_names"}));
+    EXPECT_THAT(read.names, ::testing::IsSupersetOf({"state_names", "pair_names"}));
   }
 }
 
@@ -112,7 +112,7 @@ TEST(ResultArraysTest, ServersWithoutWGiveNone) {
   SolveResult result = ArraysExample();
   result.w.clear();
   for (const std::string& bytes : {NpzBytes(result), MatBytes(result)}) {
-    EXPECT_THAT(AllIn(bytes).names, testing::Not(testing::Contains("w")));
+    EXPECT_THAT(AllIn(bytes).names, ::testing::Not(::testing::Contains("w")));
   }
   EXPECT_EQ(AllIn(NpyBytes(result)).arrays.at("")->matrix.dense().columns(), 4);
 }
@@ -162,7 +162,7 @@ TEST(ResultArraysTest, DamagedFilesAreReadOrRefused) {
       if (below(4) == 0) bad.resize(below(bad.size()));
       const auto read = ParseArrayFile(bad, "file", [](const std::string&) { return true; });
       if (!read.ok()) {
-        EXPECT_THAT(std::string(read.status().message()), testing::StartsWith("file: "));
+        EXPECT_THAT(std::string(read.status().message()), ::testing::StartsWith("file: "));
       }
       EXPECT_FALSE(ParseProblem(bad, "file").ok());
     }

@@ -121,8 +121,8 @@ TEST(ResultCsvTest, HasAHeaderAndGivesBackTheSameBits) {
     std::istringstream fields(line);
     std::vector<double> numbers;
     for (std::string field; std::getline(fields, field, ',');) numbers.push_back(std::strtod(field.c_str(), nullptr));
-    EXPECT_THAT(numbers, testing::ElementsAre(result.times[k], result.x_at(k)[0], result.x_at(k)[1], result.y_at(k)[0],
-                                              result.w_at(k)[0]));
+    EXPECT_THAT(numbers, ::testing::ElementsAre(result.times[k], result.x_at(k)[0], result.x_at(k)[1],
+                                                result.y_at(k)[0], result.w_at(k)[0]));
   }
   EXPECT_FALSE(std::getline(lines, line));
 }

@@ -10,11 +10,14 @@
 
 #include <chrono>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "server/store/postgres/postgres.h"
+#include "tests/support/paths.h"
 
 extern char** environ;
 
@@ -60,6 +63,34 @@ std::string ContentOf(const std::string& file) {
   return content.str();
 }
 
+void Run(std::vector<std::string> words, const std::string& log) {
+  const std::string program = words.front();
+  int status = 0;
+  waitpid(Spawn(std::move(words), log), &status, 0);
+  if (status != 0) throw std::runtime_error(program + ": " + ContentOf(log));
+}
+
+// For the user as whom the programs of PostgreSQL run.
+void HandOver(const TemporaryFolder& folder) {
+  if (geteuid() != 0) return;
+  const passwd& user = UnprivilegedUser();
+  if (chown(folder.path().c_str(), user.pw_uid, user.pw_gid) != 0) throw std::runtime_error("chown");
+}
+
+// An empty database, made once for all servers of this process. With checksums, so that damage is found. The servers
+// start on new files: nothing needs to reach the disk yet.
+const TemporaryFolder& EmptyDatabase() {
+  static const std::unique_ptr<const TemporaryFolder> made = [] {
+    auto folder = std::make_unique<const TemporaryFolder>();
+    HandOver(*folder);
+    Run({dlcs::testing::PostgresFolder() + "/initdb", "--pgdata", folder->File("data"), "--username", "dlcs", "--auth",
+         "trust", "--encoding", "UTF8", "--no-locale", "--no-sync", "--data-checksums"},
+        folder->File("initdb.log"));
+    return folder;
+  }();
+  return *made;
+}
+
 std::vector<pid_t> ChildrenOf(pid_t pid) {
   std::ifstream list("/proc/" + std::to_string(pid) + "/task/" + std::to_string(pid) + "/children");
   std::vector<pid_t> children;
@@ -70,18 +101,8 @@ std::vector<pid_t> ChildrenOf(pid_t pid) {
 }  // namespace
 
 PostgresServer::PostgresServer() {
-  if (geteuid() == 0) {
-    const passwd& user = UnprivilegedUser();
-    if (chown(folder_.path().c_str(), user.pw_uid, user.pw_gid) != 0) throw std::runtime_error("chown");
-  }
-  const std::string log = folder_.File("initdb.log");
-  // Checksums, so that damage is found. The server starts on new files: nothing needs to reach the disk yet.
-  const pid_t initdb = Spawn({DLCS_POSTGRES_PROGRAMS "/initdb", "--pgdata", data().string(), "--username", "dlcs",
-                              "--auth", "trust", "--encoding", "UTF8", "--no-locale", "--no-sync", "--data-checksums"},
-                             log);
-  int status = 0;
-  waitpid(initdb, &status, 0);
-  if (status != 0) throw std::runtime_error("initdb of PostgreSQL (package postgresql): " + ContentOf(log));
+  HandOver(folder_);
+  Run({"cp", "-R", EmptyDatabase().File("data"), folder_.path().string()}, folder_.File("copy.log"));
   Start();
 }
 
@@ -107,8 +128,9 @@ std::string PostgresServer::AddressOf(const std::string& schema) {
 void PostgresServer::Execute(const std::string& sql) { PostgresConnection(address(), kPatience).Execute(sql); }
 
 void PostgresServer::Start() {
-  pid_ = Spawn({DLCS_POSTGRES_PROGRAMS "/postgres", "-D", data().string(), "-k", folder_.path().string(), "-c",
-                "listen_addresses=", "-c", "shared_buffers=16MB"},
+  // Also a server that is killed has written what it acknowledges: only where the machine fails is more needed.
+  pid_ = Spawn({dlcs::testing::PostgresFolder() + "/postgres", "-D", data().string(), "-k", folder_.path().string(),
+                "-c", "listen_addresses=", "-c", "shared_buffers=16MB", "-c", "fsync=off"},
                folder_.File("server.log"));
   Await();
 }

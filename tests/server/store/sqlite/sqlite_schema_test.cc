@@ -12,6 +12,7 @@
 #include "server/store/sqlite/sqlite_job_store.h"
 #include "tests/server/store/job_samples.h"
 #include "tests/server/store/temporary_folder.h"
+#include "tests/support/paths.h"
 
 namespace dlcs::jobs::testing {
 namespace {
@@ -21,7 +22,9 @@ using ::testing::ElementsAre;
 
 class SqliteSchemaTest : public ::testing::Test {
  protected:
-  SqliteSchemaTest() : path_(folder_.File("jobs.db")) { std::filesystem::copy_file(DLCS_VERSION_1_DATABASE, path_); }
+  SqliteSchemaTest() : path_(folder_.File("jobs.db")) {
+    std::filesystem::copy_file(dlcs::testing::ProjectPath("tests/server/store/version-1.db"), path_);
+  }
 
   std::string Query(const std::string& sql) const {
     return SqliteConnection(path_, SqliteConnection::IfMissing::kFail, 1s).Query(sql);
