@@ -134,8 +134,8 @@ inline constexpr const char* kCapabilitiesExamples =
     "  dlcs capabilities --server localhost:50051 --format json";
 
 inline constexpr const char* kPlotExamples =
-    "Draws at most 12 curves in each panel, with gnuplot, and switching times as dotted lines. Curves join the times of\n"
-    "the result: give the solve enough of them by --at begin:step:end.\n"
+    "Draws at most 12 curves in each panel, with gnuplot, and switching times as dotted lines. Curves join\n"
+    "the times of the result: give the solve enough of them by --at begin:step:end.\n"
     "\n"
     "Examples:\n"
     "  dlcs solve deploy/examples/rectifier.json --at 0:0.005:2 --format json --output result.json\n"

@@ -39,7 +39,7 @@ problem = {
     "$schema": "../../client/problem.schema.json",
     "name": "American put",
     "about": f"strike {strike}, rate {rate}, volatility {volatility}; t is the time to maturity. Made by "
-    "american_put.py; see client/GUIDE.md",
+    "american_put.py; see client/guide",
     "states": [name("V", price) for price in prices],
     "pairs": [name("S", price) for price in prices],
     "A": {"rows": size, "columns": size, "diagonals": {"-1": below[1:], "0": here, "1": above[:-1]}},

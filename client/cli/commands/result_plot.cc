@@ -172,7 +172,7 @@ absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, c
 }
 
 // The range of the vertical axis. gnuplot would warn of one that is empty, and leave room below y and w that are
-// negative by rounding.
+// negative by rounding; a range that begins at 0 would cut those out.
 std::string YRange(const Panel& panel, const std::vector<Row>& rows) {
   double least = std::numeric_limits<double>::infinity(), most = -least;
   for (const Row& row : rows) {
@@ -182,7 +182,9 @@ std::string YRange(const Panel& panel, const std::vector<Row>& rows) {
     }
   }
   constexpr double kRounding = 1e-9;
-  if (panel.letter != 'x' && most > 0 && least > -kRounding * most) return "[0:*]";
+  if (panel.letter != 'x' && most > 0 && least > -kRounding * most) {
+    return fmt::format("[{:.17g}:*]", -kRounding * most);
+  }
   if (least < most) return "[*:*]";
   const double margin = least == 0 ? 1 : std::abs(least) / 10;
   return fmt::format("[{:.17g}:{:.17g}]", least - margin, least + margin);
