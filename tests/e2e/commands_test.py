@@ -7,7 +7,8 @@
 The commands of a document run in their order in one shell, in a folder with the files that the document shows and with
 links to those of the project. Below a command with `$` its output is shown: "..." stands for any number of lines, and
 blank lines do not count. Numbers agree to a millionth, or in the digits that are shown. At each heading of the second
-level the servers that were started end. NOT_RUN lists what is not run, and why.
+level the servers that were started end. Commands within sentences follow if they name a file of the project. NOT_RUN
+lists what is not run, and why.
 
 A picture beside a document that has the name of an SVG file that its commands write is that file, without the empty
 groups of gnuplot; --write-pictures writes it.
@@ -33,7 +34,7 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 sys.dont_write_bytecode = True
-from documents import blocks_of, commands_of, documents, files_of  # noqa: E402
+from documents import blocks_of, commands_of, documents, files_of, inline_code_of  # noqa: E402
 
 INSIDE = "--inside"  # of the namespaces, with the socket of the database
 ARGUMENTS = [word for word in sys.argv[1:] if not word.startswith("--")]
@@ -146,6 +147,10 @@ class Document:
                         yield f"{{ {command.text}\n}} > output{self.commands}"
                     else:
                         yield command.text
+        for code in inline_code_of(self.text):
+            if re.match(r"dlcs \w+ (deploy|tests)/", code):
+                self.commands += 1
+                yield code
         yield "kill $(jobs -p) 2>/dev/null || true; wait"
 
     def run(self):
@@ -226,10 +231,11 @@ class CommandsTest(unittest.TestCase):
     def test_scripts_programs_and_presets_exist(self):
         """Of the commands that are not run, and of those between backticks."""
         presets = (PROJECT / "CMakePresets.json").read_text()
+        tests = "".join(path.read_text() for path in (PROJECT / "tests").rglob("*_test.cc"))
         for path in documents(PROJECT):
             text = path.read_text()
             shown = [c.text for block in blocks_of(text) if block.kind == "commands" for c in commands_of(block)]
-            shown += re.findall(r"`([^`]+)`", text)
+            shown += inline_code_of(text)
             for command in shown:
                 with self.subTest(path.relative_to(PROJECT), command=command):
                     for script in re.findall(r"(?<![\w/])deploy/[\w-]+\.(?:sh|py)", command):
@@ -240,6 +246,9 @@ class CommandsTest(unittest.TestCase):
                         self.assertIn(f'"name": "{preset}"', presets)
                         name = program.removesuffix("_fuzz")
                         self.assertRegex((PROJECT / folder / "CMakeLists.txt").read_text(), rf"\b{name}\b")
+                    for filters in re.findall(r"--gtest_filter='([^']+)'", command):
+                        for suite in re.findall(r"(?:^|:)(\w+)", filters):
+                            self.assertRegex(tests, rf"\bTEST(_[FP])?\({suite}")
 
     def test_flags_in_the_text_exist(self):
         """Those of `dlcs COMMAND ...` and `dlcsd ...` between backticks."""
@@ -252,8 +261,7 @@ class CommandsTest(unittest.TestCase):
             return known[words]
 
         for path in documents(PROJECT):
-            text = re.sub(r"^```.*?^```$", "", path.read_text(), flags=re.M | re.S)
-            for code in re.findall(r"`(dlcsd?(?: [^`]+)?)`", text.replace("\n", " ")):
+            for code in filter(re.compile(r"dlcsd?( |$)").match, inline_code_of(path.read_text())):
                 words = code.split()
                 if words[0] == "dlcs" and len(words) > 1 and re.fullmatch(r"(?!help)[a-z]+", words[1]):
                     listing = help_of(str(DLCS), words[1])

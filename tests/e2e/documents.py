@@ -52,6 +52,12 @@ def files_of(text: str) -> Iterator[tuple]:
         yield match[1], match[2]
 
 
+def inline_code_of(text: str) -> List[str]:
+    """What is between backticks, each in one line."""
+    text = re.sub(r"^```(.|\n)*?^```$|^    .*$", "", text, flags=re.M)
+    return [" ".join(code.split()) for code in re.findall(r"`([^`]+)`", text)]
+
+
 def blocks_of(text: str) -> Iterator[Block]:
     section = ""
     lines = re.sub(r"^```.*?^```$", lambda fence: "\n" * fence[0].count("\n"), text, flags=re.M | re.S).split("\n")
