@@ -142,11 +142,17 @@ void AddModel(CLI::App& main, ModelCommand& command) {
 }
 
 void AddPlot(CLI::App& main, PlotCommand& command) {
-  CLI::App& app = *main.add_subcommand("plot", "Draw a result: x, y and w over time, with the switching times");
+  CLI::App& app = *main.add_subcommand("plot", "Draw a result: x, y and w over time, or over their components");
   app.add_option("RESULT", command.path, "The JSON of a solve (--format json); - reads standard input")
       ->type_name("FILE")
       ->required();
   app.add_option("-o,--output", command.output, "The picture, FILE.svg or FILE.png")->type_name("FILE")->required();
+  app.add_option("--show", command.show,
+                 "Only these components, by their names in CSV files or as x1, y1, w1; x, y, w: all of a kind")
+      ->type_name("NAME,...")
+      ->delimiter(',');
+  app.add_flag("--profile", command.profile,
+               "Draw over the components instead of over time, a curve for each time of the result");
   app.footer(fmt::format("{}\n\n{}", kPlotExamples, kExitCodes));
 }
 

@@ -134,12 +134,14 @@ inline constexpr const char* kCapabilitiesExamples =
     "  dlcs capabilities --server localhost:50051 --format json";
 
 inline constexpr const char* kPlotExamples =
-    "Draws the curves of each panel, at most 12, with gnuplot, and switching times as dotted lines.\n"
+    "Draws at most 12 curves in each panel, with gnuplot, and switching times as dotted lines. Curves join\n"
+    "the times of the result: give the solve enough of them by --at begin:step:end.\n"
     "\n"
     "Examples:\n"
-    "  dlcs solve deploy/examples/rectifier.json --format json --output result.json\n"
+    "  dlcs solve deploy/examples/rectifier.json --at 0:0.005:2 --format json --output result.json\n"
     "  dlcs plot result.json --output result.svg\n"
-    "  dlcs solve circuit.json --format json | dlcs plot - --output circuit.png";
+    "  dlcs plot result.json --show x1,y1 --output result.svg\n"
+    "  dlcs solve put.json --at 0,0.25,1 --format json | dlcs plot - --profile --show x --output put.png";
 
 inline constexpr const char* kCompletionExamples =
     "Examples:\n"

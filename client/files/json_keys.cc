@@ -29,6 +29,19 @@ void ReadNumbersKey(const json& root, const std::string& key, const std::string&
   if (const auto list = ReadAnyVector(*value, key, reader)) numbers.Add(list->begin(), list->end());
 }
 
+void ReadNamesKey(const json& root, const std::string& key, JsonReader& reader,
+                  google::protobuf::RepeatedPtrField<std::string>& names) {
+  if (!root.contains(key)) return;
+  const json& value = root[key];
+  if (!value.is_array()) {
+    return reader.Refuse(key,
+                         fmt::format("is {}; must be a list of names, as in [\"iL\", \"vC\"]", DescribeJson(value)));
+  }
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (const auto name = reader.ReadString(value[i], fmt::format("{}[{}]", key, i))) names.Add(std::string(*name));
+  }
+}
+
 void ReadParameters(const json& value, const std::string& path, JsonReader& reader,
                     google::protobuf::RepeatedPtrField<v1::Parameter>& parameters) {
   if (!value.is_object()) {

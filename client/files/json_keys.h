@@ -31,6 +31,15 @@ void ReadMatrixKey(const nlohmann::json& root, const std::string& key, const std
 void ReadNumbersKey(const nlohmann::json& root, const std::string& key, const std::string& rule, JsonReader& reader,
                     google::protobuf::RepeatedField<double>& numbers);
 
+// The optional keys `states` and `pairs`, lists of names. The engine checks how many there are, and their form.
+void ReadNamesKey(const nlohmann::json& root, const std::string& key, JsonReader& reader,
+                  google::protobuf::RepeatedPtrField<std::string>& names);
+template <typename Problem>
+void ReadNameKeys(const nlohmann::json& root, JsonReader& reader, Problem& problem) {
+  ReadNamesKey(root, "states", reader, *problem.mutable_state_names());
+  ReadNamesKey(root, "pairs", reader, *problem.mutable_pair_names());
+}
+
 // An object with a number for each name, as in {"omega": 314}.
 void ReadParameters(const nlohmann::json& value, const std::string& path, JsonReader& reader,
                     google::protobuf::RepeatedPtrField<v1::Parameter>& parameters);

@@ -77,25 +77,10 @@ void ReadTimes(const json& root, JsonReader& reader, Problem& problem) {
   }
 }
 
-// A list of names. Their number and form are checked by the engine.
-void ReadNamesKey(const json& root, const std::string& key, JsonReader& reader,
-                  google::protobuf::RepeatedPtrField<std::string>& names) {
-  if (!root.contains(key)) return;
-  const json& value = root[key];
-  if (!value.is_array()) {
-    return reader.Refuse(key,
-                         fmt::format("is {}; must be a list of names, as in [\"iL\", \"vC\"]", DescribeJson(value)));
-  }
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    if (const auto name = reader.ReadString(value[i], fmt::format("{}[{}]", key, i))) names.Add(std::string(*name));
-  }
-}
-
 // The names of states and pairs, and the parameters, which both kinds of problems have.
 template <typename Problem>
 void ReadNames(const json& root, JsonReader& reader, Problem& problem) {
-  ReadNamesKey(root, "states", reader, *problem.mutable_state_names());
-  ReadNamesKey(root, "pairs", reader, *problem.mutable_pair_names());
+  ReadNameKeys(root, reader, problem);
   if (root.contains("parameters"))
     ReadParameters(root["parameters"], "parameters", reader, *problem.mutable_parameters());
 }

@@ -14,6 +14,7 @@
 #include "core/models/input_output.h"
 #include "core/models/signorini.h"
 #include "core/problem/violation_list.h"
+#include "server/wire/component_names.h"
 #include "server/wire/convert.h"
 
 namespace dlcs::client {
@@ -54,6 +55,16 @@ InputOutputModel ReadModel(const json& root, JsonReader& reader) {
   return model;
 }
 
+// The names of demands and supplies, which the model and its problem share.
+ComponentNames ReadNames(const json& root, Index commodities, JsonReader& reader) {
+  v1::Problem named;
+  ReadNameKeys(root, reader, named);
+  std::vector<Violation> violations;
+  if (commodities > 0) CheckNames(NamesOf(named), {}, commodities, commodities, violations);  // else C was refused
+  for (const Violation& violation : violations) reader.Refuse(violation.field, violation.description);
+  return NamesOf(named);
+}
+
 // Fields of a Signorini model are options: "cells" is --cells.
 absl::Status InWordsOfTheOptions(const absl::Status& status) {
   std::vector<Violation> violations = ViolationsOf(status);
@@ -72,12 +83,14 @@ absl::Status InWordsOfTheModel(const absl::Status& status, const std::string& so
 }
 
 // The notes of the model, then the problem.
-ordered_json FileOf(const json& root, const Problem& problem) {
+ordered_json FileOf(const json& root, const Problem& problem, const ComponentNames& names) {
   ordered_json file = ordered_json::object();
   for (const char* key : {"name", "about", "source"}) {
     if (root.contains(key)) file[key] = root[key];
   }
-  file.update(ProblemJson(ToProto(problem)));
+  v1::Problem message = ToProto(problem);
+  SetNames(names, message);
+  file.update(ProblemJson(message));
   return file;
 }
 
@@ -92,12 +105,13 @@ absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const s
   }
   if (absl::Status kind = CheckKind(*root, FileKind::kModel, source); !kind.ok()) return kind;
   JsonReader reader(source);
-  reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f"}, "");
+  reader.RefuseUnknownKeys(*root, {"C", "A", "B", "d", "T", "f", "states", "pairs"}, "");
   const InputOutputModel model = ReadModel(*root, reader);
+  const ComponentNames names = ReadNames(*root, model.C.rows(), reader);
   if (absl::Status status = reader.status(); !status.ok()) return status;
   const auto problem = MakeInputOutputProblem(model);
   if (!problem.ok()) return InWordsOfTheModel(problem.status(), source);
-  return ModeledProblem{FileOf(*root, *problem), ToProto(InputOutputSection(model))};
+  return ModeledProblem{FileOf(*root, *problem, names), ToProto(InputOutputSection(model))};
 }
 
 absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon) {
@@ -109,7 +123,7 @@ absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double
   if (!problem.ok()) return InWordsOfTheOptions(problem.status());
   const json notes = {{"name", fmt::format("Signorini, 1/{}, c = {}", model.cells, model.coefficient)},
                       {"source", "(4.3) to (4.6) of Wu & Chen"}};
-  return FileOf(notes, *problem);
+  return FileOf(notes, *problem, {});
 }
 
 }  // namespace dlcs::client

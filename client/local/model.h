@@ -20,7 +20,8 @@ struct ModeledProblem {
 
 // The dynamic input-output economy (4.6) of [Chen & Xiang 2013]: x' = A x + B y + f(t),
 // 0 <= y ⟂ (I - C) y - x >= 0, x(0) = d. Reads the keys C A B d T, f (as in a problem file, zero when missing), and
-// name, about and source, which are copied. Errors: InvalidArgument with one "source: place rule" per line.
+// name, about, source, states and pairs, which are copied. Errors: InvalidArgument with one "source: place rule" per
+// line.
 absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source);
 
 // The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its

@@ -17,14 +17,28 @@ std::string CoupledMatrixText(const Options& options, bool two_stages) {
   return std::string(options.average_y ? "h/2 N (I - hA/2)⁻¹ B" : "h N (I - h(1-θ)A)⁻¹ B") + " + M";
 }
 
-// For positive semidefinite M, of which two solutions y differ by a z with (M + Mᵀ) z = 0: whether B z may differ from
-// zero, unless some symmetric positive definite P has P B = Nᵀ, so that no two x have a growing distance (N B is then
-// symmetric, positive semidefinite and of the rank of B). False where that would take
-// long, and for M = 0, where N B decides.
-bool MayLeaveStatesOpen(const Problem& problem) {
-  constexpr Index kMostPairs = 300;
+// Whether a symmetric positive definite P with P X = Y exists: X'Y is symmetric, positive semidefinite, and of the rank
+// of X and of Y.
+bool HaveStorage(const Matrix& X, const Matrix& Y) {
   constexpr double kZero = 1e-9;
-  if (problem.num_constraints() > kMostPairs || !problem.B.FitsDense() || problem.M.IsZero()) return false;
+  const Matrix product = X.transpose() * Y;
+  const double size = MaxAbs(product);
+  if (MaxAbs(product - product.transpose()) > kZero * size) return false;
+  const Eigen::SelfAdjointEigenSolver<Matrix> form(product);
+  if (form.eigenvalues().minCoeff() < -kZero * size) return false;
+  const Index rank = (form.eigenvalues().array() > kZero * size).count();
+  const auto rank_of = [&](const Matrix& of) { return Eigen::FullPivLU<Matrix>(of).setThreshold(kZero).rank(); };
+  return rank == rank_of(X) && rank == rank_of(Y);
+}
+
+// For positive semidefinite M: whether x may be one of several. Let d and e be the differences of two solutions x and
+// y, so that e'(N d + M e) <= 0. If P B z = Nᵀ z for a symmetric positive definite P and every z with (M + Mᵀ) z = 0,
+// then (d'P d)' <= c d'P d for some c, and d = 0. False where there is no such z with B z other than zero, for M = 0,
+// where N B decides, and where the answer would take long.
+bool MayLeaveStatesOpen(const Problem& problem) {
+  constexpr Index kMostPairs = 300, kMostEntries = 10'000'000;
+  constexpr double kZero = 1e-9;
+  if (problem.num_constraints() > kMostPairs || problem.B.size() > kMostEntries || problem.M.IsZero()) return false;
   const Matrix &M = problem.M.Dense(), &B = problem.B.Dense();
   const Eigen::SelfAdjointEigenSolver<Matrix> form(M + M.transpose());
   const double size = MaxAbs(form.eigenvalues());
@@ -34,14 +48,10 @@ bool MayLeaveStatesOpen(const Problem& problem) {
     null.conservativeResize(Eigen::NoChange, null.cols() + 1);
     null.rightCols(1) = form.eigenvectors().col(k);
   }
-  if (null.cols() == 0 || MaxAbs(B * null) <= kZero * MaxAbs(B)) return false;
-  const Matrix NB = problem.N * B;
-  const double size_of_NB = MaxAbs(NB);
-  if (MaxAbs(NB - NB.transpose()) > kZero * size_of_NB) return true;
-  const Eigen::SelfAdjointEigenSolver<Matrix> storage(NB);
-  if (storage.eigenvalues().minCoeff() < -kZero * size_of_NB) return true;
-  const Index rank_of_NB = (storage.eigenvalues().array() > kZero * size_of_NB).count();
-  return rank_of_NB < Eigen::FullPivLU<Matrix>(B).setThreshold(kZero).rank();
+  if (null.cols() == 0) return false;
+  const Matrix of_B = B * null;
+  if (MaxAbs(of_B) <= kZero * MaxAbs(B)) return false;
+  return !HaveStorage(of_B, problem.N.Dense().transpose() * null);
 }
 
 }  // namespace

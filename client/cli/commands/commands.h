@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/cli/commands/server_target.h"
 #include "client/cli/output/exit_code.h"
@@ -80,8 +81,10 @@ struct ModelCommand {
 
 // Draws a result with gnuplot.
 struct PlotCommand {
-  std::string path;    // of the JSON of a solve; "-" is standard input
-  std::string output;  // FILE.svg or FILE.png
+  std::string path;               // of the JSON of a solve; "-" is standard input
+  std::string output;             // FILE.svg or FILE.png
+  std::vector<std::string> show;  // names of components; empty: all of them
+  bool profile = false;           // over the components instead of over time
 };
 
 struct CapabilitiesCommand {

@@ -41,7 +41,7 @@ absl::Status Plot(const PlotCommand& command) {
   if (absl::Status name = CheckPictureName("--output", command.output); !name.ok()) return name;
   const absl::StatusOr<v1::SolveResult> result = ReadResult(command.path);
   if (!result.ok()) return result.status();
-  return DrawResult(*result, command.path, command.output);
+  return DrawResult(*result, {command.show, command.profile}, command.path, command.output);
 }
 
 }  // namespace

@@ -2,23 +2,29 @@
 #include "client/cli/commands/result_plot.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <numeric>
 #include <ostream>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "client/cli/commands/command_support.h"
+#include "proto/shared/nearest_name.h"
 
 extern char** environ;
 
@@ -26,7 +32,7 @@ namespace dlcs::client {
 namespace {
 
 // More curves in one panel, or points in one curve, cannot be told apart.
-constexpr int kMostCurves = 12;
+constexpr std::size_t kMostCurves = 12;
 constexpr int kMostRows = 20'000;
 constexpr int kMostSwitchingTimes = 200;
 
@@ -40,10 +46,18 @@ std::string Quoted(std::string_view text) {
   return result + "'";
 }
 
-// The trajectory as a table: t, x, y, w. Where y jumps there are two rows, the left limit first.
-class Table {
+// One time with its x, y and w, which the result owns.
+struct Row {
+  double t;
+  const double *x, *y, *w;
+
+  double value(char letter, int i) const { return (letter == 'x' ? x : letter == 'y' ? y : w)[i]; }
+};
+
+// The trajectory of a result, which it must outlive.
+class Trajectory {
  public:
-  explicit Table(const v1::SolveResult& result) : chunk_(result.trajectory()) {
+  explicit Trajectory(const v1::SolveResult& result) : chunk_(result.trajectory()) {
     const int times = chunk_.times_size();
     states_ = chunk_.x_size() / times;
     pairs_ = chunk_.y_size() / times;
@@ -58,31 +72,38 @@ class Table {
     return chunk_.x_size() == times * states_ && chunk_.y_size() == times * pairs_;
   }
 
-  void Print(std::ostream& out) const {
+  // For curves over time. Where y jumps there are two rows, the left limit first.
+  std::vector<Row> RowsWithLimits() const {
+    std::vector<Row> rows;
     const int stride = (chunk_.times_size() + kMostRows - 1) / kMostRows;
     auto limit = chunk_.left_limits().begin();
     for (int k = 0; k < chunk_.times_size(); ++k) {
+      const Row row = row_at(k);
       const bool jumps = limit != chunk_.left_limits().end() && limit->index() == chunk_.first() + k;
       if (jumps) {
-        PrintRow(out, k, limit->y_size() == pairs_ ? limit->y().data() : y(k),
-                 limit->w_size() == pairs_ ? limit->w().data() : w(k));
+        rows.push_back({row.t, row.x, limit->y_size() == pairs_ ? limit->y().data() : row.y,
+                        has_w_ && limit->w_size() == pairs_ ? limit->w().data() : row.w});
         ++limit;
       }
-      if (jumps || k % stride == 0 || k + 1 == chunk_.times_size()) PrintRow(out, k, y(k), w(k));
+      if (jumps || k % stride == 0 || k + 1 == chunk_.times_size()) rows.push_back(row);
     }
+    return rows;
+  }
+
+  // At most kMostCurves of the times, the first and the last among them, evenly chosen.
+  std::vector<Row> FewRows() const {
+    const auto times = static_cast<std::size_t>(chunk_.times_size()), count = std::min(times, kMostCurves);
+    std::vector<Row> rows;
+    for (std::size_t k = 0; k < count; ++k) rows.push_back(row_at(static_cast<int>(k * (times - 1) / (count - 1))));
+    return rows;
   }
 
  private:
-  const double* y(int k) const { return chunk_.y().data() + static_cast<std::ptrdiff_t>(k) * pairs_; }
-  const double* w(int k) const {
-    return has_w_ ? chunk_.w().data() + static_cast<std::ptrdiff_t>(k) * pairs_ : nullptr;
-  }
-  void PrintRow(std::ostream& out, int k, const double* y_row, const double* w_row) const {
-    out << fmt::format("{:.9g}", chunk_.times(k));
-    for (int i = 0; i < states_; ++i) out << fmt::format(" {:.7g}", chunk_.x(k * states_ + i));
-    for (int i = 0; i < pairs_; ++i) out << fmt::format(" {:.7g}", y_row[i]);
-    for (int i = 0; i < pairs_ && w_row != nullptr; ++i) out << fmt::format(" {:.7g}", w_row[i]);
-    out << '\n';
+  Row row_at(int k) const {
+    const std::ptrdiff_t before = k;
+    const double* const y = chunk_.y().data() + before * pairs_;
+    return {chunk_.times(k), chunk_.x().data() + before * states_, y,
+            has_w_ ? chunk_.w().data() + before * pairs_ : nullptr};
   }
 
   const v1::TrajectoryChunk& chunk_;
@@ -90,49 +111,169 @@ class Table {
   bool has_w_ = false;
 };
 
-// One panel: `count` columns from `first` on, with names or a letter and a number.
+// Components of x, y or w, with the names of states or pairs if they have any.
 struct Panel {
-  const char* letter;
-  int first;
-  int count;
+  char letter;
   const google::protobuf::RepeatedPtrField<std::string>& names;
+  std::vector<int> components;
 };
 
-std::string CurveName(const Panel& panel, int i) {
-  if (i < panel.names.size()) return *panel.letter == 'w' ? fmt::format("w({})", panel.names[i]) : panel.names[i];
-  return fmt::format("{}{}", panel.letter, i + 1);
+std::string NumberedName(const Panel& panel, int i) { return fmt::format("{}{}", panel.letter, i + 1); }
+
+// As in the header of a CSV file.
+std::string NameOf(const Panel& panel, int i) {
+  if (i >= panel.names.size()) return NumberedName(panel, i);
+  return panel.letter == 'w' ? fmt::format("w({})", panel.names[i]) : panel.names[i];
 }
 
-std::string ScriptFor(const v1::SolveResult& result, const Table& table, const std::string& output, bool png,
-                      const std::string& data) {
-  std::vector<Panel> panels = {{"x", 2, table.states(), result.analysis().state_names()}};
-  const auto& pair_names = result.analysis().pair_names();
-  if (table.pairs() > 0) panels.push_back({"y", 2 + table.states(), table.pairs(), pair_names});
-  if (table.has_w() && table.pairs() > 0) {
-    panels.push_back({"w", 2 + table.states() + table.pairs(), table.pairs(), pair_names});
+Panel WholePanel(char letter, const google::protobuf::RepeatedPtrField<std::string>& names, int size) {
+  Panel panel{letter, names, std::vector<int>(static_cast<std::size_t>(size))};
+  std::iota(panel.components.begin(), panel.components.end(), 0);
+  return panel;
+}
+
+std::vector<Panel> AllPanels(const v1::SolveResult& result, const Trajectory& trajectory) {
+  const auto &states = result.analysis().state_names(), &pairs = result.analysis().pair_names();
+  std::vector<Panel> panels = {WholePanel('x', states, trajectory.states())};
+  if (trajectory.pairs() == 0) return panels;
+  panels.push_back(WholePanel('y', pairs, trajectory.pairs()));
+  if (trajectory.has_w()) panels.push_back(WholePanel('w', pairs, trajectory.pairs()));
+  return panels;
+}
+
+// The panels with the components that `show` names: "x" is all of x. Errors: InvalidArgument with the name.
+absl::StatusOr<std::vector<Panel>> ChosenPanels(const std::vector<Panel>& all, const std::vector<std::string>& show) {
+  if (show.empty()) return all;
+  std::vector<std::vector<int>> chosen(all.size());
+  std::vector<std::string> known;
+  for (const std::string& name : show) {
+    bool found = false;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      for (const int i : all[k].components) {
+        const std::string own = NameOf(all[k], i);
+        if (name == own || name == NumberedName(all[k], i) || name == std::string(1, all[k].letter)) {
+          found = true;
+          chosen[k].push_back(i);
+        }
+        known.push_back(own);
+      }
+    }
+    if (!found) {
+      return absl::InvalidArgumentError(
+          fmt::format("--show: \"{}\" is no component of the result{}; x, y and w alone mean all of them", name,
+                      DidYouMean(NearestName(name, known))));
+    }
   }
-  const int height = 60 + 260 * static_cast<int>(panels.size());
-  std::string script = fmt::format("set terminal {} size 900,{} noenhanced\nset output {}\n",
-                                   png ? "pngcairo" : "svg background 'white'", height, Quoted(output));
-  script += fmt::format("set multiplot layout {},1 title {}\n", panels.size(),
-                        Quoted(result.title() + ": " + result.summary().verdict().text()));
-  script += "set grid lc rgb '#dddddd'\nset key outside right\nset lmargin 12\nset rmargin 18\n";
-  script += fmt::format("set xrange [{:.17g}:{:.17g}]\n", result.trajectory().times(0),
-                        *result.trajectory().times().rbegin());
+  std::vector<Panel> panels;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (!chosen[k].empty()) panels.push_back({all[k].letter, all[k].names, chosen[k]});
+  }
+  return panels;
+}
+
+// The range of the vertical axis. gnuplot would warn of one that is empty, and leave room below y and w that are
+// negative by rounding; a range that begins at 0 would cut those out.
+std::string YRange(const Panel& panel, const std::vector<Row>& rows) {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const Row& row : rows) {
+    for (const int i : panel.components) {
+      least = std::min(least, row.value(panel.letter, i));
+      most = std::max(most, row.value(panel.letter, i));
+    }
+  }
+  constexpr double kRounding = 1e-9;
+  if (panel.letter != 'x' && most > 0 && least > -kRounding * most) {
+    return fmt::format("[{:.17g}:*]", -kRounding * most);
+  }
+  if (least < most) return "[*:*]";
+  const double margin = least == 0 ? 1 : std::abs(least) / 10;
+  return fmt::format("[{:.17g}:{:.17g}]", least - margin, least + margin);
+}
+
+// A table for gnuplot and the commands that draw it.
+struct Drawing {
+  std::string data, commands;
+  std::vector<std::string> legend;  // of all panels
+  std::size_t curves = 0;           // in the fullest panel
+};
+
+// The components over time.
+Drawing OverTime(const v1::SolveResult& result, const std::vector<Panel>& panels, const std::vector<Row>& rows,
+                 const std::string& file) {
+  Drawing drawing;
+  drawing.commands = fmt::format("set xrange [{:.17g}:{:.17g}]\n", rows.front().t, rows.back().t);
   const int switchings = std::min(result.summary().switching_times_size(), kMostSwitchingTimes);
   for (int k = 0; k < switchings; ++k) {
-    script += fmt::format("set arrow from {0:.17g}, graph 0 to {0:.17g}, graph 1 nohead dt 3 lc rgb '#999999'\n",
-                          result.summary().switching_times(k).time());
+    drawing.commands +=
+        fmt::format("set arrow from {0:.17g}, graph 0 to {0:.17g}, graph 1 nohead dt 3 lc rgb '#999999'\n",
+                    result.summary().switching_times(k).time());
   }
+  int column = 1;  // of the table, behind that of t
   for (const Panel& panel : panels) {
-    script += fmt::format("set ylabel '{}'\nset xlabel '{}'\nplot ", panel.letter, &panel == &panels.back() ? "t" : "");
-    for (int i = 0; i < std::min(panel.count, kMostCurves); ++i) {
-      script += fmt::format("{}{} using 1:{} with lines lw 1.5 title {}", i > 0 ? ", " : "", Quoted(data),
-                            panel.first + i, Quoted(CurveName(panel, i)));
+    std::vector<std::string> curves;
+    drawing.curves = std::max(drawing.curves, panel.components.size());
+    for (const int i : panel.components) {
+      drawing.legend.push_back(NameOf(panel, i));
+      curves.push_back(fmt::format("{} using 1:{} with lines lw 1.5 title {}", Quoted(file), ++column,
+                                   Quoted(drawing.legend.back())));
     }
-    script += '\n';
+    drawing.commands += fmt::format("set yrange {}\nset ylabel '{}'\nset xlabel '{}'\nplot {}\n", YRange(panel, rows),
+                                    panel.letter, &panel == &panels.back() ? "t" : "", fmt::join(curves, ", "));
   }
-  return script + "unset multiplot\nunset output\n";
+  for (const Row& row : rows) {
+    drawing.data += fmt::format("{:.9g}", row.t);
+    for (const Panel& panel : panels) {
+      for (const int i : panel.components) drawing.data += fmt::format(" {:.7g}", row.value(panel.letter, i));
+    }
+    drawing.data += '\n';
+  }
+  return drawing;
+}
+
+// Each panel over its components, a curve for each time.
+Drawing Profiles(const std::vector<Panel>& panels, const std::vector<Row>& rows, const std::string& file) {
+  constexpr std::size_t kMostTicks = 9, kMostPoints = 20;  // of curves that show their points
+  Drawing drawing;
+  drawing.curves = rows.size();
+  for (const Row& row : rows) drawing.legend.push_back(fmt::format("t = {:.6g}", row.t));
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    const Panel& panel = panels[p];
+    const std::size_t size = panel.components.size();
+    std::vector<std::string> ticks, curves;
+    for (std::size_t k = 0; k < size; k += 1 + (size - 1) / kMostTicks) {
+      ticks.push_back(fmt::format("{} {}", Quoted(NameOf(panel, panel.components[k])), k + 1));
+    }
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      curves.push_back(fmt::format("{} index {} using 1:{} with {} lw 1.5 title {}", Quoted(file), p, k + 2,
+                                   size <= kMostPoints ? "linespoints pt 7 ps 0.4" : "lines",
+                                   Quoted(drawing.legend[k])));
+    }
+    drawing.commands += fmt::format("set xrange [1:{}]\nset xtics ({})\nset yrange {}\nset ylabel '{}'\nplot {}\n",
+                                    std::max<std::size_t>(size, 2), fmt::join(ticks, ", "), YRange(panel, rows),
+                                    panel.letter, fmt::join(curves, ", "));
+    for (std::size_t k = 0; k < size; ++k) {
+      drawing.data += std::to_string(k + 1);
+      for (const Row& row : rows) drawing.data += fmt::format(" {:.7g}", row.value(panel.letter, panel.components[k]));
+      drawing.data += '\n';
+    }
+    drawing.data += "\n\n";  // which end what gnuplot calls an index
+  }
+  return drawing;
+}
+
+std::string Script(const Drawing& drawing, std::size_t panels, const std::string& title, const std::string& output,
+                   bool png) {
+  constexpr std::size_t kLeastLetters = 4, kMostLetters = 30;  // of the legend
+  constexpr std::size_t kLeastHeight = 190, kLineHeight = 18;  // of a panel, and of a line of its legend
+  std::size_t letters = kLeastLetters;
+  for (const std::string& name : drawing.legend) letters = std::max(letters, name.size());
+  const std::size_t height = std::max(kLeastHeight, 60 + kLineHeight * drawing.curves);
+  return fmt::format(
+      "set terminal {} size 900,{} noenhanced\nset output {}\nset multiplot layout {},1 title {}\n"
+      "set grid ytics lt 1 lw 0.5 lc rgb '#dddddd'\nset key at graph 1.01, 1 left top Left reverse samplen 2\n"
+      "set lmargin 11\nset rmargin {}\n{}unset multiplot\nunset output\n",
+      png ? "pngcairo" : "svg background 'white'", 60 + height * panels, Quoted(output), panels, Quoted(title),
+      6 + std::min(letters, kMostLetters), drawing.commands);
 }
 
 // A folder for the script and the data, removed at the end.
@@ -189,20 +330,31 @@ absl::Status FindGnuplot() {
   return NoGnuplot();
 }
 
-absl::Status DrawResult(const v1::SolveResult& result, const std::string& source, const std::string& output) {
+absl::Status DrawResult(const v1::SolveResult& result, const PictureOptions& options, const std::string& source,
+                        const std::string& output) {
   if (result.trajectory().times_size() < 2) {
     return absl::InvalidArgumentError(fmt::format("{}: has no trajectory to draw", source));
   }
-  const Table table(result);
-  if (!table.fits()) return absl::InvalidArgumentError(fmt::format("{}: x or y has missing values", source));
+  const Trajectory trajectory(result);
+  if (!trajectory.fits()) return absl::InvalidArgumentError(fmt::format("{}: x or y has missing values", source));
+  absl::StatusOr<std::vector<Panel>> panels = ChosenPanels(AllPanels(result, trajectory), options.show);
+  if (!panels.ok()) return panels.status();
+  std::size_t most = 0;
+  for (Panel& panel : *panels) {
+    most = std::max(most, panel.components.size());
+    if (!options.profile) panel.components.resize(std::min(panel.components.size(), kMostCurves));
+  }
   const ScratchFolder folder;
   if (folder.path().empty()) return absl::InternalError(fmt::format("plot: no temporary folder: {}", strerror(errno)));
   const std::string data = folder.path() + "/data", script = folder.path() + "/script";
   const std::string partial = output + ".partial";
+  const Drawing drawing = options.profile ? Profiles(*panels, trajectory.FewRows(), data)
+                                          : OverTime(result, *panels, trajectory.RowsWithLimits(), data);
   {
     std::ofstream out(data);
-    table.Print(out);
-    std::ofstream(script) << ScriptFor(result, table, partial, output.ends_with(".png"), data);
+    out << drawing.data;
+    std::ofstream(script) << Script(drawing, panels->size(), result.title() + ": " + result.summary().verdict().text(),
+                                    partial, output.ends_with(".png"));
     if (!out.flush()) return absl::InternalError("plot: the temporary folder is full");
   }
   absl::Status status = RunGnuplot(script);
@@ -210,9 +362,12 @@ absl::Status DrawResult(const v1::SolveResult& result, const std::string& source
   if (status.ok()) std::filesystem::rename(partial, output, error);
   if (error) status = absl::InvalidArgumentError(fmt::format("{}: {}", output, error.message()));
   if (!status.ok()) std::filesystem::remove(partial, error);
-  const int most = std::max(table.states(), table.pairs());
-  if (status.ok() && most > kMostCurves) {
-    PrintNotice(fmt::format("the picture has the first {} of {} curves of a panel", kMostCurves, most));
+  const auto curves = options.profile ? static_cast<std::size_t>(result.trajectory().times_size()) : most;
+  if (status.ok() && curves > kMostCurves) {
+    PrintNotice(options.profile
+                    ? fmt::format("the picture has {} of the {} times of the result", kMostCurves, curves)
+                    : fmt::format("the picture has the first {} of {} curves of a panel; --show chooses others",
+                                  kMostCurves, curves));
   }
   return status;
 }
@@ -228,7 +383,7 @@ absl::Status DrawResult(const std::string& title, const SolveResult& result, con
   trajectory.mutable_y()->Add(result.y.begin(), result.y.end());
   trajectory.mutable_w()->Add(result.w.begin(), result.w.end());
   trajectory.mutable_left_limits()->Add(result.left_limits.begin(), result.left_limits.end());
-  return DrawResult(document, title, output);
+  return DrawResult(document, {}, title, output);
 }
 
 }  // namespace dlcs::client

@@ -34,18 +34,33 @@ TEST(DlcsModelTest, MakesAProblemOfAnEconomyThatItThenSolves) {
 }
 
 TEST(DlcsModelTest, NamesWhatIsWrongWithAModel) {
-  const ProgramOutcome negative = RunDlcs(
-      "model input-output -", R"(echo '{"C": [[-1]], "A": [[-1]], "B": [[1]], "d": [1], "T": 1}' | )");
+  const ProgramOutcome negative =
+      RunDlcs("model input-output -", R"(echo '{"C": [[-1]], "A": [[-1]], "B": [[1]], "d": [1], "T": 1}' | )");
   EXPECT_EQ(negative.code, 2);
   EXPECT_THAT(negative.err, HasSubstr("standard input: C[0][0]: -1; must"));
-  const ProgramOutcome demand = RunDlcs(
-      "model input-output -", R"(echo '{"C": [[0.5]], "A": [[-1]], "B": [[1]], "d": [1, 2], "T": 1}' | )");
+  const ProgramOutcome demand =
+      RunDlcs("model input-output -", R"(echo '{"C": [[0.5]], "A": [[-1]], "B": [[1]], "d": [1, 2], "T": 1}' | )");
   EXPECT_EQ(demand.code, 2);
   EXPECT_THAT(demand.err, HasSubstr("standard input: d: "));
   const ProgramOutcome missing = RunDlcs("model input-output -", R"(echo '{"C": [[0.5]], "G": 1}' | )");
   EXPECT_EQ(missing.code, 2);
   EXPECT_THAT(missing.err, AllOf(HasSubstr("A"), HasSubstr("d"), HasSubstr("T"), HasSubstr("G")));
   EXPECT_EQ(RunDlcs("model growth x.json").code, 2);
+}
+
+TEST(DlcsModelTest, KeepsTheNamesOfAnEconomy) {
+  const auto model = [](const std::string& names) {
+    return RunDlcs("model input-output -",
+                   "echo '{\"C\": [[0.5]], \"A\": [[-1]], \"B\": [[0.25]], \"d\": [1], \"T\": 1, " + names + "}' | ");
+  };
+  const ProgramOutcome named = model(R"("states": ["need"], "pairs": ["grain"])");
+  ASSERT_EQ(named.code, 0) << named.err;
+  EXPECT_EQ(nlohmann::json::parse(named.out)["states"], nlohmann::json({"need"}));
+  EXPECT_EQ(nlohmann::json::parse(named.out)["pairs"], nlohmann::json({"grain"}));
+  const ProgramOutcome wrong = model(R"("states": ["need", "more"], "pairs": ["2"])");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, AllOf(HasSubstr("standard input: states 2 names; must be 1"),
+                               HasSubstr("standard input: pairs[0] \"2\"; must be a letter")));
 }
 
 TEST(DlcsModelTest, MakesASignoriniProblemThatItThenSolves) {

@@ -172,8 +172,8 @@ TEST(DefaultErrorTest, AGoodBeginningIsNotGivenUpForAUselessEnd) {
   EXPECT_LT(largest, 1e-4);
 }
 
-// Two pairs share one sum, and B sees one of them. Where B
-// sees both alike, or acts as N says, x is one whatever y is.
+// Two pairs share one sum, and B sees one of them. If B sees both alike, or acts as N says where M + Mᵀ is zero, x is
+// unique whatever y is.
 TEST(SeveralSolutionsTest, OfMonotoneSystemsAreWarnedOfWhereXMayDiffer) {
   Problem problem;
   problem.A = Matrix{{-1}};
@@ -196,6 +196,30 @@ TEST(SeveralSolutionsTest, OfMonotoneSystemsAreWarnedOfWhereXMayDiffer) {
   EXPECT_FALSE(warns(Matrix{{1, 1}}, ones));
   EXPECT_FALSE(warns(Matrix{{2, 2}}, skew));
   EXPECT_FALSE(warns(Matrix{{1, 0}}, Matrix{{2, 1}, {1, 2}}));
+}
+
+// A diode bridge: two pairs share one sum, which B and N see with opposite signs, and the other two are its currents.
+// With the wrong sign of a current, or one that drives another state than it depends on, nothing proves x unique.
+TEST(SeveralSolutionsTest, OfACircuitAreRuledOutByItsStorage) {
+  Problem problem;
+  problem.A = Matrix{{-2, 0}, {0, -1}};
+  problem.M = Matrix{{1, 1, 1, 0}, {1, 1, 0, 1}, {-1, 0, 0, 0}, {0, -1, 0, 0}};
+  problem.f = TimeFunction::Zero(2);
+  problem.g = TimeFunction::Zero(4);
+  problem.x0 = Vector{{1, 1}};
+  problem.horizon = 1;
+  const auto warns = [&](const Matrix& B, const Matrix& N) {
+    problem.B = B;
+    problem.N = N;
+    const std::vector<std::string> warnings = testing::SolveWith(problem, {}).warnings;
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("x may be one of several solutions") != std::string::npos;
+    });
+  };
+  const Matrix circuit{{1, 1, 1, 1}, {0, 0, 0, 0}}, on_its_voltage{{-1, 0}, {-1, 0}, {1, 0}, {1, 0}};
+  EXPECT_FALSE(warns(circuit, on_its_voltage));
+  EXPECT_TRUE(warns(Matrix{{1, 1, -1, 1}, {0, 0, 0, 0}}, on_its_voltage));
+  EXPECT_TRUE(warns(circuit, Matrix{{-1, 0}, {-1, 0}, {1, 0}, {0, 1}}));
 }
 
 TEST(GivenStepsTest, HaveAnEstimateUnlessItIsDeclined) {

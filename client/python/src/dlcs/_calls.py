@@ -1,20 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the synchronous and the asynchronous client share: channels, methods, metadata."""
 
+import math
 import os
 from typing import Any, Dict, List, Optional, Tuple
 
 import grpc
 
 from . import messages
-from .errors import invalid
+from .errors import FailedPrecondition, invalid, shortened, text, whole
 
 _SERVICES = ("SolverService", "JobService", "ProblemService")
 _OPTIONS = [("grpc.max_receive_message_length", -1), ("grpc.max_send_message_length", -1)]
 
 
+_process: Optional[int] = None  # that has made channels
+
+
+def check_process() -> None:
+    """Raises FailedPrecondition in a fork of a process that has made channels: gRPC's threads are missing there, and
+    calls may hang."""
+    global _process
+    if _process is None:
+        _process = os.getpid()
+    if _process != os.getpid():
+        raise FailedPrecondition(
+            "this process was forked from one that had used dlcs, which gRPC does not survive; fork before the first "
+            'call, or start processes by the method "spawn"',
+            "FAILED_PRECONDITION",
+        )
+
+
 class Connection:
-    """Where the server is and how to reach it. `ca`, `cert` and `key` are files, PEM."""
+    """Where the server is and how to reach it; the arguments are those of Client. Raises InvalidArgument."""
 
     def __init__(
         self,
@@ -23,24 +41,50 @@ class Connection:
         ca: Optional[str] = None,
         cert: Optional[str] = None,
         key: Optional[str] = None,
+        timeout: Optional[float] = None,
     ):
-        if not server.startswith("unix:") and not server.rpartition(":")[2].isdigit():
-            raise invalid("server", f'"{server}"; must be HOST:PORT or unix:/PATH')
+        if not text("server", server).startswith("unix:") and not _is_port(server.rpartition(":")[2]):
+            raise invalid("server", f"{shortened(server)}; must be HOST:PORT or unix:/PATH")
         if (cert is None) != (key is None):
             raise invalid("cert", "must be given together with key")
+        if cert is not None and ca is None:
+            raise invalid("ca", "must be given where cert is")
+        if timeout is not None and not (isinstance(timeout, (int, float)) and 0 < timeout < math.inf):
+            raise invalid("timeout", f"{shortened(timeout)}; must be a positive number of seconds, or None")
         local = server.startswith(("unix:", "localhost:", "127.", "[::1]:"))
+        if token is not None and not (text("token", token).isascii() and token.isprintable()):
+            raise invalid("token", "must consist of printable ASCII characters")
         if token is not None and ca is None and not local:
             raise invalid("token", f"is not sent to {server} without encryption; give ca")
         self.server = server
+        self.timeout = timeout
         self.metadata: List[Tuple[str, str]] = [("authorization", f"Bearer {token}")] if token else []
-        self._files = (ca, key, cert)
+        self._pem = [_pem("ca", ca), _pem("key", key), _pem("cert", cert)]
 
     def channel(self, module: Any) -> Any:
-        """A channel of grpc or grpc.aio."""
-        if self._files[0] is None:
+        """A channel of grpc or grpc.aio. Raises FailedPrecondition after a fork."""
+        check_process()
+        if self._pem[0] is None:
             return module.insecure_channel(self.server, _OPTIONS)
-        texts = [open(name, "rb").read() if name else None for name in self._files]
-        return module.secure_channel(self.server, grpc.ssl_channel_credentials(*texts), _OPTIONS)
+        return module.secure_channel(self.server, grpc.ssl_channel_credentials(*self._pem), _OPTIONS)
+
+
+def _is_port(word: str) -> bool:
+    return word.isascii() and word.isdigit() and 0 < int(word) < 65536
+
+
+def _pem(name: str, file: Any) -> Optional[bytes]:
+    """The content of a PEM file."""
+    if file is None:
+        return None
+    try:
+        with open(file, "rb") as opened:
+            content = opened.read()
+    except (OSError, TypeError, ValueError) as error:
+        raise invalid(name, f"{shortened(file)}: {error}") from None
+    if b"-----BEGIN " not in content:
+        raise invalid(name, f"{shortened(file)}: is no PEM file")
+    return content
 
 
 def methods(channel: Any) -> Dict[str, Any]:
@@ -70,11 +114,17 @@ def _method_proto(service: Any, name: str) -> Any:
     return next(method for method in proto.method if method.name == name)
 
 
-def job_request(request: Any, options: Dict[str, Any]) -> Any:
-    """CreateSolveJobRequest of a SolveRequest; `options` has request_id and priority."""
-    result = messages.CreateSolveJobRequest(title=request.title, **options)
+def job_request(request: Any, request_id: str, priority: int) -> Any:
+    """The CreateSolveJobRequest for a SolveRequest."""
+    result = messages.CreateSolveJobRequest(title=request.title)
+    result.request_id = text("request_id", request_id)
+    result.priority = whole("priority", priority, 32)
     result.solve.CopyFrom(request)
     return result
+
+
+def watch_request(name: str, after: int) -> Any:
+    return messages.WatchSolveJobRequest(name=text("name", name), after_sequence=whole("after", after, 64))
 
 
 def default_server() -> Optional[str]:

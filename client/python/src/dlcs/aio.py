@@ -1,17 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """The client for asyncio: dlcs.aio.Client has the calls of dlcs.Client as coroutines and asynchronous iterators."""
 
+import asyncio
 from typing import Any, AsyncIterator, List, Optional
 
 import grpc
 import grpc.aio
+import numpy as np
 
-from . import messages
-from ._calls import Connection, default_server, job_request, methods
-from .errors import Error, from_rpc
+from . import messages, solution
+from ._calls import Connection, check_process, default_server, job_request, methods, watch_request
+from .errors import Error, FailedPrecondition, from_rpc, text
 from .private_server import private_server
-from .problem import solve_request, span_and_times
-from .solution import Solution
+from .problem import request_at, solve_request, span_and_times
+
+
+class Solution(solution.Solution):
+    """As dlcs.Solution, but x between the nodes is awaited: `await sol(t)`."""
+
+    async def __call__(self, t: Any) -> np.ndarray:  # type: ignore[override]
+        flat, place = self._sorted_times(t)
+        x = self._at_nodes(flat)
+        return place(x if x is not None else self._between_nodes(flat, await self._repeat()(flat)))
 
 
 class Client:
@@ -29,13 +39,25 @@ class Client:
         dlcsd: Optional[str] = None,
     ):
         server = server or default_server() or private_server(dlcsd)
-        self._connection = Connection(server, token, ca, cert, key)
-        self._channel = self._connection.channel(grpc.aio)
-        self._methods = methods(self._channel)
-        self._timeout = timeout
+        self._connection = Connection(server, token, ca, cert, key, timeout)
+        self._closed = False
+        self._loop: Optional[asyncio.AbstractEventLoop] = None  # in which the channel works
+
+    def _method(self, name: str) -> Any:
+        check_process()
+        if self._closed:
+            raise FailedPrecondition("the client is closed", "FAILED_PRECONDITION")
+        loop = asyncio.get_running_loop()
+        if self._loop is not loop:
+            self._loop = loop
+            self._channel = self._connection.channel(grpc.aio)
+            self._methods = methods(self._channel)
+        return self._methods[name]
 
     async def close(self) -> None:
-        await self._channel.close()
+        self._closed = True
+        if self._loop is asyncio.get_running_loop():
+            await self._channel.close()
 
     async def __aenter__(self) -> "Client":
         return self
@@ -45,14 +67,16 @@ class Client:
 
     async def call(self, method: str, request: Any) -> Any:
         """A call of the contract with one response. Raises Error."""
+        call = self._method(method)
         try:
-            return await self._methods[method](request, timeout=self._timeout, metadata=self._connection.metadata)
+            return await call(request, timeout=self._connection.timeout, metadata=self._connection.metadata)
         except grpc.RpcError as error:
             raise from_rpc(error) from None
 
     async def stream(self, method: str, request: Any) -> AsyncIterator[Any]:
         """A call of the contract with many responses. Raises Error."""
-        responses = self._methods[method](request, timeout=self._timeout, metadata=self._connection.metadata)
+        call = self._method(method)
+        responses = call(request, timeout=self._connection.timeout, metadata=self._connection.metadata)
         try:
             async for response in responses:
                 yield response
@@ -62,22 +86,19 @@ class Client:
             responses.cancel()
 
     async def solve(self, *args: Any, **kwargs: Any) -> Solution:
-        """Solves a problem; the arguments are those of dlcs.solve(). The solution knows x at its nodes only."""
-        request = solve_request(*args, **kwargs)
-        solution = Solution(*span_and_times(kwargs))
-        async for event in self.stream("Solve", request):
-            solution.add(event)
-        return solution.finish()
+        """Solves a problem; the arguments are those of dlcs.solve()."""
+        iteration = self.iterate(*args, **kwargs)
+        async for _ in iteration:
+            pass
+        return iteration.solution
 
-    async def iterate(self, *args: Any, **kwargs: Any) -> AsyncIterator[Any]:
-        """The iterates of a solve as they arrive."""
-        async for event in self.stream("Solve", solve_request(*args, **kwargs)):
-            if event.WhichOneof("kind") == "iterate":
-                yield event.iterate
+    def iterate(self, *args: Any, **kwargs: Any) -> "Iteration":
+        """Solves a problem, and yields each iterate as it arrives; the arguments are those of dlcs.solve()."""
+        return Iteration(self, solve_request(*args, **kwargs), *span_and_times(kwargs))
 
     async def submit(self, *args: Any, request_id: str = "", priority: int = 0, **kwargs: Any) -> str:
         """Creates a job and returns its name."""
-        request = job_request(solve_request(*args, **kwargs), {"request_id": request_id, "priority": priority})
+        request = job_request(solve_request(*args, **kwargs), request_id, priority)
         return (await self.call("CreateSolveJob", request)).name
 
     async def jobs(self) -> List[Any]:
@@ -93,36 +114,67 @@ class Client:
 
     async def job(self, name: str) -> Any:
         """A SolveJob."""
-        return await self.call("GetSolveJob", messages.GetSolveJobRequest(name=name))
+        return await self.call("GetSolveJob", messages.GetSolveJobRequest(name=text("name", name)))
 
     async def cancel(self, name: str) -> Any:
         """Asks a job to stop."""
-        return await self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=name))
+        return await self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=text("name", name)))
 
     async def delete(self, name: str) -> None:
         """Deletes a job that has ended."""
-        await self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=name))
+        await self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=text("name", name)))
 
     def watch(self, name: str, after: int = 0) -> AsyncIterator[Any]:
         """The SolveEvents of a job, behind the number `after`."""
-        return self.stream("WatchSolveJob", messages.WatchSolveJobRequest(name=name, after_sequence=after))
+        return self.stream("WatchSolveJob", watch_request(name, after))
 
     async def result(self, name: str) -> Solution:
         """Waits for the end of a job and reads its solution."""
-        solution = Solution()
+        result = Solution()
         async for event in self.watch(name):
             if event.WhichOneof("kind") == "analysis":
-                solution.add(event)
+                result.add(event)
         job = await self.job(name)
-        solution.job = name
+        result.job = name
         if not job.HasField("summary"):
             raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
-        async for page in self.stream("ReadTrajectory", messages.ReadTrajectoryRequest(name=name)):
+        async for page in self.stream("ReadTrajectory", messages.ReadTrajectoryRequest(name=text("name", name))):
             if page.chunk.times:
-                solution.add_chunk(page.chunk)
-        solution.summary = job.summary
-        return solution.finish()
+                result.add_chunk(page.chunk)
+        result.summary = job.summary
+        return result.finish()
 
     async def capabilities(self) -> Any:
         """Methods and limits of the server."""
         return await self.call("GetCapabilities", messages.GetCapabilitiesRequest())
+
+
+class Iteration:
+    """The iterates of one solve, for `async for`. Iterating over it again solves again."""
+
+    def __init__(self, client: Client, request: Any, begin: float, times: Optional[np.ndarray]):
+        self._client = client
+        self._request = request
+        self._begin = begin
+        self._times = times
+        self._solution: Optional[Solution] = None
+
+    @property
+    def solution(self) -> Solution:
+        """The solution. Raises FailedPrecondition before the last iterate has been taken."""
+        return solution.finished(self._solution)  # type: ignore[return-value]
+
+    async def __aiter__(self) -> AsyncIterator[Any]:
+        result = Solution(self._begin, self._times, self._again)
+        async for event in self._client.stream("Solve", self._request):
+            result.add(event)
+            if event.WhichOneof("kind") == "iterate":
+                yield event.iterate
+        self._solution = result.finish()
+
+    async def _again(self, times: np.ndarray) -> Solution:
+        request = request_at(self._request, times, self._begin)
+        result = Solution(self._begin, times)
+        async for event in self._client.stream("Solve", request):
+            result.add(event)
+        return result.finish()

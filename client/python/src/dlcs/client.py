@@ -2,17 +2,19 @@
 """The client: problems in, solutions and jobs out."""
 
 import contextlib
+import os
+import threading
 from typing import Any, Dict, Iterator, List, Optional
 
 import grpc
 import numpy as np
 
 from . import messages
-from ._calls import Connection, default_server, job_request, methods
-from .errors import Error, from_rpc
+from ._calls import Connection, check_process, default_server, job_request, methods, watch_request
+from .errors import Error, FailedPrecondition, from_rpc, text
 from .private_server import private_server
-from .problem import set_output_times, solve_request, span_and_times
-from .solution import Solution
+from .problem import request_at, solve_request, span_and_times
+from .solution import Solution, finished
 
 _SOLVE_OPTIONS = ("server", "token", "ca", "cert", "key", "timeout", "dlcsd")
 
@@ -48,12 +50,13 @@ class Client:
         dlcsd: Optional[str] = None,
     ):
         server = server or default_server() or private_server(dlcsd)
-        self._connection = Connection(server, token, ca, cert, key)
+        self._connection = Connection(server, token, ca, cert, key, timeout)
+        self._closed = False
         self._channel = self._connection.channel(grpc)
         self._methods = methods(self._channel)
-        self._timeout = timeout
 
     def close(self) -> None:
+        self._closed = True
         self._channel.close()
 
     def __enter__(self) -> "Client":
@@ -64,8 +67,13 @@ class Client:
 
     def call(self, method: str, request: Any) -> Any:
         """Any call of the contract: a response, or an iterator of responses. Raises Error."""
+        check_process()
+        if self._closed:
+            raise FailedPrecondition("the client is closed", "FAILED_PRECONDITION")
         with _errors():
-            result = self._methods[method](request, timeout=self._timeout, metadata=self._connection.metadata)
+            result = self._methods[method](
+                request, timeout=self._connection.timeout, metadata=self._connection.metadata
+            )
         return self._stream(result) if hasattr(result, "__next__") else result
 
     @staticmethod
@@ -93,7 +101,7 @@ class Client:
         request_id: the same for every attempt to create the same job.
         priority: order among the user's jobs, higher ones first.
         """
-        request = job_request(solve_request(*args, **kwargs), {"request_id": request_id, "priority": priority})
+        request = job_request(solve_request(*args, **kwargs), request_id, priority)
         return self.call("CreateSolveJob", request).name
 
     def jobs(self) -> List[Any]:
@@ -109,19 +117,19 @@ class Client:
 
     def job(self, name: str) -> Any:
         """A SolveJob."""
-        return self.call("GetSolveJob", messages.GetSolveJobRequest(name=name))
+        return self.call("GetSolveJob", messages.GetSolveJobRequest(name=text("name", name)))
 
     def cancel(self, name: str) -> Any:
         """Asks a job to stop; what is solved so far can be read."""
-        return self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=name))
+        return self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=text("name", name)))
 
     def delete(self, name: str) -> None:
         """Deletes a job that has ended."""
-        self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=name))
+        self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=text("name", name)))
 
     def watch(self, name: str, after: int = 0) -> Iterator[Any]:
         """The SolveEvents of a job, behind the number `after`; the last one has `summary`."""
-        return self.call("WatchSolveJob", messages.WatchSolveJobRequest(name=name, after_sequence=after))
+        return self.call("WatchSolveJob", watch_request(name, after))
 
     def result(self, name: str) -> Solution:
         """Waits for the end of a job and reads its solution, the part solved so far if it was stopped.
@@ -137,7 +145,7 @@ class Client:
         solution.job = name
         if not job.HasField("summary"):
             raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
-        for page in self.call("ReadTrajectory", messages.ReadTrajectoryRequest(name=name)):
+        for page in self.call("ReadTrajectory", messages.ReadTrajectoryRequest(name=text("name", name))):
             if page.chunk.times:
                 solution.add_chunk(page.chunk)
         solution.summary = job.summary
@@ -149,14 +157,19 @@ class Client:
 
 
 class Iteration:
-    """The iterates of one solve. At its end `solution` is set."""
+    """The iterates of one solve. Iterating over it again solves again."""
 
     def __init__(self, client: Client, request: Any, begin: float, times: Optional[np.ndarray]):
         self._client = client
         self._request = request
         self._begin = begin
         self._times = times
-        self.solution: Solution
+        self._solution: Optional[Solution] = None
+
+    @property
+    def solution(self) -> Solution:
+        """The solution. Raises FailedPrecondition before the last iterate has been taken."""
+        return finished(self._solution)
 
     def __iter__(self) -> Iterator[Any]:
         solution = Solution(self._begin, self._times, self._again)
@@ -164,13 +177,10 @@ class Iteration:
             solution.add(event)
             if event.WhichOneof("kind") == "iterate":
                 yield event.iterate
-        self.solution = solution.finish()
+        self._solution = solution.finish()
 
     def _again(self, times: np.ndarray) -> Solution:
-        request = type(self._request)()
-        request.CopyFrom(self._request)
-        request.request_id = ""
-        set_output_times(request, times, self._begin, "t")
+        request = request_at(self._request, times, self._begin)
         solution = Solution(self._begin, times)
         for event in self._client.call("Solve", request):
             solution.add(event)
@@ -178,16 +188,27 @@ class Iteration:
 
 
 _CLIENTS: Dict[Any, Client] = {}
+_CLIENTS_LOCK = threading.Lock()
+
+
+def _renew_lock() -> None:
+    """Another thread may have held the lock at the fork."""
+    global _CLIENTS_LOCK
+    _CLIENTS_LOCK = threading.Lock()
+
+
+os.register_at_fork(after_in_child=_renew_lock)
 
 
 def _split(kwargs: Dict[str, Any]) -> Client:
     """Takes the arguments of Client from those of solve(). One client is kept for each set of them."""
     own = {name: kwargs.pop(name) for name in _SOLVE_OPTIONS if name in kwargs}
     server = own.pop("server", None) or default_server() or private_server(own.get("dlcsd"))
-    key = (server, tuple(sorted(own.items())))
-    if key not in _CLIENTS:
-        _CLIENTS[key] = Client(server, **own)
-    return _CLIENTS[key]
+    key = repr((server, sorted(own.items())))
+    with _CLIENTS_LOCK:
+        if key not in _CLIENTS:
+            _CLIENTS[key] = Client(server, **own)
+        return _CLIENTS[key]
 
 
 def solve(A: Any, B: Any, N: Any, M: Any, f: Any = None, g: Any = None, **kwargs: Any) -> Solution:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errors of calls. That a system has no solution is not one of them: see Solution.success."""
 
+import numbers
 from typing import Any, List, NamedTuple, Optional
 
 from . import messages
@@ -85,9 +86,32 @@ _CLASSES = {
 }
 
 
+def shortened(value: Any) -> str:
+    """`value` as messages show it."""
+    try:
+        shown = repr(value)
+    except Exception:  # of a class of the caller
+        shown = f"<{type(value).__name__}>"
+    return shown if len(shown) <= 80 else shown[:77] + "..."
+
+
 def invalid(field: str, description: str) -> InvalidArgument:
     """The error for an argument that this package refuses itself."""
     return InvalidArgument(f"{field}: {description}", "INVALID_ARGUMENT", [Violation(field, description)])
+
+
+def text(name: str, value: Any) -> str:
+    """`value` if it is text. Raises InvalidArgument."""
+    if not isinstance(value, str):
+        raise invalid(name, f"{shortened(value)}; must be a string")
+    return value
+
+
+def whole(name: str, value: Any, bits: int) -> int:
+    """`value` if it is a whole number of so many bits. Raises InvalidArgument."""
+    if not isinstance(value, numbers.Integral) or not -(2 ** (bits - 1)) <= value < 2 ** (bits - 1):
+        raise invalid(name, f"{shortened(value)}; must be a whole number of {bits} bits")
+    return int(value)
 
 
 def from_rpc(error: Any) -> Error:

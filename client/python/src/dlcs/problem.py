@@ -7,20 +7,31 @@ from typing import Any, Dict, Optional, Sequence, Tuple
 import numpy as np
 
 from . import messages
-from .errors import invalid
+from .errors import invalid, shortened, text
 from .sources import time_function
 
 DEFAULT_TOL = 1e-6
+
+
+_MOST_NUMBERS = 2**27  # of one array: 1 GiB; a message holds less than 2 GiB
+_NUMERIC = "biufO"  # kinds of NumPy types; objects are numbers of Python that fit no other type
 
 
 def numbers(name: str, value: Any, dimensions: int) -> np.ndarray:
     """`value` as an array of real numbers with so many dimensions. Raises InvalidArgument."""
     try:
         array = np.asarray(value)
-        if np.iscomplexobj(array):
+        if array.dtype.kind == "c":
             raise ValueError("must be real")
+        kind = array.dtype.kind
+        if kind not in _NUMERIC or (kind == "O" and any(entry is None for entry in array.flat)):
+            raise ValueError(shortened(value))
+        if np.ma.is_masked(value):
+            raise ValueError("has masked entries")
+        if array.size > _MOST_NUMBERS:
+            raise ValueError(f"{array.size} numbers; at most {_MOST_NUMBERS}, and larger matrices as sparse ones")
         array = np.array(array, dtype=float, ndmin=dimensions)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise invalid(name, f"is no array of numbers: {error}") from None
     if array.ndim != dimensions:
         raise invalid(name, f"has {array.ndim} dimensions; must have {dimensions}")
@@ -31,18 +42,22 @@ def _matrix(name: str, value: Any, rows: Optional[int], columns: Optional[int]) 
     """The Matrix for an array or a SciPy sparse matrix, and its shape. None for a size: any."""
     result = messages.Matrix()
     if hasattr(value, "tocoo"):
-        coo = value.tocoo()
+        coo = value.tocoo(copy=True)  # the caller's own must not change
+        if len(coo.shape) != 2:
+            raise invalid(name, f"has {len(coo.shape)} dimensions; must have 2")
         coo.sum_duplicates()
         shape = coo.shape
         result.sparse.rows, result.sparse.columns = shape
-        result.sparse.row_indices.extend(map(int, coo.row))
-        result.sparse.column_indices.extend(map(int, coo.col))
-        result.sparse.values.extend(map(float, coo.data))
+        result.sparse.row_indices.extend(coo.row.tolist())
+        result.sparse.column_indices.extend(coo.col.tolist())
+        result.sparse.values.extend(numbers(name, coo.data, 1))
     else:
         array = numbers(name, value, 2)
         shape = array.shape
         result.dense.rows, result.dense.columns = shape
         result.dense.values.extend(array.ravel())
+    if 0 in shape:
+        raise invalid(name, "is empty; a system has at least one state and one pair")
     wanted = tuple(have if want is None else want for want, have in zip((rows, columns), shape))
     if shape != wanted:
         raise invalid(name, f"is {shape[0]} x {shape[1]}; must be {wanted[0]} x {wanted[1]}")
@@ -54,6 +69,8 @@ def _set_options(options: Any, given: dict) -> None:
     fields = options.DESCRIPTOR.fields_by_name
     for name, value in given.items():
         field = fields.get(name)
+        if name == "output_times":
+            raise invalid(name, "is no option; did you mean t_eval?")
         if field is None:
             near = difflib.get_close_matches(name, fields, 1)
             raise invalid(name, "is no option" + (f"; did you mean {near[0]}?" if near else ""))
@@ -67,7 +84,7 @@ def _set_options(options: Any, given: dict) -> None:
             value = known[full].number
         try:
             if name == "grid_times":
-                options.grid_times.times.extend(map(float, value))
+                options.grid_times.times.extend(value)
             elif field.message_type is not None:
                 getattr(options, name).CopyFrom(type(getattr(options, name))(**value))
             elif field.label == field.LABEL_REPEATED:
@@ -75,7 +92,15 @@ def _set_options(options: Any, given: dict) -> None:
             else:
                 setattr(options, name, value)
         except (TypeError, ValueError, AttributeError) as error:
-            raise invalid(name, f"{value!r}: {error}") from error
+            raise invalid(name, f"{shortened(value)}: {error}") from None
+
+
+def tolerance(value: Any) -> float:
+    """`value` if it is a positive number. Raises InvalidArgument."""
+    tol = numbers("tol", value, 0)
+    if not 0 < tol < np.inf:
+        raise invalid("tol", f"{shortened(value)}; must be a positive number")
+    return float(tol)
 
 
 def solve_request(
@@ -100,11 +125,16 @@ def solve_request(
     m = x0.size
     if m == 0:
         raise invalid("x0", "is empty; must have a value for each state")
-    if len(t_span) != 2 or not t_span[0] < t_span[1]:
-        raise invalid("t_span", f"{tuple(t_span)}; must be (begin, end) with begin < end")
-    begin, end = map(float, t_span)
+    span = numbers("t_span", t_span, 1)
+    if span.size != 2 or not (np.all(np.isfinite(span)) and span[0] < span[1]):
+        raise invalid("t_span", f"{shortened(t_span)}; must be (begin, end) with begin < end")
+    begin, end = map(float, span)
+    breaks = numbers("breaks", breaks, 1)
+    if not np.all(np.isfinite(breaks)):
+        raise invalid("breaks", "must be finite")
+    accuracy = DEFAULT_TOL if tol is None else tolerance(tol)
 
-    request = messages.SolveRequest(title=title)
+    request = messages.SolveRequest(title=text("title", title))
     problem = request.problem
     a, _ = _matrix("A", A, m, m)
     matrix_m, (n, _) = _matrix("M", M, None, None)
@@ -116,18 +146,19 @@ def solve_request(
     problem.x0.extend(x0)
     problem.horizon = end - begin
     problem.break_points.extend(sorted(float(t) - begin for t in breaks if begin < t < end))
-    accuracy = DEFAULT_TOL if tol is None else float(numbers("tol", tol, 1)[0])
     problem.f.CopyFrom(time_function("f", f, m, begin, end, accuracy, breaks))
     problem.g.CopyFrom(time_function("g", g, n, begin, end, accuracy, breaks))
     if rule is not None:
-        name = "SOLUTION_RULE_" + rule.upper().replace("-", "_")
+        name = "SOLUTION_RULE_" + text("rule", rule).upper().replace("-", "_")
         try:
             problem.rule = messages.enum_value("SolutionRule", name)
         except KeyError:
             raise invalid("rule", f'"{rule}" is unknown; for example "unique", "least-element", "least-norm"') from None
+    if "grid_times" in options:  # of the caller, whose span may begin anywhere
+        options["grid_times"] = numbers("grid_times", options["grid_times"], 1) - begin
     _set_options(request.options, options)
     if tol is not None:
-        _set_options(request.options, {"error_tolerance": tol})
+        request.options.error_tolerance = accuracy
     if t_eval is not None:
         set_output_times(request, t_eval, begin)
     return request
@@ -145,9 +176,20 @@ def set_output_times(request: Any, times: Sequence[float], begin: float, name: s
     end = begin + request.problem.horizon
     if times.size == 0:
         raise invalid(name, "is empty; must have a time")
+    if not np.all(np.isfinite(times)):
+        raise invalid(name, "must be finite")
     if not np.all(np.diff(times) > 0):
         raise invalid(name, "must increase")
     if not (begin <= times[0] and times[-1] <= end):
-        raise invalid(name, f"{times[0]!r} to {times[-1]!r}; must lie in [{begin!r}, {end!r}]")
+        raise invalid(name, f"{float(times[0])!r} to {float(times[-1])!r}; must lie in [{begin!r}, {end!r}]")
     del request.options.output_times[:]
     request.options.output_times.extend(np.minimum(times - begin, request.problem.horizon))
+
+
+def request_at(request: Any, times: np.ndarray, begin: float) -> Any:
+    """The same SolveRequest with other output times; errors name them "t"."""
+    result = type(request)()
+    result.CopyFrom(request)
+    result.request_id = ""
+    set_output_times(result, times, begin, "t")
+    return result

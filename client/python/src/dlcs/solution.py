@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a solve, shaped like that of scipy.integrate.solve_ivp."""
 
-from typing import Any, Callable, List, Optional
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 
 from . import messages
-from .errors import Error, invalid
+from .errors import Error, FailedPrecondition, invalid
+from .problem import numbers
 
 
 class Solution:
@@ -80,9 +81,7 @@ class Solution:
         ]
         self._chunks = []
         self.t_events = np.array([event.time for event in self.summary.switching_times]) + self._begin
-        self.verdict = self.summary.verdict
-        self.accuracy = self.summary.accuracy
-        self.certificate = self.summary.certificate
+        self._share_summary()
         self.error = self.accuracy.error if self.accuracy.HasField("error") else float("nan")
         self.success = self.verdict.success
         reached = messages.enum_value("Termination", "TERMINATION_REACHED_END")
@@ -92,27 +91,82 @@ class Solution:
             self.message += f": {self.summary.message}"
         return self
 
+    def _share_summary(self) -> None:
+        self.verdict = self.summary.verdict
+        self.accuracy = self.summary.accuracy
+        self.certificate = self.summary.certificate
+
     def __call__(self, t: Any) -> np.ndarray:
-        """x at the times t: m values for a number, m x k for k times in any order.
+        """x at the times t: m values for a number, m x k for a list of k times in any order.
 
         Between nodes x is not interpolated here: the server solves once more with these output times, so that the
         tolerance holds at each of them. Cost: a solve for each call, however many times it has.
+
+        Raises InvalidArgument: t is no number or list, or outside the span or the part that was solved; or x is wanted
+        between nodes of a solution that does not know its problem, as that of a job or a copy from another process.
         """
-        times = np.asarray(t, dtype=float)
-        flat, place = np.unique(times.ravel(), return_inverse=True)
-        if flat.size == 0:
-            return np.empty((self.x.shape[0], 0))
+        flat, place = self._sorted_times(t)
+        x = self._at_nodes(flat)
+        return place(x if x is not None else self._between_nodes(flat, self._repeat()(flat)))
+
+    def _sorted_times(self, t: Any) -> Tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+        """The different times in t, and what puts a column for each of them where t has it."""
+        is_list = isinstance(t, (list, tuple, range)) or bool(getattr(t, "shape", ()))
+        times = numbers("t", t, 1 if is_list else 0)
+        if not np.all(np.isfinite(times)):
+            raise invalid("t", "must be finite")
+        flat, inverse = np.unique(times.ravel(), return_inverse=True)
+
+        def place(x: np.ndarray) -> np.ndarray:
+            columns = x[:, inverse.ravel()]
+            return columns[:, 0] if times.ndim == 0 else columns
+
+        return flat, place
+
+    def _at_nodes(self, times: np.ndarray) -> Optional[np.ndarray]:
+        """x if all times are nodes."""
         here = {float(time): k for k, time in enumerate(self.t)}
-        if all(float(time) in here for time in flat):
-            x = self.x[:, [here[float(time)] for time in flat]]
-        else:
-            if self._again is None:
-                raise invalid("t", "is no node, and the problem is not at hand to solve it again")
-            x = self._again(flat).x
-            if x.shape[1] != flat.size:
-                raise invalid("t", f"the solution ends before {flat[-1]!r}")
-        x = x[:, place.ravel()]
-        return x[:, 0] if times.ndim == 0 else x
+        if all(float(time) in here for time in times):
+            return self.x[:, [here[float(time)] for time in times]]
+        return None
+
+    def _repeat(self) -> Callable[[np.ndarray], Any]:
+        if self._again is None:
+            raise invalid("t", "is no node, and the problem is not at hand to solve it again")
+        return self._again
+
+    @staticmethod
+    def _between_nodes(times: np.ndarray, again: "Solution") -> np.ndarray:
+        if again.x.shape[1] != times.size:
+            raise invalid("t", f"the solution ends before {float(times[-1])!r}")
+        return again.x
+
+    def __getstate__(self) -> Dict[str, Any]:
+        """For copies and other processes: all but the way back to the problem."""
+        state = dict(self.__dict__, _again=None)
+        for name in ("verdict", "accuracy", "certificate"):  # parts of the summary
+            state.pop(name, None)
+        for name in _MESSAGES:
+            state[name] = None if state[name] is None else state[name].SerializeToString()
+        return state
+
+    def __setstate__(self, state: Dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for name, message in _MESSAGES.items():
+            if state[name] is not None:
+                setattr(self, name, getattr(messages, message).FromString(state[name]))
+        if self.summary is not None:
+            self._share_summary()
 
     def __repr__(self) -> str:
         return f"<dlcs.Solution: {self.message}; {self.t.size} times>"
+
+
+_MESSAGES = {"summary": "Summary", "analysis": "Analysis"}
+
+
+def finished(solution: Optional[Solution]) -> Solution:
+    """The solution of an iteration. Raises FailedPrecondition if there is none yet."""
+    if solution is None:
+        raise FailedPrecondition("solution: there is none before the last iterate was taken", "FAILED_PRECONDITION")
+    return solution

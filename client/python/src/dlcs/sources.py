@@ -7,8 +7,9 @@ from typing import Any, Callable, List, Sequence
 import numpy as np
 
 from . import messages
-from .errors import InvalidArgument, invalid
+from .errors import InvalidArgument, invalid, shortened
 
+_LARGEST = int(np.finfo(float).max)
 _DEGREE = 8
 _LEAST_PART = 2.0**-26  # of the horizon, the shortest piece
 _MOST_PIECES = 20_000
@@ -41,15 +42,13 @@ def time_function(
         piece.constant.values.extend([0.0] * size)
     elif callable(value):
         _fit(name, value, size, begin, end, tol, breaks, piece.polynomial)
-    elif not isinstance(value, str) and np.ndim(value) > 1:
-        raise invalid(name, f"has {np.ndim(value)} dimensions; must have 1")
     else:
-        entries = [value] if isinstance(value, str) or np.ndim(value) == 0 else list(value)
+        entries = _entries(name, value)
         if len(entries) != size:
             raise invalid(name, f"has {len(entries)} components; must have {size}")
         for k, entry in enumerate(entries):
-            if not isinstance(entry, str) and not isinstance(entry, numbers.Real):
-                raise invalid(f"{name}[{k}]", f"{entry!r}; must be a number or a formula")
+            if not isinstance(entry, (str, numbers.Real)) or (isinstance(entry, int) and abs(entry) > _LARGEST):
+                raise invalid(f"{name}[{k}]", f"{shortened(entry)}; must be a number or a formula")
         if any(isinstance(entry, str) for entry in entries):
             if begin != 0:
                 raise invalid("t_span", f"begins at {begin!r}; formulas in {name} need a span that begins at 0")
@@ -57,6 +56,19 @@ def time_function(
         else:
             piece.constant.values.extend(float(entry) for entry in entries)
     return result
+
+
+def _entries(name: str, value: Any) -> List[Any]:
+    """The components of f or g that is no callable; one alone may be given without brackets."""
+    try:
+        dimensions = 0 if isinstance(value, str) else np.ndim(value)
+    except ValueError as error:  # rows of different lengths
+        raise invalid(name, f"{shortened(value)}: {error}") from None
+    if dimensions > 1:
+        raise invalid(name, f"has {dimensions} dimensions; must have 1")
+    if dimensions == 1:
+        return list(value)
+    return [value.item() if isinstance(value, np.ndarray) else value]
 
 
 def _fit(
@@ -72,14 +84,16 @@ def _fit(
     def at(times: np.ndarray) -> np.ndarray:
         values = np.empty((len(times), size))
         for k, t in enumerate(times):
+            t = float(t)
             try:
-                value = np.atleast_1d(np.asarray(function(t), dtype=float))
-            except (TypeError, ValueError) as error:
-                raise invalid(name, f"fails at t = {t!r}: {error}") from error
+                returned = function(t)
+                value = np.atleast_1d(np.asarray(returned, dtype=float))
+            except Exception as error:  # whatever the caller's function raises
+                raise invalid(name, f"fails at t = {t!r}: {type(error).__name__}: {error}") from error
             if value.shape != (size,):
                 raise invalid(name, f"returns shape {value.shape} at t = {t!r}; must be ({size},)")
             if not np.all(np.isfinite(value)):
-                raise invalid(name, f"is not finite at t = {t!r}")
+                raise invalid(name, f"returns {shortened(returned)} at t = {t!r}; must be finite")
             values[k] = value
         return values
 
@@ -102,7 +116,7 @@ def _fit(
                 continue
             if b - a < _LEAST_PART * (end - begin) or len(starts) + len(waiting) > _MOST_PIECES:
                 raise InvalidArgument(
-                    f"{name}: is not resolved near t = {(a + b) / 2!r}; a jump or a kink there must be in breaks",
+                    f"{name}: is not resolved near t = {float(a + b) / 2!r}; a jump or a kink there must be in breaks",
                     "INVALID_ARGUMENT",
                 )
             middle = (a + b) / 2

@@ -19,6 +19,7 @@ namespace {
 using dlcs::testing::QuotedExample;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string ContentOf(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -51,6 +52,50 @@ TEST_F(PlotCommandTest, DrawsEveryComponentByItsName) {
   const std::string png = folder_.File("result.png");
   ASSERT_EQ(Plot(result_, png).code, 0);
   EXPECT_EQ(ContentOf(png).substr(1, 3), "PNG");
+}
+
+// What a picture shows is what gnuplot wrote as text: legend, labels of axes and ticks.
+TEST_F(PlotCommandTest, DrawsTheComponentsThatAreChosen) {
+  const std::string picture = folder_.File("result.svg");
+  const auto drawn = [&](const std::string& options) {
+    const ProgramOutcome outcome = RunDlcs("plot '" + result_ + "' --output '" + picture + "' " + options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    return ContentOf(picture);
+  };
+  EXPECT_THAT(drawn("--show v,'w(diode)'"), AllOf(HasSubstr(">v<"), HasSubstr(">w(diode)<"), Not(HasSubstr(">i<")),
+                                                  Not(HasSubstr(">diode<")), Not(HasSubstr(">y<"))));
+  EXPECT_THAT(drawn("--show x2"), AllOf(HasSubstr(">v<"), Not(HasSubstr(">i<")), Not(HasSubstr("diode<"))));
+  EXPECT_THAT(drawn("--show y --show i"), AllOf(HasSubstr(">diode<"), HasSubstr(">i<"), Not(HasSubstr(">v<"))));
+  const ProgramOutcome unknown = RunDlcs("plot '" + result_ + "' --output '" + picture + "' --show diod");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("--show: \"diod\""), HasSubstr("did you mean diode?")));
+}
+
+TEST_F(PlotCommandTest, DrawsOverTheComponentsAtEachTime) {
+  const std::string picture = folder_.File("profile.svg"), few = folder_.File("few.json");
+  const std::string solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --quiet --format json --output ";
+  ASSERT_EQ(RunDlcs(solve + "'" + few + "' --at 0,0.5,3").code, 0);
+  const ProgramOutcome drawn = RunDlcs("plot '" + few + "' --profile --show x --output '" + picture + "'");
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_EQ(drawn.err, "");
+  EXPECT_THAT(ContentOf(picture), AllOf(HasSubstr(">t = 0<"), HasSubstr(">t = 0.5<"), HasSubstr(">t = 3<"),
+                                        HasSubstr(">i<"), HasSubstr(">v<"), Not(HasSubstr("diode"))));
+  ASSERT_EQ(RunDlcs(solve + "'" + few + "' --at 0:0.1:3").code, 0);
+  const ProgramOutcome many = RunDlcs("plot '" + few + "' --profile --output '" + picture + "'");
+  EXPECT_THAT(many.err, HasSubstr("12 of the 31 times"));
+  EXPECT_THAT(ContentOf(picture), AllOf(HasSubstr(">t = 0<"), HasSubstr(">t = 3<")));
+}
+
+// gnuplot warns of an axis without a length.
+TEST_F(PlotCommandTest, DrawsWhatIsConstant) {
+  const std::string picture = folder_.File("constant.svg");
+  const ProgramOutcome drawn =
+      SolveText(R"json({"A": [[0]], "B": [[0]], "N": [[0]], "M": [[1]], "g": [1], "x0": [5], "T": 1})json",
+                "--quiet --plot '" + picture + "'");
+  ASSERT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_EQ(drawn.err, "");
+  EXPECT_THAT(ContentOf(picture), HasSubstr(">w1<"));
 }
 
 TEST_F(PlotCommandTest, ASolveDrawsAndPrintsTheSameTable) {
