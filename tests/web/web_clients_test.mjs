@@ -298,10 +298,16 @@ describe("clients from npm", () => {
         assert.equal(stored.bytes, BigInt(bytes.length));
         assert.equal((await unary("GetProblem", { name: stored.name })).title, name);
         assert.ok((await unary("ListProblems")).problems.some((one) => one.name === stored.name));
+        const again = await unary("CreateProblem", { problem, title: name });
+        assert.equal(again.name, stored.name);
         const solved = await all(stream("Solve", { problemName: stored.name, options: short.options }));
         assert.equal(solved.at(-1).kind.case, "summary");
         await unary("DeleteProblem", { name: stored.name });
         assert.equal((await failure(unary("GetProblem", { name: stored.name }))).code, Code.NotFound);
+        // In one call, which every client can make.
+        const created = await unary("CreateProblem", { problem, title: name });
+        assert.equal(created.name, stored.name);
+        await unary("DeleteProblem", { name: created.name });
       });
 
       test("errors have code and details", async () => {

@@ -299,6 +299,31 @@ TEST_F(WebPortTest, UploadsAProblemByConnect) {
   EXPECT_EQ(response.problem().bytes(), static_cast<std::int64_t>(problem.size()));
 }
 
+TEST_F(WebPortTest, StoresAProblemInOneCallOfEveryProtocol) {
+  constexpr char kCreatePath[] = "/dlcs.v1.ProblemService/CreateProblem";
+  const v1::SolveRequest request = SwitchingRequest(100);
+  v1::CreateProblemRequest create;
+  *create.mutable_problem() = request.problem();
+  const std::string bytes = create.SerializeAsString();
+  const std::string name =
+      FromJson<v1::StoredProblem>(PostJson(kCreatePath, ToJson(create)).body).name();
+  EXPECT_THAT(name, ::testing::MatchesRegex("problems/[0-9a-f]+"));
+  const auto named = [](const std::string& message) {
+    v1::StoredProblem stored;
+    EXPECT_TRUE(stored.ParseFromString(message));
+    return stored.name();
+  };
+  EXPECT_EQ(named(Post(kCreatePath, "application/proto", bytes).body), name);
+  EXPECT_EQ(named(FramesIn(Post(kCreatePath, "application/grpc-web", Framed(bytes)).body)[0].data), name);
+  const HttpAnswer text = Post(kCreatePath, "application/grpc-web-text", absl::Base64Escape(Framed(bytes)));
+  EXPECT_EQ(named(FramesIn(Unbase64(text.body))[0].data), name);
+
+  v1::SolveRequest by_name;
+  by_name.set_problem_name(name);
+  *by_name.mutable_options() = request.options();
+  EXPECT_EQ(AnswerIn(testing::Solve(*stub_, by_name).events), AnswerIn(testing::Solve(*stub_, request).events));
+}
+
 TEST_F(WebPortTest, TimeoutsStopASolveThatStillHasAResult) {
   // The server alone has a clock here, and leaves itself half a second.
   const v1::SolveRequest request = testing::EndlessRequest();
