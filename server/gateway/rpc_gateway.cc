@@ -36,6 +36,16 @@ asio::awaitable<void> ReplyError(HttpExchange& exchange, const RpcFormat& format
   co_await exchange.Reply(std::move(response));
 }
 
+// The end of a call. gRPC says UNIMPLEMENTED, and no more, of bytes that are not a message of the method.
+asio::awaitable<grpc::Status> EndOf(ForwardedCall& call, const MethodDescriptor& method) {
+  grpc::Status status = co_await call.Finish();
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED && status.error_message().empty()) {
+    status = ToGrpc(
+        absl::InvalidArgumentError(fmt::format("the body is not a message {}", method.input_type()->full_name())));
+  }
+  co_return status;
+}
+
 }  // namespace
 
 RpcGateway::RpcGateway(std::shared_ptr<grpc::Channel> channel, const Access& access, std::size_t max_message_bytes)
@@ -175,7 +185,7 @@ asio::awaitable<void> RpcGateway::AnswerUnary(HttpExchange& exchange, const Meth
     const std::optional<std::string> none = co_await call.Read();
     static_cast<void>(none);
   }
-  grpc::Status status = co_await call.Finish();
+  grpc::Status status = co_await EndOf(call, method);
   if (!status.ok() || !message) {
     co_await ReplyError(exchange, format, std::move(status));
     co_return;
@@ -196,7 +206,7 @@ asio::awaitable<void> RpcGateway::AnswerStream(HttpExchange& exchange, const Met
                                                const RpcFormat& format, ForwardedCall& call) {
   std::optional<std::string> message = co_await call.Read();
   if (!message) {
-    grpc::Status status = co_await call.Finish();
+    grpc::Status status = co_await EndOf(call, method);
     if (status.ok() && format.protocol == RpcProtocol::kJsonLines) {
       HttpResponse empty{.status = 200, .headers = {{"content-type", format.content_type}}, .body = ""};
       co_await exchange.Reply(std::move(empty));

@@ -140,11 +140,12 @@ class WebPort::State {
       return preflight;
     }
     if (is_method) return Refused("POST");
-    if (request.method != "GET" && request.method != "HEAD") return Refused("GET, HEAD");
     const auto found = assets_.find(request.path);
-    if (found != assets_.end()) return Serve(request, found->second);
-    if (request.path == "/") return TextResponse(200, kNoPage);
-    return TextResponse(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
+    if (found == assets_.end() && request.path != "/") {
+      return TextResponse(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
+    }
+    if (request.method != "GET" && request.method != "HEAD") return Refused("GET, HEAD");
+    return found == assets_.end() ? TextResponse(200, kNoPage) : Serve(request, found->second);
   }
 
   static HttpResponse Refused(const char* allowed) {
