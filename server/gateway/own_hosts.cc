@@ -23,6 +23,11 @@ std::string HostIn(std::string_view authority) {
     asio::ip::make_address_v6(host, is_no_address);
     if (is_no_address) return "";
   }
+  // Else "evil.com/a.localhost" would end as a name of ours does.
+  const auto may_be_in_host = [bracketed](unsigned char c) {
+    return absl::ascii_isalnum(c) || c == '-' || c == '.' || c == '_' || (bracketed && (c == ':' || c == '%'));
+  };
+  if (!std::all_of(host.begin(), host.end(), may_be_in_host)) return "";
   const auto is_digit = [](unsigned char c) { return absl::ascii_isdigit(c); };
   if (!port.empty() && (port[0] != ':' || !std::all_of(port.begin() + 1, port.end(), is_digit))) return "";
   if (host.ends_with('.')) host.pop_back();
