@@ -33,8 +33,8 @@ google::protobuf::util::TypeResolver& Resolver() {
 
 std::string UrlOf(const google::protobuf::Descriptor& type) { return "type.googleapis.com/" + type.full_name(); }
 
-// The pieces of a JSON text. They end outside of strings and behind a separator, so that the parser keeps nothing of one
-// for the next.
+// The pieces of a JSON text. They end outside of strings and behind a separator, so that the parser keeps nothing of
+// one for the next.
 class JsonPieces final : public google::protobuf::io::ZeroCopyInputStream {
  public:
   JsonPieces(std::string_view json, const JsonBounds& bounds) : json_(json), bounds_(bounds) {}
@@ -107,8 +107,8 @@ absl::Status NotInJson(const google::protobuf::Descriptor& type, const std::stri
   return absl::InvalidArgumentError(fmt::format("the body is not a {} in JSON: {}", type.full_name(), why));
 }
 
-// `why` is the parser's: "(problem.a) dens: Cannot find field.", "(problem.x0[2]): invalid value ...", or a syntax error
-// of several lines.
+// `why` is the parser's: "(problem.a) dens: Cannot find field.", "(problem.x0[2]): invalid value ...", or a syntax
+// error of several lines.
 absl::Status Refused(const google::protobuf::Descriptor& type, const std::string& why) {
   static constexpr std::string_view kUnknown = ": Cannot find field.";
   std::string_view rule = why;

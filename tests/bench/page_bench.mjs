@@ -24,9 +24,10 @@ const example = (name) => path.join(process.env.PROJECT, "deploy/examples", `${n
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 const percentile = (values, part) =>
   [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor((part / 100) * values.length))];
-const told = (values, unit = "ms", digits = 0) =>
-  [50, 99, 100].map((part) => `p${part} ${percentile(values, part).toFixed(digits)}`).join(", ").replace("p100", "max") +
-  ` ${unit}`;
+const told = (values) => {
+  const [middle, most, max] = [50, 99, 100].map((part) => percentile(values, part).toFixed(0));
+  return `p50 ${middle}, p99 ${most}, max ${max} ms`;
+};
 const say = (text) => console.log(text);
 
 // Of a process, from /proc.
@@ -62,7 +63,11 @@ function bareWatch(url, job, { onLine, ca, seconds = 0, binary = false } = {}) {
   );
   socket.write(body);
   const stream = { socket, bytes: 0, ended: new Promise((resolve) => socket.once("close", resolve)) };
-  stream.begun = new Promise((resolve) => socket.once("data", resolve));
+  stream.begun = new Promise((resolve, reject) => {
+    socket.once("data", resolve);
+    socket.once("close", () => reject(new Error(`no answer to a watcher: ${stream.error ?? "closed"}`)));
+  });
+  stream.begun.catch(() => undefined); // for those who do not ask
   let rest = "";
   let tail = "";
   socket.on("data", (data) => {
@@ -74,7 +79,10 @@ function bareWatch(url, job, { onLine, ca, seconds = 0, binary = false } = {}) {
     rest = lines.pop();
     lines.forEach(onLine);
   });
-  socket.on("error", () => socket.destroy());
+  socket.on("error", (error) => {
+    stream.error = error;
+    socket.destroy();
+  });
   return stream;
 }
 
@@ -112,8 +120,9 @@ const newPage = async (browser) =>
 
 // Returns the name of the job.
 function submit(dlcsd, options, login = []) {
-  const arguments_ = ["submit", example("four-variables"), "--server", dlcsd.address, ...login, "--no-estimate-error"];
-  return execFileSync(process.env.DLCS, [...arguments_, ...options.split(" ")], { encoding: "utf8" }).trim();
+  const server = ["--server", dlcsd.address, ...login, "--patience", "30"];
+  const arguments_ = ["submit", example("four-variables"), ...server, "--no-estimate-error", ...options.split(" ")];
+  return execFileSync(process.env.DLCS, arguments_, { encoding: "utf8" }).trim();
 }
 
 // Solves of so many seconds on one thread: some 50 iterations a second, and some thousands.
@@ -279,7 +288,8 @@ async function streams() {
       const all = cost[JSON.stringify(way)];
       const more = Math.min(...all) - alone;
       say(
-        `  ten readers, ${way.binary ? "gRPC-Web" : "JSON"}, ${way.seconds ? `every ${way.seconds} s` : "all events"}: ` +
+        `  ten readers, ${way.binary ? "gRPC-Web" : "JSON"}, ` +
+          `${way.seconds ? `every ${way.seconds} s` : "all events"}: ` +
           `${((100 * more) / alone).toFixed(1)} % more (${all.join(", ")})`,
       );
     }
@@ -298,8 +308,10 @@ async function watchers() {
     await withServer(async (dlcsd) => {
       const { pid } = dlcsd.process_;
       const login = secure ? ["--tls", "--tls-ca", certificate] : [];
-      submit(dlcsd, fast(28), login);
-      const name = submit(dlcsd, fast(28), login);
+      // Of some minutes, and of the same memory all the time.
+      const long = "--threads 1 --method wu-chen-iteration --steps 4000";
+      submit(dlcsd, long, login);
+      const name = submit(dlcsd, long, login);
       const open = [];
       const add = async (count) => {
         for (let k = 0; k < count; ++k) {
@@ -315,7 +327,8 @@ async function watchers() {
         await pause(500);
       }
       await add(1_000);
-      say(`1,000 idle watchers ${secure ? "with TLS" : "over plain HTTP"}: ${(residentMb(pid) - before).toFixed(1)} MB`);
+      const grown = (residentMb(pid) - before).toFixed(1);
+      say(`1,000 idle watchers ${secure ? "with TLS" : "over plain HTTP"}: ${grown} MB`);
       open.forEach(({ socket }) => socket.destroy());
     }, ...limits, ...flags);
   }

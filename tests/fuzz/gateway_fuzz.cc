@@ -128,7 +128,8 @@ void TryBody(const RpcFormat& format, const MethodDescriptor& method, std::strin
     if (!format.json) (void)MessageToJson(*method.output_type(), message);
   }
   // Base64 has its padding at the end of each message.
-  if (format.base64 || format.protocol == RpcProtocol::kConnectUnary || format.protocol == RpcProtocol::kJsonLines) return;
+  const bool is_framed = format.protocol == RpcProtocol::kConnectStream || format.protocol == RpcProtocol::kGrpcWeb;
+  if (format.base64 || !is_framed) return;
   Require(SplitBody(format, framed).value() == *messages, "framed messages are found again");
 }
 

@@ -153,9 +153,10 @@ const steps = (count, more = {}) => ({ steps: count, method: "METHOD_TIME_STEPPI
 const short = { problem, options: { outputTimes: [0, 1, 2] } };
 // Fifty of them in one, which takes minutes on any machine.
 const copies = 50;
-const diagonal = (value) => ({
-  dense: { rows: copies, columns: copies, values: Array.from({ length: copies ** 2 }, (_, k) => (k % (copies + 1) ? 0 : value)) },
-});
+const diagonal = (value) => {
+  const values = Array.from({ length: copies ** 2 }, (_, k) => (k % (copies + 1) ? 0 : value));
+  return { dense: { rows: copies, columns: copies, values } };
+};
 const formulas = (text) => ({ pieces: [{ formulas: { formulas: Array(copies).fill(text) } }] });
 const long = {
   problem: {

@@ -14,7 +14,8 @@ TEST(OwnHostsTest, AreAddressesLocalhostAndTheNamesGiven) {
   }
   for (const char* other :
        {"", ":8080", "example.org", "solver.example.org.evil.com", "evil.com:80", "localhost.evil.com",
-        "127.0.0.1.evil.com", "127.0.0.1:80:80", "localhost:http", "[::1", "[evil.com]", "[::1]x", "localhost@evil.com", "evil.com/localhost",
+        "127.0.0.1.evil.com", "127.0.0.1:80:80", "localhost:http", "[::1", "[evil.com]", "[::1]x", "localhost@evil.com",
+        "evil.com/localhost",
         "user:pass@localhost", "evil.com/a.localhost", "evil.com@a.localhost", "localhost, evil.com", "\tlocalhost"}) {
     EXPECT_FALSE(hosts.Has(other)) << other;
   }

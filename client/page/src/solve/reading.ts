@@ -37,8 +37,8 @@ export function strideFor(times: number, xs: number, ys: number): number {
 }
 
 /**
- * Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks. Returns
- * for how many milliseconds the stream was taken.
+ * Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks.
+ * Returns for how many milliseconds the stream was taken.
  */
 async function readPages(
   request: ReadTrajectoryRequest,
