@@ -184,11 +184,19 @@ bool IsNonlinear(const json& root, JsonReader& reader) {
   return root.contains("kind") && reader.ReadWord(root["kind"], "kind", {"linear", "nonlinear"}) == "nonlinear";
 }
 
+// A file that has the name of one with arrays, and neither its content nor an object of JSON, so that the error is
+// about the format that was meant.
+bool ShouldBeArrayFile(const std::string& text, const std::string& source) {
+  const bool named = source.ends_with(".mat") || source.ends_with(".npz") || source.ends_with(".npy");
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return named && (first == std::string::npos || text[first] != '{');
+}
+
 }  // namespace
 
 absl::StatusOr<ProblemFile> ParseProblem(const std::string& text, const std::string& source,
                                          const AgreementCheck& agrees) {
-  if (IsArrayFile(text)) {
+  if (IsArrayFile(text) || ShouldBeArrayFile(text, source)) {
     auto problem = ParseProblemArrays(text, source);
     if (!problem.ok()) return problem.status();
     return ProblemFile{.problem = *std::move(problem), .nonlinear = {}, .name = {}};

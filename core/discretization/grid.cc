@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 
+#include "core/parallel/stop_scope.h"
+
 namespace dlcs {
 namespace {
 
@@ -31,10 +33,12 @@ void AppendRun(double begin, double end, double longest_step, bool starts_at_bre
   runs.push_back(run);
 }
 
-// Appends the nodes of `run` behind its first one.
+// Appends the nodes of `run` behind its first one. The memory of twenty million takes a busy machine seconds.
 void AppendTimes(const Run& run, std::vector<double>& times) {
+  constexpr Index kNodesPerLook = 1 << 16;
   const double length = run.end - run.begin;
   for (Index k = 1; k < run.steps; ++k) {
+    if (k % kNodesPerLook == 0) LookForStop();
     times.push_back(run.begin + length * (static_cast<double>(k) / static_cast<double>(run.steps)));
   }
   times.push_back(run.end);

@@ -29,6 +29,7 @@ constexpr std::pair<std::string_view, MethodRule> kRules[] = {
     {"/dlcs.v1.JobService/WatchSolveJob", kLook},
     {"/dlcs.v1.JobService/ReadTrajectory", kLook},
     {"/dlcs.v1.ProblemService/UploadProblem", kChange},
+    {"/dlcs.v1.ProblemService/CreateProblem", kChange},
     {"/dlcs.v1.ProblemService/GetProblem", kLook},
     {"/dlcs.v1.ProblemService/ListProblems", kLook},
     {"/dlcs.v1.ProblemService/DeleteProblem", kChange},

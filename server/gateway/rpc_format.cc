@@ -6,19 +6,15 @@
 #include <cctype>
 #include <charconv>
 #include <cstdint>
-#include <memory>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "fmt/format.h"
-#include "google/protobuf/util/json_util.h"
-#include "google/protobuf/util/type_resolver.h"
-#include "google/protobuf/util/type_resolver_util.h"
 #include "google/rpc/status.pb.h"
 #include "nlohmann/json.hpp"
 #include "server/access/forwarded_caller.h"
-#include "server/wire/errors.h"
+#include "server/gateway/json_message.h"
 
 namespace dlcs {
 namespace {
@@ -29,8 +25,6 @@ using Json = nlohmann::json;
 constexpr std::size_t kPrefixBytes = 5;  // a byte of flags and four of length, big-endian
 // Beyond, a body of prefixes alone would take many times its size in memory.
 constexpr std::size_t kMostMessages = 1 << 17;
-// As deep as protobuf's binary messages. Its JSON parser takes 300 bytes for each '[' of a body.
-constexpr int kDeepest = 100;
 constexpr unsigned char kCompressed = 0x01;
 constexpr unsigned char kConnectEnd = 0x02;
 constexpr unsigned char kGrpcWebTrailers = 0x80;
@@ -83,15 +77,6 @@ std::string Unpadded(const std::string& bytes) {
   while (!text.empty() && text.back() == '=') text.pop_back();
   return text;
 }
-
-google::protobuf::util::TypeResolver& Resolver() {
-  static const std::unique_ptr<google::protobuf::util::TypeResolver> resolver(
-      google::protobuf::util::NewTypeResolverForDescriptorPool("type.googleapis.com",
-                                                               DescriptorPool::generated_pool()));
-  return *resolver;
-}
-
-std::string UrlOf(const google::protobuf::Descriptor& type) { return "type.googleapis.com/" + type.full_name(); }
 
 // The details of an error: each in binary, and in JSON for people.
 Json DetailsOf(const grpc::Status& status) {
@@ -173,30 +158,8 @@ bool IsOfTransport(std::string_view name) {
                      [name](const char* prefix) { return name.starts_with(prefix); });
 }
 
-// What a client has sent, for a message of a status, which is a string of protobuf.
-std::string ValidUtf8(std::string_view text) { return Json::parse(Dump(Json(std::string(text)))).get<std::string>(); }
-
 absl::Status BadTimeout(const char* header, std::string_view value, const char* rule) {
   return absl::InvalidArgumentError(fmt::format("{}: {} must be {}", header, ValidUtf8(value.substr(0, 100)), rule));
-}
-
-bool IsTooDeep(std::string_view json) {
-  int depth = 0;
-  char quote = 0;  // the parser takes 'text' too
-  for (std::size_t k = 0; k < json.size(); ++k) {
-    const char c = json[k];
-    if (quote != 0) {
-      if (c == '\\') ++k;
-      if (c == quote) quote = 0;
-    } else if (c == '"' || c == '\'') {
-      quote = c;
-    } else if (c == '{' || c == '[') {
-      if (++depth > kDeepest) return true;
-    } else if (c == '}' || c == ']') {
-      --depth;
-    }
-  }
-  return false;
 }
 
 }  // namespace
@@ -347,40 +310,6 @@ absl::StatusOr<std::vector<std::pair<std::string, std::string>>> MetadataIn(cons
     metadata.emplace_back(key, std::move(value));
   }
   return metadata;
-}
-
-absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& type, const std::string& json) {
-  if (IsTooDeep(json)) {
-    return absl::InvalidArgumentError(
-        fmt::format("the body is not a {} in JSON: more than {} levels", type.full_name(), kDeepest));
-  }
-  std::string message;
-  // An empty body stands for an empty message, so that "curl -X POST" lists the jobs.
-  const auto status =
-      google::protobuf::util::JsonToBinaryString(&Resolver(), UrlOf(type), json.empty() ? "{}" : json, &message);
-  if (status.ok()) return message;
-  // "problem.a: Cannot find field."
-  const std::string why = ValidUtf8({status.message().data(), status.message().size()});
-  const std::size_t colon = why.find(": ");
-  const bool names_field = colon != std::string::npos && why.find_first_of(" \n") > colon;
-  if (!names_field) {
-    return absl::InvalidArgumentError(fmt::format("the body is not a {} in JSON: {}", type.full_name(), why));
-  }
-  const std::string rule = why.substr(colon + 2);
-  return InvalidRequest(
-      {{.field = why.substr(0, colon),
-        .description = rule == "Cannot find field." ? fmt::format("{} has no such field", type.full_name()) : rule}});
-}
-
-absl::StatusOr<std::string> MessageToJson(const google::protobuf::Descriptor& type, const std::string& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string json;
-  const auto status = google::protobuf::util::BinaryToJsonString(&Resolver(), UrlOf(type), message, &json, options);
-  if (status.ok()) return json;
-  return absl::InternalError(fmt::format("a {} that has no JSON: {}", type.full_name(),
-                                         std::string(status.message().data(), status.message().size())));
 }
 
 }  // namespace dlcs

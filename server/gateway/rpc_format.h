@@ -16,7 +16,7 @@
 #include "absl/status/statusor.h"
 #include "google/protobuf/descriptor.h"
 #include "grpcpp/support/status.h"
-#include "server/http/http_server.h"
+#include "server/http/http_message.h"
 
 namespace dlcs {
 
@@ -62,11 +62,6 @@ absl::StatusOr<std::optional<std::chrono::nanoseconds>> TimeoutOf(const HttpRequ
 // The headers of a request that are metadata of the call. Errors: InvalidArgument for broken base64; PermissionDenied
 // for metadata that is reserved for the server.
 absl::StatusOr<std::vector<std::pair<std::string, std::string>>> MetadataIn(const HttpRequest& request);
-
-// Between a message of the type `type` and proto3 JSON with the names of the contract, as `dlcs --format json` prints
-// it. Errors: InvalidArgument with the place.
-absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& type, const std::string& json);
-absl::StatusOr<std::string> MessageToJson(const google::protobuf::Descriptor& type, const std::string& message);
 
 }  // namespace dlcs
 

@@ -8,12 +8,10 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "boost/asio/async_result.hpp"
-#include "boost/asio/post.hpp"
-#include "boost/asio/use_awaitable.hpp"
 #include "fmt/format.h"
 #include "google/protobuf/descriptor.h"
 #include "server/gateway/forwarded_call.h"
+#include "server/gateway/json_message.h"
 #include "server/wire/status.h"
 
 namespace dlcs {
@@ -24,31 +22,6 @@ using google::protobuf::MethodDescriptor;
 
 // Translating a message of this size takes about a millisecond.
 constexpr std::size_t kLargeBytes = 64 << 10;
-
-// "/dlcs.v1.SolverService/Solve"; null if there is no such method.
-const MethodDescriptor* FindMethod(const std::string& path) {
-  const std::size_t slash = path.rfind('/');
-  if (path.empty() || path[0] != '/' || slash == 0 || slash == std::string::npos) return nullptr;
-  const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
-  const auto* const service = pool->FindServiceByName(path.substr(1, slash - 1));
-  return service == nullptr ? nullptr : service->FindMethodByName(path.substr(slash + 1));
-}
-
-// Runs `work` on a thread of `pool`; the coroutine resumes on its own executor.
-asio::awaitable<absl::StatusOr<std::string>> RunOn(asio::thread_pool& pool, asio::any_io_executor executor,
-                                                   std::function<absl::StatusOr<std::string>()> work) {
-  using Result = absl::StatusOr<std::string>;
-  const auto result = std::make_shared<Result>();
-  const auto initiate = [&pool, executor, work, result](auto handler) {
-    const auto kept = std::make_shared<decltype(handler)>(std::move(handler));
-    asio::post(pool, [executor, work, result, kept] {
-      *result = work();
-      asio::post(executor, [kept] { (*kept)(); });
-    });
-  };
-  co_await asio::async_initiate<const asio::use_awaitable_t<>, void()>(initiate, asio::use_awaitable);
-  co_return std::move(*result);
-}
 
 // Sends the status of a call that has sent no message.
 asio::awaitable<void> ReplyError(HttpExchange& exchange, const RpcFormat& format, grpc::Status status) {
@@ -63,12 +36,28 @@ asio::awaitable<void> ReplyError(HttpExchange& exchange, const RpcFormat& format
   co_await exchange.Reply(std::move(response));
 }
 
+// The end of a call. gRPC says UNIMPLEMENTED, and no more, of bytes that are not a message of the method.
+asio::awaitable<grpc::Status> EndOf(ForwardedCall& call, const MethodDescriptor& method) {
+  grpc::Status status = co_await call.Finish();
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED && status.error_message().empty()) {
+    status = ToGrpc(
+        absl::InvalidArgumentError(fmt::format("the body is not a message {}", method.input_type()->full_name())));
+  }
+  co_return status;
+}
+
 }  // namespace
 
 RpcGateway::RpcGateway(std::shared_ptr<grpc::Channel> channel, const Access& access, std::size_t max_message_bytes)
     : access_(access), max_message_bytes_(max_message_bytes), stub_(std::move(channel)) {}
 
-bool RpcGateway::IsMethod(const std::string& path) { return FindMethod(path) != nullptr; }
+const MethodDescriptor* RpcGateway::FindMethod(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  if (path.empty() || path[0] != '/' || slash == 0 || slash == std::string::npos) return nullptr;
+  const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
+  const auto* const service = pool->FindServiceByName(path.substr(1, slash - 1));
+  return service == nullptr ? nullptr : service->FindMethodByName(path.substr(slash + 1));
+}
 
 asio::awaitable<void> RpcGateway::Answer(HttpExchange& exchange) {
   const HttpRequest& request = exchange.request();
@@ -149,34 +138,43 @@ asio::awaitable<absl::StatusOr<ForwardedRequest>> RpcGateway::ReadRequest(HttpEx
   }
   forwarded.messages = *std::move(messages);
   if (!format.json) co_return forwarded;
+  std::stop_source left;
+  std::function<void()> leave = [left]() mutable { left.request_stop(); };
+  exchange.OnDisconnect(std::move(leave));
   for (std::string& message : forwarded.messages) {
-    std::function<absl::StatusOr<std::string>()> translate = [&method, &message] {
-      return JsonToMessage(*method.input_type(), message);
+    Translators::Work translate = [this, &method, &message](const std::function<bool()>& go_on) {
+      return JsonToMessage(*method.input_type(), message, {.max_bytes = max_message_bytes_, .go_on = go_on});
     };
-    absl::StatusOr<std::string> binary = std::string();
-    if (message.size() < kLargeBytes) {
-      binary = translate();
-    } else {
-      binary = co_await RunOn(translators_, exchange.executor(), translate);
-    }
+    const std::size_t bytes = message.size();
+    std::stop_token token = left.get_token();
+    absl::StatusOr<std::string> binary =
+        co_await Translate(exchange, bytes, std::move(token), std::move(translate));
     if (!binary.ok()) co_return binary.status();
     message = *std::move(binary);
   }
   co_return forwarded;
 }
 
-asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Encode(const MethodDescriptor& method, const RpcFormat& format,
-                                                                std::string message) {
+asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Translate(HttpExchange& exchange, std::size_t bytes,
+                                                                   std::stop_token left, Translators::Work work) {
+  if (bytes < kLargeBytes) co_return work([] { return true; });
+  asio::any_io_executor executor = exchange.executor();
+  absl::StatusOr<std::string> result =
+      co_await translators_.Run(bytes, std::move(left), std::move(executor), std::move(work));
+  co_return result;
+}
+
+asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Encode(HttpExchange& exchange, const MethodDescriptor& method,
+                                                                const RpcFormat& format, std::string message) {
   if (!format.json) co_return FrameMessage(format, std::move(message));
-  const bool large = message.size() >= kLargeBytes;
-  std::function<absl::StatusOr<std::string>()> translate = [&method, &format, kept = std::move(message)] {
-    absl::StatusOr<std::string> json = MessageToJson(*method.output_type(), kept);
+  Translators::Work translate = [&](const std::function<bool()>& /*go_on*/) {
+    absl::StatusOr<std::string> json = MessageToJson(*method.output_type(), message);
     if (json.ok()) json = FrameMessage(format, *std::move(json));
     return json;
   };
-  if (!large) co_return translate();
-  const asio::any_io_executor executor = co_await asio::this_coro::executor;
-  absl::StatusOr<std::string> result = co_await RunOn(translators_, executor, std::move(translate));
+  const std::size_t bytes = message.size();
+  std::stop_token none;
+  absl::StatusOr<std::string> result = co_await Translate(exchange, bytes, std::move(none), std::move(translate));
   co_return result;
 }
 
@@ -187,12 +185,12 @@ asio::awaitable<void> RpcGateway::AnswerUnary(HttpExchange& exchange, const Meth
     const std::optional<std::string> none = co_await call.Read();
     static_cast<void>(none);
   }
-  grpc::Status status = co_await call.Finish();
+  grpc::Status status = co_await EndOf(call, method);
   if (!status.ok() || !message) {
     co_await ReplyError(exchange, format, std::move(status));
     co_return;
   }
-  absl::StatusOr<std::string> body = co_await Encode(method, format, *std::move(message));
+  absl::StatusOr<std::string> body = co_await Encode(exchange, method, format, *std::move(message));
   if (!body.ok()) {
     status = ToGrpc(body.status());
     co_await ReplyError(exchange, format, std::move(status));
@@ -208,7 +206,7 @@ asio::awaitable<void> RpcGateway::AnswerStream(HttpExchange& exchange, const Met
                                                const RpcFormat& format, ForwardedCall& call) {
   std::optional<std::string> message = co_await call.Read();
   if (!message) {
-    grpc::Status status = co_await call.Finish();
+    grpc::Status status = co_await EndOf(call, method);
     if (status.ok() && format.protocol == RpcProtocol::kJsonLines) {
       HttpResponse empty{.status = 200, .headers = {{"content-type", format.content_type}}, .body = ""};
       co_await exchange.Reply(std::move(empty));
@@ -223,7 +221,7 @@ asio::awaitable<void> RpcGateway::AnswerStream(HttpExchange& exchange, const Met
   co_await exchange.Begin(200, std::move(headers));
   std::optional<grpc::Status> failure;
   while (message && !failure) {
-    absl::StatusOr<std::string> framed = co_await Encode(method, format, *std::move(message));
+    absl::StatusOr<std::string> framed = co_await Encode(exchange, method, format, *std::move(message));
     if (!framed.ok()) {
       failure = ToGrpc(framed.status());
       break;

@@ -6,16 +6,17 @@
 
 #include <cstddef>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <utility>
 
 #include "boost/asio/awaitable.hpp"
-#include "boost/asio/thread_pool.hpp"
 #include "grpcpp/channel.h"
 #include "grpcpp/generic/generic_stub.h"
 #include "server/access/access.h"
 #include "server/gateway/forwarded_call.h"
 #include "server/gateway/rpc_format.h"
+#include "server/gateway/translators.h"
 #include "server/http/http_server.h"
 
 namespace dlcs {
@@ -27,10 +28,10 @@ class RpcGateway {
   // `channel` leads to the server of this process. `access` must outlive the gateway.
   RpcGateway(std::shared_ptr<grpc::Channel> channel, const Access& access, std::size_t max_message_bytes);
 
-  // Whether the path is one of a method.
-  static bool IsMethod(const std::string& path);
+  // "/dlcs.v1.SolverService/Solve"; null if there is no such method.
+  static const google::protobuf::MethodDescriptor* FindMethod(const std::string& path);
 
-  // Answers a POST to the path of a method (IsMethod()). Errors are answers too.
+  // Answers a POST to the path of a method. Errors are answers too.
   boost::asio::awaitable<void> Answer(HttpExchange& exchange);
 
  private:
@@ -41,14 +42,17 @@ class RpcGateway {
                                            const RpcFormat& format, ForwardedCall& call);
   boost::asio::awaitable<void> AnswerStream(HttpExchange& exchange, const google::protobuf::MethodDescriptor& method,
                                             const RpcFormat& format, ForwardedCall& call);
-  boost::asio::awaitable<absl::StatusOr<std::string>> Encode(const google::protobuf::MethodDescriptor& method,
+  // Runs `work` at once for a small message, and on another thread for a large one.
+  boost::asio::awaitable<absl::StatusOr<std::string>> Translate(HttpExchange& exchange, std::size_t bytes,
+                                                                std::stop_token left, Translators::Work work);
+  boost::asio::awaitable<absl::StatusOr<std::string>> Encode(HttpExchange& exchange,
+                                                             const google::protobuf::MethodDescriptor& method,
                                                              const RpcFormat& format, std::string message);
 
   const Access& access_;
   const std::size_t max_message_bytes_;
   grpc::GenericStub stub_;
-  // Large messages are translated from and to JSON here, since that would block other connections for long.
-  boost::asio::thread_pool translators_{1};
+  Translators translators_;
 };
 
 }  // namespace dlcs

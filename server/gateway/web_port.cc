@@ -8,11 +8,11 @@
 #include <string_view>
 #include <utility>
 
-#include "absl/strings/ascii.h"
-#include "boost/asio/ip/address.hpp"
 #include "fmt/format.h"
+#include "server/gateway/own_hosts.h"
 #include "server/gateway/page_files.h"
 #include "server/gateway/rpc_gateway.h"
+#include "server/http/http_message.h"
 #include "server/http/http_server.h"
 #include "server/net/listen_address.h"
 
@@ -30,26 +30,6 @@ constexpr const char* kNoPage =
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "font-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-// The host of "[::1]:8080" or "example.org:8080", in lower case and without brackets; empty for anything else.
-std::string HostIn(std::string_view authority) {
-  const bool bracketed = authority.starts_with('[');
-  const std::size_t end = std::min(bracketed ? authority.find(']') : authority.find(':'), authority.size());
-  std::string host(authority.substr(0, end));
-  std::string_view port = authority.substr(end);
-  if (bracketed) {
-    if (port.empty()) return "";
-    host.erase(0, 1);
-    port.remove_prefix(1);
-    boost::system::error_code is_no_address;
-    asio::ip::make_address_v6(host, is_no_address);
-    if (is_no_address) return "";
-  }
-  const auto is_digit = [](unsigned char c) { return absl::ascii_isdigit(c); };
-  if (!port.empty() && (port[0] != ':' || !std::all_of(port.begin() + 1, port.end(), is_digit))) return "";
-  if (host.ends_with('.')) host.pop_back();
-  return absl::AsciiStrToLower(host);
-}
 
 std::string Gzipped(std::string_view bytes) {
   z_stream stream{};
@@ -97,13 +77,12 @@ class WithHeaders final : public HttpExchange {
 
 class WebPort::State {
  public:
-  State(const WebPortOptions& options, std::string listen_host, const Access& access,
+  State(const WebPortOptions& options, const std::string& listen_host, const Access& access,
         std::shared_ptr<grpc::Channel> channel)
       : origins_(options.origins),
         hosts_(options.hosts),
         gateway_(std::move(channel), access, options.max_message_bytes) {
-    hosts_.push_back(std::move(listen_host));
-    for (std::string& host : hosts_) host = absl::AsciiStrToLower(host);
+    hosts_.Add(listen_host);
     for (const PageFile& file : PageFiles()) {
       Asset asset{std::string(file.content_type), file.bytes, Gzipped(file.bytes)};
       assets_.emplace(std::string(file.path), std::move(asset));
@@ -112,11 +91,11 @@ class WebPort::State {
 
   asio::awaitable<void> Handle(HttpExchange& exchange) {
     const HttpRequest& request = exchange.request();
-    if (!IsOwnHost(request.Header("host"))) {
+    if (!hosts_.Has(request.Header("host"))) {
       HttpResponse refusal =
           TextResponse(421, fmt::format("This server does not go by the name \"{}\". If it should, start it "
                                         "with --http-hosts.\n",
-                                        HostIn(request.Header("host").substr(0, 100))));
+                                        HostIn(request.Header("host")).substr(0, 100)));
       refusal.headers.emplace_back("x-content-type-options", "nosniff");
       co_await exchange.Reply(std::move(refusal));
       co_return;
@@ -130,11 +109,12 @@ class WebPort::State {
       headers.emplace_back("access-control-expose-headers", kExposedHeaders);
     }
     WithHeaders response(exchange, std::move(headers));
-    if (request.method == "POST" && RpcGateway::IsMethod(request.path)) {
+    const bool is_method = RpcGateway::FindMethod(request.path) != nullptr;
+    if (request.method == "POST" && is_method) {
       co_await gateway_.Answer(response);
       co_return;
     }
-    HttpResponse reply = ResponseTo(request, is_allowed_origin);
+    HttpResponse reply = ResponseTo(request, is_method, is_allowed_origin);
     co_await response.Reply(std::move(reply));
   }
 
@@ -148,17 +128,8 @@ class WebPort::State {
     std::string gzipped;
   };
 
-  bool IsOwnHost(std::string_view authority) const {
-    const std::string host = HostIn(authority);
-    if (host.empty()) return false;
-    boost::system::error_code is_name;
-    asio::ip::make_address(host, is_name);
-    return !is_name || host == "localhost" || host.ends_with(".localhost") ||
-           std::find(hosts_.begin(), hosts_.end(), host) != hosts_.end();
-  }
-
-  HttpResponse ResponseTo(const HttpRequest& request, bool is_allowed_origin) const {
-    if (request.method == "OPTIONS" && RpcGateway::IsMethod(request.path)) {
+  HttpResponse ResponseTo(const HttpRequest& request, bool is_method, bool is_allowed_origin) const {
+    if (request.method == "OPTIONS" && is_method) {
       HttpResponse preflight{.status = 204, .headers = {{"allow", "POST"}}, .body = ""};
       if (!is_allowed_origin) return preflight;
       preflight.headers.emplace_back("access-control-allow-methods", "POST");
@@ -168,12 +139,13 @@ class WebPort::State {
       preflight.headers.emplace_back("access-control-max-age", "7200");
       return preflight;
     }
-    if (RpcGateway::IsMethod(request.path)) return Refused("POST");
-    if (request.method != "GET" && request.method != "HEAD") return Refused("GET, HEAD");
+    if (is_method) return Refused("POST");
     const auto found = assets_.find(request.path);
-    if (found != assets_.end()) return Serve(request, found->second);
-    if (request.path == "/") return TextResponse(200, kNoPage);
-    return TextResponse(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
+    if (found == assets_.end() && request.path != "/") {
+      return TextResponse(404, "There is the page at /, and calls at /dlcs.v1.SERVICE/METHOD.\n");
+    }
+    if (request.method != "GET" && request.method != "HEAD") return Refused("GET, HEAD");
+    return found == assets_.end() ? TextResponse(200, kNoPage) : Serve(request, found->second);
   }
 
   static HttpResponse Refused(const char* allowed) {
@@ -199,7 +171,7 @@ class WebPort::State {
   }
 
   const std::vector<std::string> origins_;
-  std::vector<std::string> hosts_;
+  OwnHosts hosts_;
   RpcGateway gateway_;
   std::map<std::string, Asset> assets_;
 };

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/http/http_server.h"
 
-#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <openssl/ssl.h>
-#include <openssl/x509v3.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -37,9 +35,9 @@
 #include "boost/beast/core/flat_buffer.hpp"
 #include "boost/beast/http/parser.hpp"
 #include "boost/beast/http/read.hpp"
-#include "boost/beast/http/status.hpp"
 #include "boost/beast/http/string_body.hpp"
 #include "fmt/format.h"
+#include "server/http/certificate_names.h"
 #include "server/net/connection_listener.h"
 #include "spdlog/spdlog.h"
 
@@ -78,61 +76,10 @@ std::string PeerOf(const asio::ip::tcp::endpoint& endpoint) {
                          : fmt::format("ipv6:%5B{}%5D:{}", address.to_string(), endpoint.port());
 }
 
-// The common name and the alternative names of a certificate, as gRPC has them in its properties.
-std::vector<std::string> NamesIn(X509* certificate) {
-  std::vector<std::string> names;
-  if (certificate == nullptr) return names;
-  const X509_NAME* const subject = X509_get_subject_name(certificate);
-  for (int at = -1; (at = X509_NAME_get_index_by_NID(subject, NID_commonName, at)) >= 0;) {
-    unsigned char* text = nullptr;
-    const int size = ASN1_STRING_to_UTF8(&text, X509_NAME_ENTRY_get_data(X509_NAME_get_entry(subject, at)));
-    if (size < 0) continue;
-    names.emplace_back(reinterpret_cast<const char*>(text), static_cast<std::size_t>(size));
-    OPENSSL_free(text);
-  }
-  auto* const others =
-      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr));
-  for (int k = 0; k < sk_GENERAL_NAME_num(others); ++k) {
-    const GENERAL_NAME* const name = sk_GENERAL_NAME_value(others, k);
-    if (name->type == GEN_IPADD) {
-      const ASN1_OCTET_STRING* const bytes = name->d.iPAddress;
-      std::array<char, INET6_ADDRSTRLEN> text{};
-      const int family = ASN1_STRING_length(bytes) == 4 ? AF_INET : AF_INET6;
-      if (inet_ntop(family, ASN1_STRING_get0_data(bytes), text.data(), text.size()) != nullptr) {
-        names.emplace_back(text.data());
-      }
-      continue;
-    }
-    if (name->type != GEN_DNS && name->type != GEN_URI && name->type != GEN_EMAIL) continue;
-    const ASN1_IA5STRING* const text = name->d.ia5;  // the same member for all three
-    names.emplace_back(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
-                       static_cast<std::size_t>(ASN1_STRING_length(text)));
-  }
-  GENERAL_NAMES_free(others);
-  return names;
-}
-
 // Whether `error` is one of the parser, and not of the connection.
 bool IsMalformed(const error_code& error) {
   return error.category() == beast_http::make_error_code(beast_http::error::bad_method).category() &&
          error != beast_http::error::end_of_stream && error != beast_http::error::partial_message;
-}
-
-// What proxies before this server may read in another way than its parser does, which skips transfer codings that it
-// does not know; null if there is nothing. A request that two programs end at different bytes hides another one.
-const char* WhatIsAmbiguous(const beast_http::fields& headers, unsigned version) {
-  if (headers.count(beast_http::field::host) > 1) return "more than one Host";
-  const auto coding = headers.find(beast_http::field::transfer_encoding);
-  if (coding == headers.end()) return nullptr;
-  if (version < 11) return "Transfer-Encoding in HTTP/1.0";
-  return beast::iequals(coding->value(), "chunked") ? nullptr : "a Transfer-Encoding other than chunked";
-}
-
-// The standard text of an HTTP status: "Not Found".
-std::string_view HttpReason(int status) {
-  if (status == 499) return "Client Closed Request";
-  const boost::beast::string_view text = beast_http::obsolete_reason(static_cast<beast_http::status>(status));
-  return {text.data(), text.size()};
 }
 
 // Counts the bytes of the bodies that the server holds.
@@ -359,7 +306,7 @@ class Connection final : public ConnectionBase {
         co_return false;
       }
       X509* const certificate = SSL_get1_peer_certificate(stream_.native_handle());
-      request_.certificate_names = NamesIn(certificate);
+      if (certificate != nullptr) request_.certificate_names = NamesIn(*certificate);
       X509_free(certificate);
     }
     co_return true;
@@ -416,14 +363,11 @@ class Connection final : public ConnectionBase {
       co_return false;
     }
     const auto& message = parser_->get();
-    request_.method = std::string(message.method_string());
-    const std::string_view target(message.target().data(), message.target().size());
-    request_.path = std::string(target.substr(0, target.find('?')));
-    request_.headers = message.base();
+    SetHead(message, request_);
     version_ = message.version();
     close_after_ = !message.keep_alive();
     body_was_read_ = parser_->is_done();
-    const char* const doubt = WhatIsAmbiguous(request_.headers, version_);
+    const char* const doubt = WhatIsAmbiguous(message);
     if (doubt != nullptr) {
       close_after_ = true;
       parser_.reset();
@@ -472,11 +416,9 @@ class Connection final : public ConnectionBase {
     static_cast<void>(ignored);
   }
 
-  std::string Head(int status, const HttpHeaders& headers) const {
-    std::string text = fmt::format("HTTP/1.1 {} {}\r\n", status, HttpReason(status));
-    for (const auto& [name, value] : headers) text += fmt::format("{}: {}\r\n", name, value);
-    if (close_after_ || shared_.closing) text += "connection: close\r\n";
-    return text + "\r\n";
+  std::string Head(int status, HttpHeaders headers) const {
+    if (close_after_ || shared_.closing) headers.emplace_back("connection", "close");
+    return ResponseHead(status, headers);
   }
 
   asio::awaitable<bool> Send(const std::string& text) {
@@ -648,12 +590,6 @@ class HttpServer::State {
   std::unique_ptr<ConnectionListener> listener_;
 };
 
-std::string_view HttpRequest::Header(std::string_view name) const {
-  const auto found = headers.find(boost::beast::string_view(name.data(), name.size()));
-  if (found == headers.end()) return {};
-  return {found->value().data(), found->value().size()};
-}
-
 HttpServer::HttpServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 HttpServer::~HttpServer() { Close(milliseconds(0)); }
@@ -668,10 +604,6 @@ absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::Start(ListenAddress& add
   auto state = std::make_unique<State>(std::move(options), std::move(handler));
   if (absl::Status listens = state->Listen(address); !listens.ok()) return listens;
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(state)));
-}
-
-HttpResponse TextResponse(int status, std::string text) {
-  return {.status = status, .headers = {{"content-type", "text/plain; charset=utf-8"}}, .body = std::move(text)};
 }
 
 }  // namespace dlcs

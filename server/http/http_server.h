@@ -9,42 +9,16 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "boost/asio/any_io_executor.hpp"
 #include "boost/asio/awaitable.hpp"
-#include "boost/beast/http/fields.hpp"
 #include "server/access/tls_files.h"
+#include "server/http/http_message.h"
 #include "server/net/listen_address.h"
 
 namespace dlcs {
-
-using HttpHeaders = std::vector<std::pair<std::string, std::string>>;
-
-// The request line and the headers of a request, and who sent it.
-struct HttpRequest {
-  std::string method;
-  std::string path;  // of the target, without the query
-  boost::beast::http::fields headers;
-  std::string peer;                            // as gRPC writes it: "ipv4:10.0.0.7:40312"
-  std::vector<std::string> certificate_names;  // of the verified certificate of the client
-
-  // The value of a header; empty if it was not sent. `name` in any case.
-  std::string_view Header(std::string_view name) const;
-};
-
-struct HttpResponse {
-  int status = 200;
-  HttpHeaders headers;
-  std::string body;
-};
-
-// A response of plain text.
-HttpResponse TextResponse(int status, std::string text);
 
 // One request and its response. Used by its handler alone, on the executor of its connection. What is sent to a client
 // that has disconnected is dropped.

@@ -11,6 +11,17 @@ grpc::ServerReadReactor<v1::UploadProblemRequest>* ProblemService::UploadProblem
   return UploadCall::Start(environment_, places_, CallerOf(environment_.access, *context), *response);
 }
 
+grpc::ServerUnaryReactor* ProblemService::CreateProblem(grpc::CallbackServerContext* context,
+                                                        const v1::CreateProblemRequest* request,
+                                                        v1::StoredProblem* response) {
+  const auto run = [=, this](const Caller& caller) -> absl::StatusOr<v1::StoredProblem> {
+    const UploadPlace place(places_);
+    if (!place.is_free()) return UploadPlace::NoneFree();
+    return library_.Create(caller.user, *request);
+  };
+  return AskStore(environment_, *context, "create problem", *response, Audited("CreateProblem", *request, run));
+}
+
 grpc::ServerUnaryReactor* ProblemService::GetProblem(grpc::CallbackServerContext* context,
                                                      const v1::GetProblemRequest* request,
                                                      v1::StoredProblem* response) {

@@ -18,6 +18,8 @@ class ProblemService final : public v1::ProblemService::CallbackService {
 
   grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadProblem(grpc::CallbackServerContext* context,
                                                                    v1::UploadProblemResponse* response) override;
+  grpc::ServerUnaryReactor* CreateProblem(grpc::CallbackServerContext* context, const v1::CreateProblemRequest* request,
+                                          v1::StoredProblem* response) override;
   grpc::ServerUnaryReactor* GetProblem(grpc::CallbackServerContext* context, const v1::GetProblemRequest* request,
                                        v1::StoredProblem* response) override;
   grpc::ServerUnaryReactor* ListProblems(grpc::CallbackServerContext* context, const v1::ListProblemsRequest* request,

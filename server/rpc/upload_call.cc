@@ -16,6 +16,10 @@ constexpr std::chrono::milliseconds kRetryUploadAfter{1000};
 
 }  // namespace
 
+absl::Status UploadPlace::NoneFree() {
+  return ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryUploadAfter);
+}
+
 grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(CallEnvironment& environment, UploadPlaces& places,
                                                                      const absl::StatusOr<Caller>& caller,
                                                                      v1::UploadProblemResponse& response) {
@@ -29,10 +33,8 @@ void UploadCall::Admit() {
   control_ = environment_.calls.Register(CallKind::kStore);
   if (control_ == nullptr) return End(ShuttingDown());
   if (!caller_.ok()) return End(caller_.status());
-  has_place_ = true;
-  if (++places_.taken > UploadPlaces::kMost) {
-    return End(ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryUploadAfter));
-  }
+  place_.emplace(places_);
+  if (!place_->is_free()) return End(UploadPlace::NoneFree());
   const std::weak_ptr<UploadCall> weak = weak_from_this();
   // On another thread: the registry, which stops all calls, holds the lock that the end of this one needs.
   on_stop_.emplace(control_->token(), [weak, &workers = environment_.store_workers] {
@@ -92,7 +94,7 @@ void UploadCall::OnDone() {
   // May be the last reference: moved out first, so that the pointer is not destroyed while it is being reset.
   const std::shared_ptr<UploadCall> self = std::move(self_);
   on_stop_.reset();
-  if (has_place_) --places_.taken;
+  place_.reset();
 }
 
 }  // namespace dlcs

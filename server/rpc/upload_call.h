@@ -25,6 +25,23 @@ struct UploadPlaces {
   std::atomic<int> taken = 0;
 };
 
+// One of them, held while it lives.
+class UploadPlace {
+ public:
+  explicit UploadPlace(UploadPlaces& places) : places_(places), is_free_(++places.taken <= UploadPlaces::kMost) {}
+  ~UploadPlace() { --places_.taken; }
+  UploadPlace(const UploadPlace&) = delete;
+  UploadPlace& operator=(const UploadPlace&) = delete;
+
+  bool is_free() const { return is_free_; }
+  // The error of an upload without a place, which may be repeated.
+  static absl::Status NoneFree();
+
+ private:
+  UploadPlaces& places_;
+  const bool is_free_;
+};
+
 // Lives until gRPC (OnDone) and the worker have released it. Ends with UNAVAILABLE when the server drains.
 class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest>,
                          public std::enable_shared_from_this<UploadCall> {
@@ -62,7 +79,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadProblemRequest
   std::shared_ptr<SolveControl> control_;  // null when the call was refused
   std::optional<std::stop_callback<std::function<void()>>> on_stop_;
   std::atomic<bool> cancelled_ = false;
-  bool has_place_ = false;
+  std::optional<UploadPlace> place_;
   bool begun_ = false;
   v1::UploadProblemRequest part_;
   std::mutex mutex_;    // so that nothing is read after the end

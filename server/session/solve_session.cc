@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "core/nonlinear/solve_nonlinear.h"
@@ -19,6 +20,13 @@ namespace dlcs {
 namespace {
 
 using google::protobuf::util::TimeUtil;
+
+// TimeUtil::GetCurrentTime() knows whole seconds only.
+google::protobuf::Timestamp Now() {
+  const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
+  return TimeUtil::MicrosecondsToTimestamp(
+      std::chrono::duration_cast<std::chrono::microseconds>(since_epoch).count());
+}
 
 // A chunk of 1/4 MB stays in the L2 cache while it is made, serialized and sent, and the reader processes it while the
 // next is made. The contract says below 1 MB.
@@ -70,7 +78,7 @@ class EventWriter final : public Observer {
   void Send(Fill fill) {
     v1::SolveEvent event;
     event.set_sequence(next_sequence_++);
-    *event.mutable_time() = TimeUtil::GetCurrentTime();
+    *event.mutable_time() = Now();
     fill(event);
     sink_.Accept(std::move(event));
   }
@@ -164,7 +172,7 @@ std::optional<v1::SolveEvent> FinishedSolve::NextEvent() {
     summary_made_ = true;
   }
   event.set_sequence(next_sequence_++);
-  *event.mutable_time() = TimeUtil::GetCurrentTime();
+  *event.mutable_time() = Now();
   return event;
 }
 

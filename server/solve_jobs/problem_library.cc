@@ -5,8 +5,10 @@
 #include <utility>
 #include <variant>
 
+#include "absl/strings/escaping.h"
 #include "fmt/format.h"
 #include "proto/shared/title_limit.h"
+#include "proto/wire/content_hash.h"
 #include "server/solve_jobs/convert_job.h"
 #include "server/solve_jobs/job_refusal.h"
 #include "server/solve_jobs/page_size.h"
@@ -99,6 +101,17 @@ absl::StatusOr<v1::UploadProblemResponse> ProblemLibrary::Add(const std::string&
   *response.mutable_problem() = ToProto(added->problem);
   response.set_existed(added->existed);
   return response;
+}
+
+absl::StatusOr<v1::StoredProblem> ProblemLibrary::Create(const std::string& owner,
+                                                         const v1::CreateProblemRequest& request) const {
+  std::string body = request.SerializeAsString();  // that of a ProblemBody
+  const jobs::ProblemId id = absl::BytesToHexString(ContentHash(body));
+  absl::StatusOr<v1::StoredProblem> there = Expect(owner, id, static_cast<std::int64_t>(body.size()));
+  if (there.ok() || !absl::IsNotFound(there.status())) return there;
+  absl::StatusOr<v1::UploadProblemResponse> added = Add(owner, id, std::move(body));
+  if (!added.ok()) return added.status();
+  return std::move(*added->mutable_problem());
 }
 
 absl::StatusOr<v1::StoredProblem> ProblemLibrary::Get(const std::string& owner,

@@ -44,6 +44,9 @@ class ProblemLibrary {
   absl::StatusOr<v1::UploadProblemResponse> Add(const std::string& owner, const jobs::ProblemId& id,
                                                 std::string body) const;
 
+  // Expect() and Add() of the problem in `request`.
+  absl::StatusOr<v1::StoredProblem> Create(const std::string& owner, const v1::CreateProblemRequest& request) const;
+
   absl::StatusOr<v1::StoredProblem> Get(const std::string& owner, const v1::GetProblemRequest& request) const;
   absl::StatusOr<v1::ListProblemsResponse> List(const std::string& owner, const v1::ListProblemsRequest& request) const;
   absl::Status Delete(const std::string& owner, const v1::DeleteProblemRequest& request) const;

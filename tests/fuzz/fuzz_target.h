@@ -12,6 +12,7 @@ namespace dlcs::fuzz {
 // Each does with `input` what a program does with text from outside. Whatever the text is, it may neither crash nor
 // hang nor break a promise that the target checks.
 void TryFormula(const std::string& input);
+void TryGateway(const std::string& input);
 void TryJobRequest(const std::string& input);
 void TryLcpFile(const std::string& input);
 void TryMatrixMarket(const std::string& input);

@@ -25,6 +25,7 @@ using Target = void (*)(const std::string& input);
 
 const std::map<std::string, Target> kTargets = {
     {"formula", dlcs::fuzz::TryFormula},
+    {"gateway", dlcs::fuzz::TryGateway},
     {"job_request", dlcs::fuzz::TryJobRequest},
     {"lcp_file", dlcs::fuzz::TryLcpFile},
     {"matrix_market", dlcs::fuzz::TryMatrixMarket},

@@ -43,6 +43,27 @@ v1::SolveRequest SteppingRequest(std::int64_t steps) {
   return request;
 }
 
+v1::SolveRequest EndlessRequest() {
+  constexpr int kCopies = 50;
+  v1::SolveRequest request = SteppingRequest(10'000'000);
+  request.mutable_options()->add_output_times(0);
+  v1::Problem& problem = *request.mutable_problem();
+  for (v1::Matrix* matrix : {problem.mutable_a(), problem.mutable_b(), problem.mutable_n(), problem.mutable_m()}) {
+    v1::DenseMatrix& dense = *matrix->mutable_dense();
+    const double value = dense.values(0);
+    dense.set_rows(kCopies);
+    dense.set_columns(kCopies);
+    dense.mutable_values()->Resize(kCopies * kCopies, 0);
+    for (int k = 1; k < kCopies; ++k) dense.set_values(k * kCopies + k, value);
+  }
+  for (v1::TimeFunction* function : {problem.mutable_f(), problem.mutable_g()}) {
+    auto& formulas = *function->mutable_pieces(0)->mutable_formulas()->mutable_formulas();
+    while (formulas.size() < kCopies) *formulas.Add() = formulas[0];
+  }
+  while (problem.x0_size() < kCopies) problem.add_x0(problem.x0(0));
+  return request;
+}
+
 std::string WhatIsWrongWithOrder(const std::vector<v1::SolveEvent>& events) {
   if (events.empty()) return "no events";
   if (!events.front().has_accepted()) return "the first event is not `accepted`";

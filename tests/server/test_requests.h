@@ -33,6 +33,9 @@ inline constexpr std::int64_t kSlowness = 20;
 // The same marched, for long: `steps` of a few hundred thousand take about a second.
 v1::SolveRequest SteppingRequest(std::int64_t steps);
 
+// Fifty of them in one, marched for minutes on any machine. With the trajectory at 0 alone.
+v1::SolveRequest EndlessRequest();
+
 // Checks that the numbers of `events` are 1, 2, 3, ..., each either an event's own or inside a gap, that
 // `accepted` comes first and the summary last and only there. Returns what is wrong, or an empty text.
 std::string WhatIsWrongWithOrder(const std::vector<v1::SolveEvent>& events);

@@ -14,9 +14,11 @@ export class Dlcsd {
     const process_ = spawn(process.env.DLCSD, [...listen, "--store", path.join(folder, "jobs.db"), ...flags], {
       stdio: ["ignore", "pipe", "inherit"],
     });
+    let address;
     for await (const line of readline.createInterface({ input: process_.stdout })) {
+      address ??= /listening on (\S+)/.exec(line)?.[1];
       const url = /https?:\/\/[^/\s]+/.exec(line)?.[0];
-      if (url) return Object.assign(new Dlcsd(), { folder, process_, url });
+      if (url) return Object.assign(new Dlcsd(), { folder, process_, address, url });
     }
     throw new Error("dlcsd has not printed where its page is");
   }

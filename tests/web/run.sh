@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs a test of this folder with its packages, which npm puts into a folder of the build, once for each lock file.
-# Usage: run.sh TEST.mjs BUILD_FOLDER, with the variables that the test names. Exit code 77 where the packages cannot be
-# had: nothing was tested then.
+# Runs a test of this folder, or another program by its path, with the packages of this folder, which npm puts into a
+# folder of the build, once for each lock file. Usage: run.sh PROGRAM.mjs BUILD_FOLDER [ARGUMENT...], with the variables
+# that the program names. Exit code 77 where the packages cannot be had: nothing was tested then.
 set -euo pipefail
 source_folder="$(cd "$(dirname "$0")" && pwd)"
-test="$1" build="$2"
+program="$1" build="$2"
+shift 2
 
 skip() {
   echo "$1"
@@ -13,13 +14,14 @@ skip() {
 }
 
 command -v npm >/dev/null || skip "There is no npm: install Node.js, or on Debian run deploy/install-packages.sh test."
-if [ "$test" = page_test.mjs ]; then
+if [ "${program##*/}" != web_clients_test.mjs ]; then
   [ -x /usr/bin/chromium ] || skip "There is no Chromium: on Debian run deploy/install-packages.sh test."
 fi
 mkdir -p "$build"
 exec 9>"$build/lock"
 flock 9 # two tests share the packages
 cp "$source_folder"/*.mjs "$source_folder/package.json" "$build"
+[ "$program" = "${program##*/}" ] || cp "$program" "$build"
 if ! cmp -s "$source_folder/package-lock.json" "$build/installed-lock.json"; then
   cp "$source_folder/package-lock.json" "$build"
   (cd "$build" && npm ci --ignore-scripts --fetch-retries=1 --fetch-timeout=30000 --loglevel=error) \
@@ -28,4 +30,7 @@ if ! cmp -s "$source_folder/package-lock.json" "$build/installed-lock.json"; the
 fi
 exec 9>&-
 cd "$build"
-exec node --test "$test"
+case "$program" in
+  *_test.mjs) exec node --test "$program" ;;
+  *) exec node "${program##*/}" "$@" ;;
+esac

@@ -325,6 +325,17 @@ TEST(ProblemFileTest, ReadsRuleAndSelector) {
 constexpr const char* kNonlinear = R"json({"kind": "nonlinear", "name": "stop", "f": ["x2", "-x1-y1"],
     "g": ["y1-40*(x1-0.5)"], "x0": [0, 1], "T": 2, "break_points": [1], "W": [[0, 1], [-1, 0]]})json";
 
+TEST(ProblemFileTest, SaysOfJunkWhatItsNameWants) {
+  for (const char* name : {"junk.mat", "junk.npz", "junk.npy"}) {
+    for (const char* junk : {"", "\xbb\xff", "MATLAB 4"}) {
+      const auto read = ParseProblem(junk, name);
+      ASSERT_FALSE(read.ok());
+      EXPECT_THAT(std::string(read.status().message()),
+                  ::testing::AllOf(HasSubstr(name), HasSubstr("is neither an .npy, an .npz nor a .mat file")));
+    }
+  }
+}
+
 TEST(NonlinearFileTest, ReadsFormulasTimesAndSplitting) {
   const auto file = ParseProblem(kNonlinear, "n.json");
   ASSERT_TRUE(file.ok()) << file.status();

@@ -5,6 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <stop_token>
+
+#include "core/parallel/stop_scope.h"
+
 namespace dlcs {
 namespace {
 
@@ -129,6 +133,15 @@ TEST(GridTest, FindsTheRunsOfAUniformGridInItsTimes) {
   ASSERT_EQ(given.runs.size(), 1u);
   EXPECT_EQ(given.runs[0].steps, 1000);
   EXPECT_DOUBLE_EQ(given.runs[0].step, uniform.runs[0].step);
+}
+
+TEST(GridTest, AGridOfManyNodesCanBeStopped) {
+  Options options;
+  options.num_steps = 1'000'000;
+  std::stop_source source;
+  source.request_stop();
+  const StopScope scope(source.get_token());
+  EXPECT_THROW(MakeGrid(1, {}, options), Stopped);
 }
 
 }  // namespace

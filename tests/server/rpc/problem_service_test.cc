@@ -109,6 +109,16 @@ class ProblemServiceTest : public testing::ServiceTest {
     return writer->Finish();
   }
 
+  // In one message.
+  grpc::Status Create(const v1::ProblemBody& body, v1::StoredProblem* stored) {
+    grpc::ClientContext context;
+    testing::SetDeadline(context, seconds(30));
+    v1::CreateProblemRequest request;
+    *request.mutable_problem() = body.problem();
+    request.set_title(body.title());
+    return problems_->CreateProblem(&context, request, stored);
+  }
+
   std::size_t CountProblems() {
     const auto problems = client_->problems().List({});
     EXPECT_TRUE(problems.ok()) << problems.status();
@@ -203,6 +213,43 @@ TEST_F(ProblemServiceTest, WhatIsThereNeedNotBeSent) {
   EXPECT_EQ(response.problem().name(), name);
   // Far more than fits into what is in transit: the server does not take it.
   EXPECT_TRUE(UploadRaw(1, ContentHash(bytes), std::vector<std::string>(64, std::string(512 << 10, 'x'))).ok());
+  EXPECT_EQ(CountProblems(), 1u);
+}
+
+TEST_F(ProblemServiceTest, InOneMessageItIsTheSameProblem) {
+  const v1::ProblemBody body = BodyOf(SwitchingRequest(1), "switching");
+  v1::StoredProblem created, again;
+  const grpc::Status status = Create(body, &created);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(created.bytes(), static_cast<std::int64_t>(body.ByteSizeLong()));
+  EXPECT_EQ(client_->problems().Get(created.name(), {})->SerializeAsString(), created.SerializeAsString());
+  const auto uploaded = client_->problems().Upload(body, {});
+  ASSERT_TRUE(uploaded.ok());
+  EXPECT_TRUE(uploaded->existed());
+  EXPECT_EQ(uploaded->problem().name(), created.name());
+  EXPECT_TRUE(Create(body, &again).ok());
+  EXPECT_EQ(again.name(), created.name());
+  EXPECT_EQ(CountProblems(), 1u);
+}
+
+TEST_F(ProblemServiceTest, InOneMessageItHasTheSameRulesAndLimits) {
+  ServerConfig config;
+  config.max_upload_bytes = 3000;
+  config.max_uploaded_problems_per_user = 1;
+  Start(config);
+  v1::StoredProblem ignored;
+  v1::ProblemBody wrong = BodyOf(SwitchingRequest(1));
+  wrong.mutable_problem()->add_x0(7);
+  const grpc::Status unsound = Create(wrong, &ignored);
+  EXPECT_EQ(unsound.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(unsound.error_message(), HasSubstr("x0: 2 components"));
+  grpc::ClientContext context;
+  EXPECT_EQ(problems_->CreateProblem(&context, {}, &ignored).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  v1::ProblemBody large = BodyOf(SwitchingRequest(1));
+  large.mutable_problem()->mutable_break_points()->Resize(400, 1);
+  EXPECT_EQ(LimitOf(Create(large, &ignored)), "max_upload_bytes");
+  EXPECT_TRUE(Create(BodyOf(SwitchingRequest(1), "one"), &ignored).ok());
+  EXPECT_EQ(LimitOf(Create(BodyOf(SwitchingRequest(1), "two"), &ignored)), "max_uploaded_problems_per_user");
   EXPECT_EQ(CountProblems(), 1u);
 }
 

@@ -51,6 +51,22 @@ TEST(SolveSessionTest, TellsTheWholeStoryInOrder) {
   EXPECT_EQ(sink.events.back().summary().times(), sink.events[1].analysis().steps() + 1);
 }
 
+TEST(SolveSessionTest, EventsTellWhenTheyHappenedToTheMicrosecond) {
+  using std::chrono::microseconds;
+  using std::chrono::system_clock;
+  Collector sink;
+  const auto begin = std::chrono::floor<microseconds>(system_clock::now());
+  ASSERT_TRUE(RunSolveToEnd(testing::SwitchingRequest(10), SessionLimits(), "here", SolveControl(), sink).ok());
+  auto last = begin;
+  for (const v1::SolveEvent& event : sink.events) {
+    const auto time = std::chrono::sys_seconds(std::chrono::seconds(event.time().seconds())) +
+                      microseconds(event.time().nanos() / 1000);
+    EXPECT_GE(time, last) << event.sequence();
+    last = time;
+  }
+  EXPECT_LE(last, system_clock::now());
+}
+
 TEST(SolveSessionTest, TrajectorySolvesTheProblem) {
   Collector sink;
   ASSERT_TRUE(RunSolveToEnd(testing::SwitchingRequest(2000), SessionLimits(), "here", SolveControl(), sink).ok());

@@ -19,48 +19,58 @@ export function lowerBound(times: ArrayLike<number>, time: number): number {
   return low;
 }
 
-/** Indices of the points to draw between `from` and `to` on `columns` columns; all where there are few. */
-function visible(times: ArrayLike<number>, lines: Values[], from: number, to: number, columns: number): number[] {
-  // One point beyond either end, so that lines reach the edge.
-  const begin = Math.max(0, lowerBound(times, from) - 1);
-  const end = Math.min(times.length, lowerBound(times, to) + 2);
-  if (end - begin <= 4 * columns) return Array.from({length: Math.max(0, end - begin)}, (_, i) => begin + i);
-  const shown: number[] = [];
-  const width = (to - from) / columns;
-  for (let start = begin; start < end; ) {
-    const column = Math.floor((times[start] - from) / width);
-    let stop = start + 1;
-    while (stop < end && Math.floor((times[stop] - from) / width) === column) ++stop;
-    const keep = new Set([start, stop - 1]);
-    for (const line of lines) {
-      let least = start;
-      let most = start;
-      for (let i = start; i < stop; ++i) {
-        const value = line[i] ?? NaN;
-        if (value < (line[least] ?? Infinity)) least = i;
-        if (value > (line[most] ?? -Infinity)) most = i;
-      }
-      keep.add(least).add(most);
-    }
-    shown.push(...[...keep].sort((a, b) => a - b));
-    start = stop;
-  }
-  return shown;
-}
+/** A line as it is drawn: `undefined` where another line has a point that this one can do without. */
+type Drawn = (number | null | undefined)[];
 
-/** The times and the lines, reduced to what can be seen. */
+/** The times and the lines between `from` and `to`, reduced to what can be seen on `columns` columns. */
 export function decimate(
   times: ArrayLike<number>,
   lines: Values[],
   from: number,
   to: number,
   columns: number,
-): [number[], ...(number | null)[][]] {
-  const shown = visible(times, lines, from, to, columns);
-  const take = (values: Values) =>
-    shown.map((i) => {
-      const value = values[i];
-      return value === null || Number.isNaN(value) ? null : value;
+): [number[], ...Drawn[]] {
+  // One point beyond either end, so that lines reach the edge.
+  const begin = Math.max(0, lowerBound(times, from) - 1);
+  const end = Math.min(times.length, lowerBound(times, to) + 2);
+  const shownTimes: number[] = [];
+  const drawn = lines.map((): Drawn => []);
+  const few = end - begin <= 4 * columns;
+  const width = (to - from) / columns;
+  const least = lines.map(() => 0);
+  const most = lines.map(() => 0);
+  for (let start = begin; start < end; ) {
+    let stop = start + 1;
+    const column = Math.floor((times[start] - from) / width);
+    while (!few && stop < end && Math.floor((times[stop] - from) / width) === column) ++stop;
+    lines.forEach((line, l) => {
+      [least[l], most[l]] = extremes(line, start, stop);
     });
-  return [shown.map((i) => times[i]), ...lines.map(take)];
+    const keep = new Set([start, stop - 1, ...least, ...most]);
+    for (const i of [...keep].sort((a, b) => a - b)) {
+      shownTimes.push(times[i]);
+      const isEnd = i === start || i === stop - 1;
+      lines.forEach((line, l) => {
+        const value = isEnd || i === least[l] || i === most[l] ? line[i] : undefined;
+        drawn[l].push(Number.isNaN(value) ? null : value);
+      });
+    }
+    start = stop;
+  }
+  return [shownTimes, ...drawn];
+}
+
+/** Where `line` is smallest and largest, from index `start` to before `stop`. */
+function extremes(line: Values, start: number, stop: number): [number, number] {
+  let least = start;
+  let most = start;
+  let low = Infinity;
+  let high = -Infinity;
+  for (let i = start; i < stop; ++i) {
+    const value = line[i];
+    if (value === null) continue;
+    if (value < low) [least, low] = [i, value];
+    if (value > high) [most, high] = [i, value];
+  }
+  return [least, most];
 }

@@ -150,7 +150,11 @@ export class LinePlot {
         height: this.options.height,
         padding: [10, rightMargin, 0, 0],
         legend: {live: true},
-        cursor: {drag: {x: false, y: false}, points: {size: 6}},
+        cursor: {
+          drag: {x: false, y: false},
+          points: {size: 6},
+          dataIdx: (plot, line, at) => nearestPoint(plot.data[line], at),
+        },
         scales: {
           x: {time: false, auto: false},
           y: this.options.log ? {distr: 3, range: this.options.log} : {},
@@ -272,6 +276,15 @@ export class LinePlot {
 const wholeSteps = [1, 2, 5]
   .flatMap((digit) => [0, 1, 2, 3, 4, 5, 6].map((power) => digit * 10 ** power))
   .sort((a, b) => a - b);
+
+// The index of a point that the line has, next to `at`.
+function nearestPoint(values: ArrayLike<number | null | undefined>, at: number): number {
+  for (let by = 0; by < values.length; ++by) {
+    if (values[at - by] !== undefined) return at - by;
+    if (values[at + by] !== undefined) return at + by;
+  }
+  return at;
+}
 
 function power(value: number): string {
   const exponent = Math.round(Math.log10(value));

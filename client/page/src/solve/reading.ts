@@ -17,6 +17,8 @@ export const mostValues = 8e6;
 /** Up to so many components all are read, beyond only those that are shown. */
 export const mostComponents = 200;
 const mostTries = 20;
+/** While it is read there are no events: so many times as long as that took they have the stream for themselves. */
+const eventsShare = 15;
 
 /** What to read: components from 0, and every how many-th time. */
 export interface Selection {
@@ -34,22 +36,27 @@ export function strideFor(times: number, xs: number, ys: number): number {
   return Math.max(1, Math.ceil((times * (xs + 2 * ys)) / mostValues));
 }
 
-/** Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks. */
+/**
+ * Calls `onPage` with each page of the stored part after `request.resumeToken`. Repeats if the connection breaks.
+ * Returns for how many milliseconds the stream was taken.
+ */
 async function readPages(
   request: ReadTrajectoryRequest,
   signal: AbortSignal,
   onPage: (page: TrajectoryPage) => void,
-): Promise<void> {
+): Promise<number> {
+  let begun = 0;
   for (let tries = 1; ; ++tries) {
     try {
       await takeTurn(async () => {
+        begun = performance.now();
         for await (const page of jobs.readTrajectory(request, {signal})) {
           onPage(page);
           if (page.resumeToken !== '') request.resumeToken = page.resumeToken;
           tries = 1;
         }
       }, signal);
-      return;
+      return performance.now() - begun;
     } catch (error) {
       if (signal.aborted || (!(await loggedIn(error)) && (!mayPass(error) || tries === mostTries))) throw error;
       await new Promise((resolve) => setTimeout(resolve, 500));
@@ -77,6 +84,7 @@ export class GrowingTrajectory {
   private readonly request: ReadTrajectoryRequest;
   private reading = false;
   private again = false;
+  private pauseUntil = 0;
 
   constructor(
     job: string,
@@ -90,20 +98,21 @@ export class GrowingTrajectory {
     this.request = requestOf(job, selection, states, pairs);
   }
 
-  /** There may be more to read. */
-  async update(): Promise<void> {
-    if (this.complete) return;
+  /** There may be more to read. What is not urgent may wait for a later call. */
+  async update(urgent: boolean): Promise<void> {
+    if (this.complete || (!urgent && performance.now() < this.pauseUntil)) return;
     this.again = true;
     if (this.reading) return;
     this.reading = true;
     try {
       while (this.again && !this.signal.aborted) {
         this.again = false;
-        await readPages(this.request, this.signal, (page) => {
+        const taken = await readPages(this.request, this.signal, (page) => {
           if (page.chunk !== undefined) this.trajectory.add(page.chunk, this.selection.stride);
           this.complete = page.complete;
           this.onChange();
         });
+        this.pauseUntil = performance.now() + eventsShare * taken;
       }
     } catch (error) {
       if (!this.signal.aborted) this.onChange(error);

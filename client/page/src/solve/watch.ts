@@ -5,7 +5,8 @@
 import {fromBinary, toBinary} from '@bufbuild/protobuf';
 import {Code, ConnectError} from '@connectrpc/connect';
 import {WatchView} from '../../generated/dlcs/v1/jobs_pb';
-import {type SolveEvent, SolveEventSchema} from '../../generated/dlcs/v1/solver_pb';
+import {Gap_Reason, type SolveEvent, SolveEventSchema} from '../../generated/dlcs/v1/solver_pb';
+import {milliseconds} from '../format';
 import {jobs, loggedIn} from '../rpc/clients';
 import {errorText, mayPass} from '../rpc/errors';
 import {takeSharedTurn} from '../rpc/turns';
@@ -15,6 +16,19 @@ const channelName = 'dlcs-events';
 const patience = 4_000;
 const beatEvery = 1_500;
 const retryAfter = 1_500;
+/** Events are copied for other tabs only while one of them listens, which it says this often. */
+const listenEvery = 250;
+/** Clocks differ; what counts is how much older events become than the youngest so far. */
+const tooOld = 300;
+/** So long a stream may take to catch up with what happened before it. */
+const catchesUpIn = 1_000;
+/** Where the page cannot keep up it asks for the newest iterate of so many milliseconds. */
+const keepsUpWith = 50;
+
+/** Of a tab that has no stream itself. */
+interface Listening {
+  listensTo: string;
+}
 
 interface Shared {
   job: string;
@@ -36,6 +50,9 @@ export class JobWatch {
   private readonly channel = new BroadcastChannel(channelName);
   private readonly stopped = new AbortController();
   private lastHeard = 0;
+  private lastListener = -Infinity;
+  private leastAge = Infinity;
+  private interval = 0;
   private ended = false;
   private holding = false;
   private waiting: AbortController | null = null;
@@ -45,7 +62,10 @@ export class JobWatch {
     private readonly pairs: () => number[],
     private readonly watcher: Watcher,
   ) {
-    this.channel.addEventListener('message', ({data}: MessageEvent<Shared>) => this.onShared(data));
+    this.channel.addEventListener('message', ({data}: MessageEvent<Shared | Listening>) => {
+      if (!('listensTo' in data)) this.onShared(data);
+      else if (data.listensTo === this.job) this.lastListener = performance.now();
+    });
     document.addEventListener('visibilitychange', this.onVisibility);
     void this.run();
   }
@@ -71,7 +91,8 @@ export class JobWatch {
   private async run(): Promise<void> {
     while (!this.ended && !this.stopped.signal.aborted) {
       if (document.hidden || Date.now() - this.lastHeard < patience) {
-        await pause(250);
+        if (!document.hidden) this.channel.postMessage({listensTo: this.job} satisfies Listening);
+        await pause(listenEvery);
         continue;
       }
       this.waiting = new AbortController();
@@ -100,6 +121,7 @@ export class JobWatch {
     if (this.ended || turn.aborted) return;
     this.holding = true;
     this.share(null);
+    const begun = performance.now();
     const beat = setInterval(() => this.share(null), beatEvery);
     try {
       const stream = jobs.watchSolveJob(
@@ -108,6 +130,7 @@ export class JobWatch {
           afterSequence: this.watcher.lastSequence(),
           view: WatchView.SAMPLED,
           yComponents: this.pairs(),
+          minInterval: {seconds: 0n, nanos: this.interval * 1_000_000},
         },
         {signal: turn},
       );
@@ -115,6 +138,10 @@ export class JobWatch {
         this.watcher.onTrouble(null);
         this.share(event);
         this.take(event);
+        if (this.fallsBehind(event) && performance.now() - begun > catchesUpIn) {
+          this.interval = keepsUpWith;
+          return;
+        }
       }
     } catch (error) {
       if (!turn.aborted) throw error;
@@ -124,6 +151,14 @@ export class JobWatch {
     }
   }
 
+  // Whether the stream is to be opened anew, with fewer events.
+  private fallsBehind({time, kind}: SolveEvent): boolean {
+    const age = time === undefined ? 0 : Date.now() - milliseconds(time);
+    this.leastAge = Math.min(this.leastAge, age);
+    if (this.interval > 0 || kind.case === 'summary') return false;
+    return kind.case === 'gap' ? kind.value.reason === Gap_Reason.SLOW : age - this.leastAge > tooOld;
+  }
+
   private take(event: SolveEvent): void {
     if (event.kind.case === 'summary') this.ended = true;
     this.watcher.onEvent(event);
@@ -131,6 +166,7 @@ export class JobWatch {
 
   private share(event: SolveEvent | null): void {
     if (this.stopped.signal.aborted) return;
+    if (event !== null && performance.now() - this.lastListener > patience) return;
     const shared: Shared = {
       job: this.job,
       after: this.watcher.lastSequence(),

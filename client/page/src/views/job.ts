@@ -201,7 +201,7 @@ export class JobView implements View {
     if (times === 0 || states + pairs === 0 || !this.ready) return;
     if (this.reader === null) this.reader = this.startReading(times);
     if (model.ended || this.reader.trajectory.times.length * this.reader.selection.stride < times) {
-      void this.reader.update();
+      void this.reader.update(model.ended);
     }
   }
 
@@ -252,7 +252,7 @@ export class JobView implements View {
         if (error !== undefined) this.head.tell(errorText(error));
       },
     );
-    await field.update();
+    await field.update(true);
     return field.trajectory;
   }
 

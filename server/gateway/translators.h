@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads that translate large messages from and to JSON, which would hold up other connections.
+
+#ifndef DLCS_SERVER_GATEWAY_TRANSLATORS_H_
+#define DLCS_SERVER_GATEWAY_TRANSLATORS_H_
+
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "boost/asio/any_io_executor.hpp"
+#include "boost/asio/awaitable.hpp"
+#include "boost/asio/thread_pool.hpp"
+
+namespace dlcs {
+
+// Who works, in the order of arrival: one at a time.
+class Turns {
+ public:
+  void Take();  // waits
+  void Give();
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable given_;
+  std::uint64_t next_ = 0;     // number of the next to come
+  std::uint64_t current_ = 0;  // number of the one whose turn it is
+};
+
+// All work together takes one processor, whatever its amount: translations take turns piece by piece. Small ones have
+// threads of their own, so that they wait for a few pieces of large ones and never for the end of one. The largest have
+// one thread, which bounds the memory: the bytes of a message may be several times those of its JSON. Safe from any
+// thread.
+class Translators {
+ public:
+  // `go_on` is to be called between pieces of some milliseconds; if it returns false, nobody waits for the result.
+  using Work = std::function<absl::StatusOr<std::string>(const std::function<bool()>& go_on)>;
+
+  // Runs `work`, for a message of so many bytes, until `left` is stopped; the coroutine resumes on `executor`.
+  boost::asio::awaitable<absl::StatusOr<std::string>> Run(std::size_t bytes, std::stop_token left,
+                                                          boost::asio::any_io_executor executor, Work work);
+
+ private:
+  boost::asio::thread_pool& ThreadsFor(std::size_t bytes);
+
+  Turns turns_;
+  boost::asio::thread_pool small_{2}, medium_{2}, large_{1};
+};
+
+}  // namespace dlcs
+
+#endif  // DLCS_SERVER_GATEWAY_TRANSLATORS_H_
