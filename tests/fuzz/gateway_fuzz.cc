@@ -37,13 +37,13 @@ using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 using Json = nlohmann::json;
 
-struct Read {
+struct ParsedRequest {
   HttpRequest request;
   std::string body;
 };
 
 // As the server reads a connection.
-std::optional<Read> ReadRequest(const std::string& input) {
+std::optional<ParsedRequest> ReadRequest(const std::string& input) {
   beast_http::request_parser<beast_http::string_body> parser;
   parser.header_limit(16 << 10);
   parser.body_limit(64 << 10);
@@ -55,7 +55,7 @@ std::optional<Read> ReadRequest(const std::string& input) {
   Require(headers.count(beast_http::field::host) <= 1, "no two hosts pass");
   Require(headers.count(beast_http::field::transfer_encoding) == 0 || parser.chunked(), "codings are chunks");
   Require(!parser.chunked() || !parser.content_length(), "no two lengths pass");
-  Read read;
+  ParsedRequest read;
   SetHead(parser.get(), read.request);
   read.body = std::move(parser.get().body());
   return read;
@@ -136,7 +136,7 @@ void TryBody(const RpcFormat& format, const MethodDescriptor& method, std::strin
 }  // namespace
 
 void TryGateway(const std::string& input) {
-  std::optional<Read> read = ReadRequest(input);
+  std::optional<ParsedRequest> read = ReadRequest(input);
   if (!read) return;
   const HttpRequest& request = read->request;
   TryHost(request.Header("host"));

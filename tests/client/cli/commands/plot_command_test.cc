@@ -74,7 +74,7 @@ TEST_F(PlotCommandTest, DrawsTheComponentsThatAreChosen) {
 
 TEST_F(PlotCommandTest, DrawsOverTheComponentsAtEachTime) {
   const std::string picture = folder_.File("profile.svg"), few = folder_.File("few.json");
-  const std::string solve = "solve '" DLCS_EXAMPLES_DIR "/named-rectifier.json' --quiet --format json --output ";
+  const std::string solve = "solve " + QuotedExample("named-rectifier") + " --quiet --format json --output ";
   ASSERT_EQ(RunDlcs(solve + "'" + few + "' --at 0,0.5,3").code, 0);
   const ProgramOutcome drawn = RunDlcs("plot '" + few + "' --profile --show x --output '" + picture + "'");
   ASSERT_EQ(drawn.code, 0) << drawn.err;
