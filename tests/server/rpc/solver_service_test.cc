@@ -65,6 +65,7 @@ Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
   Told told;
   for (v1::SolveEvent event : events) {
     event.clear_sequence();
+    event.clear_time();
     if (event.has_iterate()) event.mutable_iterate()->clear_seconds();
     if (event.has_summary()) {
       v1::Cost& cost = *event.mutable_summary()->mutable_cost();
