@@ -276,7 +276,7 @@ class ForeignClientTest(unittest.TestCase):
             try:
                 dlcsd.stdout.readline()
                 page = dlcsd.stdout.readline().split()[-1]
-                commands = re.findall(r"^    (curl .*)$", document, re.M)
+                commands = re.findall(r"^    (curl (?:.*\\\n)*.*)$", document, re.M)
                 self.assertEqual(len(commands), 2)
                 answers = []
                 for command in commands:
@@ -295,7 +295,7 @@ class ForeignClientTest(unittest.TestCase):
     def test_the_client_of_the_document_prints_what_is_shown(self):
         document = (PROTO / "README.md").read_text()
         program = re.search(r"^```python solve.py\n(.*?)^```$", document, re.M | re.S)[1]
-        shown = re.search(r"solve.py` it prints\n\n((?:    .*\n)+)", document)[1]
+        shown = re.search(r"^    \$ \S*python3 solve.py\n((?:    .*\n)+)", document, re.M)[1]
         for old, new in (('"stubs"', repr(STUBS.name)), ("localhost:50051", self.address)):
             self.assertIn(old, program)
             program = program.replace(old, new)
