@@ -123,8 +123,13 @@ def job_request(request: Any, request_id: str, priority: int) -> Any:
     return result
 
 
+def of_job(request_type: Any, name: str, **fields: Any) -> Any:
+    """A request of this type for the job with this name."""
+    return request_type(name=text("name", name), **fields)
+
+
 def watch_request(name: str, after: int) -> Any:
-    return messages.WatchSolveJobRequest(name=text("name", name), after_sequence=whole("after", after, 64))
+    return of_job(messages.WatchSolveJobRequest, name, after_sequence=whole("after", after, 64))
 
 
 def default_server() -> Optional[str]:

@@ -9,8 +9,8 @@ import grpc.aio
 import numpy as np
 
 from . import messages, solution
-from ._calls import Connection, check_process, default_server, job_request, methods, watch_request
-from .errors import Error, FailedPrecondition, from_rpc, text
+from ._calls import Connection, check_process, default_server, job_request, methods, of_job, watch_request
+from .errors import Error, FailedPrecondition, from_rpc
 from .private_server import private_server
 from .problem import request_at, solve_request, span_and_times
 
@@ -114,15 +114,15 @@ class Client:
 
     async def job(self, name: str) -> Any:
         """A SolveJob."""
-        return await self.call("GetSolveJob", messages.GetSolveJobRequest(name=text("name", name)))
+        return await self.call("GetSolveJob", of_job(messages.GetSolveJobRequest, name))
 
     async def cancel(self, name: str) -> Any:
         """Asks a job to stop."""
-        return await self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=text("name", name)))
+        return await self.call("CancelSolveJob", of_job(messages.CancelSolveJobRequest, name))
 
     async def delete(self, name: str) -> None:
         """Deletes a job that has ended."""
-        await self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=text("name", name)))
+        await self.call("DeleteSolveJob", of_job(messages.DeleteSolveJobRequest, name))
 
     def watch(self, name: str, after: int = 0) -> AsyncIterator[Any]:
         """The SolveEvents of a job, behind the number `after`."""
@@ -138,7 +138,7 @@ class Client:
         result.job = name
         if not job.HasField("summary"):
             raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
-        async for page in self.stream("ReadTrajectory", messages.ReadTrajectoryRequest(name=text("name", name))):
+        async for page in self.stream("ReadTrajectory", of_job(messages.ReadTrajectoryRequest, name)):
             if page.chunk.times:
                 result.add_chunk(page.chunk)
         result.summary = job.summary
@@ -149,20 +149,8 @@ class Client:
         return await self.call("GetCapabilities", messages.GetCapabilitiesRequest())
 
 
-class Iteration:
+class Iteration(solution.IterationBase[Solution]):
     """The iterates of one solve, for `async for`. Iterating over it again solves again."""
-
-    def __init__(self, client: Client, request: Any, begin: float, times: Optional[np.ndarray]):
-        self._client = client
-        self._request = request
-        self._begin = begin
-        self._times = times
-        self._solution: Optional[Solution] = None
-
-    @property
-    def solution(self) -> Solution:
-        """The solution. Raises FailedPrecondition before the last iterate has been taken."""
-        return solution.finished(self._solution)  # type: ignore[return-value]
 
     async def __aiter__(self) -> AsyncIterator[Any]:
         result = Solution(self._begin, self._times, self._again)

@@ -10,11 +10,11 @@ import grpc
 import numpy as np
 
 from . import messages
-from ._calls import Connection, check_process, default_server, job_request, methods, watch_request
-from .errors import Error, FailedPrecondition, from_rpc, text
+from ._calls import Connection, check_process, default_server, job_request, methods, of_job, watch_request
+from .errors import Error, FailedPrecondition, from_rpc
 from .private_server import private_server
 from .problem import request_at, solve_request, span_and_times
-from .solution import Solution, finished
+from .solution import IterationBase, Solution
 
 _SOLVE_OPTIONS = ("server", "token", "ca", "cert", "key", "timeout", "dlcsd")
 
@@ -117,15 +117,15 @@ class Client:
 
     def job(self, name: str) -> Any:
         """A SolveJob."""
-        return self.call("GetSolveJob", messages.GetSolveJobRequest(name=text("name", name)))
+        return self.call("GetSolveJob", of_job(messages.GetSolveJobRequest, name))
 
     def cancel(self, name: str) -> Any:
         """Asks a job to stop; what is solved so far can be read."""
-        return self.call("CancelSolveJob", messages.CancelSolveJobRequest(name=text("name", name)))
+        return self.call("CancelSolveJob", of_job(messages.CancelSolveJobRequest, name))
 
     def delete(self, name: str) -> None:
         """Deletes a job that has ended."""
-        self.call("DeleteSolveJob", messages.DeleteSolveJobRequest(name=text("name", name)))
+        self.call("DeleteSolveJob", of_job(messages.DeleteSolveJobRequest, name))
 
     def watch(self, name: str, after: int = 0) -> Iterator[Any]:
         """The SolveEvents of a job, behind the number `after`; the last one has `summary`."""
@@ -145,7 +145,7 @@ class Client:
         solution.job = name
         if not job.HasField("summary"):
             raise Error(job.error.message or f"{name} solved nothing", "FAILED_PRECONDITION")
-        for page in self.call("ReadTrajectory", messages.ReadTrajectoryRequest(name=text("name", name))):
+        for page in self.call("ReadTrajectory", of_job(messages.ReadTrajectoryRequest, name)):
             if page.chunk.times:
                 solution.add_chunk(page.chunk)
         solution.summary = job.summary
@@ -156,20 +156,8 @@ class Client:
         return self.call("GetCapabilities", messages.GetCapabilitiesRequest())
 
 
-class Iteration:
+class Iteration(IterationBase[Solution]):
     """The iterates of one solve. Iterating over it again solves again."""
-
-    def __init__(self, client: Client, request: Any, begin: float, times: Optional[np.ndarray]):
-        self._client = client
-        self._request = request
-        self._begin = begin
-        self._times = times
-        self._solution: Optional[Solution] = None
-
-    @property
-    def solution(self) -> Solution:
-        """The solution. Raises FailedPrecondition before the last iterate has been taken."""
-        return finished(self._solution)
 
     def __iter__(self) -> Iterator[Any]:
         solution = Solution(self._begin, self._times, self._again)

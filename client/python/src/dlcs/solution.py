@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a solve, shaped like that of scipy.integrate.solve_ivp."""
 
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, Generic, List, Optional, Tuple, TypeVar
 
 import numpy as np
 
@@ -165,8 +165,24 @@ class Solution:
 _MESSAGES = {"summary": "Summary", "analysis": "Analysis"}
 
 
-def finished(solution: Optional[Solution]) -> Solution:
-    """The solution of an iteration. Raises FailedPrecondition if there is none yet."""
-    if solution is None:
-        raise FailedPrecondition("solution: there is none before the last iterate was taken", "FAILED_PRECONDITION")
-    return solution
+_Solution = TypeVar("_Solution", bound=Solution)
+
+
+class IterationBase(Generic[_Solution]):
+    """One solve as an iteration, and its solution once there is one."""
+
+    def __init__(self, client: Any, request: Any, begin: float, times: Optional[np.ndarray]):
+        self._client = client
+        self._request = request
+        self._begin = begin
+        self._times = times
+        self._solution: Optional[_Solution] = None
+
+    @property
+    def solution(self) -> _Solution:
+        """The solution. Raises FailedPrecondition before the last iterate has been taken."""
+        if self._solution is None:
+            raise FailedPrecondition(
+                "solution: there is none before the last iterate was taken", "FAILED_PRECONDITION"
+            )
+        return self._solution
