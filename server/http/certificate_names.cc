@@ -27,7 +27,9 @@ std::vector<std::string> NamesIn(X509& certificate) {
     if (name->type == GEN_IPADD) {
       const ASN1_OCTET_STRING* const bytes = name->d.iPAddress;
       std::array<char, INET6_ADDRSTRLEN> text{};
-      const int family = ASN1_STRING_length(bytes) == 4 ? AF_INET : AF_INET6;
+      const auto size = static_cast<std::size_t>(ASN1_STRING_length(bytes));
+      if (size != sizeof(in_addr) && size != sizeof(in6_addr)) continue;
+      const int family = size == sizeof(in_addr) ? AF_INET : AF_INET6;
       if (inet_ntop(family, ASN1_STRING_get0_data(bytes), text.data(), text.size()) != nullptr) {
         names.emplace_back(text.data());
       }
