@@ -17,9 +17,6 @@ constexpr double kCheckPosition = 0.1305;
 // The rounding error of an interpolant, relative to its largest value; a smaller difference is no interpolation error.
 constexpr double kSourceRounding = 32 * std::numeric_limits<double>::epsilon();
 
-// The same relative to the terms, for a formula that is a small difference of large terms.
-constexpr double kRoundingOfTerms = 8 * std::numeric_limits<double>::epsilon();
-
 void AddSampleTimes(const TimeFunction& function, double horizon, std::vector<double>& times) {
   for (std::size_t k = 0; k < function.pieces.size(); ++k) {
     const auto* samples = std::get_if<SampledFunction>(&function.pieces[k].function);
@@ -39,36 +36,16 @@ double SourceSampler::Beside(double t, Side side) {
   return std::nextafter(t, side == Side::kRight ? kInfinity : -kInfinity);
 }
 
-void SourceSampler::LookAhead() {
-  f_largest_ = Vector::Zero(sources_.num_states());
-  g_largest_ = Vector::Zero(sources_.num_constraints());
-  Vector value;
-  const auto raise = [&](Vector& largest) {
-    for (Index i = 0; i < largest.size(); ++i) {
-      if (std::isfinite(value[i])) largest[i] = std::max(largest[i], std::abs(value[i]));
-    }
-  };
-  for (const double t : probes_) {
-    value.resize(f_largest_.size());
-    F(t, Side::kLeft, value);
-    raise(f_largest_);
-    value.resize(g_largest_.size());
-    G(t, Side::kLeft, value);
-    raise(g_largest_);
-  }
-}
-
 void SourceSampler::Sample(double begin, double end, StepSources& step) {
   const LegendreBasis& basis = GetLegendreBasis();
   const double length = end - begin;
-  if (f_largest_.size() + g_largest_.size() == 0) LookAhead();
   step.begin = begin;
   step.length = length;
   step.check_s = kCheckPosition;
   // t is rounded, and moves the value of a source by that times its slope.
   const double time_rounding = std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(end));
-  const auto sample = [&](Index size, const auto& evaluate, LegendreSeries& series, LegendreSeries& slope,
-                          Vector& largest, Vector& largest_so_far, Vector& noise, Vector& at_check, Vector& error) {
+  const auto sample = [&](Index size, const auto& evaluate, const auto& rounding_at, LegendreSeries& series,
+                          LegendreSeries& slope, Vector& largest, Vector& noise, Vector& at_check, Vector& error) {
     values_.resize(size, kLegendreSize);
     for (Index j = 0; j < kLegendreSize; ++j) {
       const double t = j == kLegendreDegree ? end : begin + length * (1 + basis.nodes[j]) / 2;
@@ -80,9 +57,14 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
     at_check.resize(size);
     evaluate(begin + length * (1 + kCheckPosition) / 2, Side::kLeft, at_check);
     slope = series * (2 / length * basis.derivative);
-    largest_so_far = largest_so_far.cwiseMax(largest);
-    noise = kSourceRounding * largest + kRoundingOfTerms * largest_so_far +
-            2 * time_rounding * slope.cwiseAbs().rowwise().sum();
+    noise.setZero(size);
+    rounding_.resize(size);
+    // Not at an end, where a formula may jump.
+    for (const double s : {basis.nodes[1], basis.nodes[kLegendreDegree - 1]}) {
+      rounding_at(begin + length * (1 + s) / 2, rounding_);
+      noise = noise.cwiseMax(rounding_);
+    }
+    noise = kSourceRounding * largest + noise.cwiseMax(2 * time_rounding * slope.cwiseAbs().rowwise().sum());
     error = (series * LegendreValues(kCheckPosition) - at_check).cwiseAbs() - noise;
     const bool finite = error.allFinite();
     error = error.cwiseMax(0);
@@ -90,11 +72,13 @@ void SourceSampler::Sample(double begin, double end, StepSources& step) {
   };
   using Value = Eigen::Ref<Vector>;
   const bool f_finite = sample(
-      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); }, step.f, f_slope_,
-      step.f_size, f_largest_, step.f_noise, step.f_at_check, step.f_error);
+      sources_.num_states(), [&](double t, Side side, Value value) { F(t, side, value); },
+      [&](double t, Value bound) { sources_.RoundingOfF(t, bound); }, step.f, f_slope_, step.f_size, step.f_noise,
+      step.f_at_check, step.f_error);
   const bool g_finite = sample(
-      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); }, step.g, step.slope,
-      step.g_size, g_largest_, step.g_noise, step.g_at_check, step.g_error);
+      sources_.num_constraints(), [&](double t, Side side, Value value) { G(t, side, value); },
+      [&](double t, Value bound) { sources_.RoundingOfG(t, bound); }, step.g, step.slope, step.g_size, step.g_noise,
+      step.g_at_check, step.g_error);
   step.finite = f_finite && g_finite;
   evaluations_ += kLegendreSize + 1;
 }

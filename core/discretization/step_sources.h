@@ -64,13 +64,10 @@ class SourceSampler {
 
   Sources& sources_;
   std::vector<double> probes_;
-  void LookAhead();
   double WhereTheyMeet(double begin, double from, double to, double end);
 
-  // The largest values so far, starting with the probes: a formula may be a small difference of numbers of that size.
-  Vector f_largest_, g_largest_;
   LegendreSeries values_, f_slope_;
-  Vector true_value_;
+  Vector true_value_, rounding_;
   Index evaluations_ = 0;
 };
 

@@ -34,6 +34,7 @@ CoupledSteps::Step CoupledSteps::Take(double begin, double end, double length,
   step.g = segment_.g.col(1);
   step.w = problem_.N * step.x + step.g + problem_.M * step.y;
   step.error = (step.x - coarse).cwiseAbs();
+  step.inside = (x_middle - (x / 2 + step.x / 2)).cwiseAbs();
   constexpr double kRounding = 1e-14;
   step.noise = kRounding * (x.cwiseAbs().cwiseMax(step.x.cwiseAbs()) +
                             length * (problem_.B.AbsTimes(step.y.cwiseAbs()) + segment_.f.col(1).cwiseAbs()));

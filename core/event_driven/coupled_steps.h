@@ -28,8 +28,9 @@ class CoupledSteps {
     Vector y;
     Vector w;
     Vector g;
-    Vector error;  // |x - that after one step|
-    Vector noise;  // the rounding error of `error`
+    Vector error;   // |x - that after one step|
+    Vector inside;  // |x in the middle - the mean of begin and end|: how far the step is from a line
+    Vector noise;   // the rounding error of both
   };
   // One step from `x` at `begin` to `end`, and two of half the length. `length` is end - begin without rounding, the
   // key of the cached matrix functions.

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
+#include "core/linalg/abs_times.h"
 #include "core/linalg/norms.h"
 
 namespace dlcs {
@@ -50,38 +52,46 @@ ErrorGrowth::ErrorGrowth(const Vector& x0)
   }
 }
 
-Vector ErrorGrowth::Signs(Index error) const {
+Vector ErrorGrowth::Signs(Index error, const Eigen::Ref<const Vector>& values) const {
   const Index size = errors_.rows();
   if (error == 1) return SignsOfRounding(size, 1);
   if (error > 1) return SignsOfRounding(size, 2 + steps_);
-  return SignsLike(errors_.col(0), SignsOfRounding(size, 0));
+  return SignsLike(values, SignsOfRounding(size, 0));
 }
 
-void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const Vector& overlooked, double s_end) {
+Vector ErrorGrowth::Signs(Index error) const { return Signs(error, errors_.col(error)); }
+
+void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked,
+                          double s_end) {
   ++steps_;
   Pass(step, sources);
   const LegendreVector at = LegendreValues(s_end);
   const Vector rounding = kEpsilon * step.x.cwiseAbs().rowwise().sum();
-  const Vector missed = kOfMissed * step.slope_error + overlooked;
-  Matrix slopes(rounding.size(), kErrors);
+  const Mode& mode = step.stepper->mode();
+  const Vector missed =
+      kOfMissed * step.row_error + (mode.is_explicit() ? overlooked.slope : AbsTimes(mode.E, overlooked.slope));
+  Matrix rows(rounding.size(), kErrors);
   for (Index e = 0; e < kErrors; ++e) {
     // What an ulp of the data is stays the same. For the last error it has the signs that add to it: a system with slow
     // and fast states forgets most errors, and signs at hand may all be of that kind.
     const auto seed = static_cast<unsigned>(e);
     Vector of_data = SignsOfRounding(rounding.size(), seed);
-    if (e + 1 == kErrors) of_data = SignsLike(errors_.col(e), of_data);
-    slopes.col(e) = of_data.cwiseProduct(step.slope_noise) + Signs(e).cwiseProduct(missed);
+    const auto error = errors_.col(e);
+    const Vector in_rows = mode.is_explicit() ? Vector(error) : Vector(mode.E * error);
+    if (e + 1 == kErrors) of_data = SignsLike(in_rows, of_data);
+    rows.col(e) = of_data.cwiseProduct(step.row_noise) + Signs(e, in_rows).cwiseProduct(missed);
   }
-  errors_ = step.stepper->Respond(errors_, slopes, at);
+  ModeStepper::Response response = step.stepper->Respond(errors_, rows, at);
+  errors_ = std::move(response.values);
+  slopes_ = std::move(response.slopes);
   for (Index e = 0; e < kErrors; ++e) {
     errors_.col(e) +=
         SignsOfRounding(rounding.size(), kErrors * steps_ + static_cast<unsigned>(e)).cwiseProduct(rounding);
-    // A constraint that should have been given up holds back what its y makes of x; nothing did in the meantime.
-    errors_.col(e) += sources.length * (s_end + 1) / 2 * Signs(e).cwiseProduct(overlooked);
+    errors_.col(e) += Signs(e).cwiseProduct(overlooked.x);
     // At its end a step is far better than inside of it, where an event cuts it.
     if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
   }
-  Raise(step.x_error);
+  Raise(step.x_error + step.layer);
   noise_ = noise_.cwiseMax(step.x_noise);
 }
 
@@ -92,31 +102,39 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   event_.slope_before = step.x * slope_at;
   has_event_ = true;
   for (Index e = 0; e < kErrors; ++e) {
-    const double moved = mode.guard.state.row(guard).dot(errors_.col(e));
+    double moved = mode.guard.state.row(guard).dot(errors_.col(e));
+    if (mode.guard.slope.size() > 0) moved += mode.guard.slope.row(guard).dot(slopes_.col(e));
     const double delay = -(moved + std::copysign(step.guard_tail[guard], moved)) / speed;
     // If a guard only touches zero, its speed is useless.
     event_.delay[e] = std::isnan(delay) ? 0 : std::clamp(delay, -sources.length, sources.length);
   }
 }
 
+// Between the true time of the event and the one that was found the state went on as before instead of as behind it.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   constexpr double kSame = 1e-6;
   if (!has_event_) return;
   has_event_ = false;
-  const Vector after = SlopeAt(step, sources, -1);
-  Vector jump = event_.slope_before - after;
-  const Vector size = event_.slope_before.cwiseAbs() + after.cwiseAbs() + step.slope_noise / kEpsilon;
-  for (Index i = 0; i < jump.size(); ++i) {
-    if (std::abs(jump[i]) <= kSame * size[i]) jump[i] = 0;
+  const Vector size = event_.slope_before.cwiseAbs() + step.slope_size;
+  const Vector begin = step.x * LegendreValues(-1);
+  for (Index e = 0; e < kErrors; ++e) {
+    const double delay = std::abs(event_.delay[e]), inside = std::min(delay, sources.length);
+    // Not x' times the delay: a fast state may settle in less time.
+    const double s = 2 * inside / sources.length - 1;
+    const Vector moved = step.x * LegendreValues(s) - begin + (delay - inside) * SlopeAt(step, sources, 1);
+    Vector jump = delay * event_.slope_before - moved;
+    for (Index i = 0; i < jump.size(); ++i) {
+      if (std::abs(jump[i]) <= kSame * delay * size[i]) jump[i] = 0;
+    }
+    errors_.col(e) += std::copysign(1, event_.delay[e]) * jump;
   }
-  for (Index e = 0; e < kErrors; ++e) errors_.col(e) += event_.delay[e] * jump;
 }
 
-void ErrorGrowth::Add(const Vector& error) {
+void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
   has_event_ = false;
   ++steps_;
   for (Index e = 0; e < kErrors; ++e) errors_.col(e) += Signs(e).cwiseProduct(error);
-  Raise(Vector::Zero(error.size()));
+  Raise(inside);
 }
 
 void ErrorGrowth::Raise(const Vector& within) {

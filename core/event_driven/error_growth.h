@@ -26,13 +26,17 @@ class ErrorGrowth {
  public:
   explicit ErrorGrowth(const Vector& x0);
 
-  // Integrates over `step` up to the position `s_end`. `overlooked` is the error of x' caused by guards that are below
-  // zero but not below their levels.
-  void AddStep(const SmoothStep& step, const StepSources& sources, const Vector& overlooked, double s_end);
+  // Integrates over `step` up to the position `s_end`. `overlooked` is caused by guards that are below zero but not
+  // below their levels: an error of x', and one of x where the mode holds x back.
+  struct Overlooked {
+    Vector slope;
+    Vector x;
+  };
+  void AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked, double s_end);
   // The event at `s_end`, at which the guard with the given index ended the mode.
   void AddEvent(const Mode& mode, const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
-  // Adds an error estimated elsewhere: that of a step of first order.
-  void Add(const Vector& error);
+  // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
+  void Add(const Vector& error, const Vector& inside);
 
   const Vector& x() const { return x_; }  // the largest error so far of each component
 
@@ -48,10 +52,13 @@ class ErrorGrowth {
     std::array<double, kErrors> delay;
   };
   void Pass(const SmoothStep& step, const StepSources& sources);
+  // The signs that the error with this index is given, where it has those of `values` or of itself.
+  Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
   Vector Signs(Index error) const;
   void Raise(const Vector& within);
 
   Matrix errors_;  // one a column
+  Matrix slopes_;  // their derivatives at the end of the last step, if its mode is not explicit
   bool has_event_ = false;
   Event event_;
   unsigned steps_ = 0;

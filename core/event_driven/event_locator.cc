@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <utility>
 
 #include "core/context/consistency.h"
+#include "core/linalg/abs_times.h"
 #include "core/linalg/balance.h"
 #include "core/linalg/norms.h"
 
@@ -63,6 +65,7 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_w
   magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
   magnitudes_.x_noise = Vector::Zero(problem_.num_states());
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
+  sizes_ = SizesOfData();
 }
 
 bool EventLocator::Run() {
@@ -82,6 +85,42 @@ bool EventLocator::Run() {
   return true;
 }
 
+// What every state would settle at, or reach by T, without y; of one that stays zero, what N x + g would notice.
+DataSizes EventLocator::SizesOfData() {
+  const Index m = problem_.num_states(), n = problem_.num_constraints();
+  constexpr int kLooks = 16;
+  DataSizes sizes{problem_.x0.cwiseAbs(), Vector::Zero(m), Vector::Zero(n)};
+  Vector f(m), g(n);
+  for (int k = 0; k <= kLooks; ++k) {
+    const double t = problem_.horizon * k / kLooks;
+    sampler_.F(t, k == kLooks ? Side::kLeft : Side::kRight, f);
+    sampler_.G(t, k == kLooks ? Side::kLeft : Side::kRight, g);
+    if (f.allFinite()) sizes.f = sizes.f.cwiseMax(f.cwiseAbs());
+    if (g.allFinite()) sizes.g = sizes.g.cwiseMax(g.cwiseAbs());
+  }
+  const Vector rates = problem_.A.Dense().diagonal().cwiseAbs().cwiseMax(1 / problem_.horizon);
+  sizes.x = sizes.x.cwiseMax(sizes.f.cwiseQuotient(rates));
+  const Vector driven = AbsTimes(problem_.A.Dense(), sizes.x).cwiseQuotient(rates) / static_cast<double>(m);
+  sizes.x = sizes.x.cwiseMax(driven);
+  const Vector rows = sizes.g.cwiseMax(AbsTimes(problem_.N.Dense(), sizes.x));
+  for (Index i = 0; i < m; ++i) {
+    if (sizes.x[i] > 0) continue;
+    double noticed = std::numeric_limits<double>::infinity();
+    for (Index j = 0; j < n; ++j) {
+      const double of_state = std::abs(problem_.N.Dense()(j, i));
+      if (of_state > 0 && rows[j] > 0) noticed = std::min(noticed, rows[j] / of_state);
+    }
+    if (std::isfinite(noticed)) sizes.x[i] = noticed;
+  }
+  return sizes;
+}
+
+DataSizes EventLocator::SizesSoFar() const {
+  DataSizes sizes = sizes_;
+  sizes.x = sizes.x.cwiseMax(magnitudes_.x);
+  return sizes;
+}
+
 bool EventLocator::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
@@ -96,6 +135,7 @@ bool EventLocator::Cross(double end) {
   mode_begin_ = t_;
   last_mode_length_ = end - t_;
   gap_.reset();
+  event_step_.reset();
   kink_.reset();
   while (t_ < end) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
@@ -121,6 +161,7 @@ bool EventLocator::PassKink() {
   mode_ = nullptr;
   attempt_ = 0;
   gap_.reset();
+  event_step_.reset();
   const bool jumps = SourceJumps(*kink_, kNoJump);
   kink_.reset();
   return !jumps || Start(t_);
@@ -160,7 +201,7 @@ bool EventLocator::IsStuck() {
 EventLocator::Progressed EventLocator::Choose(double end) {
   bool lost_least_element = false;
   while (attempt_ < kAttempts) {
-    const ModeSearch::Proposal proposal = search_.Find(t_, x_, length_, end - t_, attempt_++);
+    const ModeSearch::Proposal proposal = search_.Find(t_, x_, SizesSoFar(), length_, end - t_, attempt_++);
     const bool solved = proposal.verdict == LcpStatus::kSolved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
     mode_ = proposal.kept_selection ? proposal.mode : nullptr;
@@ -179,15 +220,49 @@ EventLocator::Progressed EventLocator::Choose(double end) {
 // The first step: by the fastest eigenvalue, which has no units but that of time.
 void EventLocator::BeginWith(const Mode& mode) {
   double fastest = 0;
-  for (Index j = 0; j < mode.form.triangle.rows(); ++j) fastest = std::max(fastest, std::abs(mode.form.triangle(j, j)));
+  for (const std::complex<double>& eigenvalue : mode.eigenvalues) fastest = std::max(fastest, std::abs(eigenvalue));
   length_ = fastest * problem_.horizon > 4 ? 4 / fastest : problem_.horizon;
 }
 
 // Another proposal where some are left.
 EventLocator::Progressed EventLocator::GiveUpMode(const char* why) {
   mode_ = nullptr;
+  if (event_step_ && RefineEvent()) return Progressed::kYes;
   why_coupled_ = why;
   return attempt_ < kAttempts ? Progressed::kYes : Progressed::kNoMode;
+}
+
+// Locates the last event once more, by steps that end there: at its end a step is far more accurate than inside. A fast
+// state or a small M_ii may show the difference to the next mode. What is recorded of the step remains.
+bool EventLocator::RefineEvent() {
+  constexpr int kCorrections = 2;
+  constexpr double kMost = 1e-3;  // part of the step
+  const EventStep event = *std::exchange(event_step_, std::nullopt);
+  const Mode* mode = search_.ModeOf(event.active, SizesSoFar());
+  if (!mode) return false;
+  double end = t_;
+  for (int correction = 0; correction <= kCorrections; ++correction) {
+    const double length = end - event.begin;
+    sampler_.Sample(event.begin, end, sources_);
+    if (!sources_.finite) return false;
+    step_ = TakeSmoothStep(*mode, event.x, sources_, magnitudes_, tolerance_, Share(length), nullptr);
+    ++record_.rejected_steps;
+    if (!(step_.error_ratio <= 1)) return false;
+    const auto guard = step_.guard.row(event.guard);
+    const LegendreVector at_end = LegendreValues(1);
+    const double delay =
+        -length / 2 * guard.dot(at_end) / guard.dot(GetLegendreBasis().derivative * at_end);
+    if (!(std::abs(delay) <= kMost * length)) return false;
+    if (correction < kCorrections) end = std::min(end + delay, event.limit);
+  }
+  const LegendreVector at_end = LegendreValues(1);
+  x_ = step_.x * at_end;
+  y_ = (step_.y * at_end).cwiseMax(0);
+  t_ = mode_begin_ = end;
+  gap_.reset();
+  attempt_ = 0;
+  search_.GuessBehind(*mode, event.guard);
+  return true;
 }
 
 // Of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
@@ -206,9 +281,7 @@ double EventLocator::StepLength(double end) const {
   // end.
   constexpr double kMostGrowth = 6;
   double growth = 0;
-  for (Index j = 0; j < mode_->form.triangle.rows(); ++j) {
-    growth = std::max(growth, mode_->form.triangle(j, j).real());
-  }
+  for (const std::complex<double>& eigenvalue : mode_->eigenvalues) growth = std::max(growth, eigenvalue.real());
   const double left = (kink_ ? std::min(*kink_, end) : end) - t_;
   const double length = growth * length_ > kMostGrowth ? kMostGrowth / growth : length_;
   if (length >= left) return left;
@@ -227,18 +300,11 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   RaiseReach();
   x_begin_ = x_;
   if (!Project()) return GiveUpMode("the state is off the constraints of the active set");
-  const auto drawn_back = [&](const Vector& x_size) {
-    return &search_.DrawnBack(*mode_, x_size, sources_.f_size, sources_.g_size);
-  };
-  const Mode* mode = drawn_back(x_.cwiseAbs());
+  x_start_ = x_;
   const auto take = [&] {
-    return TakeSmoothStep(*mode, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
+    return TakeSmoothStep(*mode_, x_, sources_, magnitudes_, tolerance_, Share(length), gap_ ? &*gap_ : nullptr);
   };
   step_ = take();
-  if (const Mode* of_step = drawn_back(step_.x.cwiseAbs().rowwise().sum()); of_step != mode) {
-    mode = of_step;
-    step_ = take();
-  }
   if (step_.error_ratio <= 1 && sampler_.Probe(sources_)) {
     if (!sources_.finite) return FailNonFinite(step_end);
     step_ = take();
@@ -268,7 +334,7 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   search_.GuessBehind(*mode_, mode_end->guard);
   if (lasted <= std::max(Shortest(kNoModePart, 1e-2), 4e-16 * t_)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
-  return EndMode(*mode_end);
+  return EndMode(*mode_end, end);
 }
 
 EventLocator::Progressed EventLocator::FailNonFinite(double step_end) {
@@ -298,9 +364,10 @@ EventLocator::Progressed EventLocator::Shorten(double length) {
 }
 
 // An event at t, the end of the last mode.
-EventLocator::Progressed EventLocator::EndMode(const ModeEnd& end) {
-  errors_.AddEvent(*mode_, step_, sources_, end.s, end.guard);
-  gap_ = GapOf(sources_);
+EventLocator::Progressed EventLocator::EndMode(const ModeEnd& mode_end, double end) {
+  errors_.AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
+  gap_ = GapOf(step_, sources_);
+  event_step_ = {mode_->active, sources_.begin, end, x_start_, mode_end.guard};
   mode_ = nullptr;
   const double lasted = t_ - mode_begin_;
   length_ = std::min(length_, kLongestAfterEvent * std::max(lasted, last_mode_length_));
@@ -311,7 +378,7 @@ EventLocator::Progressed EventLocator::EndMode(const ModeEnd& end) {
     burst_ = 1;
     return Progressed::kYes;
   }
-  const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(end.s)));
+  const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(mode_end.s)));
   const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
   short_modes_ += moved ? 1 : kCountOfStill;
   if (short_modes_ < kMostShortModes) return Progressed::kYes;
@@ -325,7 +392,7 @@ void EventLocator::RaiseReach() {
   Vector& reach = magnitudes_.x_reach;
   reach = magnitudes_.x;
   for (Index k = 0; k < kLegendreDegree; ++k) {
-    const Vector next = reach.cwiseMax(0.5 / rate * (mode_->dynamics.cwiseAbs() * reach + sources_.f_size));
+    const Vector next = reach.cwiseMax(0.5 / rate * (AbsTimes(mode_->dynamics, reach) + sources_.f_size));
     const bool grows = (next.array() > 2 * reach.array()).any();
     reach = next;
     if (!grows) break;
@@ -335,11 +402,12 @@ void EventLocator::RaiseReach() {
 // Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its
 // start. False, and nothing done, where the state is farther off.
 bool EventLocator::Project() {
-  if (!mode_->differentiated()) return true;
+  if (mode_->num_algebraic == 0) return true;
   const Vector g = sources_.g * LegendreValues(-1);
-  const Vector residual = mode_->rows * x_ + mode_->rows_g * g;
-  const Vector size = mode_->rows.cwiseAbs() * x_.cwiseAbs() + mode_->rows_g.cwiseAbs() * g.cwiseAbs();
-  const Vector rounding = kRoundingOfConstraints * size + mode_->rows_g.cwiseAbs() * sources_.g_noise;
+  const Matrix of_g = mode_->algebraic_g();
+  const Vector residual = mode_->algebraic_rows() * x_ + of_g * g;
+  const Vector size = mode_->algebraic_rows().cwiseAbs() * x_.cwiseAbs() + of_g.cwiseAbs() * g.cwiseAbs();
+  const Vector rounding = kRoundingOfConstraints * size + of_g.cwiseAbs() * sources_.g_noise;
   if ((residual.array().abs() <= rounding.array()).all()) return true;
   const Vector change = mode_->correction * residual;
   const Vector terms = mode_->correction.cwiseAbs() * size;
@@ -350,23 +418,34 @@ bool EventLocator::Project() {
 }
 
 // What x' is off by, on average, where a guard of the step is below zero, but not below its level: y_i that should be
-// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii. The rows of `at` are the
-// LegendreValues() of the Chebyshev points of the part that is taken; the last, where an event is just below zero,
-// counts little.
-Vector EventLocator::Overlooked(const LegendreRows& at) const {
-  Vector slope = Vector::Zero(x_.size());
+// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii; where M_ii is zero it would have
+// held x back. A constraint that should have been given up holds back what its y makes of x until then, and of a fast
+// state that is what it settles at.
+// The rows of `at` are the LegendreValues() of the Chebyshev points of the part of the step that is taken, of the given
+// duration; the last, where an event is just below zero, counts little.
+ErrorGrowth::Overlooked EventLocator::Overlooked(const LegendreRows& at, double duration) const {
+  ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size())};
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound
   const Matrix below = ((-step_.guard * at.transpose()).colwise() - kOfNoise * step_.guard_noise).cwiseMax(0);
-  if ((below.array() == 0).all()) return slope;
-  const Vector y_missed = below * GetLegendreBasis().from_nodes.col(0);
-  const Matrix& M = problem_.M.Dense();
-  for (Index i = 0; i < y_missed.size(); ++i) {
-    if (y_missed[i] == 0) continue;
-    const bool is_active = std::binary_search(mode_->active.begin(), mode_->active.end(), i);
-    const double y = is_active || !(M(i, i) > 0) ? y_missed[i] : y_missed[i] / M(i, i);
-    slope += y * problem_.B.Dense().col(i).cwiseAbs();
+  if ((below.array() == 0).all()) return overlooked;
+  const Vector missed = below * GetLegendreBasis().from_nodes.col(0);
+  const Matrix &B = problem_.B.Dense(), &N = problem_.N.Dense(), &M = problem_.M.Dense();
+  for (Index i = 0; i < missed.size(); ++i) {
+    if (missed[i] == 0) continue;
+    const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
+    if (std::binary_search(mode_->active.begin(), mode_->active.end(), i)) {
+      overlooked.slope += missed[i] * B.col(i).cwiseAbs();
+    } else if (M(i, i) > 0) {
+      overlooked.slope += missed[i] / M(i, i) * B.col(i).cwiseAbs();
+    } else if (moves > 0) {
+      overlooked.x += missed[i] / moves * B.col(i).cwiseAbs();
+    }
   }
-  return slope;
+  if (!mode_->is_explicit()) {
+    const Vector settles = problem_.A.Dense().diagonal().cwiseAbs().cwiseInverse();
+    overlooked.x += overlooked.slope.cwiseProduct(settles.cwiseMin(duration));
+  }
+  return overlooked;
 }
 
 // Takes the part of the step up to `end`, at position `s_end`.
@@ -375,7 +454,7 @@ void EventLocator::Accept(double end, double s_end) {
   output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, looks_);
-  errors_.AddStep(step_, sources_, Overlooked(looks_), s_end);
+  errors_.AddStep(step_, sources_, Overlooked(looks_, end - t_), s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);
@@ -390,6 +469,7 @@ void EventLocator::Accept(double end, double s_end) {
   attempt_ = 0;
   rejected_in_a_row_ = 0;
   gap_.reset();
+  event_step_.reset();
 }
 
 void EventLocator::NoteInterval(double end, const Mode* mode) {
@@ -426,17 +506,19 @@ bool EventLocator::MarchOn(double end) {
       return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
     }
     if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
-    const double allowed = tolerance_ * Share(length) * static_cast<double>(burst_) * static_cast<double>(burst_);
-    const double ratio =
-        (step.error.array() / (allowed * magnitudes_.x.array().max(step.x.array().abs()) + step.noise.array() + 1e-300))
-            .maxCoeff();
+    const double allowed = tolerance_ * static_cast<double>(burst_) * static_cast<double>(burst_);
+    const Vector magnitude = magnitudes_.x.cwiseMax(step.x.cwiseAbs());
+    const auto ratio_of = [&](const Vector& error, double of_magnitude) {
+      return (error.array() / (of_magnitude * magnitude.array() + step.noise.array() + 1e-300)).maxCoeff();
+    };
+    const double ratio = NanMax(ratio_of(step.error, allowed * Share(length)), ratio_of(step.inside, allowed));
     if (!(ratio <= 1) && length > shortest) {
       march_length_ = length / 2;
       continue;
     }
     output_.AddMarched(t_, step_end, x_, step.x, step.y, step.w, step.g);
     NoteInterval(step_end, nullptr);
-    errors_.Add(step.error);
+    errors_.Add(step.error, step.inside);
     x_ = step.x;
     y_ = step.y;
     w_ = step.w;

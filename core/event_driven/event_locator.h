@@ -43,16 +43,19 @@ class EventLocator {
   bool MarchOn(double end);
   void BeginWith(const Mode& mode);
 
+  DataSizes SizesOfData();
+  DataSizes SizesSoFar() const;
   Progressed GiveUpMode(const char* why);
+  bool RefineEvent();
   Progressed FailNonFinite(double step_end);
   Progressed Shorten(double length);
   bool PassKink();
   bool SourceJumps(double time, double part);
   bool IsStuck();
-  Progressed EndMode(const ModeEnd& end);
+  Progressed EndMode(const ModeEnd& mode_end, double end);
   void RaiseReach();
   bool Project();
-  Vector Overlooked(const LegendreRows& at) const;
+  ErrorGrowth::Overlooked Overlooked(const LegendreRows& at, double duration) const;
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
   void HandOver(const EventOutput::SmoothInterval& interval);
@@ -77,14 +80,25 @@ class EventLocator {
   Vector y_;
   Vector w_;
   Vector x_begin_;  // at t_, before it was projected onto the constraints of a mode
+  Vector x_start_;  // where the last step started: after that
   Magnitudes magnitudes_;
+  DataSizes sizes_;  // known before the solve
   const Mode* mode_ = nullptr;
   int attempt_ = 0;
   double length_ = 0;    // the last length that the tolerance allowed
   int short_modes_ = 0;  // in a row
   double mode_begin_ = 0;
   double last_mode_length_ = 0;
-  std::optional<SourceGap> gap_;  // after an event
+  std::optional<EventGap> gap_;  // after an event
+  // The step that an event ended, until a mode lasts behind it.
+  struct EventStep {
+    std::vector<Index> active;
+    double begin;
+    double limit;  // no event is located beyond it
+    Vector x;
+    Index guard;
+  };
+  std::optional<EventStep> event_step_;
   std::optional<double> kink_;    // the next time at which a source is not smooth although it is no break point
   int rejected_in_a_row_ = 0;
   int of_one_length_ = 0;  // steps in a row that found no reason to grow

@@ -2,7 +2,10 @@
 
 #include "core/event_driven/mode.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -18,6 +21,8 @@ namespace {
 // Below this reciprocal condition number a matrix does not determine y.
 constexpr double kSingular = 1e-12;
 
+double PowerOfTwo(double size) { return size > 0 && std::isfinite(size) ? std::ldexp(1.0, std::ilogb(size)) : 1.0; }
+
 // Powers of two that make the largest entries of the rows and columns of rows · matrix · columns nearly one: rows and
 // columns have units of their own. Where a row or column is zero, its scale is one.
 struct Equilibrium {
@@ -27,7 +32,9 @@ struct Equilibrium {
 
 Equilibrium Equilibrate(const Matrix& matrix) {
   constexpr int kRounds = 4;
-  Equilibrium scale{Vector::Ones(matrix.rows()), Vector::Ones(matrix.cols())};
+  // Rows of size one first: so the rest does not depend on their units.
+  Equilibrium scale{RowMaxAbs(matrix).unaryExpr([](double size) { return 1 / PowerOfTwo(size); }),
+                    Vector::Ones(matrix.cols())};
   const auto root = [](double size) { return size > 0 ? std::exp2(-std::round(std::log2(size) / 2)) : 1.0; };
   for (int round = 0; round < kRounds; ++round) {
     const Matrix scaled = (scale.rows.asDiagonal() * matrix * scale.columns.asDiagonal()).cwiseAbs();
@@ -48,141 +55,25 @@ std::optional<Matrix> NegativeInverse(const Matrix& matrix) {
   return -(columns.asDiagonal() * inverse * rows.asDiagonal());
 }
 
-// The rows U₁ᵀ and U₀ᵀ of a matrix, orthogonal but for the units of rows, with U₀ᵀ M_SS = 0 and U₁ᵀ M_SS of full rank.
-struct RowSpaces {
-  Matrix range;
-  Matrix null;
-};
-
-RowSpaces SplitRows(const Matrix& M_SS) {
-  const auto [of_rows, of_columns] = Equilibrate(M_SS);
-  const Matrix scaled = of_rows.asDiagonal() * M_SS * of_columns.asDiagonal();
-  const Eigen::JacobiSVD<Matrix> svd(scaled, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector& values = svd.singularValues();
-  Index rank = 0;
-  while (rank < values.size() && values[rank] > kSingular * values[0]) ++rank;
-  const Matrix range = svd.matrixU().leftCols(rank).transpose();
-  Matrix null = svd.matrixU().rightCols(M_SS.rows() - rank).transpose();
-  // Small entries have the rounding of large ones, and stand before large terms: one step of refinement.
-  const Matrix left = (null.cast<long double>() * scaled.cast<long double>()).cast<double>();
-  null -= left * svd.matrixV().leftCols(rank) * values.head(rank).cwiseInverse().asDiagonal() * range;
-  return {range * of_rows.asDiagonal(), null * of_rows.asDiagonal()};
-}
-
 // Columns S of an identity: selects, and puts back.
-Matrix Selector(Index n, const std::vector<Index>& S) {
+Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
   Matrix selector = Matrix::Zero(n, static_cast<Index>(S.size()));
   for (std::size_t p = 0; p < S.size(); ++p) selector(S[p], static_cast<Index>(p)) = 1;
   return selector;
 }
 
-// Coordinates z of y_S = T z in which the columns of B_S are of one size and not nearly dependent, as they are where
-// they act on a fast state most: T = P R⁻¹ by the QR factorization D B_S P = Q R with column pivots, where D weighs the
-// states as N_S does. A row of B_S T is formed from that row of B_S alone, so that it has the rounding of its own
-// entries. `pivots` are as many rows of B_S T, far from dependent. Where columns of B_S are dependent T is the
-// identity, and there are no pivots.
-class Coordinates {
- public:
-  Coordinates(const Matrix& B_S, const Matrix& N_S) : columns_(B_S) {
-    if (B_S.rows() < B_S.cols() || B_S.cols() == 0) return;
-    const Vector weight = Equilibrate(N_S).columns.cwiseInverse();
-    Matrix weighed = weight.asDiagonal() * B_S;
-    for (Index i = 0; i < weighed.rows(); ++i) {
-      if (N_S.col(i).isZero(0)) weighed.row(i).setZero();
-    }
-    const Vector scale = Equilibrate(weighed).columns;
-    const Eigen::ColPivHouseholderQR<Matrix> qr(weighed * scale.asDiagonal());
-    const Matrix R = qr.matrixR().topRows(B_S.cols()).triangularView<Eigen::Upper>();
-    if (!(std::abs(R(R.rows() - 1, R.cols() - 1)) > kSingular * std::abs(R(0, 0)))) return;
-    order_ = scale.asDiagonal() * Matrix(qr.colsPermutation());
-    R_ = R;
-    columns_ = Of(B_S);
-    const Eigen::FullPivLU<Matrix> lu(Of(weighed));
-    const auto& position = lu.permutationP().indices();
-    pivots_.resize(static_cast<std::size_t>(B_S.cols()));
-    for (Index i = 0; i < position.size(); ++i) {
-      if (position[i] < B_S.cols()) pivots_[static_cast<std::size_t>(position[i])] = i;
-    }
-  }
-
-  // B_S T.
-  const Matrix& columns() const { return columns_; }
-  const std::vector<Index>& pivots() const { return pivots_; }
-  // X T and T Z.
-  Matrix Of(const Matrix& X) const {
-    return R_.size() > 0 ? Matrix(R_.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(X * order_)) : X;
-  }
-  Matrix Back(const Matrix& Z) const {
-    return R_.size() > 0 ? Matrix(order_ * R_.triangularView<Eigen::Upper>().solve(Z)) : Z;
-  }
-
- private:
-  Matrix order_, R_;
-  Matrix columns_;
-  std::vector<Index> pivots_;
-};
-
-// y_S where M_SS is regular, and the equation of the states.
-void SubstituteMultipliers(const Problem& problem, const Matrix& N_S, const Matrix& inverse, Mode& mode) {
-  const Matrix selector = Selector(problem.num_constraints(), mode.active);
-  const Matrix map = Product(selector, inverse);
-  mode.y.state = Product(map, N_S);
-  mode.y.g = Product(map, selector.transpose());
-  mode.dynamics = problem.A.Dense() + problem.B * mode.y.state;
-  mode.dynamics_size = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode.y.state.cwiseAbs();
-  if (!mode.active.empty()) mode.source_g = problem.B * mode.y.g;
-}
-
-// The same where M_SS is singular. False where y_S is not determined.
-bool DifferentiateConstraints(const Problem& problem, const Matrix& M_SS, const Matrix& N_S, Mode& mode) {
-  const std::vector<Index>& S = mode.active;
-  const Matrix& A = problem.A.Dense();
-  const Index m = A.rows(), size = static_cast<Index>(S.size());
-  const RowSpaces rows = SplitRows(M_SS);
-  const Index rank = rows.range.rows();
-  const Coordinates coordinates(problem.B.Dense()(Eigen::all, S), N_S);
-  const Matrix& B_S = coordinates.columns();
-  const Matrix M_T = coordinates.Of(M_SS);
-  Matrix system(size, size);
-  system << rows.range * M_T, rows.null * N_S * B_S;
-  const auto inverse = NegativeInverse(system);
+// y_S by the rows of a regular M_SS, and the equation of the states. False where M_SS is singular.
+bool SubstituteMultipliers(const Problem& problem, Mode& mode) {
+  const Matrix& M = problem.M.Dense();
+  const auto inverse = NegativeInverse(M(mode.active, mode.active));
   if (!inverse) return false;
-
-  // z = z' - of_A x - of_f f, so that the rows of the pivots vanish from what z' is made of: A - B_S of_A. Fast states
-  // are such rows, and their large entries would take the digits of the others.
-  const auto& pivots = coordinates.pivots();
-  Matrix of_A = Matrix::Zero(size, m), of_f = Matrix::Zero(size, m);
-  if (!pivots.empty()) {
-    const Eigen::FullPivLU<Matrix> at_pivots(B_S(pivots, Eigen::all));
-    of_A = at_pivots.solve(A(pivots, Eigen::all));
-    of_f = at_pivots.solve(Matrix::Identity(m, m)(pivots, Eigen::all));
-  }
-  Matrix rest = A - B_S * of_A, rest_f = Matrix::Identity(m, m) - B_S * of_f;
-  Matrix rest_size = A.cwiseAbs() + B_S.cwiseAbs() * of_A.cwiseAbs();
-  for (Matrix* matrix : {&rest, &rest_f, &rest_size}) {
-    for (const Index i : pivots) matrix->row(i).setZero();
-  }
-
-  const Matrix of_range = inverse->leftCols(rank) * rows.range;
-  const Matrix of_null = inverse->rightCols(size - rank) * rows.null;
-  const Matrix selector = Selector(problem.num_constraints(), S);
-  const LinearOutput z{.state = of_range * (N_S - M_T * of_A) + of_null * N_S * rest,
-                       .f = of_null * N_S * rest_f - of_range * M_T * of_f,
-                       .g = of_range * selector.transpose(),
-                       .slope = of_null * selector.transpose()};
-  mode.dynamics = rest + B_S * z.state;
-  const Matrix z_size = of_range.cwiseAbs() * (N_S.cwiseAbs() + M_T.cwiseAbs() * of_A.cwiseAbs()) +
-                        of_null.cwiseAbs() * (N_S.cwiseAbs() * rest_size);
-  mode.dynamics_size = rest_size + B_S.cwiseAbs() * z_size;
-  mode.source_f = rest_f + B_S * z.f;
-  mode.source_g = B_S * z.g;
-  mode.source_slope = B_S * z.slope;
-  const auto in_y = [&](const Matrix& of_z) { return Matrix(selector * coordinates.Back(of_z)); };
-  mode.y = {.state = in_y(z.state - of_A), .f = in_y(z.f - of_f), .g = in_y(z.g), .slope = in_y(z.slope)};
-  mode.rows = rows.null * N_S;
-  mode.rows_g = rows.null * selector.transpose();
-  // Along B_S in directions that M_SS does not feel: the columns of the inverse that belong to the null rows.
-  mode.correction = -B_S * inverse->rightCols(size - rank);
+  const Matrix selector = ColumnsOfIdentity(problem.num_constraints(), mode.active);
+  const Matrix map = Product(selector, *inverse);
+  mode.y.state = Product(map, problem.N.Dense()(mode.active, Eigen::all));
+  mode.y.g = Product(map, selector.transpose());
+  mode.F = problem.A.Dense() + problem.B * mode.y.state;
+  mode.F_terms = problem.A.Dense().cwiseAbs() + problem.B.Dense().cwiseAbs() * mode.y.state.cwiseAbs();
+  if (!mode.active.empty()) mode.source_g = problem.B * mode.y.g;
   return true;
 }
 
@@ -192,54 +83,154 @@ LinearOutput MakeGuard(const Problem& problem, const Mode& mode) {
   LinearOutput guard;
   guard.state = problem.N.Dense() + problem.M * mode.y.state;
   guard.g = Matrix::Identity(n, n) + problem.M * mode.y.g;
-  if (mode.differentiated()) {
-    guard.f = problem.M * mode.y.f;
+  if (!mode.is_explicit()) {
     guard.slope = problem.M * mode.y.slope;
+    guard.f = problem.M * mode.y.f;
   }
   for (const Index i : mode.active) {
     guard.state.row(i) = mode.y.state.row(i);
     guard.g.row(i) = mode.y.g.row(i);
-    if (!mode.differentiated()) continue;
-    guard.f.row(i) = mode.y.f.row(i);
+    if (mode.is_explicit()) continue;
     guard.slope.row(i) = mode.y.slope.row(i);
+    guard.f.row(i) = mode.y.f.row(i);
   }
   return guard;
 }
 
-// What is made of dynamics. False where that fails.
-bool Complete(const Problem& problem, Mode& mode) {
-  std::optional<GradedSchurForm> form = ComputeGradedSchurForm(mode.dynamics, problem.horizon);
-  if (!form) return false;
-  mode.form = *std::move(form);
-  mode.rate = InfinityNorm(Balance(mode.dynamics).matrix);
-  return true;
+std::vector<std::complex<double>> Eigenvalues(const PencilForm& form) {
+  constexpr double kUndetermined = 64 * std::numeric_limits<double>::epsilon();
+  const Index m = form.triangle.rows();
+  double largest = 0;
+  for (Index j = 0; j < m; ++j) largest = std::max(largest, std::abs(form.Slope(j, j)));
+  std::vector<std::complex<double>> eigenvalues;
+  for (Index j = 0; j < m; ++j) {
+    const std::complex<double> slope = form.Slope(j, j);
+    if (std::abs(slope) > kUndetermined * largest) eigenvalues.push_back(form.triangle(j, j) / slope);
+  }
+  return eigenvalues;
 }
 
 }  // namespace
 
-std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active) {
-  auto mode = std::make_unique<Mode>();
-  mode->active = std::move(active);
-  const Matrix M_SS = problem.M.Dense()(mode->active, mode->active);
-  const Matrix N_S = problem.N.Dense()(mode->active, Eigen::all);
-  if (const auto inverse = NegativeInverse(M_SS)) {
-    SubstituteMultipliers(problem, N_S, *inverse, *mode);
-  } else if (!DifferentiateConstraints(problem, M_SS, N_S, *mode)) {
-    return nullptr;
-  }
-  mode->guard = MakeGuard(problem, *mode);
-  if (!Complete(problem, *mode)) return nullptr;
-  return mode;
+ModeMaker::ModeMaker(const Problem& problem)
+    : problem_(problem),
+      units_(problem.num_states()),
+      rows_(Matrix::Identity(problem.num_states(), problem.num_states())),
+      rows_A_(problem.A.Dense()),
+      rows_B_(problem.B.Dense()) {
+  const BalancedMatrix balanced = Balance(rows_A_);
+  for (Index k = 0; k < units_.size(); ++k) units_[balanced.order[k]] = std::ldexp(1.0, balanced.exponents[k]);
 }
 
-std::unique_ptr<Mode> DrawBack(const Problem& problem, const Mode& mode, const Vector& rates) {
-  auto drawn = std::make_unique<Mode>(mode);
-  const Matrix back = mode.correction * rates.asDiagonal();
-  drawn->dynamics -= back * mode.rows;
-  drawn->source_g -= back * mode.rows_g;
-  drawn->dynamics_size += back.cwiseAbs() * mode.rows.cwiseAbs();
-  if (!Complete(problem, *drawn)) return nullptr;
-  return drawn;
+// Gaussian elimination of y_S with complete pivoting, each equation relative to the size of its other terms. False
+// where y_S is not determined; `mode` has no E yet where its pivots are the rows of M_SS.
+bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
+  constexpr double kPreferred = 4096;  // the rows of M_SS, which keep the equations of the states as they are
+  const std::vector<Index>& S = mode.active;
+  const Index m = problem_.num_states(), n = problem_.num_constraints(), k = static_cast<Index>(S.size());
+  if (k == 0) return SubstituteMultipliers(problem_, mode);
+  // slope · (x' - f) = of_x x + of_y y + of_g g.
+  Matrix slope(m + k, m), of_x(m + k, m), of_y(m + k, k), of_g(m + k, n);
+  slope << rows_, Matrix::Zero(k, m);
+  of_x << rows_A_, problem_.N.Dense()(S, Eigen::all);
+  of_y << rows_B_(Eigen::all, S), problem_.M.Dense()(S, S);
+  of_g << Matrix::Zero(m, n), ColumnsOfIdentity(n, S).transpose();
+  const Vector terms = of_x.cwiseAbs() * sizes.x + of_g.cwiseAbs() * sizes.g +
+                       slope.cwiseAbs() * (sizes.f + sizes.x / problem_.horizon);
+  Vector scale = terms.unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
+  scale.tail(k) *= kPreferred;
+  const Vector of_columns =
+      RowMaxAbs((scale.asDiagonal() * of_y).transpose()).unaryExpr([](double size) { return 1 / PowerOfTwo(size); });
+  const Matrix scaled = scale.asDiagonal() * of_y * of_columns.asDiagonal();
+  const Eigen::FullPivLU<Matrix> lu(scaled);
+  std::vector<Index> pivots(static_cast<std::size_t>(k)), others;
+  for (Index i = 0; i < m + k; ++i) {
+    const Index position = lu.permutationP().indices()[i];
+    if (position < k) {
+      pivots[static_cast<std::size_t>(position)] = i;
+    } else {
+      others.push_back(i);
+    }
+  }
+  // What is left of a row may be its rounding.
+  for (Index p = 0; p < k; ++p) {
+    const double size = scaled.row(pivots[static_cast<std::size_t>(p)]).cwiseAbs().maxCoeff();
+    if (!(std::abs(lu.matrixLU()(p, p)) > kSingular * size)) return false;
+  }
+  std::sort(pivots.begin(), pivots.end());
+  if (pivots.front() >= m && SubstituteMultipliers(problem_, mode)) return true;
+
+  const Matrix inverse = PanelLu(scaled(pivots, Eigen::all)).Solve(Matrix::Identity(k, k));
+  Matrix factors = scaled(others, Eigen::all) * inverse;
+  const Matrix summed = scaled(others, Eigen::all).cwiseAbs() * inverse.cwiseAbs();
+  // What M_SS leaves of differential equations in its own rows where it is singular is rounding.
+  std::vector<Index> differential, algebraic;
+  for (Index i = 0; i < m; ++i) {
+    bool has_slope = others[static_cast<std::size_t>(i)] < m;
+    for (Index p = 0; p < k && pivots[static_cast<std::size_t>(p)] < m; ++p) {
+      if (others[static_cast<std::size_t>(i)] < m) continue;
+      if (std::abs(factors(i, p)) <= kSingular * summed(i, p)) factors(i, p) = 0;
+      has_slope = has_slope || factors(i, p) != 0;
+    }
+    (has_slope ? differential : algebraic).push_back(i);
+  }
+  const Vector scale_of_pivots = scale(pivots), scale_of_others = scale(others);
+  factors = scale_of_others.cwiseInverse().asDiagonal() * factors * scale_of_pivots.asDiagonal();
+  std::vector<Index> order = differential;
+  order.insert(order.end(), algebraic.begin(), algebraic.end());
+  const auto eliminated = [&](const Matrix& rows) {
+    return Matrix(Matrix(rows(others, Eigen::all) - factors * rows(pivots, Eigen::all))(order, Eigen::all));
+  };
+  const auto terms_of = [&](const Matrix& rows) {
+    return Matrix(Matrix(rows(others, Eigen::all).cwiseAbs() +
+                         factors.cwiseAbs() * rows(pivots, Eigen::all).cwiseAbs())(order, Eigen::all));
+  };
+  mode.num_algebraic = static_cast<Index>(algebraic.size());
+  mode.row_of_state.assign(static_cast<std::size_t>(m), -1);
+  for (Index row = 0; row < m; ++row) {
+    const Index i = others[static_cast<std::size_t>(order[static_cast<std::size_t>(row)])];
+    if (i < m) mode.row_of_state[static_cast<std::size_t>(i)] = row;
+  }
+  mode.E = eliminated(slope);
+  mode.F = eliminated(of_x);
+  mode.source_g = eliminated(of_g);
+  mode.E_terms = terms_of(slope);
+  mode.F_terms = terms_of(of_x);
+
+  const Matrix solve = -(ColumnsOfIdentity(n, S) * (of_columns.asDiagonal() * inverse * scale_of_pivots.asDiagonal()));
+  mode.y.state = solve * of_x(pivots, Eigen::all);
+  mode.y.slope = -(solve * slope(pivots, Eigen::all));
+  mode.y.f = -mode.y.slope;
+  mode.y.g = solve * of_g(pivots, Eigen::all);
+
+  Matrix regular = mode.E;
+  regular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
+  const auto negative_inverse = NegativeInverse(regular);
+  if (!negative_inverse) return false;
+  mode.correction = -negative_inverse->rightCols(mode.num_algebraic);
+  const Index rest = m - mode.num_algebraic;
+  mode.dynamics = -(negative_inverse->leftCols(rest) * mode.F.topRows(rest));
+  return true;
+}
+
+std::unique_ptr<Mode> ModeMaker::Make(std::vector<Index> active, const DataSizes& sizes) const {
+  auto mode = std::make_unique<Mode>();
+  mode->active = std::move(active);
+  if (!Eliminate(sizes, *mode)) return nullptr;
+  mode->guard = MakeGuard(problem_, *mode);
+  const double horizon = problem_.horizon;
+  std::optional<PencilForm> form;
+  if (mode->is_explicit()) {
+    mode->dynamics = mode->F;
+    form = ComputeExplicitForm(mode->F, horizon);
+  } else {
+    form = ComputePencilForm(mode->E, mode->F, mode->num_algebraic, units_, horizon);
+  }
+  if (!form) return nullptr;
+  mode->form = *std::move(form);
+  mode->eigenvalues = Eigenvalues(mode->form);
+  mode->rate = InfinityNorm(Balance(mode->dynamics).matrix);
+  return mode;
 }
 
 }  // namespace dlcs

@@ -7,60 +7,89 @@
 #include <memory>
 #include <vector>
 
-#include "core/linalg/graded_schur.h"
+#include "core/linalg/pencil_form.h"
 #include "core/problem/problem.h"
 #include "core/types.h"
 
 namespace dlcs {
 
-// A linear function of state and sources: x·state + f·f + g·g + g'·slope. Empty matrices stand for zero.
+// A linear function of state and sources: state · x + slope · x' + f · f + g · g. Empty matrices stand for zero.
 struct LinearOutput {
   Matrix state;
+  Matrix slope;
   Matrix f;
   Matrix g;
-  Matrix slope;  // of g' = dg/dt
 };
 
-// While S is active, w_S = 0, and y = 0 outside S. So y_S follows from 0 = N_S x + g_S + M_SS y_S, and x obeys a linear
-// differential equation
+// While S is active, w_S = 0, and y = 0 outside S:
 //
-//     x' = dynamics x + source_f f + source_g g + source_slope g'.
+//     x' = A x + B_S y_S + f,      0 = N_S x + M_SS y_S + g_S.
 //
-// Where M_SS is singular (ideal diodes, sliding, M = 0), let U span its left null space: then Uᵀ(N_S x + g_S) = 0 is a
-// condition on the state alone. It is replaced by its derivative Uᵀ(N_S (A x + B_S y_S + f) + g_S') = 0. Together with
-// the remaining equations of M_SS y_S = -(N_S x + g_S), this determines y_S if the system has relative degree one on S.
+// y_S is eliminated from these m + |S| equations by |S| of them, the pivots, and follows from the pivots. What remains
+// are m equations for the state,
+//
+//     E (x' - f) = F x + source_g g.
+//
+// Where M_SS is regular and of normal size, its rows are the pivots, and E is the identity. Where it is singular (ideal
+// diodes, sliding, M = 0), some pivots are differential equations; the rows of the left null space of M_SS remain as
+// algebraic equations, which constrain the state: zero rows of E, the last ones. Where M_SS is small, they remain as
+// equations of fast states. A pivot is taken where y is best determined, relative to the other terms of its equation.
+// So a slow equation is subtracted from fast ones, not the other way round, and each of the remaining equations is
+// as accurate as its own terms: next to states of rate 1e14 the slow ones keep their digits.
 struct Mode {
   std::vector<Index> active;  // S, increasing
   LinearOutput y;             // n rows, zero outside S
   LinearOutput guard;         // n rows: y_i for i in S, w_i otherwise; the mode ends where one becomes negative
-  Matrix dynamics;            // m × m
-  Matrix source_f;            // m × m; empty: the identity
-  Matrix source_g;            // m × n; empty: zero
-  Matrix source_slope;        // m × n; empty: zero
 
-  GradedSchurForm form;  // of dynamics
-  double rate = 0;       // the largest row sum of dynamics, balanced: no time in which it acts is shorter than 1/rate
-  // |A| + |B||y.state|, in coordinates of y that make it small: the size of the terms that dynamics is the sum of.
-  Matrix dynamics_size;
+  Matrix E;         // m × m; empty: the identity
+  Matrix F;         // m × m
+  Matrix source_g;  // m × n; empty: zero
+  // The sums of the absolute values of the terms that entries of E and F were summed from.
+  Matrix E_terms;  // empty: the identity
+  Matrix F_terms;
 
-  // The constraints on the state, rows · x + rows_g · g = 0, and the smallest correction along B_S: x -= correction ·
-  // (residual). No rows if M_SS is nonsingular.
-  Matrix rows;
-  Matrix rows_g;
+  PencilForm form;
+  std::vector<std::complex<double>> eigenvalues;  // of the pencil, as far as they are determined
+  Matrix dynamics;  // x' as a function of x, without sources; F if E is the identity. Not as accurate as E and F
+  double rate = 0;  // the largest row sum of dynamics, balanced: no time in which it acts is shorter than 1/rate
+
+  // For each state the row that its differential equation became, unless it was a pivot (-1). Empty if E is the identity.
+  std::vector<Index> row_of_state;
+
+  Index num_algebraic = 0;
+  // The smallest correction of a state along B_S: x -= correction · (F x + source_g g), last rows.
   Matrix correction;
 
-  bool differentiated() const { return rows.rows() > 0; }
+  bool is_explicit() const { return E.size() == 0; }
+  auto algebraic_rows() const { return F.bottomRows(num_algebraic); }
+  auto algebraic_g() const { return source_g.bottomRows(num_algebraic); }
 };
 
-// The mode of `active` (increasing indices), or null if y_S is not determined: M_SS is singular, and the system does
-// not have relative degree one on S, or not to working precision. Cost: a Schur form of m × m (25 m³) and a
-// factorization of |S| × |S|.
-std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active);
+// Sizes of states and sources, to compare the terms of equations by: largest absolute values, only their orders of
+// magnitude matter.
+struct DataSizes {
+  Vector x;
+  Vector f;
+  Vector g;
+};
 
-// `mode` with stabilized constraints: its dynamics move a state back to constraint c along its correction at the rate
-// rates[c]. For states that satisfy the constraints nothing changes. It is needed where large terms of a row cancel:
-// their rounding errors would move the state off the constraint quickly. Null, and cost, as MakeMode().
-std::unique_ptr<Mode> DrawBack(const Problem& problem, const Mode& mode, const Vector& rates);
+class ModeMaker {
+ public:
+  // Keeps a reference.
+  explicit ModeMaker(const Problem& problem);
+
+  // The mode of `active` (increasing indices), or null if y_S is not determined: the system does not have relative
+  // degree one at most on S, or not to working precision. Cost: a Schur form of m × m and factorizations of that size.
+  std::unique_ptr<Mode> Make(std::vector<Index> active, const DataSizes& sizes) const;
+
+ private:
+  bool Eliminate(const DataSizes& sizes, Mode& mode) const;
+
+  const Problem& problem_;
+  Vector units_;  // of the states, powers of two
+  // The differential equations rows · (x' - f) = rows_A x + rows_B y.
+  Matrix rows_, rows_A_, rows_B_;
+};
 
 }  // namespace dlcs
 

@@ -3,20 +3,16 @@
 #include "core/event_driven/mode_search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "core/linalg/balance.h"
-#include "core/linalg/norms.h"
-
 namespace dlcs {
 namespace {
 
-// The steps of the search, as powers of 64 times this part of the scale.
+// The longest step that is tried first, as a part of the scale, and what shorter and longer ones differ by.
 constexpr double kFirstPart = 1.0 / 1024;
-constexpr std::array<int, ModeSearch::kAttempts> kPowers = {0, -1, -2, 1, 2, -3};
+constexpr int kRatio = 6;  // 2^6
 // w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than
 // rounding.
 constexpr double kSearchTolerance = 2e-15;
@@ -25,44 +21,79 @@ constexpr double kLeastOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
 
+std::vector<Index> ActiveIn(const Basis& basis) {
+  std::vector<Index> active;
+  for (std::size_t i = 0; i < basis.size(); ++i) {
+    if (basis[i]) active.push_back(static_cast<Index>(i));
+  }
+  return active;
+}
+
 }  // namespace
 
 ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSampler& sources)
     : problem_(problem),
       sources_(sources),
+      maker_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
-      norm_A_(InfinityNorm(Balance(problem.A.Dense()).matrix)),
-      solvers_([&problem, selection](double h) {
-        const Matrix coupling =
-            h * problem.N.Dense() * (problem.B.Dense() + h / 2 * problem.A.Dense() * problem.B.Dense());
-        return MakeCoupledLcpSolver(problem.M, coupling, selection);
+      free_(maker_.Make({}, {})),
+      looks_([this, selection](double h) {
+        ModeStepper stepper(*free_, h);
+        // By refined steps: where a far state hardly moves, the sign of that decides.
+        const Vector zero = Vector::Zero(problem_.num_states());
+        LegendreSeries source = LegendreSeries::Zero(problem_.num_states(), kLegendreSize);
+        Matrix moved(problem_.num_states(), problem_.num_constraints());
+        for (Index j = 0; j < moved.cols(); ++j) {
+          source.col(0) = problem_.B.Dense().col(j);
+          moved.col(j) = stepper.Solve(zero, source, zero).x.rowwise().sum();
+        }
+        std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(problem_.M, problem_.N.Dense() * moved, selection);
+        return std::make_unique<Look>(Look{std::move(stepper), std::move(solver)});
       }),
       basis_(problem.num_constraints(), 0),
       y_(problem.num_constraints()),
       f_begin_(problem.num_states()),
       f_end_(problem.num_states()),
-      g_(problem.num_constraints()) {}
+      g_(problem.num_constraints()),
+      f_(LegendreSeries::Zero(problem.num_states(), kLegendreSize)) {}
 
-ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, double scale, double longest,
-                                      int attempt) {
-  const double quick = norm_A_ > 0 ? 16 / norm_A_ : longest;  // beyond, the Taylor polynomial is none of e^{hA}
-  double h = kFirstPart * std::min(scale, quick) * std::ldexp(1.0, 6 * kPowers[attempt]);
-  h = std::min({std::max(h, kLeastOfTime * std::abs(t)), longest / 2, quick / 16});
-  h = std::ldexp(1.0, std::ilogb(h));  // few lengths, so that solvers are found again
+// A power of two, so that there are few.
+double ModeSearch::StepOf(double t, double scale, double longest, int attempt) const {
+  constexpr int kShorter = 3, kOfFastest = 6;  // attempts before these numbers
+  double h = scale;
+  if (attempt < kShorter) {
+    h = std::ldexp(scale, -kRatio * attempt);
+  } else if (attempt < kOfFastest) {
+    const double shorter = std::ldexp(scale, -kRatio * kShorter);
+    h = std::ldexp(free_->rate > 0 ? std::min(shorter, 16 / free_->rate) : shorter, -kRatio * (attempt - kShorter));
+  } else {
+    h = std::ldexp(scale, kRatio * (attempt - kOfFastest + 1));
+  }
+  h = std::min(std::max(kFirstPart * h, kLeastOfTime * std::abs(t)), longest / 2);
+  return std::ldexp(1.0, std::ilogb(h));
+}
+
+ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, const DataSizes& sizes, double scale,
+                                      double longest, int attempt) {
   Proposal proposal;
+  if (!free_) return proposal;
+  const double h = StepOf(t, scale, longest, attempt);
+  const Look& look = looks_.At(h);
   sources_.F(t, Side::kRight, f_begin_);
   sources_.F(t + h, Side::kLeft, f_end_);
   sources_.G(t + h, Side::kLeft, g_);
-  predicted_ = problem_.A * x + f_begin_;
-  predicted_ = x + h / 2 * (predicted_ + problem_.A * (x + h * predicted_) + f_end_);
+  f_.col(0) = (f_begin_ + f_end_) / 2;
+  f_.col(1) = (f_end_ - f_begin_) / 2;
+  const ModeStepper::Solution ahead = look.stepper.Solve(x, f_, Vector::Zero(x.size()));
+  predicted_ = ahead.x.rowwise().sum();
   q_ = problem_.N * predicted_ + g_;
-  tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs());
-  LcpSolver& solver = solvers_.At(h);
+  tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) + abs_N_ * ahead.uncertainty;
+  LcpSolver& solver = *look.solver;
   proposal.verdict = solver.Solve(q_, tolerance_, basis_, y_);
   ++lcps_;
   if (proposal.verdict != LcpStatus::kSolved) return proposal;
   proposal.kept_selection = solver.KeptSelection();
-  proposal.mode = ModeOf(basis_);
+  proposal.mode = ModeOf(ActiveIn(basis_), sizes);
   return proposal;
 }
 
@@ -72,45 +103,13 @@ void ModeSearch::GuessBehind(const Mode& mode, Index guard) {
   basis_[guard] ^= 1;
 }
 
-const Mode* ModeSearch::ModeOf(const Basis& basis) {
-  std::vector<Index> active;
-  for (std::size_t i = 0; i < basis.size(); ++i) {
-    if (basis[i]) active.push_back(static_cast<Index>(i));
-  }
-  if (const auto found = modes_.find(active); found != modes_.end()) return found->second.mode.get();
+const Mode* ModeSearch::ModeOf(const std::vector<Index>& active, const DataSizes& sizes) {
+  if (const auto found = modes_.find(active); found != modes_.end()) return found->second.get();
   if (modes_.size() == kKeptModes) modes_.clear();
   ++modes_made_;
-  Kept& kept = modes_[active];
-  kept.mode = MakeMode(problem_, std::move(active));
-  return kept.mode.get();
-}
-
-const Mode& ModeSearch::DrawnBack(const Mode& mode, const Vector& x, const Vector& f, const Vector& g) {
-  constexpr int kSpacing = 8;      // of the exponents of rates: few modes
-  constexpr double kNoticed = 16;  // the least rate, over the horizon, that makes a difference
-  if (!mode.differentiated()) return mode;
-  Vector terms = mode.dynamics_size * x + mode.source_f.cwiseAbs() * f + mode.source_g.cwiseAbs() * g;
-  const Vector of_constraints = mode.rows.cwiseAbs() * x + mode.rows_g.cwiseAbs() * g;
-  std::vector<int> exponents(mode.rows.rows(), 0);
-  Vector rates = Vector::Zero(mode.rows.rows());
-  for (Index c = 0; c < rates.size(); ++c) {
-    double rate = std::numeric_limits<double>::infinity();
-    for (Index i = 0; i < terms.size(); ++i) {
-      const double on_path = std::abs(mode.correction(i, c)) * of_constraints[c];
-      if (on_path > 0) rate = std::min(rate, terms[i] / on_path);
-    }
-    if (!std::isfinite(rate) || !(rate * problem_.horizon > kNoticed)) continue;
-    exponents[c] = std::ilogb(rate * problem_.horizon) / kSpacing * kSpacing;
-    if (exponents[c] > 0) rates[c] = std::ldexp(1.0, exponents[c]) / problem_.horizon;
-  }
-  if (rates.isZero(0)) return mode;
-  auto& drawn_back = modes_.at(mode.active).drawn_back;
-  auto found = drawn_back.find(exponents);
-  if (found == drawn_back.end()) {
-    found = drawn_back.emplace(std::move(exponents), DrawBack(problem_, mode, rates)).first;
-    ++modes_made_;
-  }
-  return found->second ? *found->second : mode;
+  std::unique_ptr<Mode>& kept = modes_[active];
+  kept = maker_.Make(active, sizes);
+  return kept.get();
 }
 
 }  // namespace dlcs

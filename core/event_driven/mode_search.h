@@ -11,6 +11,7 @@
 #include "core/discretization/step_cache.h"
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
+#include "core/event_driven/mode_step.h"
 #include "core/lcp/lcp.h"
 #include "core/matrix_classes/matrix_class.h"
 #include "core/problem/problem.h"
@@ -20,12 +21,12 @@ namespace dlcs {
 // Finds active sets, and caches their modes.
 //
 // The active set after t is that of y at t + h as h → 0: if y_i and w_i both vanish at t, their derivatives decide, and
-// then higher derivatives. One coupled LCP decides all of that at once,
+// then higher derivatives. One coupled LCP decides all of that at once: for y constant on [t, t + h],
 //
-//     0 <= y ⟂ N (x̂ + h B y + h²/2 A B y) + g(t + h) + M y >= 0,    x̂ the state at t + h for y = 0,
+//     0 <= y ⟂ N (x̂ + h φ_1(hA) B y) + g(t + h) + M y >= 0,    x̂ the state at t + h for y = 0,
 //
-// with a step h so short that the Taylor polynomial of second order is accurate, and so long that derivatives are
-// larger than rounding. The basis of its solution is a proposal; the caller has to check how long it lasts.
+// with a step h so short that nothing else happens, and so long that derivatives are larger than rounding. Fast states
+// settle within h. The basis of its solution is a proposal; the caller has to check how long it lasts.
 class ModeSearch {
  public:
   // Keeps references.
@@ -37,41 +38,42 @@ class ModeSearch {
     const Mode* mode = nullptr;  // null if the LCP failed or the basis does not determine y
   };
   // Searches from the state `x` at `t`. `scale` is the time scale of the system, `longest` the time to the next break
-  // point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter ones, for modes that end soon, then
-  // longer ones, to skip modes that are shorter than rounding. The LCP starts from the last active set or from that of
-  // GuessBehind().
-  static constexpr int kAttempts = 6;
-  Proposal Find(double t, const Eigen::Ref<const Vector>& x, double scale, double longest, int attempt);
+  // point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter ones, for modes that end soon, down to
+  // those of the fastest states, then longer ones, to skip modes that are shorter than rounding. The LCP starts from
+  // the last active set or from that of GuessBehind(). `sizes` are those of the states so far and of the sources.
+  static constexpr int kAttempts = 8;
+  Proposal Find(double t, const Eigen::Ref<const Vector>& x, const DataSizes& sizes, double scale, double longest,
+                int attempt);
 
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
   // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the
   // solution.
   void GuessBehind(const Mode& mode, Index guard);
 
-  // The proposed `mode` with stabilized constraints (DrawBack() in core/event_driven/mode.h). The rates balance the
-  // drift by rounding for states of the size `x` and sources of the sizes `f` and `g`, but are not so large that they
-  // dominate the terms of a row.
-  const Mode& DrawnBack(const Mode& mode, const Vector& x, const Vector& f, const Vector& g);
+  // The mode of `active`, kept; null where it has none.
+  const Mode* ModeOf(const std::vector<Index>& active, const DataSizes& sizes);
 
   Index lcps() const { return lcps_; }
   Index modes_made() const { return modes_made_; }
 
  private:
-  // A mode, null if there is none, and its stabilized forms by DrawBack(), whose rates are powers of two.
-  struct Kept {
-    std::unique_ptr<Mode> mode;
-    std::map<std::vector<int>, std::unique_ptr<Mode>> drawn_back;
+  // The system without y, and the coupled LCP, over one h.
+  struct Look {
+    ModeStepper stepper;
+    std::unique_ptr<LcpSolver> solver;
   };
-  const Mode* ModeOf(const Basis& basis);
+  double StepOf(double t, double scale, double longest, int attempt) const;
 
   const Problem& problem_;
   SourceSampler& sources_;
+  ModeMaker maker_;
   Matrix abs_N_;
-  double norm_A_;
-  StepCache<LcpSolver> solvers_;
-  std::map<std::vector<Index>, Kept> modes_;  // by their active sets
+  std::unique_ptr<Mode> free_;  // without active pairs; null where it has no form
+  StepCache<Look> looks_;
+  std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none
   Basis basis_;
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;
+  LegendreSeries f_;
   Index lcps_ = 0;
   Index modes_made_ = 0;
 };

@@ -38,6 +38,13 @@ std::complex<double> Times(const std::complex<double>& a, const std::complex<dou
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
+// Subtracts the multiples `layers` of P_K - P_{K-1}.
+template <typename Layers, typename Series>
+void Subtract(const Layers& layers, Series& series) {
+  series.col(K) -= layers;
+  series.col(K - 1) += layers;
+}
+
 std::complex<double> Inverse(const std::complex<double>& z) {
   // Scaled, since the square of a large |z| overflows.
   const double size = std::max(std::abs(z.real()), std::abs(z.imag()));
@@ -52,8 +59,14 @@ std::complex<double> Inverse(const std::complex<double>& z) {
 //     c_k = v_{k-1}/(2k-1) - v_{k+1}/(2k+3),   k = 1 ... K.
 // Elimination from k = K down expresses each c_k by c_{k-1}, as c_k = offset_k + ratio_k c_{k-1}; then
 // Σ(-1)^k c_k = start.
-ModeStepper::Scalar ModeStepper::Eliminate(Complex z) {
+// slope c' = rate c; `half_rate`: rate times half the length. Algebraic equations are those of states that are too fast
+// to be seen.
+ModeStepper::Scalar ModeStepper::Eliminate(Complex slope, Complex half_rate) {
+  constexpr double kUnseen = 1e-20;
+  if (std::abs(slope) <= kUnseen * std::abs(half_rate)) slope = -kUnseen * half_rate;
   Scalar scalar;
+  scalar.over_slope = Inverse(slope);
+  const Complex z = scalar.z = Times(half_rate, scalar.over_slope);
   scalar.over_pivot = Inverse(1.0 - z / Odd(K - 1));
   scalar.ratio[K] = Times(z / Odd(K - 1), scalar.over_pivot);
   scalar.ratio[K - 1] = z / Odd(K - 2);
@@ -101,74 +114,214 @@ void ModeStepper::SolveScalar(const Scalar& scalar, Complex* c) {
   c[K - 1] -= missing;
 }
 
-ModeStepper::ModeStepper(const Mode& mode, double length) : mode_(mode), half_(length / 2) {
+ModeStepper::ModeStepper(const Mode& mode, double length) : mode_(&mode), half_(length / 2) {
   const Index size = mode.form.triangle.rows();
   scalars_.reserve(size);
-  for (Index j = 0; j < size; ++j) scalars_.push_back(Eliminate(half_ * mode.form.triangle(j, j)));
+  for (Index j = 0; j < size; ++j) {
+    scalars_.push_back(Eliminate(mode.form.Slope(j, j), half_ * mode.form.triangle(j, j)));
+  }
 }
 
 void ModeStepper::SolveTriangle(ComplexSeries& c) const {
   using Row = Eigen::Matrix<Complex, 1, kLegendreSize>;
-  const Eigen::MatrixXcd& triangle = mode_.form.triangle;
+  const PencilForm& form = mode_->form;
   for (Index j = c.rows() - 1; j >= 0; --j) {
+    if (!form.is_explicit()) c.row(j).tail(K) *= scalars_[j].over_slope;
     SolveScalar(scalars_[j], c.row(j).data());
     if (j == 0) break;
     const Row of_j = half_ * Integral<Row>(c.row(j));
     for (Index i = 0; i < j; ++i) {
-      if (triangle(i, j) != 0.0) c.row(i) += triangle(i, j) * of_j;
+      if (form.triangle(i, j) != 0.0) c.row(i) += form.triangle(i, j) * of_j;
+      if (!form.is_explicit() && form.slope_triangle(i, j) != 0.0) {
+        c.row(i).tail(K) -= form.slope_triangle(i, j) * c.row(j).tail(K);
+      }
     }
   }
 }
 
-LegendreSeries ModeStepper::SolveIntegrated(const LegendreSeries& integral) const {
-  ComplexSeries c = mode_.form.inverse * integral;
+ModeStepper::ComplexSeries ModeStepper::SolveIntegrated(const LegendreSeries& integral) const {
+  const PencilForm& form = mode_->form;
+  ComplexSeries c;
+  if (form.is_explicit()) {
+    c = form.inverse * integral;
+  } else {
+    c.resize(integral.rows(), kLegendreSize);
+    c.col(0) = form.inverse * integral.col(0);
+    c.rightCols(K) = form.left * integral.rightCols(K);
+  }
   SolveTriangle(c);
-  return (mode_.form.vectors * c).real();
+  return c;
 }
 
-ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source) const {
+LegendreSeries ModeStepper::States(const ComplexSeries& c) const { return (mode_->form.vectors * c).real(); }
+
+Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, OfRounding of_rounding) const {
+  constexpr double kFast = 20 * K;
+  constexpr double kCancels = 1.0 / 8;
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();  // of the terms
+  const PencilForm& form = mode_->form;
+  Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
+  bool has_layer = false;
+  const Vector size = c.cwiseAbs().rowwise().maxCoeff();
+  for (Index j = c.rows() - 1; j >= 0; --j) {
+    if (std::abs(scalars_[j].z) > kFast) {
+      const Complex part = (c(j, K) - c(j, K - 1)) / 2.0;
+      const Index after = c.rows() - j - 1;
+      const double terms = size[j] + form.triangle.row(j).tail(after).cwiseAbs().dot(size.tail(after)) /
+                                         std::abs(form.triangle(j, j));
+      const bool cancels = std::abs(c(j, K) + c(j, K - 1)) <= kCancels * std::abs(part);
+      if (cancels && (of_rounding == OfRounding::kToo || std::abs(part) > kRounding * terms)) layer[j] = part;
+    } else if (has_layer && !form.is_explicit()) {
+      // Slow components move with the fast ones so that E x stays what it was.
+      for (Index i = j + 1; i < c.rows(); ++i) layer[j] -= form.slope_triangle(j, i) * layer[i];
+      layer[j] *= scalars_[j].over_slope;
+    }
+    has_layer = has_layer || layer[j] != 0.0;
+  }
+  return layer;
+}
+
+std::vector<Index> ModeStepper::UnreachedStates(const Vector& start, const LegendreSeries& source) const {
+  std::vector<Index> unreached;
+  for (Index i = 0; i < start.size(); ++i) {
+    const Index row = mode_->is_explicit() ? -1 : mode_->row_of_state[static_cast<std::size_t>(i)];
+    if (row >= 0 && start[i] == 0 && (source.row(row).array() == 0).all()) unreached.push_back(i);
+  }
+  for (std::size_t before = start.size() + 1; unreached.size() < before;) {
+    before = unreached.size();
+    std::vector<bool> reached(static_cast<std::size_t>(start.size()), true);
+    for (const Index i : unreached) reached[static_cast<std::size_t>(i)] = false;
+    std::erase_if(unreached, [&](Index i) {
+      const Index row = mode_->row_of_state[static_cast<std::size_t>(i)];
+      for (Index j = 0; j < start.size(); ++j) {
+        if (reached[static_cast<std::size_t>(j)] && (mode_->F(row, j) != 0 || mode_->E(row, j) != 0)) return true;
+      }
+      return false;
+    });
+  }
+  return unreached;
+}
+
+// By the equation itself; where that is mostly rounding, by the derivative of the polynomial.
+void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
+                           Solution& solution) const {
+  constexpr double kUnit = std::numeric_limits<double>::epsilon();
+  const PencilForm& form = mode_->form;
+  const Index m = c.rows();
+  const ComplexSeries b = form.left * source;
+  const Vector b_noise =
+      form.left.cwiseAbs() * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
+  const Vector c_size = c.cwiseAbs().rowwise().sum();
+  ComplexSeries slope(m, kLegendreSize);
+  Vector slope_size(m), noise(m);
+  for (Index j = m - 1; j >= 0; --j) {
+    const Index after = m - 1 - j;
+    const auto of_slopes = form.slope_triangle.row(j).tail(after);
+    const auto of_states = form.triangle.row(j).tail(after + 1);
+    const double over_slope = std::abs(scalars_[j].over_slope);
+    const double terms =
+        of_states.cwiseAbs().dot(c_size.tail(after + 1)) + of_slopes.cwiseAbs().dot(slope_size.tail(after));
+    const double by_equation =
+        over_slope * (kUnit * terms + b_noise[j] + of_slopes.cwiseAbs().dot(noise.tail(after)));
+    // Of the source a component shows as much as it takes in on the step.
+    const double of_source =
+        half_ * b_noise[j] / (std::abs(form.Slope(j, j)) + half_ * std::abs(form.triangle(j, j)));
+    const double by_derivative = kLegendreDegree * kLegendreDegree / half_ * (kUnit * c_size[j] + of_source);
+    if (by_equation <= by_derivative) {
+      slope.row(j) = b.row(j) + of_states * c.bottomRows(after + 1) - of_slopes * slope.bottomRows(after);
+      slope.row(j) *= scalars_[j].over_slope;
+    } else {
+      slope.row(j) = c.row(j) * (1 / half_ * GetLegendreBasis().derivative);
+    }
+    noise[j] = std::min(by_equation, by_derivative);
+    slope_size[j] = slope.row(j).cwiseAbs().sum();
+  }
+  solution.slope = States(slope);
+  solution.slope_noise = form.vectors.cwiseAbs() * noise;
+}
+
+ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
+                                         const Vector& source_noise) const {
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-  constexpr int kMostCorrections = 4;
+  constexpr int kMostCorrections = 6;
+  const bool is_explicit = mode_->is_explicit();
   LegendreSeries integral = half_ * Integral(source);
   integral.col(0) = start;
-  Solution solution{SolveIntegrated(integral), Vector::Zero(start.size())};
-  LegendreSeries& c = solution.x;
-  const Vector given = integral.cwiseAbs().rowwise().sum();
+  ComplexSeries c = SolveIntegrated(integral);
+  LegendreSeries x = States(c);
+  // In the triangular form they have the rounding of others.
+  const std::vector<Index> unreached = UnreachedStates(start, source);
+  for (const Index i : unreached) x.row(i).setZero();
+  Solution solution;
+  solution.uncertainty = Vector::Zero(start.size());
+  const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
   for (int correction = 0; correction < kMostCorrections; ++correction) {
-    LegendreSeries missing = integral + half_ * Integral<LegendreSeries>(mode_.dynamics * c) - c;
-    Vector at_start = c.col(0);
-    for (Index k = 1; k <= K; ++k) at_start += (k % 2 ? -1 : 1) * c.col(k);
+    LegendreSeries missing = integral + half_ * Integral<LegendreSeries>(mode_->F * x);
+    if (is_explicit) {
+      missing -= x;
+    } else {
+      missing -= mode_->E * x;
+    }
+    Vector at_start = x.col(0);
+    for (Index k = 1; k <= K; ++k) at_start += (k % 2 ? -1 : 1) * x.col(k);
     missing.col(0) = start - at_start;
-    const Vector size = c.cwiseAbs().rowwise().sum();
-    const Vector rounding = kRounding * (given + size + half_ * (mode_.dynamics_size * size));
-    const auto is_more = missing.cwiseAbs().rowwise().maxCoeff().array() > rounding.array();
-    if (!is_more.any()) {
+    const Vector size = x.cwiseAbs().rowwise().sum();
+    const Vector of_states = kRounding * (start.cwiseAbs() + size);
+    const Vector of_rows = kRounding * (given_to_rows + (is_explicit ? size : Vector(mode_->E_terms * size)) +
+                                        half_ * (mode_->F_terms * size));
+    const bool is_more = (missing.col(0).array().abs() > of_states.array()).any() ||
+                         (missing.rightCols(K).cwiseAbs().rowwise().maxCoeff().array() > of_rows.array()).any();
+    if (!is_more) {
       solution.uncertainty.setZero();
       break;
     }
-    const LegendreSeries change = SolveIntegrated(missing);
+    const ComplexSeries c_change = SolveIntegrated(missing);
+    const LegendreSeries change = States(c_change);
     const Vector changed = change.cwiseAbs().rowwise().sum();
     // What does not converge is left as it is, and the step is too long for the form.
     if (!changed.allFinite() || (correction > 0 && (changed.array() > solution.uncertainty.array()).all())) break;
-    c += change;
+    c += c_change;
+    x += change;
+    for (const Index i : unreached) x.row(i).setZero();
     solution.uncertainty = changed;
+  }
+  // The components have more rounding than the refined states, to which their differences would add it; in x' it counts
+  // |z| times.
+  solution.layer_parts = LayersOf(c, OfRounding::kNot);
+  solution.layer = (mode_->form.vectors * solution.layer_parts).real();
+  for (const Index i : unreached) solution.layer[i] = 0;
+  Subtract(solution.layer, x);
+  solution.x = std::move(x);
+  if (!is_explicit) {
+    Subtract(LayersOf(c, OfRounding::kToo), c);
+    AddSlope(c, source, source_noise, solution);
+    for (const Index i : unreached) solution.slope.row(i).setZero();
   }
   return solution;
 }
 
-Matrix ModeStepper::Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
-                            const Eigen::Ref<const Matrix>& at) const {
-  const Eigen::MatrixXcd from = mode_.form.inverse * starts, driven = mode_.form.inverse * (half_ * sources);
-  Eigen::MatrixXcd values(starts.rows(), starts.cols() * at.cols());
+ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& starts,
+                                           const Eigen::Ref<const Matrix>& sources,
+                                           const Eigen::Ref<const Matrix>& at) const {
+  const PencilForm& form = mode_->form;
+  const Eigen::MatrixXcd from = form.inverse * starts;
+  const Eigen::MatrixXcd driven = (form.is_explicit() ? form.inverse : form.left) * (half_ * sources);
+  const Matrix slope_at = 1 / half_ * GetLegendreBasis().derivative * at;
+  Eigen::MatrixXcd values(starts.rows(), starts.cols() * at.cols()), slopes;
+  if (!form.is_explicit()) slopes.resize(values.rows(), values.cols());
   ComplexSeries c(starts.rows(), kLegendreSize);
   for (Index e = 0; e < starts.cols(); ++e) {
     c.setZero();
     c.col(0) = from.col(e);
     c.col(1) = driven.col(e);
     SolveTriangle(c);
+    Subtract(LayersOf(c, OfRounding::kToo), c);
     values.middleCols(e * at.cols(), at.cols()).noalias() = c * at;
+    if (!form.is_explicit()) slopes.middleCols(e * at.cols(), at.cols()).noalias() = c * slope_at;
   }
-  return (mode_.form.vectors * values).real();
+  Response response{(form.vectors * values).real(), {}};
+  if (!form.is_explicit()) response.slopes = (form.vectors * slopes).real();
+  return response;
 }
 
 }  // namespace dlcs

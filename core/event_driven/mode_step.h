@@ -13,57 +13,84 @@
 
 namespace dlcs {
 
-// Steps of one length in one mode. On [t, t + length] x is the polynomial of degree K that satisfies x' = Â x + b, Â =
-// mode.dynamics, at the K right Radau points (the zeros of P_K - P_{K-1}).
+// Steps of one length in one mode. On [t, t + length] x is the polynomial of degree K that satisfies E x' = F x + b
+// (core/event_driven/mode.h) at the K right Radau points (the zeros of P_K - P_{K-1}).
 //
 // At the end of the step that is the Padé approximation (K-1, K) of the exponential, applied to start and source: exact
-// to rounding for ‖Â‖ length up to about 6, L-stable for any. In between the error is of the size of the last
-// coefficients, which shows whether the step was short enough. In the Schur form of Â each component is a scalar
-// equation, whose coefficients obey a recurrence of three terms, since ∫P_k = (P_{k+1} - P_{k-1})/(2k+1): a step of any
-// length costs K m² operations and no factorization. Source: [Hairer 1996] E. Hairer, G. Wanner. Solving ordinary
-// differential equations II. Sections IV.3 and IV.5.
+// to rounding for rates times length up to about 6, L-stable for any; algebraic equations hold exactly. In between the
+// error is of the size of the last coefficients, which shows whether the step was short enough. In the triangular form
+// of the mode each component is a scalar equation, whose coefficients obey a recurrence of three terms, since ∫P_k =
+// (P_{k+1} - P_{k-1})/(2k+1): a step of any length costs K m² operations and no factorization. Source: [Hairer 1996] E.
+// Hairer, G. Wanner. Solving ordinary differential equations II. Sections IV.3, IV.5, and VI.1.
 //
-// The rounding of the Schur form is relative to the largest entries of its blocks. So the residual of the equations is
-// computed with Â itself, and corrected in rows where it exceeds the rounding of the row. After this iterative
-// refinement each component is as accurate as its own row of Â determines it.
+// The rounding of the triangular form is relative to the largest entries of its blocks. So the residual of the
+// equations is computed with E and F themselves, and corrected in rows where it exceeds the rounding of the row. After
+// this iterative refinement each component is as accurate as the rows of E and F determine it.
 class ModeStepper {
  public:
   // Keeps a reference to `mode`.
   ModeStepper(const Mode& mode, double length);
 
+  const Mode& mode() const { return *mode_; }
+
   struct Solution {
     LegendreSeries x;
+    LegendreSeries slope;  // x', as a polynomial of degree K - 1; empty for an explicit mode
+    Vector slope_noise;    // the rounding error of each row of it
+    // A fast state that does not start where it settles leaves a multiple of P_K - P_{K-1} on a step that is much
+    // longer than it takes to settle. No Radau point sees it. It is subtracted: x and slope are what remains. Of each
+    // state what was subtracted, ...
+    Vector layer;
+    Eigen::VectorXcd layer_parts;  // ... and of each component of the triangular form.
     // The size of the last correction, where a further one would still have changed the solution; mostly zero.
     Vector uncertainty;
   };
-  // The step from `start` with the source b = `source`.
-  Solution Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source) const;
+  // The step from `start` with the source b = `source`, whose coefficients have rounding errors of the size
+  // `source_noise`.
+  Solution Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source, const Vector& source_noise) const;
 
-  // The propagation of errors: Solve() for constant sources, without refinement. `starts` and `sources` have one column
-  // for each error. Returns the errors at the times whose LegendreValues() are the columns of `at`: all times of the
-  // first error, then of the second, and so on.
-  Matrix Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
-                 const Eigen::Ref<const Matrix>& at) const;
+  // The propagation of errors: Solve() for constant sources, without refinement and layers. `starts` and `sources` have
+  // one column for each error. `values` are the errors at the times whose LegendreValues() are the columns of `at`: all
+  // times of the first error, then of the second, and so on; `slopes` their derivatives, if the mode is not explicit.
+  struct Response {
+    Matrix values;
+    Matrix slopes;
+  };
+  Response Respond(const Eigen::Ref<const Matrix>& starts, const Eigen::Ref<const Matrix>& sources,
+                   const Eigen::Ref<const Matrix>& at) const;
 
  private:
   using Complex = std::complex<double>;
   using ComplexSeries = Eigen::Matrix<Complex, Eigen::Dynamic, kLegendreSize, Eigen::RowMajor>;
   // The coefficients of the elimination for z = λ/2: c_k = (data) + ratio_k c_{k-1}.
   struct Scalar {
+    Complex z;
+    Complex over_slope;  // 1 / slope_triangle(j, j)
     std::array<Complex, kLegendreSize> ratio, over_divisor;
     std::array<Complex, kLegendreSize> weight;  // z / (2k+3) of the next coefficient
     Complex over_pivot;
     Complex over_sum;
   };
-  static Scalar Eliminate(Complex z);
+  static Scalar Eliminate(Complex slope, Complex half_rate);
   // c with Σ(-1)^k c_k = integral_0 and c_k = integral_k + the integral of z c.
   static void SolveScalar(const Scalar& scalar, Complex* integral);
-  // The same for all states: column 0 of `integral` is the start, column k the coefficient of P_k in the integral of
-  // the source.
-  LegendreSeries SolveIntegrated(const LegendreSeries& integral) const;
+  // The components of the triangular form: row j of `c` holds the start in column 0, in column k the coefficient of P_k
+  // in the integral of the source.
   void SolveTriangle(ComplexSeries& c) const;
+  // The same for states and equations: column 0 of `integral` belongs to the states, the others to the equations.
+  ComplexSeries SolveIntegrated(const LegendreSeries& integral) const;
+  LegendreSeries States(const ComplexSeries& c) const;
+  // The states that stay zero: they start there, and nothing moves them.
+  std::vector<Index> UnreachedStates(const Vector& start, const LegendreSeries& source) const;
 
-  const Mode& mode_;
+  // The multiple of P_K - P_{K-1} that is a layer, for each component of the triangular form; those of rounding, too, or
+  // none of them.
+  enum class OfRounding { kToo, kNot };
+  Eigen::VectorXcd LayersOf(const ComplexSeries& c, OfRounding of_rounding) const;
+  void AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
+                Solution& solution) const;
+
+  const Mode* mode_;
   double half_;
   std::vector<Scalar> scalars_;
 };

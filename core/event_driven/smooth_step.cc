@@ -23,40 +23,37 @@ constexpr double kOfCoefficient = 1.0 / 8;
 // A guard ends a mode where it falls below zero by this part of the tolerance, relative to its size on the step: where
 // modes accumulate, all sizes are small. A smaller violation is a negligible error.
 constexpr double kLevelPart = 1e-6;
+// The noise of x' is that of single roundings.
+constexpr double kOfSlopes = 16;
 // If the rate of a row, times half a step, is larger than this, its value at the end does not depend on that at the
 // start.
 constexpr double kForgets = 2;
 
-LegendreSeries Output(const LinearOutput& output, const LegendreSeries& x, const StepSources& sources) {
-  LegendreSeries series = output.state * x;
+LegendreSeries Output(const LinearOutput& output, const ModeStepper::Solution& solution, const StepSources& sources) {
+  LegendreSeries series = output.state * solution.x;
   if (output.g.size() > 0) series.noalias() += output.g * sources.g;
   if (output.f.size() > 0) series.noalias() += output.f * sources.f;
-  if (output.slope.size() > 0) series.noalias() += output.slope * sources.slope;
+  if (output.slope.size() > 0) series.noalias() += output.slope * solution.slope;
   return series;
 }
 
-// The slope is a difference of values of g over the step, times up to K²: what numbers of the size `of_g` come to in
-// it. Its integral has them without that factor.
-constexpr double kOfSlope = kLegendreDegree * kLegendreDegree;
-Vector OfSlope(const StepSources& sources, const Vector& of_g) { return kOfSlope * 2 / sources.length * of_g; }
-
-// |output| applied to the given sizes of its arguments.
-Vector Size(const LinearOutput& output, const Vector& x, const Vector& f, const Vector& g, const Vector& slope) {
+// |output| applied to the given sizes of its arguments; `slope` may be empty.
+Vector Size(const LinearOutput& output, const Vector& x, const Vector& slope, const Vector& f, const Vector& g) {
   Vector size = AbsTimes(output.state, x);
   if (output.g.size() > 0) size += AbsTimes(output.g, g);
   if (output.f.size() > 0) size += AbsTimes(output.f, f);
-  if (output.slope.size() > 0) size += AbsTimes(output.slope, slope);
+  if (output.slope.size() > 0 && slope.size() > 0) size += AbsTimes(output.slope, slope);
   return size;
 }
 
 // An upper bound of |series| on the step.
 Vector SizeOf(const LegendreSeries& series) { return series.cwiseAbs().rowwise().sum(); }
 
-// What errors of f and g are of x'.
-Vector AtSlope(const Mode& mode, const Vector& f, const Vector& g) {
-  Vector slope = mode.source_f.size() > 0 ? AbsTimes(mode.source_f, f) : f;
-  if (mode.source_g.size() > 0) slope += AbsTimes(mode.source_g, g);
-  return slope;
+// What errors of f and g are in the equations of the mode.
+Vector InRows(const Mode& mode, const Vector& f, const Vector& g) {
+  Vector rows = mode.is_explicit() ? f : AbsTimes(mode.E, f);
+  if (mode.source_g.size() > 0) rows += AbsTimes(mode.source_g, g);
+  return rows;
 }
 
 // Half the length of the step in the times in which the terms of each row act, at most some: by these stiff rows answer
@@ -69,28 +66,6 @@ Vector Stiffness(const Mode& mode, const Vector& x_size, double length) {
   return stiffness;
 }
 
-// The part of each row that is a multiple of P_K - P_{K-1}: what a fast state that does not start where it settles
-// leaves on a step that is far longer than it takes to. No Radau point sees it, and what it is to decay from is the
-// whole error: nothing follows it.
-Vector LayerOf(const Mode& mode, const LegendreSeries& x, double length) {
-  constexpr Index K = kLegendreDegree;
-  constexpr double kFast = 20 * K;
-  constexpr double kCancels = 1.0 / 8;
-  Vector layer = Vector::Zero(x.rows());
-  for (Index i = 0; i < layer.size(); ++i) {
-    if (!(length / 2 * std::abs(mode.dynamics(i, i)) > kFast)) continue;
-    const double part = (x(i, K) - x(i, K - 1)) / 2;
-    if (std::abs(x(i, K) + x(i, K - 1)) <= kCancels * std::abs(part)) layer[i] = part;
-  }
-  return layer;
-}
-
-LegendreSeries WithoutLayer(LegendreSeries series, const Vector& layer) {
-  series.col(kLegendreDegree) -= layer;
-  series.col(kLegendreDegree - 1) += layer;
-  return series;
-}
-
 // The largest size of what `start` and a constant `source` make of x on the step, at a few times.
 Vector LargestAnswer(const ModeStepper& stepper, const Vector& start, const Vector& source) {
   static const Matrix at = [] {
@@ -98,7 +73,7 @@ Vector LargestAnswer(const ModeStepper& stepper, const Vector& start, const Vect
     LegendreValuesAt(Vector{{-0.9, -0.4, 0.3, 1}}, rows);
     return Matrix(rows.transpose());
   }();
-  return RowMaxAbs(stepper.Respond(start, source, at));
+  return RowMaxAbs(stepper.Respond(start, source, at).values);
 }
 
 double LargestRatio(const Vector& error, const Vector& allowed) {
@@ -110,6 +85,7 @@ double LargestRatio(const Vector& error, const Vector& allowed) {
 // What is allowed of x and the guards.
 struct Allowed {
   Vector x;
+  Vector layer;
   Vector guard;
 };
 
@@ -122,107 +98,98 @@ Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const Vector& x_
   Vector guard_magnitude = magnitudes.w;
   for (const Index i : mode.active) guard_magnitude[i] = magnitudes.y[i];
   guard_magnitude = guard_magnitude.cwiseMax(guard_size).cwiseMax(kLeastPartOfTerms * step.guard_terms);
-  return {tolerance * share * x_magnitude + step.x_noise, tolerance * guard_magnitude + step.guard_noise};
+  return {tolerance * share * x_magnitude + step.x_noise, tolerance * x_magnitude + step.x_noise,
+          tolerance * guard_magnitude + step.guard_noise};
 }
 
 double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
-  return NanMax(LargestRatio(step.x_error, allowed.x), LargestRatio(step.guard_error, allowed.guard));
+  const double of_x = NanMax(LargestRatio(step.x_error, allowed.x), LargestRatio(step.layer, allowed.layer));
+  return NanMax(of_x, LargestRatio(step.guard_error, allowed.guard));
 }
 
-// SmoothStep::layer_length for the given layers of x. A layer of little more than is allowed may be one of rounding, of
-// which shorter steps have more.
-double LayerLength(const Mode& mode, const Vector& layer, const Allowed& allowed) {
+// SmoothStep::layer_length for the given parts of layers. A layer that is little more than allowed may be one of
+// rounding, of which shorter steps have more.
+double LayerLength(const Mode& mode, const Eigen::VectorXcd& parts, const Allowed& allowed) {
   constexpr double kResolved = 8;  // times in which a fast state settles, on one step
   constexpr double kClearlyMore = 32;
   double fastest = 0;
-  for (Index i = 0; i < layer.size(); ++i) {
-    if (layer[i] == 0) continue;
-    const double missed = 2 * std::abs(layer[i]) / kClearlyMore;
-    const bool counts =
-        missed > allowed.x[i] || (missed * mode.guard.state.col(i).cwiseAbs().array() > allowed.guard.array()).any();
-    if (counts) fastest = std::max(fastest, std::abs(mode.dynamics(i, i)));
+  for (Index j = 0; j < parts.size(); ++j) {
+    if (parts[j] == 0.0 || mode.form.Slope(j, j) == 0.0) continue;
+    const Vector missed = 2 / kClearlyMore * (mode.form.vectors.col(j) * parts[j]).cwiseAbs();
+    const bool counts = (missed.array() > allowed.layer.array()).any() ||
+                        (AbsTimes(mode.guard.state, missed).array() > allowed.guard.array()).any();
+    if (counts) fastest = std::max(fastest, std::abs(mode.form.triangle(j, j) / mode.form.Slope(j, j)));
   }
   return kResolved / fastest;
 }
 
 }  // namespace
 
-SourceGap GapOf(const StepSources& sources) {
-  return {sources.f_error + EstimateTail(sources.f), sources.g_error + EstimateTail(sources.g),
-          EstimateTail(sources.slope)};
+EventGap GapOf(const SmoothStep& step, const StepSources& sources) {
+  return {step.x_tail, sources.f_error + EstimateTail(sources.f), sources.g_error + EstimateTail(sources.g)};
 }
 
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
-                          const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap) {
-  LegendreSeries b = mode.source_f.size() > 0 ? LegendreSeries(mode.source_f * sources.f) : sources.f;
+                          const Magnitudes& magnitudes, double tolerance, double share, const EventGap* gap) {
+  LegendreSeries b = mode.is_explicit() ? sources.f : LegendreSeries(mode.E * sources.f);
   if (mode.source_g.size() > 0) b.noalias() += mode.source_g * sources.g;
-  if (mode.source_slope.size() > 0) b.noalias() += mode.source_slope * sources.slope;
 
   SmoothStep step;
   step.stepper = std::make_shared<ModeStepper>(mode, sources.length);
-  ModeStepper::Solution solution = step.stepper->Solve(start, b);
-  step.x = std::move(solution.x);
-  Vector corrected = Vector::Zero(step.x.rows());
-  if (mode.differentiated()) {
-    // The equations of the mode keep its constraints, but for rounding; a change by no more than that would set fast
-    // states off where they have settled.
-    const Vector rounding = kRounding * (AbsTimes(mode.rows, SizeOf(step.x)) + AbsTimes(mode.rows_g, sources.g_size)) +
-                            AbsTimes(mode.rows_g, sources.g_noise);
-    const LegendreSeries residual = mode.rows * step.x + mode.rows_g * sources.g;
-    if ((RowMaxAbs(residual).array() > rounding.array()).any()) {
-      const LegendreSeries change = mode.correction * residual;
-      step.x -= change;
-      corrected = RowMaxAbs(change);
-    }
-  }
-  // A layer is over before anything else moves, and its polynomial is not.
-  const Vector layer = LayerOf(mode, step.x, sources.length);
-  step.x = WithoutLayer(step.x, layer);
-  step.y = Output(mode.y, step.x, sources);
-  step.guard = Output(mode.guard, step.x, sources);
+  const Vector noise_of_sources = kUnit / kRoundingOfValues * InRows(mode, sources.f_noise, sources.g_noise);
+  const ModeStepper::Solution solution = step.stepper->Solve(start, b, noise_of_sources);
+  step.x = solution.x;
+  step.layer = 2 * solution.layer.cwiseAbs();
+  step.y = Output(mode.y, solution, sources);
+  step.guard = Output(mode.guard, solution, sources);
 
   const Vector x_size = SizeOf(step.x);
-  const Vector slope_size = OfSlope(sources, sources.g_size);
-  const Vector slope_noise = OfSlope(sources, sources.g_noise);
-  Vector b_size = RowMaxAbs(b);
-  Vector noise_of_slope = Vector::Zero(x_size.size());
-  if (mode.source_slope.size() > 0) {
-    noise_of_slope = AbsTimes(mode.source_slope, kUnit * slope_size + kUnit / kRoundingOfValues * slope_noise);
+  const Vector slope_size = mode.is_explicit() ? Vector() : SizeOf(solution.slope);
+  const Vector of_sources = RowMaxAbs(b) + 1 / kUnit * noise_of_sources;
+  Vector rows_size = AbsTimes(mode.F, x_size) + of_sources;
+  step.row_noise = mode.F_terms * x_size + of_sources;
+  step.slope_size = step.row_noise;
+  if (!mode.is_explicit()) {
+    rows_size += AbsTimes(mode.E, slope_size);
+    step.row_noise += mode.E_terms * slope_size;
+    step.slope_size = slope_size + AbsTimes(mode.dynamics, x_size);
   }
-  step.slope_noise = kUnit * (mode.dynamics_size * x_size + b_size) +
-                     kUnit / kRoundingOfValues * AtSlope(mode, sources.f_noise, sources.g_noise) +
-                     noise_of_slope / kOfSlope;
-  step.slope_error = AtSlope(mode, sources.f_error, sources.g_error);
+  step.row_noise *= kUnit;
+  step.row_error = InRows(mode, sources.f_error, sources.g_error);
   const Vector stiffness = Stiffness(mode, x_size, sources.length);
   // Rounding as the equations answer to it; its signs are as good as any.
   const Vector signs = SignsOfRounding(x_size.size());
   const Vector answer = LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size),
-                                      signs.cwiseProduct(step.slope_noise + noise_of_slope));
-  step.x_rounding = kRounding * x_size + kRounding / kUnit * answer + corrected;
+                                      kUnit * signs.cwiseProduct(rows_size));
+  step.x_rounding = kRounding * x_size + kRounding / kUnit * answer;
   step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
   const Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));
   step.x_tail = EstimateTail(step.x, x_coefficients);
-  step.x_error = step.x_tail + 2 * layer.cwiseAbs() + solution.uncertainty;
-  if ((step.slope_error.array() != 0).any()) {
-    step.x_error += LargestAnswer(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.slope_error));
+  step.x_error = step.x_tail + solution.uncertainty;
+  if ((step.row_error.array() != 0).any()) {
+    step.x_error += LargestAnswer(*step.stepper, Vector::Zero(x_size.size()), signs.cwiseProduct(step.row_error));
   }
 
-  step.guard_terms = Size(mode.guard, x_size, sources.f_size, sources.g_size, slope_size);
+  step.guard_terms = Size(mode.guard, x_size, slope_size, sources.f_size, sources.g_size);
   step.guard_noise = kRounding * step.guard_terms;
   if (mode.guard.g.size() > 0) step.guard_noise += AbsTimes(mode.guard.g, sources.g_noise);
   if (mode.guard.f.size() > 0) step.guard_noise += AbsTimes(mode.guard.f, sources.f_noise);
-  if (mode.guard.slope.size() > 0) step.guard_noise += AbsTimes(mode.guard.slope, slope_noise);
+  if (mode.guard.slope.size() > 0) step.guard_noise += kOfSlopes * AbsTimes(mode.guard.slope, solution.slope_noise);
   const Vector guard_coefficients = kOfCoefficient * step.guard_noise + AbsTimes(mode.guard.state, x_coefficients);
   step.guard_noise += AbsTimes(mode.guard.state, step.x_noise);
   step.guard_tail = EstimateTail(step.guard, guard_coefficients);
   const Vector guard_size = SizeOf(step.guard);
   step.guard_error =
-      step.guard_tail + 2 * (mode.guard.state * layer).cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
+      step.guard_tail + AbsTimes(mode.guard.state, step.layer) + AbsTimes(mode.guard.g, sources.g_error);
+  if (mode.guard.f.size() > 0) step.guard_error += AbsTimes(mode.guard.f, sources.f_error);
   const Allowed allowed = AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
-  if (step.error_ratio > 1) step.layer_length = LayerLength(mode, layer, allowed);
+  if (step.error_ratio > 1) step.layer_length = LayerLength(mode, solution.layer_parts, allowed);
   step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
-  if (gap) step.guard_level += Size(mode.guard, Vector::Zero(step.x.rows()), gap->f, gap->g, gap->slope);
+  if (gap) {
+    const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();
+    step.guard_level += Size(mode.guard, gap->x, slope, gap->f, gap->g);
+  }
   return step;
 }
 

@@ -45,24 +45,27 @@ struct SmoothStep {
   double layer_length = std::numeric_limits<double>::infinity();
   // The terms of error_ratio: estimated errors, and rounding.
   Vector x_error, guard_error;
+  Vector layer;  // of each state the size of the boundary layer that the step leaves out
   Vector x_noise, guard_noise;
   Vector x_tail, guard_tail;  // the part of the errors inside the step that vanishes at its end
   Vector x_rounding;          // of this step alone
   Vector guard_terms;         // for each guard the sum of the absolute values of its terms
   // For the step of full length: propagates errors.
   std::shared_ptr<const ModeStepper> stepper;
-  // Bounds of the error of x': from the interpolation of the sources, and from rounding, of the data too.
-  Vector slope_error, slope_noise;
+  // Bounds of the errors of the equations of the mode, for each row: from the interpolation of the sources, and from
+  // an ulp in every entry of the data.
+  Vector row_error, row_noise;
+  Vector slope_size;  // for each state the size of the terms of x'
 };
 
-// The difference of the source polynomials of two steps at the time where they meet. An event is located on the
-// polynomial of the first step, but the guards of the next one start from its own.
-struct SourceGap {
+// What polynomials miss at an event inside a step. The event is located on them, but the guards of the next step start
+// from its own.
+struct EventGap {
+  Vector x;
   Vector f;
   Vector g;
-  Vector slope;
 };
-SourceGap GapOf(const StepSources& sources);
+EventGap GapOf(const SmoothStep& step, const StepSources& sources);
 
 // Solves x' = Âx + b from `start` on the step of `sources`. The error of a component is estimated by extrapolating the
 // decay of its coefficients, and from the interpolation error of the sources at the checked time. The allowed error of
@@ -70,7 +73,7 @@ SourceGap GapOf(const StepSources& sources);
 // whose errors do not accumulate) is tolerance · magnitude. Rounding errors are always allowed. Every size belongs to
 // one component, or to the terms of one row. `gap`, null or from the step before, raises the levels of the guards.
 SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& start, const StepSources& sources,
-                          const Magnitudes& magnitudes, double tolerance, double share, const SourceGap* gap);
+                          const Magnitudes& magnitudes, double tolerance, double share, const EventGap* gap);
 
 // The error ratio if the step is cut at `s`, with the sizes up to there only: after the event that ends the mode, its
 // polynomials may grow far beyond the solution. The other arguments are those of TakeSmoothStep().

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/problem/formula_enclosure.h"
+
 namespace dlcs {
 
 absl::StatusOr<Formula> Formula::Parse(const std::string& text, const FormulaVariables& variables) {
@@ -48,6 +50,18 @@ Formula::Formula(std::shared_ptr<const AnalyzedFormula> analyzed, const TimeAxis
                    std::any_of(steps.begin(), steps.end(),
                                [](const auto& step) { return step.of_time_alone && IsSwitch(step.operation); });
   if (has_intervals_) decisions_.resize(steps.size());
+}
+
+Formula::Formula(Formula&&) noexcept = default;
+Formula& Formula::operator=(Formula&&) noexcept = default;
+Formula::~Formula() = default;
+
+double Formula::RoundingAt(double t) {
+  if (computed_.empty()) return 0;
+  const FormulaTree& tree = analyzed_->tree;
+  if (!enclosure_) enclosure_ = std::make_unique<FormulaEnclosure>(tree);
+  enclosure_->Evaluate(t, t, t);
+  return enclosure_->value_at_middle(static_cast<int>(tree.steps.size()) - 1).width() / 2;
 }
 
 double Formula::Evaluate(double t, Side side) {

@@ -28,6 +28,8 @@
 
 namespace dlcs {
 
+class FormulaEnclosure;
+
 class Formula {
  public:
   // A formula in `t` and `variables`, by default none, without switching times.
@@ -37,6 +39,9 @@ class Formula {
 
   // A formula whose switching times are known; `axis` holds them as break points of the problem.
   Formula(std::shared_ptr<const AnalyzedFormula> analyzed, const TimeAxis& axis);
+  Formula(Formula&&) noexcept;
+  Formula& operator=(Formula&&) noexcept;
+  ~Formula();
 
   // Whether `t` occurs in it. A formula without any variable costs nothing to evaluate.
   bool DependsOnTime() const { return analyzed_->tree.depends_on_t; }
@@ -48,7 +53,10 @@ class Formula {
   // zero, log of a negative number). Not safe to call from several threads at once. Cost: about 3 ns per operation;
   // more for functions such as sin and exp.
   double Evaluate(double t, Side side = Side::kRight);
-  // The same where the formula has states and constraints; `x` and `y` hold at least those that occur.
+  // A bound of the rounding error of the value at `t`, also of a small difference of large terms; not finite where the
+  // formula has no value. For formulas in t alone, away from its jumps. Cost: about 100 ns per operation.
+  double RoundingAt(double t);
+  // The value where the formula has states and constraints; `x` and `y` hold at least those that occur.
   double Evaluate(double t, const Eigen::Ref<const Vector>& x, const Eigen::Ref<const Vector>& y,
                   Side side = Side::kRight);
 
@@ -67,6 +75,7 @@ class Formula {
   std::size_t interval_ = 0;       // the smooth interval of the last evaluation
   bool has_entered_ = false;
   bool is_decided_ = false;
+  std::unique_ptr<FormulaEnclosure> enclosure_;  // made when needed
 };
 
 }  // namespace dlcs

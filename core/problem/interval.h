@@ -62,11 +62,26 @@ inline Interval operator+(Interval a, Interval b) {
 
 inline Interval operator-(Interval a, Interval b) { return a + -b; }
 
+// Whether `a` is ±2^k.
+inline bool IsPowerOfTwo(Interval a) {
+  int exponent = 0;
+  return a.is_number() && std::abs(std::frexp(a.lo, &exponent)) == 0.5;
+}
+
+// scale · a for a power of two, which is not rounded unless it leaves the range of normal numbers.
+inline Interval ScaledExactly(double scale, Interval a) {
+  const Interval scaled = scale > 0 ? Interval{scale * a.lo, scale * a.hi} : Interval{scale * a.hi, scale * a.lo};
+  const auto is_exact = [&](double v, double of) { return of == 0 || std::isnormal(v) || std::isinf(of); };
+  const bool exact = scale > 0 ? is_exact(scaled.lo, a.lo) && is_exact(scaled.hi, a.hi)
+                               : is_exact(scaled.lo, a.hi) && is_exact(scaled.hi, a.lo);
+  return exact ? scaled : Widened(scaled.lo, scaled.hi);
+}
+
 inline Interval operator*(Interval a, Interval b) {
   if (a.is_empty() || b.is_empty()) return Interval::Nothing();
   if (a.is_zero() || b.is_zero()) return {};
-  if (a.is_number() && std::abs(a.lo) == 1) return a.lo > 0 ? b : -b;
-  if (b.is_number() && std::abs(b.lo) == 1) return b.lo > 0 ? a : -a;
+  if (IsPowerOfTwo(a)) return ScaledExactly(a.lo, b);
+  if (IsPowerOfTwo(b)) return ScaledExactly(b.lo, a);
   const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0 : x * y; };
   const double ll = product(a.lo, b.lo), lh = product(a.lo, b.hi), hl = product(a.hi, b.lo), hh = product(a.hi, b.hi);
   return Widened(std::min({ll, lh, hl, hh}), std::max({ll, lh, hl, hh}));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "core/linalg/abs_times.h"
 #include "core/problem/formula.h"
 #include "core/problem/formula_switching.h"
 #include "core/problem/violation_list.h"
@@ -84,12 +85,15 @@ absl::StatusOr<std::shared_ptr<const AnalyzedFormula>> AnalyzeOn(const std::stri
                         std::min(horizon, interval.end));
 }
 
-// The compiled forms of the four kinds of pieces; each writes its value at t to `out`.
+// The compiled forms of the four kinds of pieces; each writes its value at t to `out`, or the bound of its rounding.
+
+constexpr double kRoundings = 2 * std::numeric_limits<double>::epsilon();
 
 class CompiledConstant {
  public:
   explicit CompiledConstant(const ConstantFunction& function) : value_(function.value) {}
   void Evaluate(double /*t*/, Side /*side*/, Eigen::Ref<Vector> out) { out = value_; }
+  void RoundingAt(double /*t*/, Eigen::Ref<Vector> out) { out.setZero(); }
 
  private:
   Vector value_;
@@ -129,6 +133,14 @@ class CompiledFormulas {
     }
   }
 
+  void RoundingAt(double t, Eigen::Ref<Vector> out) {
+    out.setZero();
+    for (Varying& varying : varying_) {
+      const double rounding = varying.formula.RoundingAt(t);
+      for (const Index i : varying.components) out(i) = rounding;
+    }
+  }
+
  private:
   struct Varying {
     Formula formula;
@@ -155,6 +167,12 @@ class CompiledSamples {
     }
   }
 
+  void RoundingAt(double t, Eigen::Ref<Vector> out) {
+    const auto column = static_cast<Index>(finder_.Find(t, Side::kRight));
+    const Index next = std::min(column + 1, values_.cols() - 1);
+    out = kRoundings * values_.col(column).cwiseAbs().cwiseMax(values_.col(next).cwiseAbs());
+  }
+
  private:
   Finder finder_;
   Matrix values_;
@@ -169,6 +187,14 @@ class CompiledPolynomial {
     Index k = coefficients_.cols() - 1;
     out = coefficients_.col(k);
     while (k-- > 0) out = out * s + coefficients_.col(k);
+  }
+
+  void RoundingAt(double t, Eigen::Ref<Vector> out) {
+    const double s = std::abs(t - origin_);
+    Index k = coefficients_.cols() - 1;
+    out = coefficients_.col(k).cwiseAbs();
+    while (k-- > 0) out = out * s + coefficients_.col(k).cwiseAbs();
+    out *= kRoundings * static_cast<double>(coefficients_.cols());
   }
 
  private:
@@ -213,11 +239,16 @@ struct TimeFunctionEvaluator::Impl {
   Finder starts;
   std::vector<CompiledPiece> pieces;
   StructuredMatrix lift;
-  Matrix inner;  // one column, where there is a lift
+  Matrix inner, inner_rounding;  // one column, where there is a lift
 
   void EvaluatePieces(double t, Side side, Eigen::Ref<Vector> out) {
     CompiledPiece& piece = pieces[starts.Find(t, side)];
     std::visit([&](auto& compiled) { compiled.Evaluate(t, side, out); }, piece);
+  }
+
+  void RoundingOfPieces(double t, Eigen::Ref<Vector> out) {
+    CompiledPiece& piece = pieces[starts.Find(t, Side::kRight)];
+    std::visit([&](auto& compiled) { compiled.RoundingAt(t, out); }, piece);
   }
 };
 
@@ -236,7 +267,7 @@ absl::StatusOr<TimeFunctionEvaluator> TimeFunctionEvaluator::Create(const TimeFu
     pieces.push_back(std::move(*piece));
   }
   return TimeFunctionEvaluator(std::make_unique<Impl>(
-      Impl{size, Finder(std::move(starts)), std::move(pieces), function.lift, Matrix(function.lift.cols(), 1)}));
+      Impl{size, Finder(std::move(starts)), std::move(pieces), function.lift, Matrix(function.lift.cols(), 1), {}}));
 }
 
 TimeFunctionEvaluator::TimeFunctionEvaluator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -250,6 +281,16 @@ void TimeFunctionEvaluator::Evaluate(double t, Side side, Eigen::Ref<Vector> out
   if (impl_->lift.size() == 0) return impl_->EvaluatePieces(t, side, out);
   impl_->EvaluatePieces(t, side, impl_->inner.col(0));
   impl_->lift.Multiply(impl_->inner, out);
+}
+
+void TimeFunctionEvaluator::RoundingAt(double t, Eigen::Ref<Vector> out) {
+  if (impl_->lift.size() == 0) return impl_->RoundingOfPieces(t, out);
+  Matrix& rounding = impl_->inner_rounding;
+  rounding.resize(impl_->inner.rows(), 1);
+  impl_->RoundingOfPieces(t, rounding.col(0));
+  impl_->EvaluatePieces(t, Side::kRight, impl_->inner.col(0));
+  rounding += kRoundings * impl_->inner.cwiseAbs();
+  out = AbsTimes(impl_->lift.Dense(), rounding.col(0));
 }
 
 std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon) {

@@ -89,6 +89,9 @@ class TimeFunctionEvaluator {
   // Writes the limit of the function at `t` from `side` to `out` (size() entries). Where a formula has no
   // finite value the entry is not finite; the caller decides what that means.
   void Evaluate(double t, Side side, Eigen::Ref<Vector> out);
+  // Writes bounds of the rounding errors of the values at `t`, where no piece starts and nothing jumps; of a formula
+  // also where it is a small difference of large terms. Cost: some ten times that of Evaluate() for formulas.
+  void RoundingAt(double t, Eigen::Ref<Vector> out);
 
  private:
   struct Impl;

@@ -68,7 +68,10 @@ INSTANTIATE_TEST_SUITE_P(Seeds, HostileSeeds,
                                            Hard{20035, "NonsymmetricPStiffDiagonalA"},
                                            Hard{20114, "MorePairsThanStates"}, Hard{20436, "RowsThatStayZero"},
                                            Hard{20002, "PairsInUnits"}, Hard{20435, "ConstraintsOfAFastState"},
-                                           Hard{41155, "PairsOnAFastState"}),
+                                           Hard{41155, "PairsOnAFastState"},
+                                           Hard{20658, "SmallDifferencesInFormulas"},
+                                           Hard{20137, "CircuitWithFastEvents"},
+                                           Hard{20548, "PairsThatHardlyMoveStates"}),
                          [](const ::testing::TestParamInfo<Hard>& hard) { return std::string(hard.param.name); });
 
 // Errors that comparing long steps with longer ones does not show: of single steps, of fast states that lag behind y,

@@ -4,9 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/event_driven/mode_step.h"
+#include "core/linalg/decompositions.h"
 #include "core/linalg/norms.h"
 #include "core/linalg/phi_functions.h"
 #include "tests/support/cases.h"
@@ -24,77 +30,103 @@ Problem RandomProblem(LcpGenerator& random, Index m, Index n) {
   problem.B = random.Gaussian(m, n);
   problem.N = random.Gaussian(n, m);
   problem.M = random.PositiveDefinite(n);
+  problem.horizon = 1;
   return problem;
 }
 
-TEST(ModeTest, WIsZeroOnTheActiveSetWhereMIsRegular) {
+std::unique_ptr<Mode> MakeMode(const Problem& problem, std::vector<Index> active) {
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  return ModeMaker(problem).Make(std::move(active), {Vector::Ones(m), Vector::Ones(m), Vector::Ones(n)});
+}
+
+// Chooses a state, sources and y on the active set, and g so that w = 0 there: they satisfy the equations of the mode,
+// and its outputs are y and w.
+void ExpectEquationsOf(const Problem& problem, const Mode& mode, LcpGenerator& random) {
+  const Index m = problem.num_states(), n = problem.num_constraints();
+  const Vector x = random.GaussianVector(m), f = random.GaussianVector(m);
+  Vector g = random.GaussianVector(n), y = Vector::Zero(n);
+  for (const Index i : mode.active) y[i] = random.GaussianVector(1)[0];
+  Vector w = problem.N * x + g + problem.M * y;
+  for (const Index i : mode.active) {
+    g[i] -= w[i];
+    w[i] = 0;
+  }
+  const Vector slope = problem.A * x + problem.B * y + f;
+  const Matrix E = mode.is_explicit() ? Matrix(Matrix::Identity(m, m)) : mode.E;
+  EXPECT_LT(MaxAbs(E * (slope - f) - mode.F * x - mode.source_g * g), 1e-12);
+  EXPECT_LT(MaxAbs(mode.E.bottomRows(mode.num_algebraic)), 1e-300);
+  const auto output = [&](const LinearOutput& of) {
+    Vector value = of.state * x + of.g * g;
+    if (of.slope.size() > 0) value += of.slope * slope + of.f * f;
+    return value;
+  };
+  EXPECT_LT(MaxAbs(output(mode.y) - y), 1e-11);
+  Vector guard = w;
+  for (const Index i : mode.active) guard[i] = y[i];
+  EXPECT_LT(MaxAbs(output(mode.guard) - guard), 1e-11);
+}
+
+TEST(ModeTest, IsExplicitWhereMIsRegular) {
   LcpGenerator random(1);
   const Problem problem = RandomProblem(random, 4, 5);
   const auto mode = MakeMode(problem, {0, 2, 3});
   ASSERT_TRUE(mode);
-  EXPECT_FALSE(mode->differentiated());
-  const Vector x = random.GaussianVector(4);
-  const Vector g = random.GaussianVector(5);
-  const Vector y = mode->y.state * x + mode->y.g * g;
-  const Vector w = problem.N * x + g + problem.M * y;
-  for (const Index i : {0, 2, 3}) EXPECT_NEAR(w[i], 0, 1e-12);
-  for (const Index i : {1, 4}) EXPECT_EQ(y[i], 0);
-  const Vector guard = mode->guard.state * x + mode->guard.g * g;
-  for (const Index i : {0, 2, 3}) EXPECT_NEAR(guard[i], y[i], 1e-12);
-  for (const Index i : {1, 4}) EXPECT_NEAR(guard[i], w[i], 1e-12);
-  EXPECT_LT(MaxAbs(mode->dynamics * x + mode->source_g * g - (problem.A * x + problem.B * y)), 1e-12);
+  EXPECT_TRUE(mode->is_explicit());
+  ExpectEquationsOf(problem, *mode, random);
 }
 
-// M = 0: on the active set (N x + g)' = 0, and the state is brought onto N x + g = 0 along B.
-TEST(ModeTest, DifferentiatesWhereMIsZero) {
+TEST(ModeTest, ConstrainsTheStateWhereMIsZero) {
   LcpGenerator random(2);
   Problem problem = RandomProblem(random, 5, 4);
   problem.M.MutableDense().setZero();
   const auto mode = MakeMode(problem, {1, 3});
   ASSERT_TRUE(mode);
-  ASSERT_TRUE(mode->differentiated());
+  EXPECT_EQ(mode->num_algebraic, 2);
+  ExpectEquationsOf(problem, *mode, random);
+  // The correction brings a state onto N x + g = 0, along B.
   Vector x = random.GaussianVector(5);
-  const Vector f = random.GaussianVector(5);
   const Vector g = random.GaussianVector(4);
-  const Vector slope = random.GaussianVector(4);
-  const Vector y = mode->y.state * x + mode->y.f * f + mode->y.g * g + mode->y.slope * slope;
-  const Vector x_slope = problem.A * x + problem.B * y + f;
-  const Vector w_slope = problem.N * x_slope + slope;
-  for (const Index i : {1, 3}) EXPECT_NEAR(w_slope[i], 0, 1e-11);
-  const Vector dynamics =
-      mode->dynamics * x + mode->source_f * f + mode->source_g * g + mode->source_slope * slope;
-  EXPECT_LT(MaxAbs(dynamics - x_slope), 1e-11);
-  x -= mode->correction * (mode->rows * x + mode->rows_g * g);
+  const Vector change = mode->correction * (mode->algebraic_rows() * x + mode->algebraic_g() * g);
+  x -= change;
   const Vector w = problem.N * x + g;
   for (const Index i : {1, 3}) EXPECT_NEAR(w[i], 0, 1e-11);
+  const Matrix B_S = problem.B.Dense()(Eigen::all, std::vector<Index>{1, 3});
+  EXPECT_LT(MaxAbs(B_S * B_S.colPivHouseholderQr().solve(change) - change), 1e-11);
 }
 
-// A singular M_SS that is not zero: part of the equations is algebraic, part is differentiated.
-TEST(ModeTest, DifferentiatesOnlyWhatASingularMLeavesOpen) {
+// A singular M_SS that is not zero: one of its rows determines y, two constrain the state.
+TEST(ModeTest, ConstrainsTheStateAsFarAsMIsSingular) {
   LcpGenerator random(3);
   Problem problem = RandomProblem(random, 5, 4);
   const Vector u = random.GaussianVector(4);
   problem.M = u * u.transpose();
   const auto mode = MakeMode(problem, {0, 1, 2});
   ASSERT_TRUE(mode);
-  EXPECT_EQ(mode->rows.rows(), 2);
-  Vector x = random.GaussianVector(5);
-  const Vector f = random.GaussianVector(5);
-  const Vector g = random.GaussianVector(4);
-  const Vector slope = Vector::Zero(4);
-  x -= mode->correction * (mode->rows * x + mode->rows_g * g);
-  const Vector y = mode->y.state * x + mode->y.f * f + mode->y.g * g + mode->y.slope * slope;
-  const Vector w = problem.N * x + g + problem.M * y;
-  for (const Index i : {0, 1, 2}) EXPECT_NEAR(w[i], 0, 1e-11);
+  EXPECT_EQ(mode->num_algebraic, 2);
+  ExpectEquationsOf(problem, *mode, random);
+}
+
+// A small M makes fast states, not algebraic equations.
+TEST(ModeTest, ASmallMMakesFastStates) {
+  LcpGenerator random(6);
+  Problem problem = RandomProblem(random, 5, 4);
+  problem.M = 1e-9 * random.PositiveDefinite(4);
+  problem.N = problem.B.Dense().transpose();
+  const auto mode = MakeMode(problem, {0, 1, 2});
+  ASSERT_TRUE(mode);
+  EXPECT_EQ(mode->num_algebraic, 0);
+  EXPECT_FALSE(mode->is_explicit());
+  ExpectEquationsOf(problem, *mode, random);
+  EXPECT_GT(mode->rate, 1e7);
 }
 
 TEST(ModeTest, SlidingOfTheRelayIsAMode) {
-  const auto mode = MakeMode(LoadCase("relay_sliding").problem, {0, 1});
+  const Problem problem = LoadCase("relay_sliding").problem;
+  const auto mode = MakeMode(problem, {0, 1});
   ASSERT_TRUE(mode);
   EXPECT_EQ(MaxAbs(mode->dynamics), 0);
-  const Vector y = mode->y.f * Vector{{-2, -2}};  // f of the case
-  EXPECT_NEAR(y[0], 1, 1e-15);
-  EXPECT_NEAR(y[1], 1, 1e-15);
+  LcpGenerator random(7);
+  ExpectEquationsOf(problem, *mode, random);
 }
 
 TEST(ModeTest, RefusesRelativeDegreeTwo) {
@@ -108,12 +140,64 @@ TEST(ModeTest, RefusesRelativeDegreeTwo) {
   EXPECT_TRUE(MakeMode(problem, {}));
 }
 
+// x' = -D x + 1 y with 1ᵀx = 0. For D = diag(a, b, λ) the eigenvalues are the roots of 3 s² + 2 (a + b + λ) s + (a b +
+// a λ + b λ) = 0: one is about -2λ/3, the other about -(a + b)/2.
+class FastStateOnAConstraint : public ::testing::TestWithParam<double> {
+ protected:
+  FastStateOnAConstraint() {
+    problem_.A = Matrix(Vector{{-kA, -kB, -fast_}}.asDiagonal());
+    problem_.B = Vector::Ones(3);
+    problem_.N = Vector::Ones(3).transpose();
+    problem_.M = Matrix::Zero(1, 1);
+    problem_.horizon = 3;
+  }
+  double SlowRate() const {
+    const double half = kA + kB + fast_, product = kA * kB + (kA + kB) * fast_;
+    return product / (half + std::sqrt(half * half - 3 * product));
+  }
+
+  static constexpr double kA = 0.3, kB = 1.1;
+  const double fast_ = GetParam();
+  Problem problem_;
+};
+
+TEST_P(FastStateOnAConstraint, SlowEigenvaluesKeepTheirDigits) {
+  const auto mode = MakeMode(problem_, {0});
+  ASSERT_TRUE(mode);
+  double nearest = 1;
+  for (const std::complex<double>& eigenvalue : mode->eigenvalues) {
+    nearest = std::min(nearest, std::abs(eigenvalue + SlowRate()) / SlowRate());
+  }
+  EXPECT_LT(nearest, 1e-14);
+}
+
+// From the eigenvector v_i = 1/(d_i + s): x(t) = v e^{st}, y = e^{st}.
+TEST_P(FastStateOnAConstraint, OneStepFollowsTheSlowSolution) {
+  const auto mode = MakeMode(problem_, {0});
+  ASSERT_TRUE(mode);
+  const double rate = SlowRate(), length = 0.9;
+  const double of_fast = -(1 / (kA - rate) + 1 / (kB - rate));  // 1/(λ - rate), without cancellation
+  const Vector start{{1 / (kA - rate), 1 / (kB - rate), of_fast}};
+  const ModeStepper::Solution solution =
+      ModeStepper(*mode, length).Solve(start, LegendreSeries::Zero(3, kLegendreSize), Vector::Zero(3));
+  for (const double s : {-0.7, -0.2, 0.6, 1.0}) {
+    const LegendreVector at = LegendreValues(s);
+    const double factor = std::exp(-rate * length * (1 + s) / 2);
+    const Vector x = solution.x * at;
+    for (Index i = 0; i < 2; ++i) EXPECT_NEAR(x[i] / start[i], factor, 1e-13) << s;
+    const double y = (mode->y.state * x + mode->y.slope * (solution.slope * at))(0);
+    EXPECT_NEAR(y, factor, 1e-12) << s;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Rates, FastStateOnAConstraint, ::testing::Values(2.0, 1e3, 1e6, 1e9, 1e12, 1e14));
+
 Mode ModeOf(const Matrix& dynamics) {
   Problem problem;
   problem.A = dynamics;
   problem.B = Matrix::Zero(dynamics.rows(), 1);
   problem.N = Matrix::Zero(1, dynamics.rows());
   problem.M = Matrix::Identity(1, 1);
+  problem.horizon = 1;
   return *MakeMode(problem, {});
 }
 
@@ -123,7 +207,8 @@ TEST(ModeStepTest, IsTheExponentialToRounding) {
     const Matrix A = random.Gaussian(6, 6);
     const double length = 4 / InfinityNorm(A);
     const Vector start = random.GaussianVector(6);
-    const LegendreSeries x = ModeStepper(ModeOf(A), length).Solve(start, LegendreSeries::Zero(6, kLegendreSize)).x;
+    const LegendreSeries x =
+        ModeStepper(ModeOf(A), length).Solve(start, LegendreSeries::Zero(6, kLegendreSize), Vector::Zero(6)).x;
     const Vector exact = ComputePhiFunctions(length * A).phi0 * start;
     EXPECT_LT(MaxAbs(x.rowwise().sum() - exact), 1e-13 * MaxAbs(exact));
     EXPECT_LT(MaxAbs(x * LegendreValues(-1) - start), 1e-14 * MaxAbs(start));
@@ -138,7 +223,8 @@ TEST(ModeStepTest, FindsPolynomialSolutionsExactly) {
   LegendreSeries exact = random.Gaussian(4, kLegendreSize);
   for (Index k = 0; k < kLegendreSize; ++k) exact.col(k) /= static_cast<double>((k + 1) * (k + 1));
   const LegendreSeries source = exact * (2 / length * GetLegendreBasis().derivative) - A * exact;
-  const LegendreSeries x = ModeStepper(ModeOf(A), length).Solve(exact * LegendreValues(-1), source).x;
+  const Vector start = exact * LegendreValues(-1);
+  const LegendreSeries x = ModeStepper(ModeOf(A), length).Solve(start, source, Vector::Zero(start.size())).x;
   EXPECT_LT(MaxAbs(x - exact), 1e-13);
 }
 
@@ -152,7 +238,7 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
       values(0, j) = -lambda * std::cos(3 * t) - 3 * std::sin(3 * t);
     }
     const LegendreSeries x = ModeStepper(ModeOf(Matrix::Constant(1, 1, lambda)), length)
-                                 .Solve(Vector::Ones(1), InterpolateAtNodes(values))
+                                 .Solve(Vector::Ones(1), InterpolateAtNodes(values), Vector::Zero(1))
                                  .x;
     for (const double s : {-0.9, -0.3, 0.4, 1.0}) {
       EXPECT_NEAR((x * LegendreValues(s))(0), std::cos(3 * length * (1 + s) / 2), 1e-13)
@@ -162,11 +248,11 @@ TEST(ModeStepTest, StaysOnTheSlowSolutionOfStiffEquations) {
 }
 
 TEST(ModeStepTest, DampsWhatItDoesNotResolve) {
-  const LegendreSeries x = ModeStepper(ModeOf(Matrix::Constant(1, 1, -1e9)), 1)
-                               .Solve(Vector::Ones(1), LegendreSeries::Zero(1, kLegendreSize))
-                               .x;
-  EXPECT_LT(std::abs(x.sum()), 1e-6);
-  EXPECT_GT(EstimateTail(x)[0], 0.1);  // and says that it did not
+  const ModeStepper::Solution solution =
+      ModeStepper(ModeOf(Matrix::Constant(1, 1, -1e9)), 1)
+          .Solve(Vector::Ones(1), LegendreSeries::Zero(1, kLegendreSize), Vector::Zero(1));
+  EXPECT_LT(MaxAbs(solution.x), 1e-6);
+  EXPECT_GT(std::abs(solution.layer[0]), 0.1);  // and says that it did not
 }
 
 }  // namespace
