@@ -201,7 +201,8 @@ bool EventLocator::IsStuck() {
 EventLocator::Progressed EventLocator::Choose(double end) {
   bool lost_least_element = false;
   while (attempt_ < kAttempts) {
-    const ModeSearch::Proposal proposal = search_.Find(t_, x_, SizesSoFar(), length_, end - t_, attempt_++);
+    const ModeSearch::Proposal proposal =
+        search_.Find(t_, x_, magnitudes_.x_noise, SizesSoFar(), length_, end - t_, attempt_++);
     const bool solved = proposal.verdict == LcpStatus::kSolved;
     lost_least_element = lost_least_element || (solved && !proposal.kept_selection);
     mode_ = proposal.kept_selection ? proposal.mode : nullptr;

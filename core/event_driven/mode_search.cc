@@ -16,6 +16,8 @@ constexpr int kRatio = 6;  // 2^6
 // w_i above minus this part of the numbers it is summed from counts as nonnegative: little more than
 // rounding.
 constexpr double kSearchTolerance = 2e-15;
+// The noise of a state is a bound.
+constexpr double kOfNoise = 1.0 / 16;
 // A step below this part of t would hardly be one: t + h is rounded.
 constexpr double kLeastOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.
@@ -29,6 +31,15 @@ std::vector<Index> ActiveIn(const Basis& basis) {
   return active;
 }
 
+// One where the four lowest derivatives of state i may depend on state j, else zero. What is farther away is smaller
+// than rounding, and of wrong signs where a step is a Padé approximation.
+Matrix NearStates(const Matrix& A) {
+  const auto pattern = [](const Matrix& matrix) { return Matrix((matrix.array() != 0).cast<double>()); };
+  const Matrix once = pattern(A) + Matrix::Identity(A.rows(), A.cols());
+  const Matrix twice = pattern(once * once);
+  return pattern(twice * twice);
+}
+
 }  // namespace
 
 ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSampler& sources)
@@ -36,6 +47,7 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
       sources_(sources),
       maker_(problem),
       abs_N_(problem.N.Dense().cwiseAbs()),
+      near_(NearStates(problem.A.Dense())),
       free_(maker_.Make({}, {})),
       looks_([this, selection](double h) {
         ModeStepper stepper(*free_, h);
@@ -46,6 +58,7 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
         for (Index j = 0; j < moved.cols(); ++j) {
           source.col(0) = problem_.B.Dense().col(j);
           moved.col(j) = stepper.Solve(zero, source, zero).x.rowwise().sum();
+          KeepNear(source.col(0), moved.col(j));
         }
         std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(problem_.M, problem_.N.Dense() * moved, selection);
         return std::make_unique<Look>(Look{std::move(stepper), std::move(solver)});
@@ -73,8 +86,8 @@ double ModeSearch::StepOf(double t, double scale, double longest, int attempt) c
   return std::ldexp(1.0, std::ilogb(h));
 }
 
-ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, const DataSizes& sizes, double scale,
-                                      double longest, int attempt) {
+ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise,
+                                      const DataSizes& sizes, double scale, double longest, int attempt) {
   Proposal proposal;
   if (!free_) return proposal;
   const double h = StepOf(t, scale, longest, attempt);
@@ -86,8 +99,10 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   f_.col(1) = (f_end_ - f_begin_) / 2;
   const ModeStepper::Solution ahead = look.stepper.Solve(x, f_, Vector::Zero(x.size()));
   predicted_ = ahead.x.rowwise().sum();
+  KeepNear(x.cwiseAbs() + f_begin_.cwiseAbs() + f_end_.cwiseAbs(), predicted_);
   q_ = problem_.N * predicted_ + g_;
-  tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) + abs_N_ * ahead.uncertainty;
+  tolerance_ = kSearchTolerance * (abs_N_ * predicted_.cwiseAbs() + g_.cwiseAbs()) +
+               abs_N_ * (ahead.uncertainty + kOfNoise * x_noise);
   LcpSolver& solver = *look.solver;
   proposal.verdict = solver.Solve(q_, tolerance_, basis_, y_);
   ++lcps_;
@@ -95,6 +110,12 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   proposal.kept_selection = solver.KeptSelection();
   proposal.mode = ModeOf(ActiveIn(basis_), sizes);
   return proposal;
+}
+
+// Zeroes states far from those where `from` is not zero.
+void ModeSearch::KeepNear(const Vector& from, Eigen::Ref<Vector> x) const {
+  const Vector paths = near_ * (from.array() != 0).cast<double>().matrix();
+  x = (paths.array() > 0).select(x, 0);
 }
 
 void ModeSearch::GuessBehind(const Mode& mode, Index guard) {

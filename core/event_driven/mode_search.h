@@ -37,13 +37,13 @@ class ModeSearch {
     bool kept_selection = true;  // as LcpSolver::KeptSelection()
     const Mode* mode = nullptr;  // null if the LCP failed or the basis does not determine y
   };
-  // Searches from the state `x` at `t`. `scale` is the time scale of the system, `longest` the time to the next break
+  // Searches from the state `x` at `t`, with rounding errors of `x_noise`. `scale` is the time scale of the system, `longest` the time to the next break
   // point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter ones, for modes that end soon, down to
   // those of the fastest states, then longer ones, to skip modes that are shorter than rounding. The LCP starts from
   // the last active set or from that of GuessBehind(). `sizes` are those of the states so far and of the sources.
   static constexpr int kAttempts = 8;
-  Proposal Find(double t, const Eigen::Ref<const Vector>& x, const DataSizes& sizes, double scale, double longest,
-                int attempt);
+  Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
+                double scale, double longest, int attempt);
 
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
   // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the
@@ -62,12 +62,14 @@ class ModeSearch {
     ModeStepper stepper;
     std::unique_ptr<LcpSolver> solver;
   };
+  void KeepNear(const Vector& from, Eigen::Ref<Vector> x) const;
   double StepOf(double t, double scale, double longest, int attempt) const;
 
   const Problem& problem_;
   SourceSampler& sources_;
   ModeMaker maker_;
   Matrix abs_N_;
+  Matrix near_;  // nonzero where a state depends on another by low derivatives
   std::unique_ptr<Mode> free_;  // without active pairs; null where it has no form
   StepCache<Look> looks_;
   std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none

@@ -146,9 +146,9 @@ asio::awaitable<absl::StatusOr<ForwardedRequest>> RpcGateway::ReadRequest(HttpEx
       return JsonToMessage(*method.input_type(), message, {.max_bytes = max_message_bytes_, .go_on = go_on});
     };
     const std::size_t bytes = message.size();
-    std::stop_token token = left.get_token();
+    std::stop_token disconnected = left.get_token();
     absl::StatusOr<std::string> binary =
-        co_await Translate(exchange, bytes, std::move(token), std::move(translate));
+        co_await Translate(exchange, bytes, std::move(disconnected), std::move(translate));
     if (!binary.ok()) co_return binary.status();
     message = *std::move(binary);
   }
