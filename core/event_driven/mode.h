@@ -53,7 +53,7 @@ struct Mode {
   Matrix dynamics;  // x' as a function of x, without sources; F if E is the identity. Not as accurate as E and F
   double rate = 0;  // the largest row sum of dynamics, balanced: no time in which it acts is shorter than 1/rate
 
-  // For each state the row that its differential equation became, unless it was a pivot (-1). Empty if E is the identity.
+  // For each state the row that its differential equation became; -1 if it was a pivot. Empty if E is the identity.
   std::vector<Index> row_of_state;
 
   Index num_algebraic = 0;
