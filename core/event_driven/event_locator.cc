@@ -313,7 +313,11 @@ EventLocator::Progressed EventLocator::Advance(double end) {
   const double factor = 0.9 * std::pow(step_.error_ratio, -1.0 / (kLegendreDegree - 1));
   if (!(step_.error_ratio <= 1)) {
     const double shorter = length * (std::isfinite(factor) ? std::clamp(factor, 0.1, 0.7) : 0.1);
-    return Shorten(std::min(shorter, std::max(step_.layer_length, Shortest(kShortestPart, 1))));
+    constexpr double kNoLess = 0.7;
+    const bool falls = rejected_in_a_row_ == 0 || step_.error_ratio < kNoLess * rejected_ratio_;
+    const double layer_length = falls ? step_.layer_length : step_.small_layer_length;
+    rejected_ratio_ = step_.error_ratio;
+    return Shorten(std::min(shorter, std::max(layer_length, Shortest(kShortestPart, 1))));
   }
 
   const auto mode_end = FindModeEnd(step_);

@@ -101,6 +101,7 @@ class EventLocator {
   std::optional<EventStep> event_step_;
   std::optional<double> kink_;    // the next time at which a source is not smooth although it is no break point
   int rejected_in_a_row_ = 0;
+  double rejected_ratio_ = 0;  // SmoothStep::error_ratio of the last rejected step
   int of_one_length_ = 0;  // steps in a row that found no reason to grow
   Index tries_ = 0;        // since `tries_from_`
   double tries_from_ = 0;

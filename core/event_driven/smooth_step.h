@@ -41,8 +41,9 @@ struct SmoothStep {
   // step is accurate where it is at most 1. Errors fall with the power K of the length.
   double error_ratio = 0;
   // If boundary layers of fast states make error_ratio larger than 1: the step length that resolves them; else
-  // infinite.
+  // infinite. `small_layer_length` also resolves layers that may be rounding, of which shorter steps have more.
   double layer_length = std::numeric_limits<double>::infinity();
+  double small_layer_length = std::numeric_limits<double>::infinity();
   // The terms of error_ratio: estimated errors, and rounding.
   Vector x_error, guard_error;
   Vector layer;  // of each state the size of the boundary layer that the step leaves out
