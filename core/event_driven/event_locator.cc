@@ -183,7 +183,7 @@ bool EventLocator::SourceJumps(double time, double part) {
 
 // So many steps, taken or not, that have not come forward by this part of the horizon: something was not foreseen.
 bool EventLocator::IsStuck() {
-  constexpr Index kMostTries = 32768;
+  constexpr Index kMostTries = 8192;
   constexpr double kLeastProgress = 1e-3;
   if (t_ - tries_from_ > kLeastProgress * problem_.horizon) {
     tries_ = 0;
