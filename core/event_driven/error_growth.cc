@@ -45,8 +45,14 @@ Vector SignsOfRounding(Index size, unsigned seed) {
   return signs;
 }
 
-ErrorGrowth::ErrorGrowth(const Vector& x0)
-    : errors_(x0.size(), kErrors), x_(Vector::Zero(x0.size())), noise_(Vector::Zero(x0.size())) {
+ErrorGrowth::ErrorGrowth(const Problem& problem, bool y_counts)
+    : problem_(problem),
+      errors_(problem.num_states(), kErrors),
+      x_(Vector::Zero(problem.num_states())),
+      noise_(x_),
+      By_(Vector::Zero(y_counts ? problem.num_states() : 0)),
+      w_(Vector::Zero(y_counts ? problem.num_constraints() : 0)) {
+  const Vector& x0 = problem.x0;
   for (Index e = 0; e < kErrors; ++e) {
     errors_.col(e) = kEpsilon * SignsOfRounding(x0.size(), static_cast<unsigned>(e)).cwiseProduct(x0);
   }
@@ -65,6 +71,7 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
                           double s_end) {
   ++steps_;
   Pass(step, sources);
+  if (step.stepper->mode().is_explicit()) RaiseOutputs(step);
   const LegendreVector at = LegendreValues(s_end);
   const Vector rounding = kEpsilon * step.x.cwiseAbs().rowwise().sum();
   const Mode& mode = step.stepper->mode();
@@ -92,6 +99,7 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
     if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
   }
   Raise(step.x_error + step.layer);
+  RaiseOutputs(step);
   noise_ = noise_.cwiseMax(step.x_noise);
 }
 
@@ -139,6 +147,28 @@ void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
 
 void ErrorGrowth::Raise(const Vector& within) {
   for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors_.row(i)) + within[i]);
+}
+
+void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
+  constexpr double kOfNoise = 1.0 / 16;  // which is a bound
+  if (w_.size() == 0) return;
+  const Mode& mode = step.stepper->mode();
+  Matrix of_x = mode.guard.state * errors_;
+  if (mode.guard.slope.size() > 0) of_x += mode.guard.slope * slopes_;
+  const Vector own = step.guard_error + kOfNoise * step.guard_noise;
+  std::vector<bool> is_active(static_cast<std::size_t>(w_.size()));
+  for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;
+  Vector of_y = Vector::Zero(own.size());
+  for (Index i = 0; i < own.size(); ++i) {
+    if (is_active[static_cast<std::size_t>(i)]) {
+      of_y[i] = own[i];
+    } else {
+      w_[i] = NanMax(w_[i], MaxAbs(of_x.row(i)) + own[i]);
+      of_x.row(i).setZero();
+    }
+  }
+  const Vector By = RowMaxAbs(problem_.B * of_x) + problem_.B.AbsTimes(of_y);
+  for (Index i = 0; i < By.size(); ++i) By_[i] = NanMax(By_[i], By[i]);
 }
 
 Vector ErrorGrowth::RelativeTo(const Vector& size) const {

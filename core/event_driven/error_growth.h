@@ -9,6 +9,7 @@
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/smooth_step.h"
+#include "core/problem/problem.h"
 
 namespace dlcs {
 
@@ -21,10 +22,11 @@ Vector SignsOfRounding(Index size, unsigned seed = 0);
 // such e are integrated by the same steps as the solution, with d of its estimated size and three choices of signs:
 // those of e, so that all contributions add up; constant ones; and pseudo-random ones in each step. The estimate is the
 // largest of the three plus the local errors of the steps. Cost: three solves of a step without refinement, for each
-// step.
+// step. If y is a Lipschitz function of x, the errors of B y and w are those that e makes of the guards plus their own.
 class ErrorGrowth {
  public:
-  explicit ErrorGrowth(const Vector& x0);
+  // Keeps a reference. `y_counts`: y is a Lipschitz function of x.
+  ErrorGrowth(const Problem& problem, bool y_counts);
 
   // Integrates over `step` up to the position `s_end`. `overlooked` is caused by guards that are below zero but not
   // below their levels: an error of x', and one of x where the mode holds x back.
@@ -38,7 +40,10 @@ class ErrorGrowth {
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
 
-  const Vector& x() const { return x_; }  // the largest error so far of each component
+  // The largest errors so far of each component; those of B y and w are empty if y does not count.
+  const Vector& x() const { return x_; }
+  const Vector& By() const { return By_; }
+  const Vector& w() const { return w_; }
 
   // The errors of x relative to the `size` of each component; 0 if a component is zero to rounding.
   Vector RelativeTo(const Vector& size) const;
@@ -56,13 +61,16 @@ class ErrorGrowth {
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
   Vector Signs(Index error) const;
   void Raise(const Vector& within);
+  // The errors of B y and w for the errors of x at one end of the step.
+  void RaiseOutputs(const SmoothStep& step);
 
+  const Problem& problem_;
   Matrix errors_;  // one a column
   Matrix slopes_;  // their derivatives at the end of the last step, if its mode is not explicit
   bool has_event_ = false;
   Event event_;
   unsigned steps_ = 0;
-  Vector x_, noise_;
+  Vector x_, noise_, By_, w_;
 };
 
 }  // namespace dlcs

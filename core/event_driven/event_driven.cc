@@ -22,7 +22,7 @@ bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, c
   if (record.accumulated_error <= tolerance) return true;
   const std::string error =
       "The estimated error, " + FormatNumber(record.accumulated_error) +
-      " of the size of a state, is more than the tolerance " + FormatNumber(tolerance) +
+      " of the size of a component, is more than the tolerance " + FormatNumber(tolerance) +
       (is_rounding ? "; shorter steps do not help, since rounding, of the data too, changes the states by as much"
                    : "");
   if (context.options.error_tolerance > 0 && !context.error_by_default) {
@@ -132,6 +132,8 @@ bool EventDriven(SolveContext& context) {
   solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;
   solution.accuracy.error = NanMax(record.accumulated_error, Accuracy::kLeastError);
   solution.accuracy.errors_x = record.errors_x.cwiseMax(Accuracy::kLeastError);
+  solution.accuracy.errors_By = record.errors_By.cwiseMax(Accuracy::kLeastError);
+  solution.accuracy.errors_w = record.errors_w.cwiseMax(Accuracy::kLeastError);
   return reached && MeetsTolerance(context, tolerance, is_rounding, record);
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/context/component_errors.h"
 #include "core/context/consistency.h"
 #include "core/linalg/abs_times.h"
 #include "core/linalg/balance.h"
@@ -57,7 +58,7 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_w
       search_(problem_, context.selection, sampler_),
       march_(problem_, context.selection, sampler_),
       output_(problem_, context.grid, context.options.keep_pieces),
-      errors_(problem_.x0),
+      errors_(problem_, context.y_is_lipschitz()),
       progress_(context),
       x_(problem_.x0),
       y_(Vector::Zero(problem_.num_constraints())),
@@ -65,6 +66,8 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_w
   magnitudes_.x = magnitudes_.x_reach = x_.cwiseAbs();
   magnitudes_.x_noise = Vector::Zero(problem_.num_states());
   magnitudes_.y = magnitudes_.w = Vector::Zero(problem_.num_constraints());
+  magnitudes_.By = Vector::Zero(problem_.num_states());
+  magnitudes_.g = magnitudes_.y;
   sizes_ = SizesOfData();
 }
 
@@ -467,6 +470,10 @@ void EventLocator::Accept(double end, double s_end) {
   magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * looks_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.x_noise = step_.x_rounding;
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
+  if (context_.y_is_lipschitz()) {
+    magnitudes_.By = magnitudes_.By.cwiseMax(RowMaxAbs(problem_.B * Matrix(step_.y * looks_.transpose())));
+    magnitudes_.g = magnitudes_.g.cwiseMax(sources_.g_size);
+  }
   w_ = (step_.guard * at).cwiseMax(0);
   for (const Index i : mode_->active) w_[i] = 0;
   magnitudes_.w = magnitudes_.w.cwiseMax(w_);
@@ -559,7 +566,16 @@ void EventLocator::Finish() {
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + march_.lcps();
   record_.errors_x = errors_.RelativeTo(magnitudes_.x);
-  record_.accumulated_error = MaxAbs(record_.errors_x);
+  if (context_.y_is_lipschitz()) {
+    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+    const Vector none = Vector::Zero(problem_.num_constraints());
+    const Vector terms_of_w = problem_.N.AbsTimes(magnitudes_.x) + problem_.M.AbsTimes(magnitudes_.y) + magnitudes_.g;
+    record_.errors_By =
+        Relative(errors_.By(), magnitudes_.By, kRounding * problem_.B.AbsTimes(magnitudes_.y));
+    record_.errors_w = Relative(errors_.w(), terms_of_w, none);
+  }
+  record_.accumulated_error =
+      NanMax(MaxAbs(record_.errors_x), NanMax(MaxAbs(record_.errors_By), MaxAbs(record_.errors_w)));
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
 }

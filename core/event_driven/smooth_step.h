@@ -24,6 +24,7 @@ struct Magnitudes {
   // grows like a high power of time has no relative accuracy at first: errors below a tiny part of this size are
   // accepted.
   Vector x_reach;
+  Vector By, g;  // if y is a Lipschitz function of x
   // The rounding error of x on the step before. In a fast state it decays at once, in a boundary layer that does not
   // count as an error.
   Vector x_noise;
