@@ -150,12 +150,12 @@ void ErrorGrowth::Raise(const Vector& within) {
 }
 
 void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
-  constexpr double kOfNoise = 1.0 / 16;  // which is a bound
+  constexpr double kRounding = 4 * kEpsilon;
   if (w_.size() == 0) return;
   const Mode& mode = step.stepper->mode();
   Matrix of_x = mode.guard.state * errors_;
   if (mode.guard.slope.size() > 0) of_x += mode.guard.slope * slopes_;
-  const Vector own = step.guard_error + kOfNoise * step.guard_noise;
+  const Vector own = step.guard_error + kRounding * step.guard_terms;
   std::vector<bool> is_active(static_cast<std::size_t>(w_.size()));
   for (const Index i : mode.active) is_active[static_cast<std::size_t>(i)] = true;
   Vector of_y = Vector::Zero(own.size());
