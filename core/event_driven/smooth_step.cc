@@ -178,7 +178,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   step.guard_tail = EstimateTail(step.guard, guard_coefficients);
   const Vector guard_size = SizeOf(step.guard);
   step.guard_error =
-      step.guard_tail + AbsTimes(mode.guard.state, step.layer) + AbsTimes(mode.guard.g, sources.g_error);
+      step.guard_tail + 2 * (mode.guard.state * solution.layer).cwiseAbs() + AbsTimes(mode.guard.g, sources.g_error);
   if (mode.guard.f.size() > 0) step.guard_error += AbsTimes(mode.guard.f, sources.f_error);
   const Allowed allowed = AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
