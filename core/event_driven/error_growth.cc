@@ -71,7 +71,6 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
                           double s_end) {
   ++steps_;
   Pass(step, sources);
-  if (step.stepper->mode().is_explicit()) RaiseOutputs(step);
   const LegendreVector at = LegendreValues(s_end);
   const Vector rounding = kEpsilon * step.x.cwiseAbs().rowwise().sum();
   const Mode& mode = step.stepper->mode();

@@ -61,7 +61,8 @@ class ErrorGrowth {
   Vector Signs(Index error, const Eigen::Ref<const Vector>& values) const;
   Vector Signs(Index error) const;
   void Raise(const Vector& within);
-  // The errors of B y and w for the errors of x at one end of the step.
+  // The errors of B y and w for the errors of x at the end of the step. What fast states make of them at its begin
+  // decays at once.
   void RaiseOutputs(const SmoothStep& step);
 
   const Problem& problem_;
