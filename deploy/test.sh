@@ -36,5 +36,13 @@ read -r broken tests < <(sed -n 's/^[0-9]*% tests passed, \([0-9]*\) tests faile
 mapfile -t skipped < <(sed -n 's/^ *[0-9]*\/[0-9]* *Test *#[0-9]*: \([^ ]*\) .*\*\*\*Skipped.*/\1/p' "$log")
 [ ${#skipped[@]} = 0 ] || echo "SKIPPED: ${skipped[*]} (to see why: ctest --preset $preset -V -R '^NAME\$')"
 failed=$broken
+# What failed once more, at the end, where it is found in a long log.
+awk '/^ *[0-9]+\/[0-9]+ Test / { if (count) show(); count = 0; taking = /\*\*\*/ && !/\*\*\*Skipped/ }
+     /^ *Start +[0-9]+: / { next }
+     /^$/ && !count { next }
+     /^[0-9]+% tests passed/ { exit }
+     taking { lines[++count] = $0 }
+     function show(  k) { for (k = count > 60 ? count - 59 : 1; k <= count; ++k) print lines[k]; print "" }
+     END { if (count) show() }' "$log"
 passed=$((tests - failed - ${#skipped[@]}))
 exit "$code"

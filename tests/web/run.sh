@@ -31,6 +31,6 @@ fi
 exec 9>&-
 cd "$build"
 case "$program" in
-  *_test.mjs) exec node --test "$program" ;;
+  *_test.mjs) exec node --test --test-reporter=spec "$program" ;;
   *) exec node "${program##*/}" "$@" ;;
 esac

@@ -328,8 +328,16 @@ describe("clients from npm", () => {
         // machine it may give up before the result is there, although the server stops half a second early.
         const speaksConnect = name.includes(", Connect,");
         const headers = speaksConnect ? { "connect-timeout-ms": "5000" } : { "grpc-timeout": "5000m" };
-        const events = await all(using(dlcsd).stream("Solve", long, { headers }));
-        assert.equal(events.at(-1).kind.value.termination, enumerator("Termination", "TERMINATION_DEADLINE"));
+        // A machine that stands still for that half second loses the result.
+        for (let tries = 1; ; ++tries) {
+          try {
+            const events = await all(using(dlcsd).stream("Solve", long, { headers }));
+            assert.equal(events.at(-1).kind.value.termination, enumerator("Termination", "TERMINATION_DEADLINE"));
+            break;
+          } catch (error) {
+            if (error.code !== Code.DeadlineExceeded || tries === 3) throw error;
+          }
+        }
       });
 
       test("the timeout of a client reaches the server", async () => {
