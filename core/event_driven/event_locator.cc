@@ -428,11 +428,10 @@ bool EventLocator::Project() {
 }
 
 // What x' is off by, on average, where a guard of the step is below zero, but not below its level: y_i that should be
-// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii; where M_ii is zero it would have
-// held x back. A constraint that should have been given up holds back what its y makes of x until then, and of a fast
-// state that is what it settles at.
-// The rows of `at` are the LegendreValues() of the Chebyshev points of the part of the step that is taken, of the given
-// duration; the last, where an event is just below zero, counts little.
+// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii; where M_ii is zero it would
+// have held x back. A constraint that should have been given up holds back what its y makes of x until then, and of a
+// fast state that is what it settles at. The rows of `at` are the LegendreValues() of the Chebyshev points of the part
+// of the step that is taken, of the given duration; the last, where an event is just below zero, counts little.
 ErrorGrowth::Overlooked EventLocator::Overlooked(const LegendreRows& at, double duration) const {
   ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size())};
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound

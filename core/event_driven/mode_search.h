@@ -39,9 +39,9 @@ class ModeSearch {
   };
   // Searches from the state `x` at `t`, whose rounding errors are `x_noise`. `scale` is the time scale of the system,
   // `longest` the time to the next break point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter
-  // ones, for modes that end soon, down to those of the fastest states, then longer ones, to skip modes that are shorter
-  // than rounding. The LCP starts from the last active set or from that of GuessBehind(). `sizes` are those of the
-  // states so far and of the sources.
+  // ones, for modes that end soon, down to those of the fastest states, then longer ones, to skip modes that are
+  // shorter than rounding. The LCP starts from the last active set or from that of GuessBehind(). `sizes` are those of
+  // the states so far and of the sources.
   static constexpr int kAttempts = 8;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
                 double scale, double longest, int attempt);

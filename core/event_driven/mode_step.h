@@ -83,8 +83,8 @@ class ModeStepper {
   // The states that stay zero: they start there, and nothing moves them.
   std::vector<Index> UnreachedStates(const Vector& start, const LegendreSeries& source) const;
 
-  // The multiple of P_K - P_{K-1} that is a layer, for each component of the triangular form; those of rounding, too, or
-  // none of them.
+  // The multiple of P_K - P_{K-1} that is a layer, for each component of the triangular form; with those of rounding or
+  // without them.
   enum class OfRounding { kToo, kNot };
   Eigen::VectorXcd LayersOf(const ComplexSeries& c, OfRounding of_rounding) const;
   void AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
