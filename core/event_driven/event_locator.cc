@@ -43,8 +43,6 @@ constexpr double kOnConstraints = 1e-12;
 // Of what is no more than this part of them nothing is known.
 constexpr double kRoundingOfConstraints = 64 * std::numeric_limits<double>::epsilon();
 constexpr Index kMostCoupledSteps = 40000;
-// Three choices of signs show less than the worst one would.
-constexpr double kMarginOfSigns = 1.75;
 // Both sides of a break point are known to rounding. Rounding is all that makes g jump at a kink there.
 constexpr double kNoJumpAtBreak = 1e-14;
 
@@ -575,7 +573,6 @@ void EventLocator::Finish() {
         Relative(errors_.By(), magnitudes_.By, kRounding * problem_.B.AbsTimes(magnitudes_.y));
     record_.errors_w = Relative(errors_.w(), terms_of_w, none);
   }
-  for (Vector* errors : {&record_.errors_x, &record_.errors_By, &record_.errors_w}) *errors *= kMarginOfSigns;
   record_.accumulated_error =
       NanMax(MaxAbs(record_.errors_x), NanMax(MaxAbs(record_.errors_By), MaxAbs(record_.errors_w)));
   context_.certificate.Replace(output_.certificate());

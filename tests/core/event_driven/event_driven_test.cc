@@ -314,6 +314,44 @@ Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& 
 
 // |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind
 // it.
+// A put option: V_i >= max(0, K - S_i), and at first V is equal to that. Beyond the strike V and y are zero, and far
+// beyond it V remains smaller than any rounding error.
+TEST(EventDrivenTest, StatesThatAreNotReachedYetActivateNothing) {
+  constexpr Index kSize = 60, kStrike = 20;
+  Problem problem;
+  Matrix A = Matrix::Zero(kSize, kSize);
+  for (Index i = 0; i < kSize; ++i) {
+    A(i, i) = -400.1;
+    if (i > 0) A(i, i - 1) = 199;
+    if (i + 1 < kSize) A(i, i + 1) = 201;
+  }
+  Vector payoff(kSize), f = Vector::Zero(kSize);
+  for (Index i = 0; i < kSize; ++i) payoff[i] = std::max<double>(0, static_cast<double>(kStrike - i));
+  f[0] = 199 * (kStrike + 1);
+  problem.A = A;
+  problem.B = problem.N = Matrix(Matrix::Identity(kSize, kSize));
+  problem.M = Matrix(Matrix::Zero(kSize, kSize));
+  problem.f = TimeFunction::Constant(f);
+  problem.g = TimeFunction::Constant(-payoff);
+  problem.x0 = payoff;
+  problem.horizon = 1;
+  for (const double tolerance : {1e-6, 1e-9}) {
+    const Solution solution = SolveAt(problem, tolerance);
+    ASSERT_EQ(solution.termination, Termination::kReachedEnd) << solution.message;
+    EXPECT_EQ(solution.cost.coupled_steps, 0);
+    EXPECT_LE(solution.accuracy.error, tolerance);
+    ASSERT_GE(solution.switching_times.size(), 3u);
+    EXPECT_EQ(solution.switching_times[0].entering.size(), static_cast<std::size_t>(kStrike));
+    // The free boundary moves down, one pair after the other.
+    Index last = kStrike;
+    for (std::size_t k = 1; k < solution.switching_times.size(); ++k) {
+      EXPECT_TRUE(solution.switching_times[k].entering.empty());
+      ASSERT_EQ(solution.switching_times[k].leaving, std::vector<Index>{--last});
+    }
+    EXPECT_GE(solution.x.minCoeff(), 0);
+  }
+}
+
 TEST(EventDrivenTest, FollowsSwitchesThatAccumulateIntoSliding) {
   const Matrix C{{1, -2}, {2, 1}};
   const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
