@@ -17,8 +17,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // The integral of what an interpolant misses is smaller than that is, since it has the signs of a polynomial of high
 // degree.
 constexpr double kOfMissed = 0.25;
-// Three choices of signs show less than the worst one would.
-constexpr double kMarginOfSigns = 2;
 
 Vector SlopeAt(const SmoothStep& step, const StepSources& sources, double s) {
   return step.x * (2 / sources.length * (GetLegendreBasis().derivative * LegendreValues(s)));
@@ -147,7 +145,7 @@ void ErrorGrowth::Add(const Vector& error, const Vector& inside) {
 }
 
 void ErrorGrowth::Raise(const Vector& within) {
-  for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], kMarginOfSigns * MaxAbs(errors_.row(i)) + within[i]);
+  for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors_.row(i)) + within[i]);
 }
 
 void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
@@ -164,11 +162,11 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
     if (is_active[static_cast<std::size_t>(i)]) {
       of_y[i] = own[i];
     } else {
-      w_[i] = NanMax(w_[i], kMarginOfSigns * MaxAbs(of_x.row(i)) + own[i]);
+      w_[i] = NanMax(w_[i], MaxAbs(of_x.row(i)) + own[i]);
       of_x.row(i).setZero();
     }
   }
-  const Vector By = kMarginOfSigns * RowMaxAbs(problem_.B * of_x) + problem_.B.AbsTimes(of_y);
+  const Vector By = RowMaxAbs(problem_.B * of_x) + problem_.B.AbsTimes(of_y);
   for (Index i = 0; i < By.size(); ++i) By_[i] = NanMax(By_[i], By[i]);
 }
 

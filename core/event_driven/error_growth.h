@@ -20,10 +20,9 @@ Vector SignsOfRounding(Index size, unsigned seed = 0);
 // where d holds the interpolation error of the sources and the rounding errors of the terms of x', including an ulp in
 // every entry of the data. At an event at which x' jumps, an error moves the time of the event, so e jumps too. Three
 // such e are integrated by the same steps as the solution, with d of its estimated size and three choices of signs:
-// those of e, so that all contributions add up; constant ones; and pseudo-random ones in each step. The estimate is
-// twice the largest of the three plus the local errors of the steps. If y is a Lipschitz function of x, the errors of
-// B y and w are those that e makes of the guards plus their own. Cost: three solves of a step without refinement, for
-// each step.
+// those of e, so that all contributions add up; constant ones; and pseudo-random ones in each step. The estimate is the
+// largest of the three plus the local errors of the steps. If y is a Lipschitz function of x, the errors of B y and w
+// are those that e makes of the guards plus their own. Cost: three solves of a step without refinement, for each step.
 class ErrorGrowth {
  public:
   // Keeps a reference. `y_counts`: y is a Lipschitz function of x.
