@@ -287,7 +287,7 @@ std::string Describe(const std::string& text, const std::string& source, const n
     why = fmt::format("a comma is missing before {}",
                       TruncateUtf8(text.substr(offset, text.find_first_of(" \t\r\n,]}:", offset + 1) - offset), 40));
   } else if (reason.find("expected ':'") != std::string::npos) {
-    why = "a colon is missing behind the key";
+    why = "a colon is missing after the key";
   } else {
     why = Explain(text, offset);
   }

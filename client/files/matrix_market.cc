@@ -216,7 +216,7 @@ absl::StatusOr<v1::Matrix> ParseMatrixMarket(const std::string& text, const std:
       *matrix.mutable_dense() = ReadArray(words, format, text.size());
     }
     if (const std::string_view more = words.Next(); !more.empty()) {
-      throw Fault{words.line(), fmt::format("\"{}\" stands behind the last entry", more.substr(0, 40))};
+      throw Fault{words.line(), fmt::format("\"{}\" follows the last entry", more.substr(0, 40))};
     }
     return matrix;
   } catch (const Fault& fault) {

@@ -94,7 +94,7 @@ struct SolveContext {
     return Fail(Termination::kInfeasible, time,
                 "LCP(N x + g, M) at t = " + FormatNumber(time) +
                     " has no least-element solution: the state has reached the edge of what M can answer. With the "
-                    "rule auto, exponential-integrator goes on by coupled steps.");
+                    "rule auto, exponential-integrator continues with coupled steps.");
   }
   // The selected solution jumps between neighboring times although x does not: no interpolation of y is right.
   bool FailJump(double time, const std::string& why) {

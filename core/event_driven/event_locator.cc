@@ -56,7 +56,7 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_w
       most_work_(most_work),
       record_(record),
       search_(problem_, context.selection, sampler_),
-      march_(problem_, context.selection, sampler_),
+      coupled_steps_(problem_, context.selection, sampler_),
       output_(problem_, context.grid, context.options.keep_pieces),
       errors_(problem_, context.y_is_lipschitz()),
       progress_(context),
@@ -153,12 +153,12 @@ bool EventLocator::Cross(double end) {
     Progressed progressed = mode_ ? Progressed::kYes : Choose(end);
     if (progressed == Progressed::kYes) progressed = Advance(end);
     if (progressed == Progressed::kFailed) return false;
-    if (progressed == Progressed::kNoMode && !MarchOn(end)) return false;
+    if (progressed == Progressed::kNoMode && !TakeCoupledSteps(end)) return false;
   }
   return true;
 }
 
-// Goes on behind a kink of the sources as behind a break point, where g jumps with another state perhaps.
+// Continues after a kink of the sources as after a break point. If g jumps there, the state may jump too.
 bool EventLocator::PassKink() {
   constexpr double kNoJump = 1e-10;
   mode_ = nullptr;
@@ -425,11 +425,12 @@ bool EventLocator::Project() {
   return true;
 }
 
-// What x' is off by, on average, where a guard of the step is below zero, but not below its level: y_i that should be
-// zero, or a pair that should have been active, of which y_i would have been w_i / M_ii; where M_ii is zero it would
-// have held x back. A constraint that should have been given up holds back what its y makes of x until then, and of a
-// fast state that is what it settles at. The rows of `at` are the LegendreValues() of the Chebyshev points of the part
-// of the step that is taken, of the given duration; the last, where an event is just below zero, counts little.
+// The average error of x' caused by guards that are negative, but above their levels. An active y_i < 0 should be zero.
+// A w_i < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on the
+// constraint. If a constraint should have been released earlier, the error of x is what its y causes until then; for a
+// fast state, it is the value to which the state settles. The rows of `at` are the LegendreValues() of the Chebyshev
+// points of the part of the step that is taken, of the given duration; the last, where an event is just below zero,
+// counts little.
 ErrorGrowth::Overlooked EventLocator::Overlooked(const LegendreRows& at, double duration) const {
   ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size())};
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound
@@ -497,9 +498,9 @@ void EventLocator::NoteInterval(double end, const Mode* mode) {
 // A burst of coupled steps. Each burst without a lasting mode between is twice as long as the one before and
 // may err four times as much, so that the solve survives a point that the tolerance cannot pass; the record
 // holds what it cost.
-bool EventLocator::MarchOn(double end) {
+bool EventLocator::TakeCoupledSteps(double end) {
   const double shortest = kShortestPart * problem_.horizon;
-  if (burst_ == 1) march_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
+  if (burst_ == 1) coupled_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
   for (Index k = 0; k < burst_ && t_ < end;) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
     if (record_.coupled_steps >= kMostCoupledSteps) {
@@ -509,10 +510,10 @@ bool EventLocator::MarchOn(double end) {
                                " steps of first order did not reach the required accuracy. Use "
                                "exponential-integrator, or a larger tolerance.");
     }
-    const double power = std::ldexp(1.0, std::ilogb(march_length_));
+    const double power = std::ldexp(1.0, std::ilogb(coupled_length_));
     const double length = std::min(power, end - t_);
     const double step_end = length == end - t_ ? end : t_ + length;
-    const CoupledSteps::Step step = march_.Take(t_, step_end, length, x_);
+    const CoupledSteps::Step step = coupled_steps_.Take(t_, step_end, length, x_);
     if (step.verdict != LcpStatus::kSolved) {
       return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
     }
@@ -524,10 +525,10 @@ bool EventLocator::MarchOn(double end) {
     };
     const double ratio = NanMax(ratio_of(step.error, allowed * Share(length)), ratio_of(step.inside, allowed));
     if (!(ratio <= 1) && length > shortest) {
-      march_length_ = length / 2;
+      coupled_length_ = length / 2;
       continue;
     }
-    output_.AddMarched(t_, step_end, x_, step.x, step.y, step.w, step.g);
+    output_.AddCoupled(t_, step_end, x_, step.x, step.y, step.w, step.g);
     NoteInterval(step_end, nullptr);
     errors_.Add(step.error, step.inside);
     x_ = step.x;
@@ -538,15 +539,15 @@ bool EventLocator::MarchOn(double end) {
     magnitudes_.x_noise = step.noise;
     ++record_.coupled_steps;
     ++k;
-    if (ratio < 0.2) march_length_ = 2 * length;
+    if (ratio < 0.2) coupled_length_ = 2 * length;
   }
   burst_ *= 2;
   mode_ = nullptr;
   attempt_ = 0;
   short_modes_ = 0;
   mode_begin_ = t_;
-  last_mode_length_ = march_length_;
-  length_ = std::max(length_, march_length_);
+  last_mode_length_ = coupled_length_;
+  length_ = std::max(length_, coupled_length_);
   return true;
 }
 
@@ -563,7 +564,7 @@ void EventLocator::Finish() {
   Cost& cost = solution.cost;
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;
-  cost.lcps += search_.lcps() + march_.lcps();
+  cost.lcps += search_.lcps() + coupled_steps_.lcps();
   record_.errors_x = errors_.RelativeTo(magnitudes_.x);
   if (context_.y_is_lipschitz()) {
     constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();

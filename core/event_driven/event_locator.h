@@ -40,7 +40,7 @@ class EventLocator {
   bool Cross(double end);
   Progressed Choose(double end);
   Progressed Advance(double end);
-  bool MarchOn(double end);
+  bool TakeCoupledSteps(double end);
   void BeginWith(const Mode& mode);
 
   DataSizes SizesOfData();
@@ -70,7 +70,7 @@ class EventLocator {
   const Index most_work_;
   EventRecord& record_;
   ModeSearch search_;
-  CoupledSteps march_;
+  CoupledSteps coupled_steps_;
   EventOutput output_;
   ErrorGrowth errors_;
   Progress progress_;
@@ -106,7 +106,7 @@ class EventLocator {
   Index tries_ = 0;        // since `tries_from_`
   double tries_from_ = 0;
   Index burst_ = 1;  // number of coupled steps to take before the next search for a mode
-  double march_length_ = 0;
+  double coupled_length_ = 0;
   std::string why_coupled_;
   StepSources sources_;
   SmoothStep step_;

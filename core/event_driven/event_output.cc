@@ -95,7 +95,7 @@ void EventOutput::RecordNodes(const Vector& x_begin, const StepSources& sources,
   }
 }
 
-void EventOutput::AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
+void EventOutput::AddCoupled(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                              const Vector& w, const Vector& g) {
   while (HasNodeBefore(end)) {
     const double part = (grid_.times[next_node_] - begin) / (end - begin);

@@ -33,7 +33,7 @@ class EventOutput {
   void AddSmooth(const Vector& x_begin, const StepSources& sources, const SmoothStep& step,
                  const std::vector<Index>& active, double end, double s_end);
   // Adds a coupled step of first order: x linear, y constant. `w` and `g` are those at the end.
-  void AddMarched(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
+  void AddCoupled(double begin, double end, const Vector& x_begin, const Vector& x_end, const Vector& y,
                   const Vector& w, const Vector& g);
   // Ends a smooth interval with its left limits, since sources and state may jump there. Returns the nodes of the
   // interval.
@@ -41,7 +41,7 @@ class EventOutput {
   // The nodes of the unfinished smooth interval; no steps if there are fewer than two nodes.
   SmoothInterval Finish() const;
 
-  // The steps as polynomials; those of AddMarched() have degree 1 in x and 0 in y.
+  // The steps as polynomials; those of AddCoupled() have degree 1 in x and 0 in y.
   std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }
 
   // Here nodes are the ends of steps, and midpoints the additional times inside them at which the sources were checked.

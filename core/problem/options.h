@@ -70,7 +70,7 @@ struct Options {
   std::vector<double> output_times;
   bool output_times_only = false;
 
-  // event_driven: keep the polynomials of its steps (Solution::pieces), 13 (m + n) numbers each, for dense output
+  // event_driven: keep the polynomials of its steps (Solution::pieces), 13 (m + 2n) numbers each, for dense output
   // (core/event_driven/interpolant.h). Other methods need only their nodes for it.
   bool keep_pieces = false;
 

@@ -23,7 +23,7 @@ class ModeHistory {
   static constexpr Index kNodes = 4;
   static constexpr Index kModes = 8;  // of a tile
 
-  // At P_0 = start û_0. `forgets_first` if û_0 has no effect afterwards (`start` is zero then).
+  // At P_0 = start û_0. `forgets_first` if û_0 has no effect afterward (`start` is zero then).
   ModeHistory(const ModeRecursion& recursion, const Vector& first, bool forgets_first);
 
   // sum_j, initially for j = 1.

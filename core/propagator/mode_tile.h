@@ -35,7 +35,7 @@ class ModeTile {
   enum class Sums { kNone, kNodes, kNodesAndMiddles };
 
   // Of the modes `begin` ... `begin` + count - 1, count <= kModes, at P_0 for `first` = û_0 of all modes.
-  // `forgets_first` if û_0 has no effect afterwards (`start` is zero then).
+  // `forgets_first` if û_0 has no effect afterward (`start` is zero then).
   ModeTile(const ModeRecursion& recursion, Index begin, Index count, const Eigen::Ref<const Vector>& first,
            bool forgets_first);
 

@@ -199,9 +199,9 @@ bool StepThroughGrid(SolveContext& context, StepCache<Stepper> steppers, NewtonA
       segment.x.col(0) = x;
       segment.y.col(0) = y;
       Index solved = 0;
-      const double march_begin = context.Seconds();
+      const double steps_begin = context.Seconds();
       const LcpStatus verdict = stepper.TakeSteps(segment, context.stop, departures, solved);
-      context.solution.cost.seconds_lcp += context.Seconds() - march_begin;
+      context.solution.cost.seconds_lcp += context.Seconds() - steps_begin;
       if (!newton) context.solution.cost.lcps += solved * stepper.lcps_of_a_step();
       context.solution.cost.steps += solved;
 

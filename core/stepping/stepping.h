@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time stepping ("marching" in names here): one coupled LCP per step, for any one-step scheme.
+// Time stepping: one coupled LCP per step, for any one-step scheme.
 
 #ifndef DLCS_CORE_STEPPING_STEPPING_H_
 #define DLCS_CORE_STEPPING_STEPPING_H_

@@ -42,7 +42,7 @@ std::string SchemeName(const Options& options) {
   return options.average_y ? "averaged" : "theta " + NumberText(options.theta);
 }
 
-bool MarchByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
+bool StepByNewton(SolveContext& context, const SchemeFactory& make_scheme) {
   const std::optional<double> kappa = RightHandSideLipschitz(context.problem, context.matrix_class.lipschitz);
   WarnOfLongStep(context.problem, kappa, context.grid.longest_step, context.solution.warnings);
   NewtonAccount account;
@@ -89,7 +89,7 @@ bool TimeStepping(SolveContext& context) {
     });
   }
   const auto make_scheme = [&](double step) { return TimeSteppingScheme(context.problem, context.options, step); };
-  if (context.options.step_solver == StepSolver::kNewton) return MarchByNewton(context, make_scheme);
+  if (context.options.step_solver == StepSolver::kNewton) return StepByNewton(context, make_scheme);
   return StepThroughGrid(context, SchemeName(context.options), make_scheme);
 }
 

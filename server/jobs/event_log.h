@@ -202,7 +202,7 @@ class EventWatch {
   const EventWatchOptions options_;
   const std::shared_ptr<const std::function<void()>> ready_;
 
-  // CatchExceptions by the log's mutex.
+  // Guarded by the log's mutex.
   std::int64_t position_;
   std::deque<Event> supplied_;
   std::int64_t supplied_through_ = 0;

@@ -104,7 +104,7 @@ struct JobChange {
 //
 // `owner`: absent for callers who may see the jobs of all users. A job of another user is NOT_FOUND.
 //
-// Errors, beside those named: UNAVAILABLE (disk full, locked, gone; try again), DATA_LOSS (the database is damaged),
+// Errors, besides those named: UNAVAILABLE (disk full, locked, gone; try again), DATA_LOSS (the database is damaged),
 // with a text for the operator. After either, Healthy() is false until something succeeds.
 class JobStore {
  public:

@@ -131,7 +131,7 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   return TheOne(typed, "job", "list", found);
 }
 
-absl::StatusOr<std::string> ProblemResolver(ProblemClient& client, const std::string& typed, const CallLimits& limits) {
+absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string& typed, const CallLimits& limits) {
   if (IsProblemName(typed)) return typed;
   const auto problems = client.List(limits);
   if (!problems.ok()) return problems.status();

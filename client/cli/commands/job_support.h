@@ -40,7 +40,7 @@ std::string Harmless(std::string text);
 // match, listing them; those of List().
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits);
 // The same for an uploaded problem, "problems/41cb".
-absl::StatusOr<std::string> ProblemResolver(ProblemClient& client, const std::string& typed, const CallLimits& limits);
+absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string& typed, const CallLimits& limits);
 
 // Shows the events of the job `command.name`, a full name, until it has ended. Returns the exit code that `solve` would
 // have. A stop ends the watch, not the job.

@@ -144,7 +144,7 @@ ExitCode PrintOne(const absl::StatusOr<Message>& message, OutputFormat format) {
 ExitCode ShowProblem(const ShowJobsCommand& command, const CallLimits& limits) {
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const auto name = ProblemResolver((*client)->problems(), command.name, limits);
+  const auto name = FindProblem((*client)->problems(), command.name, limits);
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
   return PrintOne((*client)->problems().Get(*name, limits), command.format);
 }
@@ -152,7 +152,7 @@ ExitCode ShowProblem(const ShowJobsCommand& command, const CallLimits& limits) {
 ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
-  const auto name = ProblemResolver((*client)->problems(), command.name, limits);
+  const auto name = FindProblem((*client)->problems(), command.name, limits);
   const absl::Status deleted = name.ok() ? (*client)->problems().Delete(*name, limits) : name.status();
   return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
 }

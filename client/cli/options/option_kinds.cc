@@ -47,7 +47,7 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
   const double steps = (end - begin) / step;
   if (!(steps >= 0 && steps <= kMostTimes)) {
     throw CLI::ValidationError(
-        option, fmt::format("\"{}\" is no range begin:step:end with an end behind its begin and at most {} steps",
+        option, fmt::format("\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps",
                             entry, kMostTimes));
   }
   const double nearest = std::round(steps);

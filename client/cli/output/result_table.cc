@@ -181,7 +181,7 @@ void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
   if (cost.windows() > 0) counts += ", " + Count(cost.windows(), "window");
   if (cost.iterations() > 0) counts += ", " + Count(cost.iterations(), "iteration");
   counts += ", " + Count(cost.lcps(), "LCP");
-  if (cost.coupled_steps() > 0) counts += fmt::format(", {} marched", Count(cost.coupled_steps(), "step"));
+  if (cost.coupled_steps() > 0) counts += fmt::format(", {} coupled", Count(cost.coupled_steps(), "step"));
   std::string seconds = fmt::format("{:.2g} s set-up", cost.seconds_setup());
   if (cost.seconds_lcp() > 0) seconds += fmt::format(", {:.2g} s LCPs", cost.seconds_lcp());
   if (cost.seconds_linear() > 0) seconds += fmt::format(", {:.2g} s linear algebra", cost.seconds_linear());

@@ -18,7 +18,7 @@ StoredProblem ReadProblemRow(const PostgresRows& rows, int row) {
           .used = rows.TimeAt(row, 5)};
 }
 
-absl::StatusOr<StoredProblem> ProblemResolver(PostgresConnection& connection, const std::string& owner,
+absl::StatusOr<StoredProblem> FindProblem(PostgresConnection& connection, const std::string& owner,
                                               const ProblemId& id) {
   if (!IsProblemId(id)) return NoSuchProblem(id);  // any bytes may be asked for, and TEXT is not any bytes
   const PostgresRows rows =
@@ -60,14 +60,14 @@ absl::StatusOr<ProblemStore::Added> PostgresJobStore::AddProblem(const NewProble
       connection.Run("INSERT INTO problem_bodies (problem, body) VALUES ($1, $2)", added.Int(0, 0),
                      Bytea{problem.body});
     }
-    absl::StatusOr<StoredProblem> stored = ProblemResolver(connection, problem.owner, problem.id);
+    absl::StatusOr<StoredProblem> stored = FindProblem(connection, problem.owner, problem.id);
     if (!stored.ok()) return stored.status();
     return Added{.problem = *std::move(stored), .existed = existed};
   });
 }
 
 absl::StatusOr<StoredProblem> PostgresJobStore::GetProblem(const std::string& owner, const ProblemId& id) {
-  return database_.Read([&](PostgresConnection& connection) { return ProblemResolver(connection, owner, id); });
+  return database_.Read([&](PostgresConnection& connection) { return FindProblem(connection, owner, id); });
 }
 
 absl::StatusOr<std::string> PostgresJobStore::ReadProblem(const std::string& owner, const ProblemId& id) {

@@ -24,7 +24,7 @@ ProblemRow ReadProblemRow(const SqliteStatement& row) {
                       .used = row.TimeAt(5)}};
 }
 
-std::optional<ProblemRow> ProblemResolver(SqliteConnection& connection, const std::string& owner, const ProblemId& id) {
+std::optional<ProblemRow> FindProblem(SqliteConnection& connection, const std::string& owner, const ProblemId& id) {
   const auto query = connection.Prepare("SELECT " DLCS_PROBLEM_COLUMNS " FROM problems WHERE owner = ?1 AND id = ?2");
   query->Bind(owner, id);
   if (!query->Step()) return std::nullopt;
@@ -56,20 +56,20 @@ absl::StatusOr<ProblemStore::Added> SqliteJobStore::AddProblem(const NewProblem&
   return database_.Write([&](SqliteConnection& connection) -> absl::StatusOr<Added> {
     const Time now = clock_.Now();
     if (MarkUsed(connection, problem.owner, problem.id, now)) {
-      return Added{.problem = ProblemResolver(connection, problem.owner, problem.id)->problem, .existed = true};
+      return Added{.problem = FindProblem(connection, problem.owner, problem.id)->problem, .existed = true};
     }
     if (absl::Status room = CheckRoom(connection, problem, quota); !room.ok()) return room;
     connection.Run("INSERT INTO problems (owner, id, about, bytes, created, used) VALUES (?1, ?2, ?3, ?4, ?5, ?5)",
                    problem.owner, problem.id, Blob{problem.about}, static_cast<std::int64_t>(problem.body.size()), now);
     connection.Run("INSERT INTO problem_bodies (problem, body) VALUES (?1, ?2)", connection.LastRowId(),
                    Blob{problem.body});
-    return Added{.problem = ProblemResolver(connection, problem.owner, problem.id)->problem, .existed = false};
+    return Added{.problem = FindProblem(connection, problem.owner, problem.id)->problem, .existed = false};
   });
 }
 
 absl::StatusOr<StoredProblem> SqliteJobStore::GetProblem(const std::string& owner, const ProblemId& id) {
   return database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<StoredProblem> {
-    std::optional<ProblemRow> row = ProblemResolver(connection, owner, id);
+    std::optional<ProblemRow> row = FindProblem(connection, owner, id);
     if (!row.has_value()) return NoSuchProblem(id);
     return std::move(row->problem);
   });
@@ -78,7 +78,7 @@ absl::StatusOr<StoredProblem> SqliteJobStore::GetProblem(const std::string& owne
 absl::StatusOr<std::string> SqliteJobStore::ReadProblem(const std::string& owner, const ProblemId& id) {
   Time used;
   absl::StatusOr<std::string> body = database_.Read([&](SqliteConnection& connection) -> absl::StatusOr<std::string> {
-    const std::optional<ProblemRow> row = ProblemResolver(connection, owner, id);
+    const std::optional<ProblemRow> row = FindProblem(connection, owner, id);
     if (!row.has_value()) return NoSuchProblem(id);
     used = row->problem.used;
     const auto query = connection.Prepare("SELECT body FROM problem_bodies WHERE problem = ?1");
@@ -99,7 +99,7 @@ absl::StatusOr<std::string> SqliteJobStore::ReadProblem(const std::string& owner
 
 absl::Status SqliteJobStore::DeleteProblem(const std::string& owner, const ProblemId& id) {
   return database_.Write([&](SqliteConnection& connection) -> absl::Status {
-    const std::optional<ProblemRow> row = ProblemResolver(connection, owner, id);
+    const std::optional<ProblemRow> row = FindProblem(connection, owner, id);
     if (!row.has_value()) return NoSuchProblem(id);
     if (connection.Run("DELETE FROM problems WHERE number = ?1 AND NOT " DLCS_HELD, row->number) > 0) {
       return absl::OkStatus();

@@ -226,7 +226,7 @@ TEST(CommandLineTest, NamesOptionValueAndRule) {
   EXPECT_THAT(Refused({"solve", "p.json", "--steps", "2.5"}), HasSubstr("\"2.5\" is not a whole number"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:0:1"}), HasSubstr("\"0\" is not a number above 0"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1"}), HasSubstr("the end of a range begin:step:end"));
-  EXPECT_THAT(Refused({"solve", "p.json", "--at", "2:1:1"}), HasSubstr("\"2:1:1\" is no range begin:step:end"));
+  EXPECT_THAT(Refused({"solve", "p.json", "--at", "2:1:1"}), HasSubstr("\"2:1:1\" is not a range begin:step:end"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0:1e-9:1"}), HasSubstr("at most 10000000 steps"));
   EXPECT_THAT(Refused({"solve", "p.json", "--at", "0.5,,1"}), HasSubstr("\"\" is not a time"));
   EXPECT_THAT(Refused({"solve", "p.json", "--window", "wide"}), HasSubstr("\"wide\" is not auto, whole"));

@@ -78,7 +78,7 @@ TEST(MatrixMarketTest, NamesTheLineAndWhatIsWrong) {
       {coordinate + "2 2 1\n1 1 nan\n", "every value must be finite"},
       {coordinate + "2 2 1\n1.5 1 1\n", "\"1.5\" stands where the row of an entry is due"},
       {coordinate + "2 2 2\n1 1 1\n", "the file ends where the row of an entry is due"},
-      {coordinate + "2 2 1\n1 1 1\n2 2 2\n", "line 4: \"2\" stands behind the last entry"},
+      {coordinate + "2 2 1\n1 1 1\n2 2 2\n", "line 4: \"2\" follows the last entry"},
       {"%%MatrixMarket matrix coordinate real symmetric\n2 3 0\n", "must be square"},
       {"%%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n1 1 5\n", "on its diagonal"},
       {"%%MatrixMarket matrix array real general\n2000000000 2000000000\n", "this file does not have"},

@@ -158,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"MissingComma", "{\n  \"T\": 1\n  \"A\": 2}", {"line 3, column 3: a comma is missing before \"A\""}},
         Broken{"MissingCommaInAList", "{\"x0\": [1 25.5]}", {"line 1, column 11: a comma is missing before 25.5"}},
         Broken{"MissingCommaBetweenRows", "{\"A\": [[1] [2]]}", {"column 12: a comma is missing before [2"}},
-        Broken{"MissingColon", "{\"T\" 2}", {"a colon is missing behind the key"}},
+        Broken{"MissingColon", "{\"T\" 2}", {"a colon is missing after the key"}},
         Broken{"Utf16", std::string("\xff\xfe{\0\"\0T\0\"\0", 12), {"is text in UTF-16", "save it as UTF-8"}},
         Broken{"Utf16WithoutAMark", std::string("{\0\"\0T\0\"\0:\0", 10), {"is text in UTF-16LE"}},
         Broken{"Utf16BigEnd", std::string("\0{\0\"\0T\0\"\0:", 10), {"is text in UTF-16BE"}},

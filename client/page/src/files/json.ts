@@ -119,7 +119,7 @@ class Parser {
       if (Object.hasOwn(object, key))
         this.fail(`the key "${key.slice(0, 40)}" is given twice; keep one of them`, start);
       this.blanks();
-      if (this.text[this.at] !== ':') this.fail('a colon is missing behind the key');
+      if (this.text[this.at] !== ':') this.fail('a colon is missing after the key');
       ++this.at;
       this.blanks();
       // A plain assignment to "__proto__" would change the object instead of adding a key.

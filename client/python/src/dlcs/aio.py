@@ -125,7 +125,7 @@ class Client:
         await self.call("DeleteSolveJob", of_job(messages.DeleteSolveJobRequest, name))
 
     def watch(self, name: str, after: int = 0) -> AsyncIterator[Any]:
-        """The SolveEvents of a job, behind the number `after`."""
+        """The SolveEvents of a job, after the number `after`."""
         return self.stream("WatchSolveJob", watch_request(name, after))
 
     async def result(self, name: str) -> Solution:

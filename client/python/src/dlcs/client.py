@@ -128,7 +128,7 @@ class Client:
         self.call("DeleteSolveJob", of_job(messages.DeleteSolveJobRequest, name))
 
     def watch(self, name: str, after: int = 0) -> Iterator[Any]:
-        """The SolveEvents of a job, behind the number `after`; the last one has `summary`."""
+        """The SolveEvents of a job, after the number `after`; the last one has `summary`."""
         return self.call("WatchSolveJob", watch_request(name, after))
 
     def result(self, name: str) -> Solution:
