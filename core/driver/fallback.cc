@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/context/component_errors.h"
 #include "core/driver/error_control.h"
 #include "core/problem/verdict.h"
 
@@ -39,6 +40,16 @@ bool IsBetter(const Solution& second, const Solution& first) {
   if (second.termination != Termination::kReachedEnd) return false;
   if (first.termination != Termination::kReachedEnd) return JudgeSolution(second).success;
   return second.accuracy.error < first.accuracy.error;
+}
+
+// Whether the two are further apart than both estimates allow. Steps of two lengths that both miss the same fast motion
+// agree with each other, and their estimate does not show it.
+bool Contradict(const Problem& problem, const Solution& by_events, const Solution& stepped) {
+  constexpr double kMargin = 3;  // of estimates
+  const double estimates = by_events.accuracy.error + stepped.accuracy.error;
+  if (!std::isfinite(estimates)) return false;
+  const ComponentSizes sizes = SizesOf(problem, by_events, /*y_counts=*/false);
+  return DifferencesBetween(by_events, stepped, problem, sizes, stepped.step).largest() > kMargin * estimates;
 }
 
 // Solves by the method that is chosen with `choose_by`, after `first`; returns `first` if no other method applies.
@@ -76,7 +87,11 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     without_events.error_tolerance = 0;
     auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
     if (!stepped.ok()) return stepped;
-    if (IsBetter(*stepped, solution)) {
+    const bool came_to_end = std::isnan(solution.failure_time);
+    if (came_to_end && Contradict(task.problem, solution, *stepped)) {
+      solution.warnings.push_back("Steps without events differ from this event-driven solution by more than the "
+                                  "estimated errors of both.");
+    } else if (IsBetter(*stepped, solution)) {
       solution = *std::move(stepped);
     } else {
       solution.warnings.push_back("Steps without events were not more accurate: this is the event-driven solution.");

@@ -19,7 +19,7 @@ bool MayFallBack(const Task& task);
 // second solve. Each adds a warning to `report`, reports it to `observer` as a new analysis, and changes task.plan:
 // - The least element was lost, and neither the rule nor the options ask for it: coupled steps with any solution.
 // - event_driven, chosen by the engine, missed the error: steps without events, whose solution is kept if its estimated
-//   error is smaller.
+//   error is smaller and the two do not differ by more than both estimates.
 // Errors: as SolveAsAsked().
 absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& observer, Solution solution);
 

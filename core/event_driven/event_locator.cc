@@ -427,10 +427,10 @@ bool EventLocator::Project() {
 
 // The average error of x' caused by guards that are negative, but above their levels. An active y_i < 0 should be zero.
 // A w_i < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on
-// the constraint. If a constraint should have been released earlier, the error of x is what its y causes until then; for
-// a fast state, it is the value to which the state settles. The rows of `at` are the LegendreValues() of the Chebyshev
-// points of the part of the step that is taken, of the given duration; the last, where an event is just below zero,
-// counts little.
+// the constraint. If a constraint should have been released earlier, the error of x is what its y causes until then;
+// for a fast state, it is the value to which the state settles. The rows of `at` are the LegendreValues() of the
+// Chebyshev points of the part of the step that is taken, of the given duration; the last, where an event is just below
+// zero, counts little.
 ErrorGrowth::Overlooked EventLocator::Overlooked(const LegendreRows& at, double duration) const {
   ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size())};
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound

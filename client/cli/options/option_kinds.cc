@@ -46,9 +46,8 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
                                    {"the end of a range begin:step:end", rule.least}, option);
   const double steps = (end - begin) / step;
   if (!(steps >= 0 && steps <= kMostTimes)) {
-    throw CLI::ValidationError(
-        option, fmt::format("\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps",
-                            entry, kMostTimes));
+    constexpr char kRule[] = "\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps";
+    throw CLI::ValidationError(option, fmt::format(kRule, entry, kMostTimes));
   }
   const double nearest = std::round(steps);
   const bool meets_end = std::abs(steps - nearest) <= 1e-9 * std::max(1.0, nearest);
