@@ -46,7 +46,8 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
                                    {"the end of a range begin:step:end", rule.least}, option);
   const double steps = (end - begin) / step;
   if (!(steps >= 0 && steps <= kMostTimes)) {
-    constexpr char kRule[] = "\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps";
+    static constexpr char kRule[] =
+        "\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps";
     throw CLI::ValidationError(option, fmt::format(kRule, entry, kMostTimes));
   }
   const double nearest = std::round(steps);
