@@ -170,12 +170,14 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
   for (Index i = 0; i < By.size(); ++i) By_[i] = NanMax(By_[i], By[i]);
 }
 
-Vector ErrorGrowth::RelativeTo(const Vector& size) const {
-  Vector relative = Vector::Zero(x_.size());
-  for (Index i = 0; i < x_.size(); ++i) {
-    if (!(size[i] <= noise_[i])) relative[i] = x_[i] / size[i];
-  }
-  return relative;
+ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes) const {
+  ComponentErrors errors{.x = Relative(x_, sizes.x, noise_)};
+  if (w_.size() == 0) return errors;
+  constexpr double kRounding = 16 * kEpsilon;
+  const Vector terms_of_w = problem_.N.AbsTimes(sizes.x) + problem_.M.AbsTimes(sizes.y) + sizes.g;
+  errors.By = Relative(By_, sizes.By, kRounding * problem_.B.AbsTimes(sizes.y));
+  errors.w = Relative(w_, terms_of_w, Vector::Zero(w_.size()));
+  return errors;
 }
 
 }  // namespace dlcs

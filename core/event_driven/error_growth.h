@@ -6,6 +6,7 @@
 
 #include <array>
 
+#include "core/context/component_errors.h"
 #include "core/discretization/step_sources.h"
 #include "core/event_driven/mode.h"
 #include "core/event_driven/smooth_step.h"
@@ -40,13 +41,8 @@ class ErrorGrowth {
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
   void Add(const Vector& error, const Vector& inside);
 
-  // The largest errors so far of each component; those of B y and w are empty if y does not count.
-  const Vector& x() const { return x_; }
-  const Vector& By() const { return By_; }
-  const Vector& w() const { return w_; }
-
-  // The errors of x relative to the `size` of each component; 0 if a component is zero to rounding.
-  Vector RelativeTo(const Vector& size) const;
+  // The largest errors so far of each component relative to its size; those of B y and w are empty if y does not count.
+  ComponentErrors RelativeTo(const Magnitudes& sizes) const;
 
  private:
   static constexpr Index kErrors = 3;

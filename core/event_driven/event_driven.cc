@@ -19,9 +19,9 @@ namespace {
 bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, const EventRecord& record) {
   std::vector<std::string>& warnings = context.solution.warnings;
   if (record.coupled_steps > 0) warnings.push_back(DescribeCoupledSteps(record));
-  if (record.accumulated_error <= tolerance) return true;
+  if (record.errors.largest() <= tolerance) return true;
   const std::string error =
-      "The estimated error, " + FormatNumber(record.accumulated_error) +
+      "The estimated error, " + FormatNumber(record.errors.largest()) +
       " of the size of a component, is more than the tolerance " + FormatNumber(tolerance) +
       (is_rounding ? "; shorter steps do not help, since rounding, of the data too, changes the states by as much"
                    : "");
@@ -106,19 +106,19 @@ bool EventDriven(SolveContext& context) {
     const Index work_of_solve = record.Work(num_states);
     work += work_of_solve;
     const bool was_cut = !reached;
-    const bool no_better = best && !(record.accumulated_error < kNoBetter * best->record.accumulated_error);
+    const bool no_better = best && !(record.errors.largest() < kNoBetter * best->record.errors.largest());
     is_rounding = best && reached && no_better && of_steps <= kFarLess * best->tolerance;
     if (best && !context.stop.stop_requested() &&
-        !(reached && record.accumulated_error < best->record.accumulated_error)) {
+        !(reached && record.errors.largest() < best->record.errors.largest())) {
       Restore(*best, context, record);
       reached = true;
     }
-    const double error = record.accumulated_error;
+    const double error = record.errors.largest();
     if (was_cut || !reached || error <= tolerance || !std::isfinite(error)) break;
     if (is_rounding || !MaySolveAgain(solves, work, record)) break;
     const double next = NextTolerance(of_steps, tolerance, error, no_better);
     if (most_work - work < WorkAt(next, of_steps, work_of_solve)) break;
-    if (!best || error < best->record.accumulated_error) best = Save(context, record, of_steps);
+    if (!best || error < best->record.errors.largest()) best = Save(context, record, of_steps);
     of_steps = next;
     context.recorder.GoOnFrom(0);
     solution.jumps.clear();
@@ -130,10 +130,10 @@ bool EventDriven(SolveContext& context) {
   solution.accuracy.source = AccuracySource::kControlled;
   solution.accuracy.tolerance = tolerance;
   solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;
-  solution.accuracy.error = NanMax(record.accumulated_error, Accuracy::kLeastError);
-  solution.accuracy.errors_x = record.errors_x.cwiseMax(Accuracy::kLeastError);
-  solution.accuracy.errors_By = record.errors_By.cwiseMax(Accuracy::kLeastError);
-  solution.accuracy.errors_w = record.errors_w.cwiseMax(Accuracy::kLeastError);
+  solution.accuracy.error = NanMax(record.errors.largest(), Accuracy::kLeastError);
+  solution.accuracy.errors_x = record.errors.x.cwiseMax(Accuracy::kLeastError);
+  solution.accuracy.errors_By = record.errors.By.cwiseMax(Accuracy::kLeastError);
+  solution.accuracy.errors_w = record.errors.w.cwiseMax(Accuracy::kLeastError);
   return reached && MeetsTolerance(context, tolerance, is_rounding, record);
 }
 

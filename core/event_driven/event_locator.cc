@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/context/component_errors.h"
 #include "core/context/consistency.h"
 #include "core/linalg/abs_times.h"
 #include "core/linalg/balance.h"
@@ -565,17 +564,7 @@ void EventLocator::Finish() {
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;
   cost.lcps += search_.lcps() + coupled_steps_.lcps();
-  record_.errors_x = errors_.RelativeTo(magnitudes_.x);
-  if (context_.y_is_lipschitz()) {
-    constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
-    const Vector none = Vector::Zero(problem_.num_constraints());
-    const Vector terms_of_w = problem_.N.AbsTimes(magnitudes_.x) + problem_.M.AbsTimes(magnitudes_.y) + magnitudes_.g;
-    record_.errors_By =
-        Relative(errors_.By(), magnitudes_.By, kRounding * problem_.B.AbsTimes(magnitudes_.y));
-    record_.errors_w = Relative(errors_.w(), terms_of_w, none);
-  }
-  record_.accumulated_error =
-      NanMax(MaxAbs(record_.errors_x), NanMax(MaxAbs(record_.errors_By), MaxAbs(record_.errors_w)));
+  record_.errors = errors_.RelativeTo(magnitudes_);
   context_.certificate.Replace(output_.certificate());
   solution.pieces = output_.TakePieces();
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/context/component_errors.h"
 #include "core/problem/solution.h"
 #include "core/types.h"
 
@@ -28,10 +29,8 @@ struct EventRecord {
   Index coupled_steps = 0;
   Index modes_made = 0;
   double longest_step = 0;
-  // The largest estimated error of a component relative to its size, with the growth of errors and with rounding.
-  double accumulated_error = 0;
-  // Of each component; those of B y and w are empty unless y is a Lipschitz function of x.
-  Vector errors_x, errors_By, errors_w;
+  // With the growth of errors and with rounding. Those of B y and w are empty unless y is a Lipschitz function of x.
+  ComponentErrors errors;
 
   // The work so far, in steps of an exponential integrator for the same system with `num_states` states. It is computed
   // from counts, with measured weights, so that it does not depend on the machine.

@@ -107,18 +107,20 @@ double ErrorRatio(const SmoothStep& step, const Allowed& allowed) {
   return NanMax(of_x, LargestRatio(step.guard_error, allowed.guard));
 }
 
-// The step length that resolves the given parts of layers that are `much` times what is allowed.
-double LayerLength(const Mode& mode, const Eigen::VectorXcd& parts, const Allowed& allowed, double much) {
+// Sets the lengths that resolve the given parts of layers. A layer that is little more than allowed may be one of
+// rounding, of which shorter steps have more.
+void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allowed& allowed, SmoothStep& step) {
   constexpr double kResolved = 8;  // times in which a fast state settles, on one step
-  double fastest = 0;
+  constexpr double kClearlyMore = 32;
   for (Index j = 0; j < parts.size(); ++j) {
     if (parts[j] == 0.0 || mode.form.Slope(j, j) == 0.0) continue;
-    const Vector missed = 2 / much * (mode.form.vectors.col(j) * parts[j]).cwiseAbs();
-    const bool counts = (missed.array() > allowed.layer.array()).any() ||
-                        (AbsTimes(mode.guard.state, missed).array() > allowed.guard.array()).any();
-    if (counts) fastest = std::max(fastest, std::abs(mode.form.triangle(j, j) / mode.form.Slope(j, j)));
+    const Vector missed = 2 * (mode.form.vectors.col(j) * parts[j]).cwiseAbs();
+    const double ratio = std::max(LargestRatio(missed, allowed.layer),
+                                  LargestRatio(AbsTimes(mode.guard.state, missed), allowed.guard));
+    const double length = kResolved / std::abs(mode.form.triangle(j, j) / mode.form.Slope(j, j));
+    if (ratio > 1) step.small_layer_length = std::min(step.small_layer_length, length);
+    if (ratio > kClearlyMore) step.layer_length = std::min(step.layer_length, length);
   }
-  return kResolved / fastest;
 }
 
 }  // namespace
@@ -182,11 +184,7 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   if (mode.guard.f.size() > 0) step.guard_error += AbsTimes(mode.guard.f, sources.f_error);
   const Allowed allowed = AllowedErrors(mode, step, x_size, guard_size, magnitudes, tolerance, share);
   step.error_ratio = ErrorRatio(step, allowed);
-  if (step.error_ratio > 1) {
-    constexpr double kClearlyMore = 32;
-    step.layer_length = LayerLength(mode, solution.layer_parts, allowed, kClearlyMore);
-    step.small_layer_length = LayerLength(mode, solution.layer_parts, allowed, 1);
-  }
+  if (step.error_ratio > 1) SetLayerLengths(mode, solution.layer_parts, allowed, step);
   step.guard_level = (kLevelPart * tolerance * guard_size).cwiseMax(4 * step.guard_noise).cwiseMax(step.guard_tail);
   if (gap) {
     const Vector slope = mode.guard.slope.size() > 0 ? AbsTimes(mode.dynamics, gap->x) : Vector();

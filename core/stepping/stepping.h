@@ -98,7 +98,7 @@ Stepper MakeStepper(const SolveContext& context, const std::string& kind, double
 // steps are solved by Newton's method, whose statistics it receives. Returns whether the end was reached; otherwise the
 // solution says why not.
 bool StepThroughGrid(SolveContext& context, const std::string& kind, const SchemeFactory& make_scheme,
-               NewtonAccount* newton = nullptr);
+                     NewtonAccount* newton = nullptr);
 // The same with sparse steps.
 bool StepThroughGrid(SolveContext& context, const SparseStepFactory& make_step);
 

@@ -312,8 +312,6 @@ Problem Relays(const Matrix& A, const Matrix& C, const Matrix& D, const Vector& 
   return problem;
 }
 
-// |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind
-// it.
 // A put option: V_i >= max(0, K - S_i), and at first V is equal to that. Beyond the strike V and y are zero, and far
 // beyond it V remains smaller than any rounding error.
 TEST(EventDrivenTest, StatesThatAreNotReachedYetActivateNothing) {
@@ -352,6 +350,8 @@ TEST(EventDrivenTest, StatesThatAreNotReachedYetActivateNothing) {
   }
 }
 
+// |x1| + |x2| falls with slope -2, through ever more switches: zero at t = 0.65, and sliding in both behind
+// it.
 TEST(EventDrivenTest, FollowsSwitchesThatAccumulateIntoSliding) {
   const Matrix C{{1, -2}, {2, 1}};
   const Problem problem = Relays(Matrix::Zero(2, 2), C, Matrix::Identity(2, 2), Vector{{1, 0.3}}, 2);
