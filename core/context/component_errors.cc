@@ -93,8 +93,11 @@ Vector MemoryOf(const StructuredMatrix& A, double horizon) {
 Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding) {
   Vector relative(difference.size());
   for (Index i = 0; i < difference.size(); ++i) {
-    relative[i] = size[i] <= rounding[i] ? 0 : difference[i] / size[i];
-    if (std::isnan(size[i])) relative[i] = size[i];
+    if (size[i] > rounding[i] || std::isnan(size[i])) {
+      relative[i] = difference[i] / size[i];
+    } else {
+      relative[i] = difference[i] > rounding[i] ? 1 : 0;
+    }
   }
   return relative;
 }

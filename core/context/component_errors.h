@@ -28,8 +28,8 @@ struct ComponentErrors {
 };
 
 // The sizes that errors are relative to: the largest value of each component on [0, T], and the rounding error of the
-// terms that it is the sum of. If a component is no larger than its rounding, its differences count as 0. w_i may be a
-// small difference of large terms, so its size is the largest sum of the absolute values of its terms.
+// terms that it is the sum of. Differences within the rounding of a component that is no larger count as 0. w_i may be
+// a small difference of large terms, so its size is the largest sum of the absolute values of its terms.
 struct ComponentSizes {
   Vector x, x_rounding;
   Vector By, By_rounding;  // empty if B y is not measured
@@ -49,7 +49,8 @@ ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const P
                                    const ComponentSizes& sizes, double apart = 0);
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
 
-// Each difference relative to its size; 0 if the size is no more than rounding.
+// Each difference relative to its size. If the size is no more than rounding: 0 if the difference is no more either, else
+// 1, since the component may be as large as the difference.
 Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding);
 
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.

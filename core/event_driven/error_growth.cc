@@ -98,7 +98,7 @@ void ErrorGrowth::AddStep(const SmoothStep& step, const StepSources& sources, co
     if (s_end < 1) errors_.col(e) += Signs(e).cwiseProduct(step.x_tail);
   }
   Raise(step.x_error + step.layer);
-  RaiseOutputs(step);
+  RaiseOutputs(step, overlooked.y);
   noise_ = noise_.cwiseMax(step.x_noise);
 }
 
@@ -148,7 +148,9 @@ void ErrorGrowth::Raise(const Vector& within) {
   for (Index i = 0; i < x_.size(); ++i) x_[i] = NanMax(x_[i], MaxAbs(errors_.row(i)) + within[i]);
 }
 
-void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
+Vector ErrorGrowth::InGuards(const Mode& mode) const { return RowMaxAbs(mode.guard.state * errors_); }
+
+void ErrorGrowth::RaiseOutputs(const SmoothStep& step, const Vector& overlooked_y) {
   constexpr double kRounding = 4 * kEpsilon;
   if (w_.size() == 0) return;
   const Mode& mode = step.stepper->mode();
@@ -164,6 +166,7 @@ void ErrorGrowth::RaiseOutputs(const SmoothStep& step) {
     } else {
       w_[i] = NanMax(w_[i], MaxAbs(of_x.row(i)) + own[i]);
       of_x.row(i).setZero();
+      of_y[i] = overlooked_y[i];
     }
   }
   const Vector By = RowMaxAbs(problem_.B * of_x) + problem_.B.AbsTimes(of_y);
@@ -175,7 +178,10 @@ ComponentErrors ErrorGrowth::RelativeTo(const Magnitudes& sizes) const {
   if (w_.size() == 0) return errors;
   constexpr double kRounding = 16 * kEpsilon;
   const Vector terms_of_w = problem_.N.AbsTimes(sizes.x) + problem_.M.AbsTimes(sizes.y) + sizes.g;
-  errors.By = Relative(By_, sizes.By, kRounding * problem_.B.AbsTimes(sizes.y));
+  // An active y_i is a sum of the terms of w_i, divided by M_ii.
+  const Vector diagonal = problem_.M.Dense().diagonal();
+  const Vector terms_of_y = (diagonal.array() > 0).select(terms_of_w.cwiseQuotient(diagonal), sizes.y);
+  errors.By = Relative(By_, sizes.By, kRounding * problem_.B.AbsTimes(terms_of_y));
   errors.w = Relative(w_, terms_of_w, Vector::Zero(w_.size()));
   return errors;
 }

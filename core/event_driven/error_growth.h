@@ -30,12 +30,15 @@ class ErrorGrowth {
   ErrorGrowth(const Problem& problem, bool y_counts);
 
   // Integrates over `step` up to the position `s_end`. `overlooked` is caused by guards that are below zero but not
-  // below their levels: an error of x', and one of x where the mode holds x back.
+  // below their levels: an error of x', one of x where the mode holds x back, and one of y.
   struct Overlooked {
     Vector slope;
     Vector x;
+    Vector y;
   };
   void AddStep(const SmoothStep& step, const StepSources& sources, const Overlooked& overlooked, double s_end);
+  // What the errors so far are in the guards of `mode`.
+  Vector InGuards(const Mode& mode) const;
   // The event at `s_end`, at which the guard with the given index ended the mode.
   void AddEvent(const Mode& mode, const SmoothStep& step, const StepSources& sources, double s_end, Index guard);
   // Adds the error of a step of first order, which was estimated elsewhere; the state was off by `inside` on it.
@@ -59,7 +62,7 @@ class ErrorGrowth {
   void Raise(const Vector& within);
   // The errors of B y and w for the errors of x at the end of the step. What fast states make of them at its begin
   // decays at once.
-  void RaiseOutputs(const SmoothStep& step);
+  void RaiseOutputs(const SmoothStep& step, const Vector& overlooked_y);
 
   const Problem& problem_;
   Matrix errors_;  // one a column

@@ -424,28 +424,42 @@ bool EventLocator::Project() {
   return true;
 }
 
-// The average error of x' caused by guards that are negative, but above their levels. An active y_i < 0 should be zero.
-// A w_i < 0 should have made its pair active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on
-// the constraint. If a constraint should have been released earlier, the error of x is what its y causes until then;
-// for a fast state, it is the value to which the state settles. The rows of `at` are the LegendreValues() of the
-// Chebyshev points of the part of the step that is taken, of the given duration; the last, where an event is just below
-// zero, counts little.
-ErrorGrowth::Overlooked EventLocator::Overlooked(const LegendreRows& at, double duration) const {
-  ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size())};
+// The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
+// `error`, an event may have been missed.
+Dip EventLocator::MissedDip(Index guard, double error, double s_end) const {
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound
-  const Matrix below = ((-step_.guard * at.transpose()).colwise() - kOfNoise * step_.guard_noise).cwiseMax(0);
-  if ((below.array() == 0).all()) return overlooked;
-  const Vector missed = below * GetLegendreBasis().from_nodes.col(0);
+  const LegendreVector series = step_.guard.row(guard).transpose();
+  const double noise = step_.guard_noise[guard];
+  Dip dip = DipBelowZero(series, kOfNoise * noise, s_end);
+  if (!(error > noise)) return dip;
+  const auto minimum = LowestMinimum(series, s_end);
+  if (!minimum || minimum->value >= error) return dip;
+  const double depth = error - std::max(minimum->value, 0.0);
+  const double half_width = std::min(1.0, std::sqrt(2 * depth / minimum->curvature));
+  dip.depth = NanMax(dip.depth, depth);
+  dip.mean = NanMax(dip.mean, 4.0 / 3 * depth * half_width / (1 + s_end));  // of a parabola
+  return dip;
+}
+
+// The error of x' and of x caused by such guards. An active y_i < 0 should be zero. A w_i < 0 should have made its pair
+// active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on the constraint. If a constraint
+// should have been released earlier, the error of x is what its y causes until then; for a fast state, it is the value
+// to which the state settles.
+ErrorGrowth::Overlooked EventLocator::Overlooked(double s_end, double duration) const {
+  ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size()), Vector::Zero(y_.size())};
   const Matrix &B = problem_.B.Dense(), &N = problem_.N.Dense(), &M = problem_.M.Dense();
-  for (Index i = 0; i < missed.size(); ++i) {
-    if (missed[i] == 0) continue;
+  const Vector error = step_.guard_error + errors_.InGuards(*mode_);
+  for (Index i = 0; i < step_.guard.rows(); ++i) {
+    const Dip dip = MissedDip(i, error[i], s_end);
+    if (dip.depth == 0) continue;
     const double moves = std::abs(N.row(i).dot(B.col(i)));  // w_i by y_i, a unit of time
     if (std::binary_search(mode_->active.begin(), mode_->active.end(), i)) {
-      overlooked.slope += missed[i] * B.col(i).cwiseAbs();
+      overlooked.slope += dip.mean * B.col(i).cwiseAbs();
     } else if (M(i, i) > 0) {
-      overlooked.slope += missed[i] / M(i, i) * B.col(i).cwiseAbs();
+      overlooked.slope += dip.mean / M(i, i) * B.col(i).cwiseAbs();
+      overlooked.y[i] = dip.depth / M(i, i);
     } else if (moves > 0) {
-      overlooked.x += missed[i] / moves * B.col(i).cwiseAbs();
+      overlooked.x += dip.depth / moves * B.col(i).cwiseAbs();
     }
   }
   if (!mode_->is_explicit()) {
@@ -461,7 +475,7 @@ void EventLocator::Accept(double end, double s_end) {
   output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
   LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, looks_);
-  errors_.AddStep(step_, sources_, Overlooked(looks_, end - t_), s_end);
+  errors_.AddStep(step_, sources_, Overlooked(s_end, end - t_), s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);

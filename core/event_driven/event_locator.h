@@ -14,6 +14,7 @@
 #include "core/event_driven/error_growth.h"
 #include "core/event_driven/event_output.h"
 #include "core/event_driven/event_record.h"
+#include "core/event_driven/first_crossing.h"
 #include "core/event_driven/mode_search.h"
 #include "core/event_driven/smooth_step.h"
 
@@ -55,7 +56,8 @@ class EventLocator {
   Progressed EndMode(const ModeEnd& mode_end, double end);
   void RaiseReach();
   bool Project();
-  ErrorGrowth::Overlooked Overlooked(const LegendreRows& at, double duration) const;
+  Dip MissedDip(Index guard, double error, double s_end) const;
+  ErrorGrowth::Overlooked Overlooked(double s_end, double duration) const;
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
   void HandOver(const EventOutput::SmoothInterval& interval);

@@ -2,8 +2,12 @@
 
 #include "core/event_driven/first_crossing.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+
+#include "core/linalg/norms.h"
 
 namespace dlcs {
 namespace {
@@ -15,18 +19,20 @@ struct Piece {
   LegendreVector b;
 };
 
-// De Casteljau: `piece` becomes its left half, and the right half is returned.
-Piece CutInHalf(Piece& piece) {
+// De Casteljau: `piece` becomes its part up to `at`, and the part after it is returned.
+Piece CutAt(double at, Piece& piece) {
+  const double part = (at - piece.begin) / (piece.end - piece.begin);
   Piece right = piece;
-  right.begin = piece.end = (piece.begin + piece.end) / 2;
+  right.begin = piece.end = at;
   for (Index level = 1; level < kLegendreSize; ++level) {
-    // right.b holds the column of averages; its first entries end as the right half's, the firsts as the left
-    // half's.
-    for (Index i = 0; i < kLegendreSize - level; ++i) right.b[i] = (right.b[i] + right.b[i + 1]) / 2;
+    // right.b holds the column of averages; its first entries end as the right part's, the firsts as the left part's.
+    for (Index i = 0; i < kLegendreSize - level; ++i) right.b[i] = (1 - part) * right.b[i] + part * right.b[i + 1];
     piece.b[level] = right.b[0];
   }
   return right;
 }
+
+Piece CutInHalf(Piece& piece) { return CutAt((piece.begin + piece.end) / 2, piece); }
 
 bool HasNegative(const LegendreVector& b) { return !(b.minCoeff() >= 0); }
 
@@ -80,6 +86,68 @@ std::optional<double> FirstCrossing(const LegendreVector& series, double shift, 
     if (waiting == 0) return std::nullopt;
     piece = pieces[--waiting];
   }
+}
+
+Dip DipBelowZero(const LegendreVector& series, double shift, double end) {
+  constexpr double kAccuracy = 0.1;
+  constexpr double kShortest = 1e-12;
+  Piece piece{-1, 1, GetLegendreBasis().to_bernstein.transpose() * series};
+  piece.b.array() += shift;
+  Dip dip;
+  if (!HasNegative(piece.b)) return dip;
+  if (end < 1) CutAt(end, piece);
+  double area = 0;
+  // Depth first: `pieces` holds the right halves still to be searched, the nearest last.
+  std::array<Piece, 64> pieces;
+  std::size_t waiting = 0;
+  while (true) {
+    const double length = piece.end - piece.begin;
+    const double lowest = piece.b.minCoeff();
+    dip.depth = NanMax(dip.depth, -std::min(piece.b[0], piece.b[kLegendreDegree]));
+    if (lowest < 0) {
+      const bool is_below = piece.b.maxCoeff() <= 0;
+      const bool is_known =
+          -lowest <= (1 + kAccuracy) * dip.depth && (is_below || -lowest * length <= kAccuracy * area);
+      if (!is_known && length > kShortest) {
+        pieces[waiting++] = CutInHalf(piece);
+        continue;
+      }
+      // The mean of a polynomial is that of its Bernstein coefficients.
+      area += length * (is_below ? -piece.b.mean() : -lowest / 2);
+    }
+    if (waiting == 0) break;
+    piece = pieces[--waiting];
+  }
+  dip.mean = area / (end + 1);
+  return dip;
+}
+
+std::optional<Minimum> LowestMinimum(const LegendreVector& series, double end) {
+  constexpr Index kPoints = 2 * kLegendreDegree + 1;
+  static const Vector s_of = -(Vector::LinSpaced(kPoints, 0, std::numbers::pi).array().cos().matrix());
+  static const LegendreRows at = [] {
+    LegendreRows rows;
+    LegendreValuesAt(s_of, rows);
+    return rows;
+  }();
+  const Vector values = at * series;
+  std::optional<Minimum> lowest;
+  for (Index j = 1; j + 1 < kPoints && s_of[j] < end; ++j) {
+    if (!(values[j] < values[j - 1] && values[j] <= values[j + 1])) continue;
+    const LegendreVector slope = GetLegendreBasis().derivative.transpose() * series;
+    const LegendreVector curvature = GetLegendreBasis().derivative.transpose() * slope;
+    double s = s_of[j];
+    for (int iteration = 0; iteration < 5; ++iteration) {
+      const LegendreVector at_s = LegendreValues(s);
+      const double next = s - slope.dot(at_s) / curvature.dot(at_s);
+      if (!(next > s_of[j - 1] && next < s_of[j + 1])) break;
+      s = next;
+    }
+    const LegendreVector at_s = LegendreValues(s);
+    const Minimum minimum{series.dot(at_s), curvature.dot(at_s)};
+    if (s < end && !(lowest && lowest->value <= minimum.value)) lowest = minimum;
+  }
+  return lowest;
 }
 
 }  // namespace dlcs

@@ -155,27 +155,36 @@ ModeStepper::ComplexSeries ModeStepper::SolveIntegrated(const LegendreSeries& in
 
 LegendreSeries ModeStepper::States(const ComplexSeries& c) const { return (mode_->form.vectors * c).real(); }
 
-Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, OfRounding of_rounding) const {
+// At degree K an equation slope c' = rate c + r reads 0 = rate c_K + r_K + τ, where τ (P_K - P_{K-1}) is its
+// residual and -τ/rate the layer. So what a smooth source makes of c_K and c_{K-1} is no layer.
+Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<const Eigen::MatrixXcd>& source,
+                                       OfRounding of_rounding) const {
   constexpr double kFast = 20 * K;
   constexpr double kCancels = 1.0 / 8;
   constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();  // of the terms
   const PencilForm& form = mode_->form;
   Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
+  Eigen::MatrixX2cd last = c.rightCols<2>();  // without the layers
   bool has_layer = false;
   const Vector size = c.cwiseAbs().rowwise().maxCoeff();
   for (Index j = c.rows() - 1; j >= 0; --j) {
+    const Index after = c.rows() - j - 1;
     if (std::abs(scalars_[j].z) > kFast) {
-      const Complex part = (c(j, K) - c(j, K - 1)) / 2.0;
-      const Index after = c.rows() - j - 1;
-      const double terms = size[j] + form.triangle.row(j).tail(after).cwiseAbs().dot(size.tail(after)) /
-                                         std::abs(form.triangle(j, j));
-      const bool cancels = std::abs(c(j, K) + c(j, K - 1)) <= kCancels * std::abs(part);
+      const auto of_others = form.triangle.row(j).tail(after);
+      const Complex rate = form.triangle(j, j);
+      const Eigen::RowVector2cd smooth = -(source.row(j) + of_others * last.bottomRows(after)) / rate;
+      const Eigen::RowVector2cd rough = last.row(j) - smooth;
+      const Complex part = (rough[1] - rough[0]) / 2.0;
+      const double terms = size[j] + of_others.cwiseAbs().dot(size.tail(after)) / std::abs(rate);
+      const bool cancels = std::abs(rough[0] + rough[1]) <= kCancels * std::abs(part);
       if (cancels && (of_rounding == OfRounding::kToo || std::abs(part) > kRounding * terms)) layer[j] = part;
     } else if (has_layer && !form.is_explicit()) {
       // Slow components move with the fast ones so that E x stays what it was.
       for (Index i = j + 1; i < c.rows(); ++i) layer[j] -= form.slope_triangle(j, i) * layer[i];
       layer[j] *= scalars_[j].over_slope;
     }
+    last(j, 0) += layer[j];
+    last(j, 1) -= layer[j];
     has_layer = has_layer || layer[j] != 0.0;
   }
   return layer;
@@ -287,13 +296,15 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   }
   // The components have more rounding than the refined states, to which their differences would add it; in x' it counts
   // |z| times.
-  solution.layer_parts = LayersOf(c, OfRounding::kNot);
+  const Eigen::MatrixX2cd last_of_source =
+      (is_explicit ? mode_->form.inverse : mode_->form.left) * source.rightCols<2>();
+  solution.layer_parts = LayersOf(c, last_of_source, OfRounding::kNot);
   solution.layer = (mode_->form.vectors * solution.layer_parts).real();
   for (const Index i : unreached) solution.layer[i] = 0;
   Subtract(solution.layer, x);
   solution.x = std::move(x);
   if (!is_explicit) {
-    Subtract(LayersOf(c, OfRounding::kToo), c);
+    Subtract(LayersOf(c, last_of_source, OfRounding::kToo), c);
     AddSlope(c, source, source_noise, solution);
     for (const Index i : unreached) solution.slope.row(i).setZero();
   }
@@ -310,12 +321,13 @@ ModeStepper::Response ModeStepper::Respond(const Eigen::Ref<const Matrix>& start
   Eigen::MatrixXcd values(starts.rows(), starts.cols() * at.cols()), slopes;
   if (!form.is_explicit()) slopes.resize(values.rows(), values.cols());
   ComplexSeries c(starts.rows(), kLegendreSize);
+  const Eigen::MatrixX2cd no_source = Eigen::MatrixX2cd::Zero(starts.rows(), 2);  // at degrees K - 1 and K
   for (Index e = 0; e < starts.cols(); ++e) {
     c.setZero();
     c.col(0) = from.col(e);
     c.col(1) = driven.col(e);
     SolveTriangle(c);
-    Subtract(LayersOf(c, OfRounding::kToo), c);
+    Subtract(LayersOf(c, no_source, OfRounding::kToo), c);
     values.middleCols(e * at.cols(), at.cols()).noalias() = c * at;
     if (!form.is_explicit()) slopes.middleCols(e * at.cols(), at.cols()).noalias() = c * slope_at;
   }

@@ -84,9 +84,10 @@ class ModeStepper {
   std::vector<Index> UnreachedStates(const Vector& start, const LegendreSeries& source) const;
 
   // The multiple of P_K - P_{K-1} that is a layer, for each component of the triangular form; with those of rounding or
-  // without them.
+  // without them. `source`: its coefficients of P_{K-1} and P_K in each component.
   enum class OfRounding { kToo, kNot };
-  Eigen::VectorXcd LayersOf(const ComplexSeries& c, OfRounding of_rounding) const;
+  Eigen::VectorXcd LayersOf(const ComplexSeries& c, const Eigen::Ref<const Eigen::MatrixXcd>& source,
+                            OfRounding of_rounding) const;
   void AddSlope(const ComplexSeries& c, const LegendreSeries& source, const Vector& source_noise,
                 Solution& solution) const;
 

@@ -589,5 +589,81 @@ TEST(EventDrivenTest, TakesASteepKinkForNoJump) {
   EXPECT_EQ(jumps->termination, Termination::kInconsistentState) << jumps->message;
 }
 
+// What rounding of w may hide is no solution: w = x1 + g + y with terms of 2^43 is sin t + y, so that x2' = y makes
+// x2(2π) = 2, and w of a small difference of states 1e12 times as large.
+TEST(EventDrivenTest, CountsAsAnErrorWhatRoundingMayHide) {
+  Problem large;
+  large.A = Matrix{{0.0, 0.0}, {0.0, 0.0}};
+  large.B = Matrix{{0.0}, {1.0}};
+  large.N = Matrix{{1.0, 0.0}};
+  large.M = Matrix{{1.0}};
+  large.f = TimeFunction::Constant(Vector::Zero(2));
+  large.g = TimeFunction::Formulas({"sin(t)-8796093022208"});
+  large.x0 = Vector{{8796093022208, 0.0}};
+  large.horizon = 8;
+  EXPECT_GT(SolveAt(large, 1e-6).accuracy.error, 0.3);
+
+  Problem difference;
+  difference.A = Matrix{{-1.0, 0.0, 0.0}, {0.0, -1.000000000001, 0.0}, {0.0, 0.0, -1.0}};
+  difference.B = Matrix{{0.0}, {0.0}, {1.0}};
+  difference.N = Matrix{{-1e12, 1e12, 0.0}};
+  difference.M = Matrix{{1.0}};
+  difference.f = TimeFunction::Formulas({"sin(5*t)", "sin(5*t)", "0"});
+  difference.g = TimeFunction::Constant(Vector::Zero(1));
+  difference.x0 = Vector{{0.0, 0.0, 0.0}};
+  difference.horizon = 5;
+  EXPECT_GT(SolveAt(difference, 1e-6).accuracy.error, 0.3);
+}
+
+// w = x1 = 1 + cos t - d falls below zero by d at t = π, where y holds it: x1 is d larger from there on, and x2, that
+// nothing else moves, is 1e10 d.
+TEST(EventDrivenTest, FindsShallowContactsOrCountsThem) {
+  constexpr double kGain = 1e10;
+  for (const double depth : {1e-6, 1e-8, 1e-9, 1e-10, 1e-11}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-9}) {
+      Problem problem;
+      problem.A = Matrix{{0.0, 0.0}, {0.0, 0.0}};
+      problem.B = Matrix{{1.0}, {kGain}};
+      problem.N = Matrix{{1.0, 0.0}};
+      problem.M = Matrix{{0.0}};
+      problem.f = TimeFunction::Formulas({"-sin(t)", "0"});
+      problem.g = TimeFunction::Constant(Vector::Zero(1));
+      problem.x0 = Vector{{2 - depth, 0.0}};
+      problem.horizon = 8;
+      const Solution solution = SolveAt(problem, tolerance);
+      const double expected = kGain * (2 - problem.x0[0]);
+      const double error = std::abs(LastState(solution)[1] - expected) / expected;
+      EXPECT_LE(error, 3 * solution.accuracy.error) << "depth " << depth << ", tolerance " << tolerance;
+    }
+  }
+}
+
+// A fast state follows y, whose slope jumps at an event. So it starts the next step off its equilibrium by 1e-9, a layer
+// that must not take smooth parts of the same degree with it.
+TEST(EventDrivenTest, LayersLeaveSmoothPartsAlone) {
+  constexpr double kRate = 1e9;
+  Problem problem;
+  problem.A = Matrix{{-kRate}};
+  problem.B = Matrix{{kRate}};
+  problem.N = Matrix{{0.0}};
+  problem.M = Matrix{{1.0}};
+  problem.f = TimeFunction::Formulas({"1e9*cos(t)"});
+  problem.g = TimeFunction::Formulas({"sin(2*t)"});
+  problem.x0 = Vector{{1.0}};
+  problem.horizon = 6;
+  std::vector<double> times;
+  for (int k = 1; k <= 60; ++k) times.push_back(0.1 * k);
+  const Solution solution = SolveAt(problem, 1e-10, times);
+  for (Index k = 0; k < solution.x.cols(); ++k) {
+    const double t = solution.times[static_cast<std::size_t>(k)];
+    if (t == 0) continue;
+    // A source of the frequency ω is delayed by 1/rate, to (ω/rate)².
+    const double delayed = t - 1 / kRate;
+    const double expected = std::cos(delayed) + std::max(0.0, -std::sin(2 * delayed));
+    EXPECT_NEAR(solution.x(0, k), expected, 3 * 1e-13 + 3 * solution.accuracy.error) << t;
+    EXPECT_NEAR(solution.x(0, k), expected, 1e-11) << t;
+  }
+}
+
 }  // namespace
 }  // namespace dlcs

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 
 namespace dlcs {
@@ -80,6 +81,36 @@ TEST(FirstCrossingTest, MissesNothingOnRandomPolynomials) {
     EXPECT_TRUE(behind < 1e-13) << "trial " << trial;
   }
   EXPECT_GT(crossings, 150);
+}
+
+TEST(DipBelowZeroTest, MeasuresDipsThatLieBetweenTheNodes) {
+  // (s - 0.3)² - d² is below zero for 2 d, down to d²; its integral there is 4 d³/3.
+  for (const double d : {1e-1, 1e-3, 1e-5}) {
+    const auto series = Interpolate([](double s) { return (s - 0.3) * (s - 0.3); });
+    const Dip dip = DipBelowZero(series, -d * d, 1);
+    EXPECT_NEAR(dip.depth, d * d, 0.1 * d * d);
+    EXPECT_NEAR(dip.mean, 2 * d * d * d / 3, 0.2 * d * d * d) << d;
+  }
+}
+
+TEST(DipBelowZeroTest, CountsOnlyWhatIsBeforeTheEnd) {
+  const auto series = Interpolate([](double s) { return 0.5 - s; });
+  EXPECT_EQ(DipBelowZero(series, 0, 0.4).depth, 0);
+  EXPECT_EQ(DipBelowZero(series, 0, 0.4).mean, 0);
+  const Dip dip = DipBelowZero(series, 0, 1);
+  EXPECT_NEAR(dip.depth, 0.5, 0.05);
+  EXPECT_NEAR(dip.mean, 0.0625, 0.00625);
+}
+
+TEST(LowestMinimumTest, FindsTheLowestInsideTheInterval) {
+  // Two minima, at sin(4 s) = 0.025; the left one is lower.
+  const auto series = Interpolate([](double s) { return std::cos(4 * s) + 0.1 * s; });
+  const double s = -(std::numbers::pi + std::asin(0.025)) / 4;
+  const auto lowest = LowestMinimum(series, 1);
+  ASSERT_TRUE(lowest.has_value());
+  EXPECT_NEAR(lowest->value, std::cos(4 * s) + 0.1 * s, 1e-6);
+  EXPECT_NEAR(lowest->curvature, -16 * std::cos(4 * s), 0.01);
+  EXPECT_FALSE(LowestMinimum(series, -0.85).has_value());
 }
 
 }  // namespace
