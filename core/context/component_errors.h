@@ -49,8 +49,8 @@ ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const P
                                    const ComponentSizes& sizes, double apart = 0);
 ComponentErrors DifferencesBetween(const Solution& a, const Solution& b, const ComponentSizes& sizes);
 
-// Each difference relative to its size. If the size is no more than rounding: 0 if the difference is no more either, else
-// 1, since the component may be as large as the difference.
+// Each difference relative to its size. If the size is no more than rounding: 0 if the difference is no more either,
+// else 1, since the component may be as large as the difference.
 Vector Relative(const Vector& difference, const Vector& size, const Vector& rounding);
 
 // The largest difference of a row, relative to its largest value in `fine`. NaN where a number is not finite.
