@@ -638,8 +638,8 @@ TEST(EventDrivenTest, FindsShallowContactsOrCountsThem) {
   }
 }
 
-// A fast state follows y, whose slope jumps at an event. So it starts the next step off its equilibrium by 1e-9, a layer
-// that must not take smooth parts of the same degree with it.
+// A fast state follows y, whose slope jumps at an event. So it starts the next step off its equilibrium by 1e-9, a
+// layer that must not take smooth parts of the same degree with it.
 TEST(EventDrivenTest, LayersLeaveSmoothPartsAlone) {
   constexpr double kRate = 1e9;
   Problem problem;
