@@ -161,7 +161,7 @@ Eigen::VectorXcd ModeStepper::LayersOf(const ComplexSeries& c, const Eigen::Ref<
                                        OfRounding of_rounding) const {
   constexpr double kFast = 20 * K;
   constexpr double kCancels = 1.0 / 8;
-  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();  // of the terms
+  constexpr double kRounding = 24 * std::numeric_limits<double>::epsilon();  // of the terms
   const PencilForm& form = mode_->form;
   Eigen::VectorXcd layer = Eigen::VectorXcd::Zero(c.rows());
   Eigen::MatrixX2cd last = c.rightCols<2>();  // without the layers
