@@ -291,6 +291,19 @@ except KeyboardInterrupt:
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to all of its processes
         self.assertEqual(self.finish(process), "goes on\n")
 
+    def test_ctrl_c_at_any_moment_leaves_no_lock_behind(self):
+        process = program("""
+client = dlcs.Client()
+for i in range(40):
+    threading.Timer(0.1 + 0.003 * i, os.kill, (os.getpid(), signal.SIGINT)).start()
+    try:
+        client.solve(**LONG)
+    except KeyboardInterrupt:
+        assert client.solve(**DECAY).success
+print("goes on")
+""")
+        self.assertEqual(self.finish(process, seconds=120), "goes on\n")
+
     def test_a_server_that_died_is_started_again(self):
         process = program("""
 from dlcs import private_server

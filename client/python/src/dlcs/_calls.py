@@ -6,6 +6,7 @@ import os
 from typing import Any, Dict, List, Optional, Tuple
 
 import grpc
+from grpc.experimental import ChannelOptions
 
 from . import messages
 from .errors import FailedPrecondition, invalid, shortened, text, whole
@@ -64,9 +65,14 @@ class Connection:
     def channel(self, module: Any) -> Any:
         """A channel of grpc or grpc.aio. Raises FailedPrecondition after a fork."""
         check_process()
+        options = list(_OPTIONS)
+        if module is grpc:
+            # The caller's thread reads its streams itself. A second thread would need locks, and Ctrl-C just after the
+            # caller took one leaves it taken, so that later calls wait for ever.
+            options.append((ChannelOptions.SingleThreadedUnaryStream, 1))
         if self._pem[0] is None:
-            return module.insecure_channel(self.server, _OPTIONS)
-        return module.secure_channel(self.server, grpc.ssl_channel_credentials(*self._pem), _OPTIONS)
+            return module.insecure_channel(self.server, options)
+        return module.secure_channel(self.server, grpc.ssl_channel_credentials(*self._pem), options)
 
 
 def _is_port(word: str) -> bool:
