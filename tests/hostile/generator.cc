@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "tests/hostile/transforms.h"
 
@@ -14,6 +15,19 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+// Whether every principal minor is positive beyond doubt, for a few rows.
+bool IsPMatrix(const MatrixXd& M) {
+  for (unsigned rows = 1; rows < 1u << M.rows(); ++rows) {
+    std::vector<int> kept;
+    for (int i = 0; i < M.rows(); ++i) {
+      if (rows >> i & 1u) kept.push_back(i);
+    }
+    const MatrixXd minor = M(kept, kept);
+    if (!(minor.determinant() > 1e-9 * minor.rowwise().norm().prod())) return false;
+  }
+  return true;
+}
 
 MatrixXd Gaussian(Random& random, int rows, int cols) {
   MatrixXd result(rows, cols);
@@ -435,13 +449,14 @@ System MakeSystem(uint64_t seed) {
   system.horizon = Round(LogUniform(random, 0.5, 20), 1e-3);
   system.is_lipschitz = IsLipschitz(kind);
   system.least_element = kind == Class::kSingularZ;
-  system.several_solutions = kind == Class::kCopositive || kind == Class::kIndefinite || kind == Class::kNegative;
   system.rank_matters = IsPassive(kind) || kind == Class::kSingularZ || kind == Class::kZeroReflection;
   if (dynamics == Dynamics::kUnstable) system.horizon = std::min(system.horizon, 6.0);
 
   VectorXd metric;
   system.A = MakeA(random, dynamics, m, metric);
   system.M = MakeM(random, kind, n);
+  const bool proven = kind != Class::kCopositive && kind != Class::kIndefinite && kind != Class::kNegative;
+  system.several_solutions = !proven && !IsPMatrix(system.M);
   MakeCoupling(random, system, kind, dynamics, metric);
   system.x0 = random.Chance(0.2) ? VectorXd::Zero(m) : VectorXd(Gaussian(random, m, 1));
 
