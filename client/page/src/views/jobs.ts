@@ -2,6 +2,7 @@
 // The list of jobs: #/jobs. It is renewed every second, row by row, so that what has the focus keeps it.
 
 import {type ListSolveJobsResponse, type SolveJob} from '../../generated/dlcs/v1/jobs_pb';
+import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h, replace, setText, show} from '../dom';
 import {ago, count, duration, milliseconds, timeLeft} from '../format';
 import {hasEnded, methodWord, stateWord} from '../names';
@@ -216,6 +217,7 @@ class Row {
     const does = hasEnded(this.job.state) ? (this.sure ? 'Delete for good?' : 'Delete') : 'Cancel';
     setText(this.act, does);
     this.act.setAttribute('aria-label', `${does} ${titleOf(this.job)}`);
+    show(this.act, this.job.state !== JobState.CANCELLING);
   }
 
   private async onAct(): Promise<void> {

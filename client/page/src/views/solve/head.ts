@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The title of a solve, how far it is, and what can be done with it.
 
+import {JobState} from '../../../generated/dlcs/v1/solver_pb';
 import {h, setText, show} from '../../dom';
+import {stateWord} from '../../names';
 import {errorText} from '../../rpc/errors';
 import {writers} from '../../solve/download';
 
@@ -59,7 +61,7 @@ export class Head {
     this.bar.value = part;
     show(this.bar, !ended);
     setText(this.text, text);
-    show(this.cancel, !ended && this.actions.stop !== null);
+    show(this.cancel, !ended && this.actions.stop !== null && state !== stateWord(JobState.CANCELLING));
     show(this.remove, ended && this.actions.remove !== null);
     show(this.files, ended && canDownload);
   }
