@@ -50,6 +50,18 @@ void AddConcerns(const Solution& solution, Verdict& verdict) {
   }
 }
 
+std::string HowLarge(double error) {
+  if (error > 1) return "larger than x itself";
+  if (error > 0.99) return "as large as x itself";
+  return Figure(100 * error) + " % of the size of x";
+}
+
+// What the caller can change about the error. A tolerance of the caller was not met for the reason in the message.
+const char* Advice(const Accuracy& accuracy) {
+  if (!(accuracy.tolerance > 0)) return ": take shorter steps, or set a tolerance.";
+  return accuracy.tolerance_is_default ? ": set a tolerance, which allows more work." : ".";
+}
+
 std::string Within(const Accuracy& accuracy) {
   return "an error of " + FormatNumber(accuracy.tolerance) + (accuracy.tolerance_is_default ? " (the default)" : "");
 }
@@ -86,10 +98,8 @@ Verdict JudgeSolution(const Solution& solution) {
   verdict.kind = VerdictKind::kErrorEstimated;
   verdict.success = verdict.success && !(accuracy.error > kNoSuccess);
   if (accuracy.error > kConcern) {
-    const std::string how_large =
-        accuracy.error > 1 ? "larger than x itself" : Figure(100 * accuracy.error) + " % of the size of x";
     verdict.concerns.insert(verdict.concerns.begin(),
-                            "The estimated error is " + how_large + ": take shorter steps, or set a tolerance.");
+                            "The estimated error is " + HowLarge(accuracy.error) + Advice(accuracy));
   }
   // Some readers see this line alone.
   const char* const warning = !verdict.success ? "not usable: " : !verdict.concerns.empty() ? "warning: " : "";

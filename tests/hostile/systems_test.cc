@@ -89,6 +89,19 @@ TEST(HostileFigures, OfFixedStepsAreNotBelowAThird) {
   }
 }
 
+// Steps of two lengths that both miss what happens in the first 1e-12 of the horizon agree with each other, 12 % off.
+TEST(HostileFigures, GridsThatAgreeOnAWrongSolutionDoNotReplaceTheEventDrivenOne) {
+  const System system = MakeSystem(610210);
+  const Reference reference = Refer(system, ComparisonTimes(system));
+  ASSERT_EQ(reference.status, Reference::Status::kReached) << reference.reason;
+  for (const double tolerance : {1e-4, 0.0}) {
+    const Trial trial = Try(system, reference, {.tolerance = tolerance}, 10);
+    ASSERT_TRUE(trial.error.has_value()) << tolerance;
+    EXPECT_LT(*trial.error, 1e-6) << tolerance;
+    EXPECT_GE(trial.figure.value_or(0), *trial.error / 3) << tolerance;
+  }
+}
+
 TEST(HostileReference, KnowsTheBouncingDiode) {
   // x' = -x + y, 0 <= y ⟂ x - 1/2 + 2y >= 0, x(0) = 1: free until ln 2, then x' = -3x/2 + 1/4.
   System system;
