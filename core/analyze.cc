@@ -28,10 +28,10 @@ std::string DescribeRule(Selection selection) {
 }
 
 // Sections that form A as a dense matrix take cubic time and are left out beyond this number of states or pairs.
-constexpr Index kMostWrittenDown = 2000;
+constexpr Index kMaxWrittenDown = 2000;
 
 bool IsTooLarge(const Problem& problem) {
-  return std::max(problem.num_states(), problem.num_constraints()) > kMostWrittenDown;
+  return std::max(problem.num_states(), problem.num_constraints()) > kMaxWrittenDown;
 }
 
 AnalysisSection NotComputed(const char* id, const char* title, const Problem& problem) {
@@ -41,7 +41,7 @@ AnalysisSection NotComputed(const char* id, const char* title, const Problem& pr
   section.findings.push_back({"computed",
                               "All was looked at",
                               {Answer::kNo, "not computed: too large, " + size + "; at most " +
-                                                std::to_string(kMostWrittenDown) + " of each are looked at here"},
+                                                std::to_string(kMaxWrittenDown) + " of each are looked at here"},
                               ""});
   return section;
 }

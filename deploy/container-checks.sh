@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
-# What the scripts share that try containers for real: sourced by them, in the top folder. Ends
-# with `N passed, N failed`; the script sets `failed=0` behind its last check, and defines clean_up() for what it
-# started.
+# What the scripts share that try containers for real: sourced by them, in the top folder. Ends with
+# `N passed, N failed`; the script sets `failed=0` after its last check, and defines clean_up() for what it started.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"

@@ -118,7 +118,7 @@ class RunningServer final : public DlcsServer {
 
  private:
   // Keeps the health service up to date with the state of the store.
-  void TellHealth(const std::stop_token& stop);
+  void WatchHealth(const std::stop_token& stop);
   ServerState State() const;
   MonitoringPages Pages() const;
   absl::Status StartMetrics(const std::string& listen);
@@ -184,7 +184,7 @@ absl::Status RunningServer::Listen(const ServerConfig& config, ListenAddress add
     server_->GetHealthCheckService()->SetServingStatus(v1::SolverService::service_full_name(), true);
   }
   if (environment_.jobs) {
-    health_ = std::jthread([this](const std::stop_token& stop) { TellHealth(stop); });
+    health_ = std::jthread([this](const std::stop_token& stop) { WatchHealth(stop); });
   }
   if (absl::Status metrics = StartMetrics(config.metrics_listen); !metrics.ok()) return metrics;
   if (absl::Status web = StartWebPort(config); !web.ok()) return web;
@@ -259,7 +259,7 @@ MonitoringPages RunningServer::Pages() const {
 
 RunningServer::~RunningServer() { Stop(milliseconds(0)); }
 
-void RunningServer::TellHealth(const std::stop_token& stop) {
+void RunningServer::WatchHealth(const std::stop_token& stop) {
   constexpr milliseconds kEvery{250};
   std::mutex mutex;
   std::condition_variable_any changed;

@@ -221,7 +221,7 @@ void AddJobCommands(CLI::App& main, JobCommands& commands) {
   AddName(cancel, commands.cancel.name);
   AddTarget(cancel, commands.cancel.target, kCancelExamples);
 
-  commands.remove.forget = true;
+  commands.remove.deletes = true;
   CLI::App& remove =
       *main.add_subcommand("delete", "Delete a job that has ended, with its trajectory, or an uploaded problem");
   AddNameOfEither(remove, commands.remove.name);

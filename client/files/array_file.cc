@@ -32,12 +32,12 @@ absl::StatusOr<StoredVariables> ParseByContent(std::string_view bytes, const Wan
 
 // "A, B, N" of at most twenty names.
 std::string Listed(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMax = 20;
   std::string list;
-  for (std::size_t k = 0; k < names.size() && k < kMost; ++k) {
+  for (std::size_t k = 0; k < names.size() && k < kMax; ++k) {
     list += (k > 0 ? ", " : "") + TruncateUtf8(names[k], 40);
   }
-  return names.size() > kMost ? fmt::format("{}, … {} in all", list, names.size()) : list;
+  return names.size() > kMax ? fmt::format("{}, … {} in all", list, names.size()) : list;
 }
 
 }  // namespace

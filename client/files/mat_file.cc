@@ -197,10 +197,10 @@ MatNumbers TakeIndices(std::string_view& bytes, bool big_endian) {
 
 // Column by column: the row of each entry, where each column begins, the values.
 v1::SparseMatrix ReadSparse(const MatHead& head, std::string_view bytes, bool big_endian, ReadingBudget& budget) {
-  constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
+  constexpr std::uint64_t kMax = std::numeric_limits<std::int32_t>::max();
   const std::uint64_t rows = head.shape[0], columns = head.shape[1];
-  if (rows < 1 || rows > kMost || columns < 1 || columns > kMost) {
-    throw MatRefusal(fmt::format("is of {} x {}; must have from 1 to {} rows and columns", rows, columns, kMost));
+  if (rows < 1 || rows > kMax || columns < 1 || columns > kMax) {
+    throw MatRefusal(fmt::format("is of {} x {}; must have from 1 to {} rows and columns", rows, columns, kMax));
   }
   const MatNumbers row_of = TakeIndices(bytes, big_endian);
   const MatNumbers begins = TakeIndices(bytes, big_endian);
@@ -324,7 +324,7 @@ constexpr std::string_view kLevel5 = "MATLAB 5.0 MAT-file";
 constexpr std::string_view kLevel73 = "MATLAB 7.3 MAT-file";
 
 // Many variables are a mistake, and make a file of a few megabytes slow to read.
-constexpr std::size_t kMostVariables = 10'000;
+constexpr std::size_t kMaxVariables = 10'000;
 
 }  // namespace
 
@@ -342,7 +342,7 @@ absl::StatusOr<StoredVariables> ParseMat(std::string_view bytes, const Wanted& w
     bytes.remove_prefix(mat::kHeaderBytes);
     MatReader reader(wanted, big_endian, budget);
     for (std::size_t count = 0; !bytes.empty(); ++count) {
-      if (count == kMostVariables) throw MatRefusal(fmt::format("holds more than {} variables", kMostVariables));
+      if (count == kMaxVariables) throw MatRefusal(fmt::format("holds more than {} variables", kMaxVariables));
       const std::string_view before = bytes;
       const MatElement element = TakeElement(bytes, big_endian);
       if (element.type == mat::kCompressed) {

@@ -23,9 +23,9 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr std::int64_t kMostRows = std::numeric_limits<std::int32_t>::max();
+constexpr std::int64_t kMaxRows = std::numeric_limits<std::int32_t>::max();
 // Limit for matrices that a file describes by a rule: about a gigabyte.
-constexpr std::int64_t kMostEntries = std::int64_t{1} << 26;
+constexpr std::int64_t kMaxEntries = std::int64_t{1} << 26;
 
 constexpr const char* kForms =
     "must be a list of rows, or an object with entries, values, diagonals, kronecker_sum, matrix_market or file";
@@ -43,7 +43,7 @@ std::optional<std::int32_t> ReadSize(const json& object, const std::string& key,
                                      JsonReader& reader) {
   const json* value = reader.Require(object, key, fmt::format("{} needs its shape", path));
   if (value == nullptr) return std::nullopt;
-  return ReadWhole(*value, 1, kMostRows + 1, fmt::format("{}.{}", path, key), reader);
+  return ReadWhole(*value, 1, kMaxRows + 1, fmt::format("{}.{}", path, key), reader);
 }
 
 // A sparse matrix of the shape that `object` gives, without entries.
@@ -145,8 +145,8 @@ bool ReadDiagonal(const json& value, std::int64_t offset, const std::string& pat
     reader.Refuse(path, fmt::format("lies outside the {} x {} matrix", matrix.rows(), matrix.columns()));
     return false;
   }
-  if (matrix.values_size() + length > kMostEntries) {
-    reader.Refuse(path, fmt::format("makes more than {} entries", kMostEntries));
+  if (matrix.values_size() + length > kMaxEntries) {
+    reader.Refuse(path, fmt::format("makes more than {} entries", kMaxEntries));
     return false;
   }
   std::vector<double> values;
@@ -355,8 +355,8 @@ std::optional<std::vector<double>> VectorFrom(const v1::Matrix& matrix, bool may
     return std::vector<double>(matrix.dense().values().begin(), matrix.dense().values().end());
   }
   const std::int64_t size = rows * columns;
-  if (size > kMostEntries) {
-    reader.Refuse(path, fmt::format("has {} components; at most {} are possible", size, kMostEntries));
+  if (size > kMaxEntries) {
+    reader.Refuse(path, fmt::format("has {} components; at most {} are possible", size, kMaxEntries));
     return std::nullopt;
   }
   const v1::SparseMatrix& sparse = matrix.sparse();

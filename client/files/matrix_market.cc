@@ -145,9 +145,9 @@ struct Shape {
 };
 
 Shape ReadShape(WordReader& words, const Format& format) {
-  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-  const std::int64_t rows = ReadSize(words, "the number of rows", kMost);
-  const std::int64_t columns = ReadSize(words, "the number of columns", kMost);
+  constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
+  const std::int64_t rows = ReadSize(words, "the number of rows", kMax);
+  const std::int64_t columns = ReadSize(words, "the number of columns", kMax);
   if (format.half() && rows != columns) {
     throw Fault{words.line(),
                 fmt::format("{} x {}; must be square where half of it stands for the whole", rows, columns)};

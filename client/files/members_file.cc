@@ -25,7 +25,7 @@ using nlohmann::json;
 using Members = std::vector<v1::EnsembleMember>;
 
 // The most members with errors that are reported, since often every member has the same error.
-constexpr std::size_t kMostFaulty = 10;
+constexpr std::size_t kMaxFaulty = 10;
 
 std::string PlaceOf(const std::string& source, std::size_t member) {
   return fmt::format("{}: members[{}]", source, member);
@@ -63,7 +63,7 @@ absl::StatusOr<v1::EnsembleMember> ReadMember(const json& value, const std::stri
 absl::StatusOr<Members> ReadList(const json& list, const std::string& source, int states, int constraints) {
   Members members;
   std::vector<std::string> faults;
-  for (std::size_t k = 0; k < list.size() && faults.size() < kMostFaulty; ++k) {
+  for (std::size_t k = 0; k < list.size() && faults.size() < kMaxFaulty; ++k) {
     auto member = ReadMember(list[k], PlaceOf(source, k), states, constraints);
     if (member.ok()) {
       members.push_back(*std::move(member));

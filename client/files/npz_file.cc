@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kMemberEnding = ".npy";
 // A directory of this many takes some megabytes.
-constexpr std::int64_t kMostMembers = 10'000;
+constexpr std::int64_t kMaxMembers = 10'000;
 
 using ZipArchive = std::unique_ptr<zip_t, decltype(&zip_discard)>;
 
@@ -74,8 +74,8 @@ absl::StatusOr<StoredVariables> ParseNpz(std::string_view bytes, const Wanted& w
   const absl::StatusOr<ZipArchive> archive = OpenZip(bytes);
   if (!archive.ok()) return archive.status();
   const zip_int64_t members = zip_get_num_entries(archive->get(), 0);
-  if (members > kMostMembers) {
-    return absl::ResourceExhaustedError(fmt::format("has {} members; must have at most {}", members, kMostMembers));
+  if (members > kMaxMembers) {
+    return absl::ResourceExhaustedError(fmt::format("has {} members; must have at most {}", members, kMaxMembers));
   }
   StoredVariables variables;
   std::set<std::string> seen;

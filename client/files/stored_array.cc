@@ -79,10 +79,10 @@ absl::StatusOr<v1::DenseMatrix> DenseFromBytes(std::string_view bytes, const Num
   if (rows == 0 || columns == 0) {
     return absl::InvalidArgumentError(fmt::format("is empty ({} x {}); must hold numbers", rows, columns));
   }
-  constexpr std::uint64_t kMostNumbers = kMaxFileBytes / sizeof(double);
-  if (rows > kMostNumbers || columns > kMostNumbers / rows) {
+  constexpr std::uint64_t kMaxNumbers = kMaxFileBytes / sizeof(double);
+  if (rows > kMaxNumbers || columns > kMaxNumbers / rows) {
     return absl::ResourceExhaustedError(
-        fmt::format("has {} x {} numbers; must have at most {}", rows, columns, kMostNumbers));
+        fmt::format("has {} x {} numbers; must have at most {}", rows, columns, kMaxNumbers));
   }
   const std::uint64_t count = rows * columns;
   if (bytes.size() != count * format.bytes) {

@@ -22,7 +22,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 // Limit of the zeros added for missing f or g, since a file of a few bytes may declare any number of components.
-constexpr std::int64_t kMostZeros = std::int64_t{1} << 26;
+constexpr std::int64_t kMaxZeros = std::int64_t{1} << 26;
 
 // A list with a formula or a number per component. Numbers alone are a constant; next to formulas they are
 // written as formulas, with all their digits.
@@ -95,9 +95,9 @@ void ReadPolynomials(const json& value, const std::string& path, int size, JsonR
 
 // `zeros` counts those of the whole file.
 void ReadZero(const std::string& path, int size, std::int64_t& zeros, JsonReader& reader, v1::TimePiece& piece) {
-  if (zeros + size > kMostZeros) {
+  if (zeros + size > kMaxZeros) {
     reader.Refuse(path,
-                  fmt::format("is missing, and zero in {} components makes more than {} numbers", size, kMostZeros));
+                  fmt::format("is missing, and zero in {} components makes more than {} numbers", size, kMaxZeros));
     return;
   }
   zeros += size;

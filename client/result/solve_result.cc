@@ -92,8 +92,8 @@ void ResultCollector::Add(const v1::SolveEvent& event) {
 
 // Reserves memory for the trajectory, so that it is not copied as it grows; unused pages cost nothing.
 void ResultCollector::Reserve() {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // whatever a server announces
-  const std::size_t most = kMostBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints));
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  // whatever a server announces
+  const std::size_t most = kMaxBytes / (sizeof(double) * (1 + result_.states + 2 * result_.constraints));
   const std::int64_t announced = asked_times_ > 0 ? asked_times_ : result_.analysis.steps() + 1;
   const std::size_t times = std::min(static_cast<std::size_t>(std::max(announced, std::int64_t{0})), most);
   result_.times.reserve(times);

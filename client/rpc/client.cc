@@ -93,9 +93,9 @@ absl::StatusOr<SolveResult> Client::Solve(const v1::SolveRequest& request, const
     }
     const grpc::Status ended = reader->Finish();
     status = ended.ok() ? absl::OkStatus() : connection_.Describe(ended);
-    const bool goes_on =
+    const bool continues =
         !solve.job().empty() && !collector.has_summary() && IsTransient(ended) && !limits.stop.stop_requested();
-    if (goes_on) {
+    if (continues) {
       if (notice_) notice_(fmt::format("{}; resuming {}", ended.error_message(), solve.job()));
       CallLimits left = limits;
       left.deadline = limits.deadline - seconds();

@@ -16,7 +16,7 @@ namespace dlcs {
 namespace {
 
 constexpr Index kFirstTrial = 64;
-constexpr Index kMostSteps = Index{1} << 22;  // that trials for a tolerance take
+constexpr Index kMaxSteps = Index{1} << 22;  // that trials for a tolerance take
 constexpr double kTrialSeconds = 0.5;
 
 // The options of a trial: x at the kFirstTrial + 1 times that are nodes of every trial.
@@ -45,15 +45,14 @@ void PredictSteps(const Trials& trials, Recommendation& recommendation) {
   if (trials.convergence.empty()) return;
   const double error = trials.convergence.errors(kSafety).largest();
   const double order = trials.convergence.order();
-  const double wanted =
-      static_cast<double>(trials.finest) * std::max(1.0, std::pow(error / tolerance, 1 / order));
+  const double wanted = static_cast<double>(trials.finest) * std::max(1.0, std::pow(error / tolerance, 1 / order));
   recommendation.predicted_error = std::min(error, tolerance);
   recommendation.reasons.push_back(
       "An error of " + FormatNumber(tolerance) + " should take about " + FormatNumber(wanted) + " steps: trials with " +
       std::to_string(trials.finest / 2) + " and " + std::to_string(trials.finest) + " differ by " +
       FormatNumber(trials.convergence.last_difference()) + " of the size of x, and the observed order is " +
       FormatNumber(std::round(10 * order) / 10) + ".");
-  if (wanted <= static_cast<double>(kMostSteps)) return;
+  if (wanted <= static_cast<double>(kMaxSteps)) return;
   recommendation.warnings.push_back("That is more than the trials allow: allow a larger error, or set steps.");
 }
 
@@ -65,8 +64,7 @@ void KeepNew(const std::vector<std::string>& found, std::vector<std::string>& ke
 
 }  // namespace
 
-absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options,
-                                         std::stop_token stop) {
+absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& options, std::stop_token stop) {
   Recommendation recommendation;
   recommendation.options = options;
   const bool is_default = options.method != Method::kEventDriven && FillInDefaultError(recommendation.options);
@@ -83,8 +81,7 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
     trial.project_initial_state = recommendation.options.project_initial_state;
     auto solution = Solve(problem, trial, silent, stop);
     if (!solution.ok()) return solution.status();
-    if (solution->termination == Termination::kInconsistentState &&
-        !recommendation.options.project_initial_state) {
+    if (solution->termination == Termination::kInconsistentState && !recommendation.options.project_initial_state) {
       recommendation.options.project_initial_state = true;
       recommendation.warnings.push_back(solution->message);
       recommendation.reasons.push_back("The state must jump first: the options allow it.");
@@ -103,9 +100,9 @@ absl::StatusOr<Recommendation> Recommend(const Problem& problem, const Options& 
       trials.finest = steps;
       previous = last;
     }
-    const bool accurate = trials.convergence.shows_order() && trials.convergence.errors(kSafety).largest() <=
-                                                                  recommendation.options.error_tolerance;
-    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kMostSteps) break;
+    const bool accurate = trials.convergence.shows_order() &&
+                          trials.convergence.errors(kSafety).largest() <= recommendation.options.error_tolerance;
+    if (accurate || spent + 2 * last.cost.seconds_total > kTrialSeconds || steps >= kMaxSteps) break;
   }
 
   // What is left to itself chooses the same again.

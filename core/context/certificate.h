@@ -42,7 +42,7 @@ class CertificateBuilder {
   bool empty() const { return empty_; }
   const CertificateRows& rows() const { return rows_; }
   // Continues the certificate of the earlier steps.
-  void GoOnFrom(const Certificate& certificate, const CertificateRows& rows) {
+  void ResumeFrom(const Certificate& certificate, const CertificateRows& rows) {
     certificate_ = certificate;
     rows_ = rows;
     empty_ = false;

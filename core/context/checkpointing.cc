@@ -61,8 +61,8 @@ void CarryContext(StateArchive& state, SolveContext& context) {
   state(certificate, rows, has_steps, recorded, solution.cost, solution.jumps, solution.left_limits, solution.warnings,
         solution.dense_output, solution.kernel, context.first_impulse);
   if (!state.reads()) return;
-  if (has_steps) context.certificate.GoOnFrom(certificate, rows);
-  context.recorder.GoOnFrom(recorded);
+  if (has_steps) context.certificate.ResumeFrom(certificate, rows);
+  context.recorder.ResumeFrom(recorded);
 }
 
 // The column recorded last may still change: where the next segment begins at its node, with a jump.

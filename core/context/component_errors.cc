@@ -128,7 +128,7 @@ void ComponentErrors::operator*=(double factor) {
 void ComponentErrors::MoveTo(Accuracy& accuracy) {
   // The sizes are those of the trajectory, which are off by as much: e / (1 - e), that has no end where e is 1.
   for (Vector* errors : {&x, &By, &w}) errors->array() *= 1 + errors->array();
-  accuracy.error = NanMax(largest(), Accuracy::kLeastError);
+  accuracy.error = NanMax(largest(), Accuracy::kMinError);
   accuracy.errors_x = std::move(x);
   accuracy.errors_By = std::move(By);
   accuracy.errors_w = std::move(w);

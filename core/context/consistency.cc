@@ -22,7 +22,7 @@ constexpr double kToleranceBehindSteps = 16 * kLcpTolerance;
 // by the steps.
 void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, const Eigen::Ref<const Vector>& x,
                   const Eigen::Ref<const Vector>& y) {
-  constexpr std::size_t kMostKinks = 256;
+  constexpr std::size_t kMaxKinks = 256;
   const Problem& problem = context.problem;
   Vector& size = context.row_size;
   const auto raise = [](const Vector& terms, Vector& largest) {
@@ -34,7 +34,7 @@ void RaiseRowSize(SolveContext& context, const Eigen::Ref<const Vector>& g, cons
     size = Vector::Zero(problem.num_constraints());
     std::vector<double> times = ProbeTimes(problem);
     const std::vector<double> kinks = KnownKinks(problem);
-    for (std::size_t k = 0; k < kinks.size(); k += 1 + kinks.size() / kMostKinks) times.push_back(kinks[k]);
+    for (std::size_t k = 0; k < kinks.size(); k += 1 + kinks.size() / kMaxKinks) times.push_back(kinks[k]);
     times.push_back(problem.horizon);
     Vector value(problem.num_constraints());
     for (const double time : times) {
@@ -95,7 +95,7 @@ std::string WorstEntry(const Vector& q) {
 }  // namespace
 
 bool StartInterval(SolveContext& context, double time, const Eigen::Ref<const Vector>& g, Eigen::Ref<Vector> x,
-                  Eigen::Ref<Vector> y, bool& y_is_solution) {
+                   Eigen::Ref<Vector> y, bool& y_is_solution) {
   const Problem& problem = context.problem;
   const Index n = problem.num_constraints();
   Vector q = problem.N * x + g;

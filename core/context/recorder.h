@@ -36,7 +36,7 @@ class Recorder {
     return recorded_ > 0 ? grid_.times[grid_.output_nodes[static_cast<std::size_t>(recorded_ - 1)]] : 0;
   }
   // Resumes where the first `recorded` columns of the solution are filled in already.
-  void GoOnFrom(Index recorded) { recorded_ = recorded; }
+  void ResumeFrom(Index recorded) { recorded_ = recorded; }
 
   // Cuts the solution down to what was recorded.
   void Finish();

@@ -54,7 +54,7 @@ struct SolveContext {
   bool lost_least_element = false;
 
   // The error tolerance is the default one: event_driven may miss it, and does no more work than
-  // Options::kMostDefaultSteps steps take.
+  // Options::kMaxDefaultSteps steps take.
   bool error_by_default = false;
 
   // For each row of N x + g the largest size so far of the terms that it is the sum of; empty before the first

@@ -40,7 +40,7 @@ SparseStep::SparseStep(const Problem &problem, double step, SparseRule rule, dou
   const Index m = problem.num_states(), n = problem.num_constraints();
   const SparseMatrix B = problem.B.Sparse();
   coupled_term_.resize(n, n);
-  if (m <= StructuredMatrix::kMostDenseEntries / n) response_.resize(m, n);
+  if (m <= StructuredMatrix::kMaxDenseEntries / n) response_.resize(m, n);
   workers.ForBlocks(n, kColumnsAtOnce, [&](Index, Index begin, Index end) {
     const Matrix columns = factor_.Solve(weight_ * Matrix(B.middleCols(begin, end - begin)));
     coupled_term_.middleCols(begin, end - begin) = problem.N * columns;

@@ -24,10 +24,10 @@ namespace dlcs {
 namespace {
 
 constexpr Index kFirstTrialSteps = 64;
-constexpr Index kMostTrialSteps = Index{1} << 22;
+constexpr Index kMaxTrialSteps = Index{1} << 22;
 // wu_chen_iteration costs the square of their number, and a contour for the default error three times one of 25 nodes.
-constexpr Index kMostPaperSteps = 2048;
-constexpr Index kMostDefaultPaperSteps = 256;
+constexpr Index kMaxPaperSteps = 2048;
+constexpr Index kMaxDefaultPaperSteps = 256;
 constexpr Index kNodesKept = 4096;
 
 std::string StepsText(Index steps) { return std::to_string(steps) + (steps == 1 ? " step" : " steps"); }
@@ -151,7 +151,7 @@ Vector LagBehind(const Problem& problem, const Solution& solution) {
 // relative to the largest value of each component; the largest of 64 steps. Where a step is a multiple of the period of
 // a source, all grids see the same values, and comparing them shows nothing.
 absl::StatusOr<double> UnresolvedSources(const Problem& problem, const Grid& grid, const Solution& solution) {
-  constexpr Index kMostSteps = 64;
+  constexpr Index kMaxSteps = 64;
   constexpr std::array<double, 2> kPoints = {0.381966, 0.763932};  // no multiples of a simple part of the step
   absl::StatusOr<Sources> sources = Sources::Create(problem);
   if (!sources.ok()) return sources.status();
@@ -164,7 +164,7 @@ absl::StatusOr<double> UnresolvedSources(const Problem& problem, const Grid& gri
     return both;
   };
   Vector largest = Vector::Zero(size), difference = Vector::Zero(size);
-  const Index stride = (grid.num_steps() + kMostSteps - 1) / kMostSteps;
+  const Index stride = (grid.num_steps() + kMaxSteps - 1) / kMaxSteps;
   for (Index k = 0; k < grid.num_steps(); k += stride) {
     const double begin = grid.times[static_cast<std::size_t>(k)], end = grid.times[static_cast<std::size_t>(k) + 1];
     const Vector left = value(begin, Side::kRight), middle = value(0.5 * (begin + end), Side::kRight);
@@ -251,9 +251,9 @@ absl::StatusOr<Solution> SolveWithinError(Task& task, Observer& observer) {
                         static_cast<double>(1 + task.problem.num_states() + 2 * task.problem.num_constraints());
     return FitsBeside(task, next, held);
   };
-  if (task.is_behind_events) system.most_default_steps -= kMostDefaultEventWork;
-  const Index most_of_paper = task.error_by_default ? kMostDefaultPaperSteps : kMostPaperSteps;
-  const Index most_steps = IsPaper(task) ? most_of_paper : kMostTrialSteps;
+  if (task.follows_event_driven) system.most_default_steps -= kMaxDefaultEventWork;
+  const Index most_of_paper = task.error_by_default ? kMaxDefaultPaperSteps : kMaxPaperSteps;
+  const Index most_steps = IsPaper(task) ? most_of_paper : kMaxTrialSteps;
   std::vector<double> wanted;
   auto result = TrySteps(system, task.options, most_steps, task.error_by_default, wanted);
   if (!result.ok()) return result.status();
@@ -334,17 +334,17 @@ void ConcludeTrials(const SystemSolves& system, const ControlledSolution& result
     return;
   }
   solution.termination = Termination::kIterationLimit;
-  solution.message =
-      "An error of " + FormatNumber(accuracy.tolerance) + " needs more steps than are allowed: the trajectory is " +
-      "that of " + steps + ", whose error is estimated as " + FormatNumber(accuracy.error) +
-      " of the size of x (observed order " + FormatNumber(std::round(10 * result.order) / 10) +
-      "). Use event-driven, or allow a larger error.";
+  solution.message = "An error of " + FormatNumber(accuracy.tolerance) +
+                     " needs more steps than are allowed: the trajectory is " + "that of " + steps +
+                     ", whose error is estimated as " + FormatNumber(accuracy.error) +
+                     " of the size of x (observed order " + FormatNumber(std::round(10 * result.order) / 10) +
+                     "). Use event-driven, or allow a larger error.";
 }
 
 absl::Status CompareSteps(const SystemSolves& system, const Grid& grid, Solution& solution) {
-  constexpr Index kLeastSteps = 8;  // that can be doubled twice
+  constexpr Index kMinSteps = 8;  // that can be doubled twice
   try {
-    if (grid.num_steps() >= kLeastSteps) {
+    if (grid.num_steps() >= kMinSteps) {
       const absl::StatusOr<bool> compared = CompareWithCoarser(system, grid, solution);
       if (!compared.ok()) return compared.status();
       if (*compared) return absl::OkStatus();

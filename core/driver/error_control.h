@@ -35,8 +35,8 @@ struct SystemSolves {
   std::vector<double> break_points;
   double expected_order = 2;
   TrialSolves trials;
-  Index most_default_steps =
-      Options::kMostDefaultSteps;  // of all trials together, if the error tolerance is the default one
+  // Of all trials together, if the error tolerance is the default one.
+  Index most_default_steps = Options::kMaxDefaultSteps;
 };
 
 // Estimates the error of `solution` on `grid` by solves with twice and four times the step; with half the step if one

@@ -82,15 +82,16 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     solution = *std::move(coupled);
   }
   if (MissedByEvents(task, solution)) {
-    task.is_behind_events = true;
+    task.follows_event_driven = true;
     Options without_events = task.options;
     without_events.error_tolerance = 0;
     auto stepped = SolveAgain(task, without_events, "by steps without events", solution, report, observer);
     if (!stepped.ok()) return stepped;
     const bool came_to_end = std::isnan(solution.failure_time);
     if (came_to_end && Contradict(task.problem, solution, *stepped)) {
-      solution.warnings.push_back("Steps without events differ from this event-driven solution by more than the "
-                                  "estimated errors of both.");
+      solution.warnings.push_back(
+          "Steps without events differ from this event-driven solution by more than the "
+          "estimated errors of both.");
     } else if (IsBetter(*stepped, solution)) {
       solution = *std::move(stepped);
     } else {

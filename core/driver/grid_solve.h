@@ -34,7 +34,7 @@ struct Task {
   const ResumePoint* resume = nullptr;  // may be null; where the first solve resumes
   bool leaves_checkpoints = false;      // no second solve may replace this one
   bool error_by_default = false;        // options.error_tolerance was filled in: FillInDefaultError()
-  bool is_behind_events = false;        // event_driven was tried before and has used its share of the default work
+  bool follows_event_driven = false;    // event_driven was tried before and has used its share of the default work
   bool lost_least_element = false;      // set by the last solve: see SolveContext
 };
 

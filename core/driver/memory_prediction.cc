@@ -7,11 +7,11 @@
 namespace dlcs {
 namespace {
 
-constexpr double kNumber = 8;                // bytes
+constexpr double kNumber = 8;  // bytes
 constexpr double kNumberWithIndex = 12;
 constexpr double kMatricesOfAStep = 12;      // of size m × m, with the work space of the matrix functions
 constexpr double kColumnsOfARun = 8;         // for each node: y, q, g, the free motion, ...
-constexpr double kMostKernelDoubles = 8.4e7;   // blocks and their transforms, as core/laplace/kernel.h bounds them
+constexpr double kMaxKernelDoubles = 8.4e7;  // blocks and their transforms, as core/laplace/kernel.h bounds them
 
 }  // namespace
 
@@ -23,7 +23,7 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
   const double trajectory = ((m + 2 * n + 2) * outputs + steps + 1) * kNumber;  // with the grid
   const double couplings = 4 * n * n * kNumber;
   const double kernel =
-      method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMostKernelDoubles) * kNumber : 0;
+      method == Method::kLaplaceIteration ? std::min(5 * n * n * steps, kMaxKernelDoubles) * kNumber : 0;
   const double run_columns = (kColumnsOfARun * n + 2 * psi) * steps * kNumber;
   // Steps on states keep blocks of some steps, at most 16 MB for each matrix.
   const double stretch = kColumnsOfARun * std::min(m * steps, std::max(m, 2e6)) * kNumber;
@@ -35,7 +35,7 @@ double PredictBytes(const Problem& problem, const Grid& grid, Method method, con
     case PropagatorKind::kSparseStepping: {
       const double factors = static_cast<double>(problem.A.Sparse().nonZeros()) * std::max(1.0, std::log2(m));
       return trajectory + couplings + stretch + factors * kNumberWithIndex +
-             std::min(m * n, static_cast<double>(StructuredMatrix::kMostDenseEntries)) * kNumber;
+             std::min(m * n, static_cast<double>(StructuredMatrix::kMaxDenseEntries)) * kNumber;
     }
     case PropagatorKind::kKroneckerSum:
     case PropagatorKind::kContour:

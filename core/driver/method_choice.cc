@@ -55,10 +55,10 @@ bool HasModes(Selection selection) {
 
 // Modes take a Schur form each. Below, few steps of high order are cheaper than trials with steps of second order for
 // every error, found by trial on tests/cases and the examples of the papers (tests/bench).
-constexpr Index kMostStatesOfModes = 200;
+constexpr Index kMaxStatesOfModes = 200;
 
 bool PrefersEvents(const Problem& problem, const Options& options, Selection selection) {
-  return options.error_tolerance > 0 && HasModes(selection) && problem.num_states() <= kMostStatesOfModes &&
+  return options.error_tolerance > 0 && HasModes(selection) && problem.num_states() <= kMaxStatesOfModes &&
          !options.inelastic_impact;
 }
 

@@ -9,7 +9,7 @@
 namespace dlcs {
 namespace {
 
-constexpr Index kMostConstraintsOfMinors = 20;
+constexpr Index kMaxConstraintsOfMinors = 20;
 
 // M^h as the options make it.
 std::string CoupledMatrixText(const Options& options, bool two_stages) {
@@ -36,9 +36,9 @@ bool HaveStorage(const Matrix& X, const Matrix& Y) {
 // then (d'P d)' <= c d'P d for some c, and d = 0. False where there is no such z with B z other than zero, for M = 0,
 // where N B decides, and where the answer would take long.
 bool MayLeaveStatesOpen(const Problem& problem) {
-  constexpr Index kMostPairs = 300, kMostEntries = 10'000'000;
+  constexpr Index kMaxPairs = 300, kMaxEntries = 10'000'000;
   constexpr double kZero = 1e-9;
-  if (problem.num_constraints() > kMostPairs || problem.B.size() > kMostEntries || problem.M.IsZero()) return false;
+  if (problem.num_constraints() > kMaxPairs || problem.B.size() > kMaxEntries || problem.M.IsZero()) return false;
   const Matrix &M = problem.M.Dense(), &B = problem.B.Dense();
   const Eigen::SelfAdjointEigenSolver<Matrix> form(M + M.transpose());
   const double size = MaxAbs(form.eigenvalues());
@@ -130,7 +130,7 @@ void WarnOfCoupledClass(const Problem& problem, const Options& options, const Pl
   if (options.step_solver == StepSolver::kNewton) return;  // its LCPs are those of M
   const bool unique = plan.selection == Selection::kUnique;
   if (!unique && plan.selection != Selection::kLeastElement) return;
-  if (problem.num_constraints() > kMostConstraintsOfMinors) return;
+  if (problem.num_constraints() > kMaxConstraintsOfMinors) return;
   const Matrix coupled = CoupledStepMatrix(problem, options, plan.method.two_stages, step);
   if (!coupled.allFinite()) return;
   const MatrixClass of_coupled = Classify(coupled);

@@ -14,7 +14,7 @@ namespace dlcs {
 namespace {
 
 // If a trial fails with more steps than this, the length of its steps is not the reason.
-constexpr Index kMostFailingSteps = 16384;
+constexpr Index kMaxFailingSteps = 16384;
 // Beyond this number of steps the solver gives up a tolerance that is out of reach.
 constexpr Index kHopelessSteps = 16384;
 
@@ -154,9 +154,9 @@ absl::StatusOr<ControlledSolution> SolveToTolerance(const StepControl& control, 
     result.solution = *std::move(fine);
     if (!solved) {
       const Termination termination = result.solution.termination;
-      const bool diverges = control.whole_horizon && (termination == Termination::kDiverged ||
-                                                      termination == Termination::kIterationLimit);
-      if (diverges || FailsForAnyStep(termination) || grid.num_steps() > kMostFailingSteps) return result;
+      const bool diverges = control.whole_horizon &&
+                            (termination == Termination::kDiverged || termination == Termination::kIterationLimit);
+      if (diverges || FailsForAnyStep(termination) || grid.num_steps() > kMaxFailingSteps) return result;
       so_far.StartAnew();
       if (!IsAllowed(control, trials, grid, steps_so_far)) return result;
     } else {

@@ -84,7 +84,7 @@ struct ControlledSolution {
 //
 // The error is estimated from the differences of consecutive trials at all output nodes of the coarser one, with the
 // observed order. If a trial fails, its step is taken to be too long: the next one has half of it, up to
-// kMostFailingSteps. Failures that do not depend on the step are returned at once, as are Cancelled and errors. The
+// kMaxFailingSteps. Failures that do not depend on the step are returned at once, as are Cancelled and errors. The
 // trials end without success if the next one would have more steps than `control` allows or would not fit into memory,
 // if even a second-order method would need a hundred times as many steps, or if rounding of the data moves the solution
 // by more than the tolerance. The last is tested once, at the first trial whose error is below 1e-3. Cost: twice that

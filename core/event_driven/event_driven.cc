@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/event_driven/event_locator.h"
+#include "core/event_driven/event_driven_loop.h"
 #include "core/event_driven/event_record.h"
 #include "core/linalg/norms.h"
 #include "core/parallel/stop_scope.h"
@@ -40,8 +40,8 @@ constexpr double kFarLess = 1e-4;
 // missed by; with far less where a little did not help.
 double NextTolerance(double tolerance, double wanted, double error, bool no_better) {
   constexpr double kMargin = 0.3;
-  constexpr double kMostAtOnce = 1e-6;
-  const double factor = std::clamp(kMargin * wanted / error, kMostAtOnce, kMargin);
+  constexpr double kMaxAtOnce = 1e-6;
+  const double factor = std::clamp(kMargin * wanted / error, kMaxAtOnce, kMargin);
   return std::max(1e-15, tolerance * (no_better ? std::min(factor, kFarLess) : factor));
 }
 
@@ -62,14 +62,14 @@ void Restore(const Attempt& attempt, SolveContext& context, EventRecord& record)
   record = attempt.record;
   context.solution = attempt.solution;
   context.certificate.Replace(attempt.certificate);
-  context.recorder.GoOnFrom(attempt.recorded);
+  context.recorder.ResumeFrom(attempt.recorded);
 }
 
 bool MaySolveAgain(int solves, Index work, const EventRecord& record) {
-  constexpr int kMostSolves = 3, kMostShortSolves = 6;
+  constexpr int kMaxSolves = 3, kMaxShortSolves = 6;
   constexpr Index kShort = 60'000;
-  constexpr Index kMostCoupledStepsToRepeat = 1000;
-  return record.coupled_steps <= kMostCoupledStepsToRepeat && solves < (work < kShort ? kMostShortSolves : kMostSolves);
+  constexpr Index kMaxCoupledStepsToRepeat = 1000;
+  return record.coupled_steps <= kMaxCoupledStepsToRepeat && solves < (work < kShort ? kMaxShortSolves : kMaxSolves);
 }
 
 // The work of a solve whose steps have the tolerance `next`, after one of the tolerance `before` that took `work`.
@@ -89,14 +89,14 @@ bool EventDriven(SolveContext& context) {
   double of_steps = context.error_by_default ? kFirstByDefault * tolerance : tolerance;
   // The default tolerance has a limit of work, of which a part is left for methods with fixed steps.
   const Index num_states = context.problem.num_states();
-  const Index most_work = context.error_by_default ? kMostDefaultEventWork : std::numeric_limits<Index>::max();
+  const Index most_work = context.error_by_default ? kMaxDefaultEventWork : std::numeric_limits<Index>::max();
   Index work = 0;
   EventRecord record;
   std::optional<Attempt> best;
   bool reached = false, is_rounding = false;
   for (int solves = 1; true; ++solves) {
     record = {};
-    EventLocator locator(context, of_steps, most_work - work, record);
+    EventDrivenLoop locator(context, of_steps, most_work - work, record);
     try {
       reached = locator.Run();
     } catch (const Stopped&) {
@@ -120,7 +120,7 @@ bool EventDriven(SolveContext& context) {
     if (most_work - work < WorkAt(next, of_steps, work_of_solve)) break;
     if (!best || error < best->record.errors.largest()) best = Save(context, record, of_steps);
     of_steps = next;
-    context.recorder.GoOnFrom(0);
+    context.recorder.ResumeFrom(0);
     solution.jumps.clear();
     solution.left_limits.clear();
     context.first_impulse.reset();
@@ -130,10 +130,10 @@ bool EventDriven(SolveContext& context) {
   solution.accuracy.source = AccuracySource::kControlled;
   solution.accuracy.tolerance = tolerance;
   solution.accuracy.tolerance_is_default = context.error_by_default || asked == 0;
-  solution.accuracy.error = NanMax(record.errors.largest(), Accuracy::kLeastError);
-  solution.accuracy.errors_x = record.errors.x.cwiseMax(Accuracy::kLeastError);
-  solution.accuracy.errors_By = record.errors.By.cwiseMax(Accuracy::kLeastError);
-  solution.accuracy.errors_w = record.errors.w.cwiseMax(Accuracy::kLeastError);
+  solution.accuracy.error = NanMax(record.errors.largest(), Accuracy::kMinError);
+  solution.accuracy.errors_x = record.errors.x.cwiseMax(Accuracy::kMinError);
+  solution.accuracy.errors_By = record.errors.By.cwiseMax(Accuracy::kMinError);
+  solution.accuracy.errors_w = record.errors.w.cwiseMax(Accuracy::kMinError);
   return reached && MeetsTolerance(context, tolerance, is_rounding, record);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "core/event_driven/event_locator.h"
+#include "core/event_driven/event_driven_loop.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 constexpr int kAttempts = ModeSearch::kAttempts;
 // So many modes in a row, each shorter than this part of the horizon: modes accumulate. One in which the
 // state moves by less than the tolerance counts for many.
-constexpr int kMostShortModes = 256;
+constexpr int kMaxShortModes = 256;
 constexpr int kCountOfStill = 32;
 constexpr double kShortModePart = 1e-6;
 // A step of less than this part of the horizon is not worth a collocation, unless a mode has a rate for it; nor does a
@@ -27,10 +27,10 @@ constexpr double kShortModePart = 1e-6;
 constexpr double kShortestPart = 1e-12;
 constexpr double kNoModePart = 1e-14;
 // Error control never requires less than this part of the tolerance of one step.
-constexpr double kLeastShare = 0.02;
+constexpr double kMinShare = 0.02;
 // If an event cuts a step to less than this part, the step is repeated with a shorter length, because the part after
 // the event may have made its error look small.
-constexpr double kLeastKept = 0.5;
+constexpr double kMinKept = 0.5;
 // A step is at most so many times longer than the last two modes were: rounding grows with the length, and
 // where modes accumulate little else is left.
 constexpr double kLongestAfterEvent = 16;
@@ -41,13 +41,13 @@ constexpr double kSafety = 0.05;
 constexpr double kOnConstraints = 1e-12;
 // Of what is no more than this part of them nothing is known.
 constexpr double kRoundingOfConstraints = 64 * std::numeric_limits<double>::epsilon();
-constexpr Index kMostCoupledSteps = 40000;
+constexpr Index kMaxCoupledSteps = 40000;
 // Both sides of a break point are known to rounding. Rounding is all that makes g jump at a kink there.
 constexpr double kNoJumpAtBreak = 1e-14;
 
 }  // namespace
 
-EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record)
+EventDrivenLoop::EventDrivenLoop(SolveContext& context, double tolerance, Index most_work, EventRecord& record)
     : context_(context),
       problem_(context.problem),
       sampler_(context.sources, ProbeTimes(context.problem)),
@@ -70,7 +70,7 @@ EventLocator::EventLocator(SolveContext& context, double tolerance, Index most_w
   sizes_ = SizesOfData();
 }
 
-bool EventLocator::Run() {
+bool EventDrivenLoop::Run() {
   const std::vector<double> breaks = BreakPoints(problem_);
   std::vector<double> ends = KnownKinks(problem_);
   ends.push_back(problem_.horizon);
@@ -81,14 +81,14 @@ bool EventLocator::Run() {
     if ((t_ == 0 || (may_jump && SourceJumps(t_, kNoJumpAtBreak))) && !Start(t_)) return false;
     if (!Cross(end)) return false;
     may_jump = std::binary_search(breaks.begin(), breaks.end(), end);
-    if (may_jump || end == problem_.horizon) HandOver(output_.EndInterval(end, x_, y_, w_));
+    if (may_jump || end == problem_.horizon) Record(output_.EndInterval(end, x_, y_, w_));
   }
   progress_.Finish(problem_.horizon);
   return true;
 }
 
 // What every state would settle at, or reach by T, without y; of one that stays zero, what N x + g would notice.
-DataSizes EventLocator::SizesOfData() {
+DataSizes EventDrivenLoop::SizesOfData() {
   const Index m = problem_.num_states(), n = problem_.num_constraints();
   constexpr int kLooks = 16;
   DataSizes sizes{problem_.x0.cwiseAbs(), Vector::Zero(m), Vector::Zero(n)};
@@ -117,20 +117,20 @@ DataSizes EventLocator::SizesOfData() {
   return sizes;
 }
 
-DataSizes EventLocator::SizesSoFar() const {
+DataSizes EventDrivenLoop::SizesSoFar() const {
   DataSizes sizes = sizes_;
   sizes.x = sizes.x.cwiseMax(magnitudes_.x);
   return sizes;
 }
 
-bool EventLocator::Start(double begin) {
+bool EventDrivenLoop::Start(double begin) {
   Vector g(problem_.num_constraints());
   sampler_.G(begin, Side::kRight, g);
   bool y_is_solution = false;
   return StartInterval(context_, begin, g, x_, y_, y_is_solution);
 }
 
-bool EventLocator::Cross(double end) {
+bool EventDrivenLoop::Cross(double end) {
   mode_ = nullptr;
   attempt_ = 0;
   short_modes_ = 0;
@@ -158,7 +158,7 @@ bool EventLocator::Cross(double end) {
 }
 
 // Continues after a kink of the sources as after a break point. If g jumps there, the state may jump too.
-bool EventLocator::PassKink() {
+bool EventDrivenLoop::PassKink() {
   constexpr double kNoJump = 1e-10;
   mode_ = nullptr;
   attempt_ = 0;
@@ -171,7 +171,7 @@ bool EventLocator::PassKink() {
 
 // Whether g jumps at `time` by more than `part` of its size and than what the rounding of `time` makes of it, which is
 // much where g is steep. Where it does not, the state is as consistent as it was before.
-bool EventLocator::SourceJumps(double time, double part) {
+bool EventDrivenLoop::SourceJumps(double time, double part) {
   constexpr double kRoundingOfTime = 4 * std::numeric_limits<double>::epsilon();
   const Index n = problem_.num_constraints();
   Vector before(n), left(n), right(n), behind(n);
@@ -184,14 +184,14 @@ bool EventLocator::SourceJumps(double time, double part) {
 }
 
 // So many steps, taken or not, that have not come forward by this part of the horizon: something was not foreseen.
-bool EventLocator::IsStuck() {
-  constexpr Index kMostTries = 8192;
-  constexpr double kLeastProgress = 1e-3;
-  if (t_ - tries_from_ > kLeastProgress * problem_.horizon) {
+bool EventDrivenLoop::IsStuck() {
+  constexpr Index kMaxTries = 8192;
+  constexpr double kMinProgress = 1e-3;
+  if (t_ - tries_from_ > kMinProgress * problem_.horizon) {
     tries_ = 0;
     tries_from_ = t_;
   }
-  if (++tries_ <= kMostTries) return false;
+  if (++tries_ <= kMaxTries) return false;
   context_.Fail(Termination::kIterationLimit, t_,
                 "The steps do not get past t = " + FormatNumber(t_) +
                     " with the required accuracy. If f, g or a solution of "
@@ -200,7 +200,7 @@ bool EventLocator::IsStuck() {
 }
 
 // Proposes the next mode that y is determined in.
-EventLocator::Progressed EventLocator::Choose(double end) {
+EventDrivenLoop::Progressed EventDrivenLoop::Choose(double end) {
   bool lost_least_element = false;
   while (attempt_ < kAttempts) {
     const ModeSearch::Proposal proposal =
@@ -213,7 +213,7 @@ EventLocator::Progressed EventLocator::Choose(double end) {
       return Progressed::kYes;
     }
     why_coupled_ = solved ? "the active set does not determine y (relative degree above one)"
-                        : "the coupled LCP that proposes an active set was not solved";
+                          : "the coupled LCP that proposes an active set was not solved";
   }
   if (!lost_least_element) return Progressed::kNoMode;
   context_.FailLostLeastElement(t_);
@@ -221,14 +221,14 @@ EventLocator::Progressed EventLocator::Choose(double end) {
 }
 
 // The first step: by the fastest eigenvalue, which has no units but that of time.
-void EventLocator::BeginWith(const Mode& mode) {
+void EventDrivenLoop::BeginWith(const Mode& mode) {
   double fastest = 0;
   for (const std::complex<double>& eigenvalue : mode.eigenvalues) fastest = std::max(fastest, std::abs(eigenvalue));
   length_ = fastest * problem_.horizon > 4 ? 4 / fastest : problem_.horizon;
 }
 
 // Another proposal where some are left.
-EventLocator::Progressed EventLocator::GiveUpMode(const char* why) {
+EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
   mode_ = nullptr;
   if (event_step_ && RefineEvent()) return Progressed::kYes;
   why_coupled_ = why;
@@ -237,9 +237,9 @@ EventLocator::Progressed EventLocator::GiveUpMode(const char* why) {
 
 // Locates the last event once more, by steps that end there: at its end a step is far more accurate than inside. A fast
 // state or a small M_ii may show the difference to the next mode. What is recorded of the step remains.
-bool EventLocator::RefineEvent() {
+bool EventDrivenLoop::RefineEvent() {
   constexpr int kCorrections = 2;
-  constexpr double kMost = 1e-3;  // part of the step
+  constexpr double kMax = 1e-3;  // part of the step
   const EventStep event = *std::exchange(event_step_, std::nullopt);
   const Mode* mode = search_.ModeOf(event.active, SizesSoFar());
   if (!mode) return false;
@@ -253,9 +253,8 @@ bool EventLocator::RefineEvent() {
     if (!(step_.error_ratio <= 1)) return false;
     const auto guard = step_.guard.row(event.guard);
     const LegendreVector at_end = LegendreValues(1);
-    const double delay =
-        -length / 2 * guard.dot(at_end) / guard.dot(GetLegendreBasis().derivative * at_end);
-    if (!(std::abs(delay) <= kMost * length)) return false;
+    const double delay = -length / 2 * guard.dot(at_end) / guard.dot(GetLegendreBasis().derivative * at_end);
+    if (!(std::abs(delay) <= kMax * length)) return false;
     if (correction < kCorrections) end = std::min(end + delay, event.limit);
   }
   const LegendreVector at_end = LegendreValues(1);
@@ -264,35 +263,35 @@ bool EventLocator::RefineEvent() {
   t_ = mode_begin_ = end;
   gap_.reset();
   attempt_ = 0;
-  search_.GuessBehind(*mode, event.guard);
+  search_.GuessAfter(*mode, event.guard);
   return true;
 }
 
 // Of the horizon, or of the time in which the fastest part of the mode acts; t is known to its rounding only.
-double EventLocator::Shortest(double part_of_horizon, double part_of_rate) const {
+double EventDrivenLoop::Shortest(double part_of_horizon, double part_of_rate) const {
   constexpr double kPartOfRate = 0.01;
   constexpr double kOfTime = 2e-15;
   const double acts = mode_ && mode_->rate > 0 ? kPartOfRate / mode_->rate : problem_.horizon;
   return std::max(kOfTime * t_, std::min(part_of_horizon * problem_.horizon, part_of_rate * acts));
 }
 
-double EventLocator::Share(double length) const { return std::max(length / problem_.horizon, kLeastShare); }
+double EventDrivenLoop::Share(double length) const { return std::max(length / problem_.horizon, kMinShare); }
 
-double EventLocator::StepLength(double end) const {
+double EventDrivenLoop::StepLength(double end) const {
   // A step multiplies a part of x that grows by the Padé approximation of its exponential, which is exact to rounding
   // up to about exp(6). The polynomial inside the step does not show that it grows more: its start is small against its
   // end.
-  constexpr double kMostGrowth = 6;
+  constexpr double kMaxGrowth = 6;
   double growth = 0;
   for (const std::complex<double>& eigenvalue : mode_->eigenvalues) growth = std::max(growth, eigenvalue.real());
   const double left = (kink_ ? std::min(*kink_, end) : end) - t_;
-  const double length = growth * length_ > kMostGrowth ? kMostGrowth / growth : length_;
+  const double length = growth * length_ > kMaxGrowth ? kMaxGrowth / growth : length_;
   if (length >= left) return left;
   return std::min(length, left / 2);
 }
 
 // One step in the mode: accepted up to its end or to the first event, or shortened, or the mode given up.
-EventLocator::Progressed EventLocator::Advance(double end) {
+EventDrivenLoop::Progressed EventDrivenLoop::Advance(double end) {
   const double length = StepLength(end);
   double step_end = t_ + length;
   for (const double known : {end, kink_.value_or(end)}) {
@@ -334,23 +333,23 @@ EventLocator::Progressed EventLocator::Advance(double end) {
     return Progressed::kYes;
   }
   const double lasted = length * (1 + mode_end->s) / 2;
-  const double again = lasted / kLeastKept;
+  const double again = lasted / kMinKept;
   step_.error_ratio =
       NanMax(step_.error_ratio, ErrorRatioBefore(mode_end->s, *mode_, step_, magnitudes_, tolerance_, Share(length)));
   if (!(step_.error_ratio <= 1) && again < length && again > Shortest(kShortestPart, 1)) return Shorten(again);
-  search_.GuessBehind(*mode_, mode_end->guard);
+  search_.GuessAfter(*mode_, mode_end->guard);
   if (lasted <= std::max(Shortest(kNoModePart, 1e-2), 4e-16 * t_)) return GiveUpMode("no active set lasts");
   Accept(t_ + lasted, mode_end->s);
   return EndMode(*mode_end, end);
 }
 
-EventLocator::Progressed EventLocator::FailNonFinite(double step_end) {
+EventDrivenLoop::Progressed EventDrivenLoop::FailNonFinite(double step_end) {
   context_.Fail(Termination::kNonFinite, t_,
                 "f or g is not finite between t = " + FormatNumber(t_) + " and " + FormatNumber(step_end) + ".");
   return Progressed::kFailed;
 }
 
-EventLocator::Progressed EventLocator::Shorten(double length) {
+EventDrivenLoop::Progressed EventDrivenLoop::Shorten(double length) {
   constexpr int kManyRejected = 3;
   constexpr double kNotSmooth = 1e3;
   const double shortest = Shortest(kShortestPart, 1);
@@ -365,13 +364,14 @@ EventLocator::Progressed EventLocator::Shorten(double length) {
   }
   if (length_ >= shortest) return Progressed::kYes;
   why_coupled_ =
-      "no step was short enough for the tolerance: a source jumps or has a kink at a time that is no break point";
+      "no step was short enough for the tolerance: the solution changes too fast, or f or g jumps or has a kink at a "
+      "time that is no break point";
   length_ = 16 * shortest;
   return Progressed::kNoMode;
 }
 
 // An event at t, the end of the last mode.
-EventLocator::Progressed EventLocator::EndMode(const ModeEnd& mode_end, double end) {
+EventDrivenLoop::Progressed EventDrivenLoop::EndMode(const ModeEnd& mode_end, double end) {
   errors_.AddEvent(*mode_, step_, sources_, mode_end.s, mode_end.guard);
   gap_ = GapOf(step_, sources_);
   event_step_ = {mode_->active, sources_.begin, end, x_start_, mode_end.guard};
@@ -388,13 +388,13 @@ EventLocator::Progressed EventLocator::EndMode(const ModeEnd& mode_end, double e
   const Vector slope = step_.x * (2 / sources_.length * (GetLegendreBasis().derivative * LegendreValues(mode_end.s)));
   const bool moved = (lasted * slope.array().abs() > tolerance_ * magnitudes_.x.array()).any();
   short_modes_ += moved ? 1 : kCountOfStill;
-  if (short_modes_ < kMostShortModes) return Progressed::kYes;
+  if (short_modes_ < kMaxShortModes) return Progressed::kYes;
   why_coupled_ = "switching times accumulate";
   return Progressed::kNoMode;
 }
 
 // By one step of the fastest rate: A x and f, in the units of each component.
-void EventLocator::RaiseReach() {
+void EventDrivenLoop::RaiseReach() {
   const double rate = std::max(mode_->rate, 1 / problem_.horizon);
   Vector& reach = magnitudes_.x_reach;
   reach = magnitudes_.x;
@@ -408,7 +408,7 @@ void EventLocator::RaiseReach() {
 
 // Onto the constraints that the mode lays on the state: a drift of rounding, or of the tolerance at its
 // start. False, and nothing done, where the state is farther off.
-bool EventLocator::Project() {
+bool EventDrivenLoop::Project() {
   if (mode_->num_algebraic == 0) return true;
   const Vector g = sources_.g * LegendreValues(-1);
   const Matrix of_g = mode_->algebraic_g();
@@ -426,7 +426,7 @@ bool EventLocator::Project() {
 
 // The part of a guard that is below zero but above its level, or that may be: where the guard comes nearer to zero than
 // `error`, an event may have been missed.
-Dip EventLocator::MissedDip(Index guard, double error, double s_end) const {
+Dip EventDrivenLoop::MissedDip(Index guard, double error, double s_end) const {
   constexpr double kOfNoise = 1.0 / 16;  // which is a bound
   const LegendreVector series = step_.guard.row(guard).transpose();
   const double noise = step_.guard_noise[guard];
@@ -445,7 +445,7 @@ Dip EventLocator::MissedDip(Index guard, double error, double s_end) const {
 // active: y_i would be about w_i / M_ii; where M_ii = 0, y_i would have kept x on the constraint. If a constraint
 // should have been released earlier, the error of x is what its y causes until then; for a fast state, it is the value
 // to which the state settles.
-ErrorGrowth::Overlooked EventLocator::Overlooked(double s_end, double duration) const {
+ErrorGrowth::Overlooked EventDrivenLoop::Overlooked(double s_end, double duration) const {
   ErrorGrowth::Overlooked overlooked{Vector::Zero(x_.size()), Vector::Zero(x_.size()), Vector::Zero(y_.size())};
   const Matrix &B = problem_.B.Dense(), &N = problem_.N.Dense(), &M = problem_.M.Dense();
   const Vector error = step_.guard_error + errors_.InGuards(*mode_);
@@ -470,21 +470,22 @@ ErrorGrowth::Overlooked EventLocator::Overlooked(double s_end, double duration) 
 }
 
 // Takes the part of the step up to `end`, at position `s_end`.
-void EventLocator::Accept(double end, double s_end) {
+void EventDrivenLoop::Accept(double end, double s_end) {
   if (sources_.check_s > s_end) sampler_.MoveCheck((s_end - 1) / 2, sources_);
   output_.AddSmooth(x_begin_, sources_, step_, mode_->active, end, s_end);
   NoteInterval(end, mode_);
-  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, looks_);
+  LegendreValuesAt((s_end + 1) / 2 * (GetLegendreBasis().nodes.array() + 1) - 1, legendre_at_samples_);
   errors_.AddStep(step_, sources_, Overlooked(s_end, end - t_), s_end);
   const LegendreVector at = LegendreValues(s_end);
   x_ = step_.x * at;
   y_ = (step_.y * at).cwiseMax(0);
   t_ = end;
-  magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * looks_.transpose()).cwiseAbs().rowwise().maxCoeff());
+  magnitudes_.x = magnitudes_.x.cwiseMax((step_.x * legendre_at_samples_.transpose()).cwiseAbs().rowwise().maxCoeff());
   magnitudes_.x_noise = step_.x_rounding;
   magnitudes_.y = magnitudes_.y.cwiseMax(y_);
   if (context_.y_is_lipschitz()) {
-    magnitudes_.By = magnitudes_.By.cwiseMax(RowMaxAbs(problem_.B * Matrix(step_.y * looks_.transpose())));
+    magnitudes_.By =
+        magnitudes_.By.cwiseMax(RowMaxAbs(problem_.B * Matrix(step_.y * legendre_at_samples_.transpose())));
     magnitudes_.g = magnitudes_.g.cwiseMax(sources_.g_size);
   }
   w_ = (step_.guard * at).cwiseMax(0);
@@ -497,7 +498,7 @@ void EventLocator::Accept(double end, double s_end) {
   event_step_.reset();
 }
 
-void EventLocator::NoteInterval(double end, const Mode* mode) {
+void EventDrivenLoop::NoteInterval(double end, const Mode* mode) {
   ModeInterval interval;
   interval.begin = t_;
   interval.end = end;
@@ -511,15 +512,15 @@ void EventLocator::NoteInterval(double end, const Mode* mode) {
 // A burst of coupled steps. Each burst without a lasting mode between is twice as long as the one before and
 // may err four times as much, so that the solve survives a point that the tolerance cannot pass; the record
 // holds what it cost.
-bool EventLocator::TakeCoupledSteps(double end) {
+bool EventDrivenLoop::TakeCoupledSteps(double end) {
   const double shortest = kShortestPart * problem_.horizon;
   if (burst_ == 1) coupled_length_ = std::max(shortest, std::min(length_, 1e3 * shortest));
   for (Index k = 0; k < burst_ && t_ < end;) {
     if (context_.stop.stop_requested()) return context_.FailCancelled(t_);
-    if (record_.coupled_steps >= kMostCoupledSteps) {
+    if (record_.coupled_steps >= kMaxCoupledSteps) {
       return context_.Fail(Termination::kIterationLimit, t_,
                            "No active set lasts at t = " + FormatNumber(t_) + " (" + why_coupled_ + "), and " +
-                               std::to_string(kMostCoupledSteps) +
+                               std::to_string(kMaxCoupledSteps) +
                                " steps of first order did not reach the required accuracy. Use "
                                "exponential-integrator, or a larger tolerance.");
     }
@@ -564,16 +565,16 @@ bool EventLocator::TakeCoupledSteps(double end) {
   return true;
 }
 
-void EventLocator::HandOver(const EventOutput::SmoothInterval& interval) {
+void EventDrivenLoop::Record(const EventOutput::SmoothInterval& interval) {
   const Segment& segment = interval.segment;
   if (segment.steps < 0) return;
   context_.recorder.Add(segment, interval.w);
   context_.NoteImpulses(segment, 0, segment.steps);
 }
 
-void EventLocator::Finish() {
+void EventDrivenLoop::Finish() {
   Solution& solution = context_.solution;
-  if (t_ < problem_.horizon) HandOver(output_.Finish());
+  if (t_ < problem_.horizon) Record(output_.Finish());
   Cost& cost = solution.cost;
   cost.steps = record_.steps + record_.coupled_steps;
   cost.coupled_steps = record_.coupled_steps;

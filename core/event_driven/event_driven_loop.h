@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The main loop of event_driven, from mode to mode.
 
-#ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
-#define DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
+#ifndef DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_LOOP_H_
+#define DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_LOOP_H_
 
 #include <optional>
 #include <string>
@@ -20,11 +20,11 @@
 
 namespace dlcs {
 
-class EventLocator {
+class EventDrivenLoop {
  public:
   // Keeps references. `tolerance` and the others as in EventDriven(). Gives up when EventRecord::Work() exceeds
   // `most_work`.
-  EventLocator(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
+  EventDrivenLoop(SolveContext& context, double tolerance, Index most_work, EventRecord& record);
 
   // Solves up to T and passes the trajectory to the recorder of the context. Returns whether T was reached; otherwise
   // the solution says why not.
@@ -60,7 +60,7 @@ class EventLocator {
   ErrorGrowth::Overlooked Overlooked(double s_end, double duration) const;
   void Accept(double end, double s_end);
   void NoteInterval(double end, const Mode* mode);
-  void HandOver(const EventOutput::SmoothInterval& interval);
+  void Record(const EventOutput::SmoothInterval& interval);
   double StepLength(double end) const;
   double Shortest(double part_of_horizon, double part_of_rate) const;
   double Share(double length) const;  // the part of the tolerance for a step of this length
@@ -101,20 +101,20 @@ class EventLocator {
     Index guard;
   };
   std::optional<EventStep> event_step_;
-  std::optional<double> kink_;    // the next time at which a source is not smooth although it is no break point
+  std::optional<double> kink_;  // the next time at which a source is not smooth although it is no break point
   int rejected_in_a_row_ = 0;
   double rejected_ratio_ = 0;  // SmoothStep::error_ratio of the last rejected step
-  int of_one_length_ = 0;  // steps in a row that found no reason to grow
-  Index tries_ = 0;        // since `tries_from_`
+  int of_one_length_ = 0;      // steps in a row that found no reason to grow
+  Index tries_ = 0;            // since `tries_from_`
   double tries_from_ = 0;
   Index burst_ = 1;  // number of coupled steps to take before the next search for a mode
   double coupled_length_ = 0;
   std::string why_coupled_;
   StepSources sources_;
   SmoothStep step_;
-  LegendreRows looks_;
+  LegendreRows legendre_at_samples_;
 };
 
 }  // namespace dlcs
 
-#endif  // DLCS_CORE_EVENT_DRIVEN_EVENT_LOCATOR_H_
+#endif  // DLCS_CORE_EVENT_DRIVEN_EVENT_DRIVEN_LOOP_H_

@@ -17,10 +17,10 @@ namespace dlcs {
 //
 //     time_stepping            x linear, y_j on (t_{j-1}, t_j]: the interpolants of Theorem 7 in [Shen & Pang 2007];
 //                              with average_y both linear
-//     exponential_integrator,       x = e^{τA} x_{j-1} + τ(φ_1 - φ_2)(τA) s(t_{j-1}) + τ φ_2(τA) s(t), τ = t - t_{j-1},
-//     with laplace_iteration        s = B y + f, f linear between nodes, and y linear (exp-PL) or y_j (exp-PC)
-//     wu_chen_iteration          as laplace_iteration; its nodes differ from that by the error of the contour
-//     event_driven            the polynomials of its steps (Options::keep_pieces), as accurate as the nodes
+//     exponential_integrator,  x = e^{τA} x_{j-1} + τ(φ_1 - φ_2)(τA) s(t_{j-1}) + τ φ_2(τA) s(t), τ = t - t_{j-1},
+//     laplace_iteration        s = B y + f, f linear between nodes, and y linear (exp-PL) or y_j (exp-PC)
+//     wu_chen_iteration        as laplace_iteration; its nodes differ from that by the error of the contour
+//     event_driven             the polynomials of its steps (Options::keep_pieces), as accurate as the nodes
 //
 // and w = N x + g + M y of these x and y; for event_driven, w has its own polynomials.
 // Keeps references to problem and solution. Not safe to share between threads, as TimeFunctionEvaluator.

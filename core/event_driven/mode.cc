@@ -62,7 +62,7 @@ Matrix ColumnsOfIdentity(Index n, const std::vector<Index>& S) {
   return selector;
 }
 
-// y_S by the rows of a regular M_SS, and the equation of the states. False where M_SS is singular.
+// y_S by the rows of a nonsingular M_SS, and the equation of the states. False where M_SS is singular.
 bool SubstituteMultipliers(const Problem& problem, Mode& mode) {
   const Matrix& M = problem.M.Dense();
   const auto inverse = NegativeInverse(M(mode.active, mode.active));
@@ -203,9 +203,9 @@ bool ModeMaker::Eliminate(const DataSizes& sizes, Mode& mode) const {
   mode.y.f = -mode.y.slope;
   mode.y.g = solve * of_g(pivots, Eigen::all);
 
-  Matrix regular = mode.E;
-  regular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
-  const auto negative_inverse = NegativeInverse(regular);
+  Matrix nonsingular = mode.E;
+  nonsingular.bottomRows(mode.num_algebraic) = mode.algebraic_rows();
+  const auto negative_inverse = NegativeInverse(nonsingular);
   if (!negative_inverse) return false;
   mode.correction = -negative_inverse->rightCols(mode.num_algebraic);
   const Index rest = m - mode.num_algebraic;

@@ -30,12 +30,12 @@ struct LinearOutput {
 //
 //     E (x' - f) = F x + source_g g.
 //
-// Where M_SS is regular and of normal size, its rows are the pivots, and E is the identity. Where it is singular (ideal
-// diodes, sliding, M = 0), some pivots are differential equations; the rows of the left null space of M_SS remain as
-// algebraic equations, which constrain the state: zero rows of E, the last ones. Where M_SS is small, they remain as
-// equations of fast states. A pivot is taken where y is best determined, relative to the other terms of its equation.
-// So a slow equation is subtracted from fast ones, not the other way round, and each of the remaining equations is
-// as accurate as its own terms: next to states of rate 1e14 the slow ones keep their digits.
+// Where M_SS is nonsingular and of normal size, its rows are the pivots, and E is the identity. Where it is singular
+// (ideal diodes, sliding, M = 0), some pivots are differential equations; the rows of the left null space of M_SS
+// remain as algebraic equations, which constrain the state: zero rows of E, the last ones. Where M_SS is small, they
+// remain as equations of fast states. A pivot is taken where y is best determined, relative to the other terms of its
+// equation. So a slow equation is subtracted from fast ones, not the other way round, and each of the remaining
+// equations is as accurate as its own terms: next to states of rate 1e14 the slow ones keep their digits.
 struct Mode {
   std::vector<Index> active;  // S, increasing
   LinearOutput y;             // n rows, zero outside S

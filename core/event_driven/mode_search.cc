@@ -19,7 +19,7 @@ constexpr double kSearchTolerance = 2e-15;
 // The noise of a state is a bound.
 constexpr double kOfNoise = 1.0 / 16;
 // A step below this part of t would hardly be one: t + h is rounded.
-constexpr double kLeastOfTime = 1e-14;
+constexpr double kMinOfTime = 1e-14;
 // Modes are kept until there are so many, and then all forgotten.
 constexpr std::size_t kKeptModes = 256;
 
@@ -49,7 +49,7 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
       abs_N_(problem.N.Dense().cwiseAbs()),
       near_(NearStates(problem.A.Dense())),
       free_(maker_.Make({}, {})),
-      looks_([this, selection](double h) {
+      look_aheads_([this, selection](double h) {
         ModeStepper stepper(*free_, h);
         // By refined steps: where a far state hardly moves, the sign of that decides.
         const Vector zero = Vector::Zero(problem_.num_states());
@@ -61,7 +61,7 @@ ModeSearch::ModeSearch(const Problem& problem, Selection selection, SourceSample
           KeepNear(source.col(0), moved.col(j));
         }
         std::unique_ptr<LcpSolver> solver = MakeCoupledLcpSolver(problem_.M, problem_.N.Dense() * moved, selection);
-        return std::make_unique<Look>(Look{std::move(stepper), std::move(solver)});
+        return std::make_unique<LookAhead>(LookAhead{std::move(stepper), std::move(solver)});
       }),
       basis_(problem.num_constraints(), 0),
       y_(problem.num_constraints()),
@@ -82,7 +82,7 @@ double ModeSearch::StepOf(double t, double scale, double longest, int attempt) c
   } else {
     h = std::ldexp(scale, kRatio * (attempt - kOfFastest + 1));
   }
-  h = std::min(std::max(kFirstPart * h, kLeastOfTime * std::abs(t)), longest / 2);
+  h = std::min(std::max(kFirstPart * h, kMinOfTime * std::abs(t)), longest / 2);
   return std::ldexp(1.0, std::ilogb(h));
 }
 
@@ -91,7 +91,7 @@ ModeSearch::Proposal ModeSearch::Find(double t, const Eigen::Ref<const Vector>& 
   Proposal proposal;
   if (!free_) return proposal;
   const double h = StepOf(t, scale, longest, attempt);
-  const Look& look = looks_.At(h);
+  const LookAhead& look = look_aheads_.At(h);
   sources_.F(t, Side::kRight, f_begin_);
   sources_.F(t + h, Side::kLeft, f_end_);
   sources_.G(t + h, Side::kLeft, g_);
@@ -118,7 +118,7 @@ void ModeSearch::KeepNear(const Vector& from, Eigen::Ref<Vector> x) const {
   x = (paths.array() > 0).select(x, 0);
 }
 
-void ModeSearch::GuessBehind(const Mode& mode, Index guard) {
+void ModeSearch::GuessAfter(const Mode& mode, Index guard) {
   std::fill(basis_.begin(), basis_.end(), 0);
   for (const Index i : mode.active) basis_[i] = 1;
   basis_[guard] ^= 1;

@@ -40,7 +40,7 @@ class ModeSearch {
   // Searches from the state `x` at `t`, whose rounding errors are `x_noise`. `scale` is the time scale of the system,
   // `longest` the time to the next break point. Each `attempt` in 0 ... kAttempts - 1 uses another h: first shorter
   // ones, for modes that end soon, down to those of the fastest states, then longer ones, to skip modes that are
-  // shorter than rounding. The LCP starts from the last active set or from that of GuessBehind(). `sizes` are those of
+  // shorter than rounding. The LCP starts from the last active set or from that of GuessAfter(). `sizes` are those of
   // the states so far and of the sources.
   static constexpr int kAttempts = 8;
   Proposal Find(double t, const Eigen::Ref<const Vector>& x, const Vector& x_noise, const DataSizes& sizes,
@@ -49,7 +49,7 @@ class ModeSearch {
   // The next search starts from the active set of `mode` with `guard`, the index whose guard ended it, added or
   // removed. If the numbers at an event are as small as the rounding of the LCP, this guess is accepted as the
   // solution.
-  void GuessBehind(const Mode& mode, Index guard);
+  void GuessAfter(const Mode& mode, Index guard);
 
   // The mode of `active`, kept; null where it has none.
   const Mode* ModeOf(const std::vector<Index>& active, const DataSizes& sizes);
@@ -59,7 +59,7 @@ class ModeSearch {
 
  private:
   // The system without y, and the coupled LCP, over one h.
-  struct Look {
+  struct LookAhead {
     ModeStepper stepper;
     std::unique_ptr<LcpSolver> solver;
   };
@@ -70,9 +70,9 @@ class ModeSearch {
   SourceSampler& sources_;
   ModeMaker maker_;
   Matrix abs_N_;
-  Matrix near_;  // nonzero where a state depends on another by low derivatives
+  Matrix near_;                 // nonzero where a state depends on another by low derivatives
   std::unique_ptr<Mode> free_;  // without active pairs; null where it has no form
-  StepCache<Look> looks_;
+  StepCache<LookAhead> look_aheads_;
   std::map<std::vector<Index>, std::unique_ptr<Mode>> modes_;  // by their active sets; null where there is none
   Basis basis_;
   Vector y_, f_begin_, f_end_, g_, predicted_, q_, tolerance_;

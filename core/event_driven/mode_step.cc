@@ -218,8 +218,7 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
   const PencilForm& form = mode_->form;
   const Index m = c.rows();
   const ComplexSeries b = form.left * source;
-  const Vector b_noise =
-      form.left.cwiseAbs() * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
+  const Vector b_noise = form.left.cwiseAbs() * (kUnit * source.cwiseAbs().rowwise().sum() + source_noise);
   const Vector c_size = c.cwiseAbs().rowwise().sum();
   ComplexSeries slope(m, kLegendreSize);
   Vector slope_size(m), noise(m);
@@ -230,11 +229,9 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
     const double over_slope = std::abs(scalars_[j].over_slope);
     const double terms =
         of_states.cwiseAbs().dot(c_size.tail(after + 1)) + of_slopes.cwiseAbs().dot(slope_size.tail(after));
-    const double by_equation =
-        over_slope * (kUnit * terms + b_noise[j] + of_slopes.cwiseAbs().dot(noise.tail(after)));
+    const double by_equation = over_slope * (kUnit * terms + b_noise[j] + of_slopes.cwiseAbs().dot(noise.tail(after)));
     // Of the source a component shows as much as it takes in on the step.
-    const double of_source =
-        half_ * b_noise[j] / (std::abs(form.Slope(j, j)) + half_ * std::abs(form.triangle(j, j)));
+    const double of_source = half_ * b_noise[j] / (std::abs(form.Slope(j, j)) + half_ * std::abs(form.triangle(j, j)));
     const double by_derivative = kLegendreDegree * kLegendreDegree / half_ * (kUnit * c_size[j] + of_source);
     if (by_equation <= by_derivative) {
       slope.row(j) = b.row(j) + of_states * c.bottomRows(after + 1) - of_slopes * slope.bottomRows(after);
@@ -252,7 +249,7 @@ void ModeStepper::AddSlope(const ComplexSeries& c, const LegendreSeries& source,
 ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, const LegendreSeries& source,
                                          const Vector& source_noise) const {
   constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
-  constexpr int kMostCorrections = 6;
+  constexpr int kMaxCorrections = 6;
   const bool is_explicit = mode_->is_explicit();
   LegendreSeries integral = half_ * Integral(source);
   integral.col(0) = start;
@@ -264,7 +261,7 @@ ModeStepper::Solution ModeStepper::Solve(const Eigen::Ref<const Vector>& start, 
   Solution solution;
   solution.uncertainty = Vector::Zero(start.size());
   const Vector given_to_rows = integral.rightCols(K).cwiseAbs().rowwise().sum();
-  for (int correction = 0; correction < kMostCorrections; ++correction) {
+  for (int correction = 0; correction < kMaxCorrections; ++correction) {
     LegendreSeries missing = integral + half_ * Integral<LegendreSeries>(mode_->F * x);
     if (is_explicit) {
       missing -= x;

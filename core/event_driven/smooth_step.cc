@@ -59,10 +59,10 @@ Vector InRows(const Mode& mode, const Vector& f, const Vector& g) {
 // Half the length of the step in the times in which the terms of each row act, at most some: by these stiff rows answer
 // to rounding in their coefficients, which come to (2k + 1) times that of an integral.
 Vector Stiffness(const Mode& mode, const Vector& x_size, double length) {
-  constexpr double kMost = 2 * kLegendreDegree + 1;
+  constexpr double kMax = 2 * kLegendreDegree + 1;
   const Vector change = length / 2 * AbsTimes(mode.dynamics, x_size);
   Vector stiffness(x_size.size());
-  for (Index i = 0; i < x_size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMost, change[i] / x_size[i]) : 0;
+  for (Index i = 0; i < x_size.size(); ++i) stiffness[i] = change[i] > 0 ? std::min(kMax, change[i] / x_size[i]) : 0;
   return stiffness;
 }
 
@@ -92,12 +92,12 @@ struct Allowed {
 // For the given sizes of them.
 Allowed AllowedErrors(const Mode& mode, const SmoothStep& step, const Vector& x_size, const Vector& guard_size,
                       const Magnitudes& magnitudes, double tolerance, double share) {
-  constexpr double kLeastPartOfReach = 1e-7;
-  constexpr double kLeastPartOfTerms = 1e-6;
-  const Vector x_magnitude = magnitudes.x.cwiseMax(x_size).cwiseMax(kLeastPartOfReach * magnitudes.x_reach);
+  constexpr double kMinPartOfReach = 1e-7;
+  constexpr double kMinPartOfTerms = 1e-6;
+  const Vector x_magnitude = magnitudes.x.cwiseMax(x_size).cwiseMax(kMinPartOfReach * magnitudes.x_reach);
   Vector guard_magnitude = magnitudes.w;
   for (const Index i : mode.active) guard_magnitude[i] = magnitudes.y[i];
-  guard_magnitude = guard_magnitude.cwiseMax(guard_size).cwiseMax(kLeastPartOfTerms * step.guard_terms);
+  guard_magnitude = guard_magnitude.cwiseMax(guard_size).cwiseMax(kMinPartOfTerms * step.guard_terms);
   return {tolerance * share * x_magnitude + step.x_noise, tolerance * x_magnitude + step.x_noise,
           tolerance * guard_magnitude + step.guard_noise};
 }
@@ -115,8 +115,8 @@ void SetLayerLengths(const Mode& mode, const Eigen::VectorXcd& parts, const Allo
   for (Index j = 0; j < parts.size(); ++j) {
     if (parts[j] == 0.0 || mode.form.Slope(j, j) == 0.0) continue;
     const Vector missed = 2 * (mode.form.vectors.col(j) * parts[j]).cwiseAbs();
-    const double ratio = std::max(LargestRatio(missed, allowed.layer),
-                                  LargestRatio(AbsTimes(mode.guard.state, missed), allowed.guard));
+    const double ratio =
+        std::max(LargestRatio(missed, allowed.layer), LargestRatio(AbsTimes(mode.guard.state, missed), allowed.guard));
     const double length = kResolved / std::abs(mode.form.triangle(j, j) / mode.form.Slope(j, j));
     if (ratio > 1) step.small_layer_length = std::min(step.small_layer_length, length);
     if (ratio > kClearlyMore) step.layer_length = std::min(step.layer_length, length);
@@ -159,8 +159,8 @@ SmoothStep TakeSmoothStep(const Mode& mode, const Eigen::Ref<const Vector>& star
   const Vector stiffness = Stiffness(mode, x_size, sources.length);
   // Rounding as the equations answer to it; its signs are as good as any.
   const Vector signs = SignsOfRounding(x_size.size());
-  const Vector answer = LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size),
-                                      kUnit * signs.cwiseProduct(rows_size));
+  const Vector answer =
+      LargestAnswer(*step.stepper, kUnit * signs.cwiseProduct(x_size), kUnit * signs.cwiseProduct(rows_size));
   step.x_rounding = kRounding * x_size + kRounding / kUnit * answer;
   step.x_noise = (stiffness.array() > kForgets).select(step.x_rounding + magnitudes.x_noise, step.x_rounding);
   const Vector x_coefficients = kOfCoefficient * step.x_noise.cwiseProduct(stiffness.cwiseMax(1));

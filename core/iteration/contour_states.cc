@@ -17,13 +17,13 @@ using Complex = std::complex<double>;
 using ComplexVector = Eigen::VectorXcd;
 
 // With more nodes than this, the rounding of the contour of Remark 2.3 grows faster than its error falls.
-constexpr Index kMostInitialNodes = 13;
-constexpr size_t kMostTerms = 4;  // of a polynomial
+constexpr Index kMaxInitialNodes = 13;
+constexpr size_t kMaxTerms = 4;  // of a polynomial
 
 // e^w, and ∫_0^h e^{z(h-τ)} (τ/h)^k dτ = h k! φ_{k+1}(w), w = zh: what a step does to the integral.
 struct StepWeights {
   Complex decay;
-  std::array<Complex, kMostTerms> powers;
+  std::array<Complex, kMaxTerms> powers;
 };
 
 StepWeights WeightsOfStep(Complex z, double h, size_t terms) {
@@ -82,7 +82,7 @@ ContourStates::ContourStates(SolveContext& context, const Contour& contour, cons
 
 void ContourStates::PrepareInitialResponse() {
   initial_.resize(context_.problem.num_states(), columns_.CountAll());
-  const Contour contour = InitialStateContour(std::min(num_nodes_, kMostInitialNodes));
+  const Contour contour = InitialStateContour(std::min(num_nodes_, kMaxInitialNodes));
   const double sector = SectorAngle(split_.inside.Eigenvalues());
   const bool fits = split_.separated() == 0 && sector < std::numbers::pi / 2 - contour.gamma;
   if (context_.options.contour_for_initial_state && fits) return InitialResponseByContour(contour);

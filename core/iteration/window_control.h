@@ -27,8 +27,8 @@ bool Converged(const std::vector<double>& changes, double tolerance);
 bool Diverging(const std::vector<double>& changes);
 
 // The most iterations for a window that may shrink, and for one that may not.
-inline constexpr Index kMostIterationsOfShrinking = 300;
-inline constexpr Index kMostIterationsOfFixed = 1000;
+inline constexpr Index kMaxIterationsOfShrinking = 300;
+inline constexpr Index kMaxIterationsOfFixed = 1000;
 
 // Chooses the width of windows. A window of W steps and k iterations costs k (W + 16) / W per step, since an iteration
 // on one step takes about as long as on sixteen (the lanes of core/lcp/structured/policy_iteration.h and overhead per

@@ -37,8 +37,8 @@ Matrix Guess(const Matrix& guess, WindowModel& window) {
 
 // Windows in flight that grow beyond this would drown the first one in the rounding of the convolution.
 bool IsTame(const Matrix& next, const Matrix& q, const Vector& size) {
-  constexpr double kMostGrowth = 1e3;
-  return RelativeChange(size, RowMaxAbs(next - q)) <= kMostGrowth;
+  constexpr double kMaxGrowth = 1e3;
+  return RelativeChange(size, RowMaxAbs(next - q)) <= kMaxGrowth;
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ WindowIteration::WindowIteration(SolveContext& context, bool may_shrink)
 
 Index WindowIteration::max_iterations() const {
   if (context_.options.max_iterations > 0) return context_.options.max_iterations;
-  return may_shrink_ ? kMostIterationsOfShrinking : kMostIterationsOfFixed;
+  return may_shrink_ ? kMaxIterationsOfShrinking : kMaxIterationsOfFixed;
 }
 
 WindowResult WindowIteration::Run(Index number, WindowModel& window, const Flight& flight) {
@@ -150,7 +150,7 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
 
 // In one pass: by blocks of columns that stay in the second cache.
 WindowIteration::Judgment WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y,
-                                                  Index columns) const {
+                                                 Index columns) const {
   constexpr Index kColumnsPerBlock = 32;
   Judgment seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
   Matrix w;

@@ -27,10 +27,10 @@ namespace dlcs {
 namespace {
 
 // A convergent iteration may grow first, like (Lt)^k/k!. What grows by more than this loses the digits that remain.
-constexpr double kMostGrowth = 1e10;
+constexpr double kMaxGrowth = 1e10;
 // One that grows by less is back where it began after this many iterations: Lt = ln 1e10 = 23, and (Lt)^k/k! = 1 at k =
 // 60.
-constexpr Index kMostInVain = 100;
+constexpr Index kMaxInVain = 100;
 
 class PlainIteration {
  public:
@@ -74,17 +74,17 @@ class PlainIteration {
                              "The iterates grew beyond the range of numbers. The whole horizon is one window "
                              "here; laplace-iteration takes shorter ones.");
       }
-      if (change > kMostGrowth * first_size) {
+      if (change > kMaxGrowth * first_size) {
         return context_.Fail(Termination::kDiverged, horizon,
                              "The iterates grew to " + FormatNumber(change) + " from " + FormatNumber(first_size) +
                                  ": even if they decrease again, rounding has destroyed the limit. The "
                                  "whole horizon is one window here; laplace-iteration takes shorter ones.");
       }
-      if (k - iteration_of_least >= kMostInVain) {
+      if (k - iteration_of_least >= kMaxInVain) {
         Keep();
         return context_.Fail(
             Termination::kIterationLimit, horizon,
-            "The change has not fallen below " + FormatNumber(least_change) + " for " + std::to_string(kMostInVain) +
+            "The change has not fallen below " + FormatNumber(least_change) + " for " + std::to_string(kMaxInVain) +
                 " iterations; the trajectory is the last iterate. The whole horizon is one window here; "
                 "laplace-iteration takes shorter ones.");
       }

@@ -78,14 +78,14 @@ double IterationBound::LogFactor(int k) {
 
 std::optional<double> IterationBound::IterationsFor(double tolerance) {
   const double wanted = std::log(tolerance);
-  for (int k = 0; k <= kMostExactFactors; ++k) {
+  for (int k = 0; k <= kMaxExactFactors; ++k) {
     if (LogFactor(k) <= wanted) return k;
   }
   const double log_growth = log_rate_ + std::log(ThetaMax(contour_));
   if (!std::isfinite(log_growth)) return std::nullopt;
   const auto enough = [&](double k) { return k * log_growth - std::lgamma(k + 1) <= wanted; };
   // Beyond the hump at k = e^{log_growth} the factor falls, so doubling and halving find where it passes.
-  double low = std::max<double>(kMostExactFactors, std::exp(log_growth)), high = low;
+  double low = std::max<double>(kMaxExactFactors, std::exp(log_growth)), high = low;
   while (!enough(high)) high *= 2;
   while (high - low > 1 && high - low > 1e-12 * high) (enough((low + high) / 2) ? high : low) = (low + high) / 2;
   return std::ceil(high);
@@ -94,7 +94,7 @@ std::optional<double> IterationBound::IterationsFor(double tolerance) {
 double IterationBound::LogAmplification() {
   // The sum of r^k/k! is e^r; here r = L̃ T Θ_max bounds where the terms have become negligible.
   double largest = 0;
-  for (int k = 1; k <= kMostExactFactors; ++k) {
+  for (int k = 1; k <= kMaxExactFactors; ++k) {
     largest = std::max(largest, LogFactor(k));
     if (LogFactor(k) < largest - 40 && LogFactor(k) < LogFactor(k - 1)) {
       double sum = 0;

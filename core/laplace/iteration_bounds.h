@@ -34,9 +34,9 @@ class IterationBound {
   double LogFactor(int k);
 
   // The smallest k with F_k <= `tolerance` (in (0, 1]): iterations that are enough from any start. Beyond
-  // kMostExactFactors it is counted with Θ_max in place of Θ_l, which gives no fewer. Absent for an infinite rate.
+  // kMaxExactFactors it is counted with Θ_max in place of Θ_l, which gives no fewer. Absent for an infinite rate.
   std::optional<double> IterationsFor(double tolerance);
-  static constexpr int kMostExactFactors = 500;
+  static constexpr int kMaxExactFactors = 500;
 
   // log Σ_r F_r, (2.14a): the factor by which an error that is made in every iteration (that of the quadrature) can
   // grow.

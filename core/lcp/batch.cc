@@ -14,7 +14,7 @@ namespace {
 // steps.
 constexpr Index kColumnsPerBlock = 32;
 // Solvers hold n² numbers and more; long batches get longer blocks instead of more solvers.
-constexpr Index kMostBlocks = 256;
+constexpr Index kMaxBlocks = 256;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::unique_ptr<LcpBatch::Bench> LcpBatch::MakeBench() const {
 LcpBatchOutcome LcpBatch::Solve(const Eigen::Ref<const Matrix>& q, const Eigen::Ref<const Vector>& tolerance,
                                 Workers& workers, const std::stop_token& stop, Eigen::Ref<Matrix> y) {
   const Index columns = q.cols();
-  const Index block_size = std::max(kColumnsPerBlock, (columns + kMostBlocks - 1) / kMostBlocks);
+  const Index block_size = std::max(kColumnsPerBlock, (columns + kMaxBlocks - 1) / kMaxBlocks);
   const Index blocks = (columns + block_size - 1) / block_size;
   std::vector<LcpBatchOutcome> outcomes(blocks);
 
@@ -63,8 +63,7 @@ void LcpBatch::SolveBlock(Index begin, Index end, const Eigen::Ref<const Matrix>
       break;
     }
     const std::uint32_t solved =
-        lanes ? lanes->Solve(*diagonals_, q.middleCols(first, count), tolerance, y.middleCols(first, count))
-              : 0;
+        lanes ? lanes->Solve(*diagonals_, q.middleCols(first, count), tolerance, y.middleCols(first, count)) : 0;
     for (Index j = first; j < first + count && outcome.verdict == LcpStatus::kSolved; ++j) {
       if (solved >> (j - first) & 1) continue;
       basis.resize(q.rows());

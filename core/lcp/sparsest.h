@@ -14,9 +14,9 @@ namespace dlcs {
 // "The sparse solution" of Remark 3.1 in [Wu & Chen]: of all solutions one with the fewest y_i > 0; of several the one
 // of least norm, of these the first in the order of bases, and IsOnlyChoice() is false. As a function of q it may jump.
 //
-// Supports S are looked at by their size, n <= kMaxSolutionEnumeration: the point of a regular M_SS, the point of least
-// norm of the face of a singular one (core/lcp/dense/nearest_point.h). The first size with a solution ends it; so at
-// most 2ⁿ factorizations. For a Z-matrix the least element is the sparsest solution, which needs none of this: it is
+// Supports S are looked at by their size, n <= kMaxSolutionEnumeration: the point of a nonsingular M_SS, the point of
+// least norm of the face of a singular one (core/lcp/dense/nearest_point.h). The first size with a solution ends it; so
+// at most 2ⁿ factorizations. For a Z-matrix the least element is the sparsest solution, which needs none of this: it is
 // below all others, and so positive in no more components.
 class SparsestSolver final : public LcpSolver {
  public:

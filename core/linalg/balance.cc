@@ -123,11 +123,11 @@ Exponents UnitsFromTree(const Matrix& A) {
 // Halves and doubles the units of single states, in place, while that makes the sum of row and column smaller by 5 % at
 // least; adds the exponents to `e`.
 void EvenOut(Matrix& A, Exponents& e) {
-  constexpr int kMostSweeps = 200;  // some five are usual
+  constexpr int kMaxSweeps = 200;  // some five are usual
   constexpr double kEnough = 0.95;
   const Index size = A.rows();
   bool changed = true;
-  for (int sweep = 0; changed && sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; changed && sweep < kMaxSweeps; ++sweep) {
     changed = false;
     for (Index i = 0; i < size; ++i) {
       double column = A.col(i).cwiseAbs().sum() - std::abs(A(i, i));

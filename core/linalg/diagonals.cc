@@ -8,7 +8,7 @@
 namespace dlcs {
 
 std::optional<Diagonals> Diagonals::Of(const Eigen::SparseMatrix<double>& matrix) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMax = 8;
   using Entry = Eigen::SparseMatrix<double>::InnerIterator;
   Diagonals made;
   std::vector<Diagonal>& diagonals = made.diagonals_;
@@ -19,7 +19,7 @@ std::optional<Diagonals> Diagonals::Of(const Eigen::SparseMatrix<double>& matrix
     for (Entry entry(matrix, j); entry; ++entry) {
       const Index shift = j - entry.row();
       if (find(shift) != diagonals.end()) continue;
-      if (diagonals.size() == kMost) return std::nullopt;
+      if (diagonals.size() == kMax) return std::nullopt;
       const Index first = std::max<Index>(0, -shift);
       diagonals.push_back({first, shift, Vector(std::min(matrix.rows(), matrix.cols() - shift) - first)});
     }

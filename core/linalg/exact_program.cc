@@ -126,7 +126,7 @@ class Tableau {
 }  // namespace
 
 std::optional<IntegerForm> AsIntegers(const Matrix& M) {
-  constexpr int kMostBits = 128;
+  constexpr int kMaxBits = 128;
   const auto rows = static_cast<std::size_t>(M.rows());
   IntegerForm form{BigMatrix(rows, BigVector(static_cast<std::size_t>(M.cols()), 0)), Vector::Ones(M.rows()),
                    Vector::Ones(M.cols())};
@@ -154,7 +154,7 @@ std::optional<IntegerForm> AsIntegers(const Matrix& M) {
       const Odd odd = OddPartOf(M(i, j));
       if (odd.mantissa == 0) continue;
       const int shift = odd.exponent - of_row[i] - of_column;
-      if (shift > kMostBits - kMantissaBits) return std::nullopt;
+      if (shift > kMaxBits - kMantissaBits) return std::nullopt;
       form.entries[i][j] = BigInteger(odd.mantissa) << shift;
     }
     form.column[j] = std::ldexp(1.0, -of_column);

@@ -96,9 +96,9 @@ class WideSchur {
   }
 
   bool Run() {
-    constexpr Index kMostIterations = 60;
+    constexpr Index kMaxIterations = 60;
     ReduceToHessenberg();
-    if (!IterateQr(T.size(), kMostIterations, *this)) return false;
+    if (!IterateQr(T.size(), kMaxIterations, *this)) return false;
     Sort();
     return true;
   }

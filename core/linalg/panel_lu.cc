@@ -73,12 +73,12 @@ Vector PanelLu::SolveTransposed(Vector x) const {
 }
 
 double PanelLu::ReciprocalCondition() const {
-  constexpr int kMostSteps = 5;
+  constexpr int kMaxSteps = 5;
   const Index size = lu_.rows();
   if (size == 0) return 1;
   double norm_of_inverse = 0;
   Vector x = Vector::Constant(size, 1 / static_cast<double>(size));
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Vector y = Solve(x);
     const double norm = y.lpNorm<1>();
     if (!std::isfinite(norm)) return 0;

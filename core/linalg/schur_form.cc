@@ -111,9 +111,9 @@ std::optional<SchurForm> ComputeSchurForm(const Matrix& A) {
   Matrix H = A, Q;
   ReduceToHessenberg(H, Q);
   SchurForm form{H.cast<Complex>(), Q.cast<Complex>()};
-  constexpr Index kMostIterations = 30;
+  constexpr Index kMaxIterations = 30;
   ComplexQr qr(form.triangle, form.vectors);
-  if (!IterateQr(A.rows(), kMostIterations, qr)) return std::nullopt;
+  if (!IterateQr(A.rows(), kMaxIterations, qr)) return std::nullopt;
   return form;
 }
 

@@ -37,7 +37,7 @@ class SparseFactor {
   // The memory of the factors.
   double bytes() const;
 
-  // (zI - sA)⁻¹ times the columns; not finite where the matrix is not regular. Safe to call from several threads.
+  // (zI - sA)⁻¹ times the columns; not finite where the matrix is singular. Safe to call from several threads.
   Columns Solve(const Eigen::Ref<const Columns>& columns) const;
 
  private:

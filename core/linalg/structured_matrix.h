@@ -50,10 +50,10 @@ class StructuredMatrix {
   const KroneckerSum* kronecker_sum() const { return std::get_if<KroneckerSum>(&value_); }
 
   // The most entries that Dense() may create: 512 MB.
-  static constexpr Index kMostDenseEntries = Index{1} << 26;
-  bool FitsDense() const { return is_dense() || rows_ == 0 || cols_ <= kMostDenseEntries / rows_; }
+  static constexpr Index kMaxDenseEntries = Index{1} << 26;
+  bool FitsDense() const { return is_dense() || rows_ == 0 || cols_ <= kMaxDenseEntries / rows_; }
   // All entries. For a matrix with structure they are computed at the first call and kept; there must be at most
-  // kMostDenseEntries.
+  // kMaxDenseEntries.
   const Matrix& Dense() const;
   operator const Matrix&() const { return Dense(); }
 

@@ -100,11 +100,11 @@ class HoleSearch {
     }
     return true;
   }
-  bool gave_up() const { return programs_ > kMostPrograms; }
+  bool gave_up() const { return programs_ > kMaxPrograms; }
   const BigVector& hole() const { return hole_; }
 
  private:
-  static constexpr int kMostPrograms = 5000;
+  static constexpr int kMaxPrograms = 5000;
 
   BigVector Generator(unsigned S, std::size_t j) const {
     BigVector column(n_, 0);
@@ -178,7 +178,7 @@ class HoleSearch {
 
   // Of region_ = { λ : h λ > 0 for all h }.
   bool IsCovered() {
-    if (++programs_ > kMostPrograms) return false;
+    if (++programs_ > kMaxPrograms) return false;
     const std::optional<BigVector> inside = FindInside(region_, n_ - 1);
     if (!inside) return true;
     const BigVector lambda = TruncateUtf8(*inside);

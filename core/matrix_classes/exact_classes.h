@@ -28,8 +28,8 @@ Fact ExactlyS(const Matrix& M);
 Fact ExactlyR0(const Matrix& M);
 
 // LCP(q, M) has a solution for every q, and for every q for which it is feasible. LCP(q, M) is solvable for q in the
-// complementary cones, one for each S, of the columns -M_j, j in S, and e_j beside it. Where M_SS is regular the cone
-// is full; the union of the full ones is closed, so that it is enough to cover all but a set of measure zero. Only
+// complementary cones, one for each S, of the columns -M_j, j in S, and e_j beside it. Where M_SS is nonsingular the
+// cone is full; the union of the full ones is closed, so that it is enough to cover all but a set of measure zero. Only
 // beside facets beyond which the neighbor is missing can there be a hole: what the other cones leave there is cut into
 // polyhedral cones of one dimension less. The witness z of a no is a q. Unknown after several thousand linear programs.
 Fact ExactlyQ(const Matrix& M);

@@ -85,7 +85,7 @@ double EigenvalueRounding(const Vector& eigenvalues) {
 }
 
 // The eigenvector of a symmetric matrix for its smallest eigenvalue, by inverse iteration. The shift is a little below
-// that eigenvalue: the shifted matrix is regular, and the shift is much closer to it than to the next one.
+// that eigenvalue: the shifted matrix is nonsingular, and the shift is much closer to it than to the next one.
 Vector Eigenvector(const Matrix& symmetric, double smallest) {
   const double below = smallest - 64 * kEpsilon * MaxAbs(symmetric);
   const PanelLu factor(symmetric - below * Matrix::Identity(symmetric.rows(), symmetric.cols()));

@@ -35,11 +35,11 @@ SparseMatrix OnMembrane(Index size, double weight) {
 
 std::vector<Violation> ValidateModel(const SignoriniModel& model) {
   // x0 has Q² entries, and so has every requested state.
-  constexpr Index kMostCells = 4096;
+  constexpr Index kMaxCells = 4096;
   std::vector<Violation> violations;
-  if (model.cells < 2 || model.cells > kMostCells) {
+  if (model.cells < 2 || model.cells > kMaxCells) {
     violations.push_back(
-        {"cells", "is " + std::to_string(model.cells) + ", must be from 2 to " + std::to_string(kMostCells)});
+        {"cells", "is " + std::to_string(model.cells) + ", must be from 2 to " + std::to_string(kMaxCells)});
   }
   if (!(model.coefficient > 0) || !std::isfinite(model.coefficient)) {
     violations.push_back({"coefficient", "is " + NumberText(model.coefficient) + ", must be positive and finite"});

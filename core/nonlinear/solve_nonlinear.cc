@@ -112,9 +112,9 @@ absl::StatusOr<Solution> SolveWithinError(NonlinearTask& task, bool by_default, 
     return 2 * PredictBytes(task.problem, steps, static_cast<double>(grid.output_nodes.size())) <=
            task.options.max_memory;
   };
-  constexpr Index kMostTrialSteps = Index{1} << 20;
+  constexpr Index kMaxTrialSteps = Index{1} << 20;
   std::vector<double> wanted;
-  auto result = TrySteps(system, task.options, kMostTrialSteps, by_default, wanted);
+  auto result = TrySteps(system, task.options, kMaxTrialSteps, by_default, wanted);
   if (!result.ok()) return result.status();
   ConcludeTrials(system, *result, by_default, result->solution);
   if (task.options.output_times_only || task.options.has_grid()) KeepTimes(wanted, result->solution);

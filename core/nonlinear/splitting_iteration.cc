@@ -105,7 +105,7 @@ class Iteration {
   bool width_is_fixed() const { return context_.options.window_steps != 0; }
   Index max_iterations() const {
     if (context_.options.max_iterations > 0) return context_.options.max_iterations;
-    return width_is_fixed() ? kMostIterationsOfFixed : kMostIterationsOfShrinking;
+    return width_is_fixed() ? kMaxIterationsOfFixed : kMaxIterationsOfShrinking;
   }
   Index Width(const Run& run) const {
     const Index wanted = context_.options.window_steps;

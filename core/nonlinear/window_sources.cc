@@ -20,8 +20,8 @@ ComplementarityResult SolveForY(NonlinearFunctions& functions, JosephyNewton& ne
                       y);
 }
 
-SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t,
-                           const Vector& x, const Vector& y) {
+SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResult& result, double t, const Vector& x,
+                           const Vector& y) {
   SplittingOutcome failure;
   failure.time = t;
   failure.why = "0 <= y ⟂ g(t, x, y) >= 0 at t = " + FormatNumber(t) + " was not solved: " + result.why;
@@ -38,9 +38,9 @@ SplittingOutcome FailureOf(NonlinearContext& context, const ComplementarityResul
 SplittingOutcome WindowSources::Evaluate(const std::vector<double>& times, const Matrix& W, Segment& segment,
                                          double& residual) {
   constexpr Index kTimesPerBlock = 32;
-  constexpr Index kMostBlocks = 64;
+  constexpr Index kMaxBlocks = 64;
   const Index steps = segment.steps;
-  const Index block_size = std::max(kTimesPerBlock, (steps + kMostBlocks - 1) / kMostBlocks);
+  const Index block_size = std::max(kTimesPerBlock, (steps + kMaxBlocks - 1) / kMaxBlocks);
   const auto blocks = static_cast<size_t>((steps + block_size - 1) / block_size);
   while (tools_.size() < blocks) {
     // The formulas were read before: they parse.

@@ -21,8 +21,8 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 // Enclosures of single steps that a search may take; a smooth formula is only searched for poles.
-constexpr double kMostWork = 1e7;
-constexpr double kMostWorkOfSmooth = 1e5;
+constexpr double kMaxWork = 1e7;
+constexpr double kMaxWorkOfSmooth = 1e5;
 // Intervals are cut at a fraction that no formula is likely to contain.
 constexpr double kCut = 0.48713;
 // An enclosure no wider than this many times that of one point is due to rounding.
@@ -69,12 +69,12 @@ struct Limit {
 };
 Limit Extrapolate(const std::vector<double>& distances, const std::vector<double>& values,
                   const std::vector<double>& noise) {
-  constexpr std::size_t kMostColumns = 8;
+  constexpr std::size_t kMaxColumns = 8;
   Limit best;
   std::vector<double> row;  // of Neville's scheme: through the last 1, 2, ... values
   for (std::size_t k = 0; k < values.size(); ++k) {
     std::vector<double> next = {values[k]};
-    for (std::size_t j = 1; j <= std::min(row.size(), kMostColumns); ++j) {
+    for (std::size_t j = 1; j <= std::min(row.size(), kMaxColumns); ++j) {
       const double ratio = distances[k] / (distances[k - j] - distances[k]);
       next.push_back(next[j - 1] + ratio * (next[j - 1] - row[j - 1]));
       const double error = std::abs(next[j] - next[j - 1]) + 2 * noise[k];
@@ -113,7 +113,7 @@ class Search {
     std::vector<Range> stack = {{begin_, end_}};
     // 250 intervals lead to a pole at 0.
     const double least_work = 250 * static_cast<double>(enclosure_.computed().size());
-    const double most_work = std::max(least_work, switches_.empty() ? kMostWorkOfSmooth : kMostWork);
+    const double most_work = std::max(least_work, switches_.empty() ? kMaxWorkOfSmooth : kMaxWork);
     while (!stack.empty()) {
       const Range range = stack.back();
       work_ += static_cast<double>(enclosure_.computed().size());
@@ -167,8 +167,8 @@ class Search {
       }
     }
     if (is_of_time_ && enclosure_.is_singular()) LookAtSingularity(range, middle);
-    if (crossings_.size() + clusters_.size() + result_.gaps.size() > kMostSwitchingTimes) {
-      Refuse(kMostSwitchingTimes, range.hi);
+    if (crossings_.size() + clusters_.size() + result_.gaps.size() > kMaxSwitchingTimes) {
+      Refuse(kMaxSwitchingTimes, range.hi);
     }
   }
 
@@ -187,7 +187,7 @@ class Search {
     std::snprintf(times, sizeof times, count < 1e15 ? "%.0f" : "%g", count);
     result_.refusal = "switches more than " + std::string(times) + " times" +
                       (until < end_ ? " before t = " + FormatNumber(until) : std::string()) + "; at most " +
-                      std::to_string(kMostSwitchingTimes) + " switching times are allowed";
+                      std::to_string(kMaxSwitchingTimes) + " switching times are allowed";
   }
 
   // The values of the steps of t alone.
@@ -222,7 +222,7 @@ class Search {
     const double at_lo = Decider(i, range.lo), at_hi = Decider(i, range.hi);
     const double first = std::ceil(std::min(at_lo, at_hi)), last = std::floor(std::max(at_lo, at_hi));
     const double count = last - first + 1;
-    if (static_cast<double>(crossings_.size()) + count > kMostSwitchingTimes) {
+    if (static_cast<double>(crossings_.size()) + count > kMaxSwitchingTimes) {
       return Refuse(static_cast<double>(crossings_.size()) + count - 1, range.hi);
     }
     for (double k = 0; k < count; ++k) {
@@ -312,13 +312,13 @@ class Search {
   // What the formula does on the way to `range` from the right (`direction` 1) or the left (-1): its enclosures at
   // distances that fall by 4, as long as they are of use.
   Approach Approached(Range range, int direction) {
-    constexpr int kMostSamples = 40;
+    constexpr int kMaxSamples = 40;
     const double target = range.lo + (range.hi - range.lo) / 2;
     const double edge = direction > 0 ? end_ : begin_;
     const int root = static_cast<int>(tree_.steps.size()) - 1;
     std::vector<double> distances, values, noise;
     double distance = std::abs(edge - target), largest = 0;
-    for (int k = 0; k < kMostSamples && distance > 16 * (range.hi - range.lo); ++k, distance /= 4) {
+    for (int k = 0; k < kMaxSamples && distance > 16 * (range.hi - range.lo); ++k, distance /= 4) {
       const double t = target + direction * distance;
       if (t < begin_ || t > end_) continue;
       enclosure_.Evaluate(t, t, t);

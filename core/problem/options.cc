@@ -36,8 +36,8 @@ void CheckTimes(const std::vector<double>& times, const std::string& field, doub
 void CheckGrid(const Options& options, double horizon, ViolationList& list) {
   const bool has_horizon = std::isfinite(horizon) && horizon > 0;
   if (options.num_steps < 0 || options.num_steps > kMaxSteps) {
-    list.Add("num_steps", std::to_string(options.num_steps) + "; must be between 1 and " +
-                              std::to_string(kMaxSteps) + ", or 0 for the default");
+    list.Add("num_steps", std::to_string(options.num_steps) + "; must be between 1 and " + std::to_string(kMaxSteps) +
+                              ", or 0 for the default");
   }
   if (!std::isfinite(options.step) || options.step < 0) {
     list.Add("step", NumberText(options.step) + "; must be finite and greater than 0, or 0 for the default");
@@ -46,18 +46,17 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
                          " steps over T = " + NumberText(horizon));
   }
   if (options.num_steps != 0 && options.step != 0) {
-    list.Add("step", NumberText(options.step) +
-                         "; only one of step and num_steps may be set, and num_steps is " +
+    list.Add("step", NumberText(options.step) + "; only one of step and num_steps may be set, and num_steps is " +
                          std::to_string(options.num_steps));
   }
   if (!options.grid_times.empty() && (options.num_steps != 0 || options.step != 0)) {
     list.Add("grid_times", std::to_string(options.grid_times.size()) +
                                " times; only one of grid_times, step and num_steps may be set");
   }
-  constexpr double kLeast = Options::kLeastErrorTolerance;
-  if (options.error_tolerance != 0 && !(options.error_tolerance >= kLeast && options.error_tolerance < 1)) {
-    list.Add("error_tolerance", NumberText(options.error_tolerance) + "; must be at least " +
-                                    NumberText(kLeast) + " and below 1, or 0 for none");
+  constexpr double kMin = Options::kMinErrorTolerance;
+  if (options.error_tolerance != 0 && !(options.error_tolerance >= kMin && options.error_tolerance < 1)) {
+    list.Add("error_tolerance", NumberText(options.error_tolerance) + "; must be at least " + NumberText(kMin) +
+                                    " and below 1, or 0 for none");
   }
   CheckTimes(options.grid_times, "grid_times", horizon, list);
   CheckTimes(options.output_times, "output_times", horizon, list);
@@ -65,8 +64,8 @@ void CheckGrid(const Options& options, double horizon, ViolationList& list) {
 
 void CheckIteration(const Options& options, ViolationList& list) {
   if (options.window_steps < Options::kWholeHorizon) {
-    list.Add("window_steps", std::to_string(options.window_steps) +
-                                 "; must be at least 1, or 0 to adapt, or -1 for the whole horizon");
+    list.Add("window_steps",
+             std::to_string(options.window_steps) + "; must be at least 1, or 0 to adapt, or -1 for the whole horizon");
   }
   if (options.windows_in_flight < 1 || options.windows_in_flight > kMaxWindowsInFlight) {
     list.Add("windows_in_flight", std::to_string(options.windows_in_flight) + "; must be between 1 and " +
@@ -76,24 +75,22 @@ void CheckIteration(const Options& options, ViolationList& list) {
     list.Add("iteration_tolerance", NumberText(options.iteration_tolerance) + "; must lie in (0, 1]");
   }
   if (options.acceleration < 0 || options.acceleration > kMaxAcceleration) {
-    list.Add("acceleration", std::to_string(options.acceleration) + "; must be between 0 and " +
-                                 std::to_string(kMaxAcceleration));
+    list.Add("acceleration",
+             std::to_string(options.acceleration) + "; must be between 0 and " + std::to_string(kMaxAcceleration));
   }
   if (options.max_iterations < 0) {
-    list.Add("max_iterations",
-             std::to_string(options.max_iterations) + "; must be at least 1, or 0 for the default");
+    list.Add("max_iterations", std::to_string(options.max_iterations) + "; must be at least 1, or 0 for the default");
   }
 }
 
 void CheckContour(const Options& options, ViolationList& list) {
   if (options.num_contour_nodes < 1 || options.num_contour_nodes > kMaxContourNodes) {
-    list.Add("num_contour_nodes", std::to_string(options.num_contour_nodes) + "; must be between 1 and " +
-                                      std::to_string(kMaxContourNodes));
+    list.Add("num_contour_nodes",
+             std::to_string(options.num_contour_nodes) + "; must be between 1 and " + std::to_string(kMaxContourNodes));
   }
   // Negated, so that NaN breaks the rules too.
   if (!(options.contour_gamma >= 0 && options.contour_gamma < std::numbers::pi / 2)) {
-    list.Add("contour_gamma",
-             NumberText(options.contour_gamma) + "; must lie in (0, pi/2), or be 0 for the default");
+    list.Add("contour_gamma", NumberText(options.contour_gamma) + "; must lie in (0, pi/2), or be 0 for the default");
   }
   const auto check_positive = [&](double value, const char* field) {
     if (!(value >= 0 && std::isfinite(value))) {

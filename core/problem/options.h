@@ -56,11 +56,11 @@ struct Options {
   // Lipschitz function of x. event_driven controls its steps by it. For other methods the step comes from trial solves
   // (core/driver/step_control.h); the solution holds the estimated error, and says if the tolerance was not reached.
   // With a tolerance a grid only gives the output times. 0: if a grid is set, its steps are used; if not, the tolerance
-  // is kDefaultErrorTolerance, with at most the work of kMostDefaultSteps steps, and missing it is not a failure.
+  // is kDefaultErrorTolerance, with at most the work of kMaxDefaultSteps steps, and missing it is not a failure.
   double error_tolerance = 0;
   static constexpr double kDefaultErrorTolerance = 1e-6;
-  static constexpr Index kMostDefaultSteps = 30'000;
-  static constexpr double kLeastErrorTolerance = 1e-13;  // below it rounding dominates
+  static constexpr Index kMaxDefaultSteps = 30'000;
+  static constexpr double kMinErrorTolerance = 1e-13;  // below it rounding dominates
 
   // Whether steps or nodes are set.
   bool has_grid() const { return num_steps > 0 || step > 0 || !grid_times.empty(); }

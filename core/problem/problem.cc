@@ -88,11 +88,11 @@ void CheckNumberOfSwitches(const Problem& problem, ViolationList& list) {
       field = times.empty() ? field : name;
     }
   }
-  if (found.size() <= kMostSwitchingTimes) return;
+  if (found.size() <= kMaxSwitchingTimes) return;
   const std::size_t count = MergeBreakPoints({}, found, problem.horizon).size();
-  if (count <= kMostSwitchingTimes) return;
+  if (count <= kMaxSwitchingTimes) return;
   list.Add(field, std::to_string(count) + " switching times of the formulas of f and g; at most " +
-                      std::to_string(kMostSwitchingTimes) + " are allowed together");
+                      std::to_string(kMaxSwitchingTimes) + " are allowed together");
 }
 
 void AddWarnings(const TimeFunction& function, double horizon, const std::string& field,

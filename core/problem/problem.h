@@ -54,7 +54,7 @@ struct Problem {
 // Every rule that `problem` breaks, in the order of the fields above; empty if it is valid. Checks shapes (m is the
 // number of rows of A, n of M, neither 0), non-finite entries, T > 0, times out of order or outside (0, T), and
 // formulas that do not parse. If all this is right, it also checks for formulas with a pole or without a finite value
-// in [0, T], for more than kMostSwitchingTimes switching times, and for components of f and g without a finite value at
+// in [0, T], for more than kMaxSwitchingTimes switching times, and for components of f and g without a finite value at
 // one of 257 equidistant times or on one side of a break point (naming the first such time).
 //
 // Fields are named A B N M f g x0 T break_points selector.C selector.b, with [row][column] or [component],

@@ -61,9 +61,9 @@ enum class AccuracySource {
 };
 
 // The estimated error of the trajectory. Each error is the largest over the times, relative to the largest value of the
-// component on [0, T], and at least kLeastError.
+// component on [0, T], and at least kMinError.
 struct Accuracy {
-  static constexpr double kLeastError = 16 * std::numeric_limits<double>::epsilon();
+  static constexpr double kMinError = 16 * std::numeric_limits<double>::epsilon();
 
   AccuracySource source = AccuracySource::kNotEstimated;
   double error = std::numeric_limits<double>::quiet_NaN();  // the largest of those below; NaN if not known

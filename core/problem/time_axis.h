@@ -16,7 +16,7 @@ enum class Side { kLeft, kRight };
 inline constexpr double kSameTime = 8 * 2.220446049250313e-16;
 
 // More switching times of formulas than this are refused.
-inline constexpr std::size_t kMostSwitchingTimes = 100'000;
+inline constexpr std::size_t kMaxSwitchingTimes = 100'000;
 
 // [0, horizon] with the merged break points of all sources.
 struct TimeAxis {

@@ -294,7 +294,7 @@ void TimeFunctionEvaluator::RoundingAt(double t, Eigen::Ref<Vector> out) {
 }
 
 std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, double horizon) {
-  constexpr int kMostRefused = 8;  // each of them may have taken a second
+  constexpr int kMaxRefused = 8;  // each of them may have taken a second
   int refused = 0;
   std::vector<AnalyzedComponent> analyzed;
   for (const SmoothInterval& interval : SmoothIntervals(function)) {
@@ -307,7 +307,7 @@ std::vector<AnalyzedComponent> AnalyzeFormulas(const TimeFunction& function, dou
       if (!formula.ok()) continue;
       analyzed.push_back({interval.piece, static_cast<Index>(i), *std::move(formula)});
       refused += !analyzed.back().formula->switching.refusal.empty();
-      if (refused == kMostRefused) return analyzed;
+      if (refused == kMaxRefused) return analyzed;
     }
   }
   return analyzed;

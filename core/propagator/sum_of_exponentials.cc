@@ -28,9 +28,9 @@ struct PivotedFactor {
 // Source: [Demmel 1999] J. Demmel. Accurate singular value decompositions of structured matrices. SIAM J. Matrix Anal.
 // Appl. 21.
 PivotedFactor FactorGramian(const Vector& d, const Vector& b, double negligible) {
-  constexpr Index kMostColumns = 200;
+  constexpr Index kMaxColumns = 200;
   const Index size = d.size();
-  PivotedFactor factor{Matrix(size, std::min(size, kMostColumns)), {}};
+  PivotedFactor factor{Matrix(size, std::min(size, kMaxColumns)), {}};
   Vector u = b;
   double largest = 0;
   Index rank = 0;

@@ -26,8 +26,8 @@ constexpr int kDeepest = 100;
 
 google::protobuf::util::TypeResolver& Resolver() {
   static const std::unique_ptr<google::protobuf::util::TypeResolver> resolver(
-      google::protobuf::util::NewTypeResolverForDescriptorPool(
-          "type.googleapis.com", google::protobuf::DescriptorPool::generated_pool()));
+      google::protobuf::util::NewTypeResolverForDescriptorPool("type.googleapis.com",
+                                                               google::protobuf::DescriptorPool::generated_pool()));
   return *resolver;
 }
 
@@ -41,7 +41,7 @@ class JsonPieces final : public google::protobuf::io::ZeroCopyInputStream {
 
   bool Next(const void** data, int* size) override {
     if (end_ == json_.size() || too_deep_) return false;
-    stopped_ = stopped_ || !bounds_.go_on();
+    stopped_ = stopped_ || !bounds_.is_wanted();
     if (stopped_) return false;
     const std::size_t begin = end_;
     const bool is_sound = FindEnd();
@@ -144,8 +144,8 @@ absl::StatusOr<std::string> JsonToMessage(const google::protobuf::Descriptor& ty
   if (pieces.stopped()) return absl::CancelledError("the translation was stopped");
   if (pieces.too_deep()) return NotInJson(type, fmt::format("more than {} levels", kDeepest));
   if (output.is_full()) {
-    return absl::ResourceExhaustedError(fmt::format("the body is a {} of more than {} bytes, which are accepted",
-                                                    type.full_name(), bounds.max_bytes));
+    return absl::ResourceExhaustedError(
+        fmt::format("the body is a {} of more than {} bytes, which are accepted", type.full_name(), bounds.max_bytes));
   }
   if (!status.ok()) return Refused(type, ValidUtf8({status.message().data(), status.message().size()}));
   return message;

@@ -19,7 +19,7 @@ struct JsonBounds {
   // Of the message. The JSON of many short numbers takes a quarter of that.
   std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
   // Called before each piece of the JSON, and ends the translation with false.
-  std::function<bool()> go_on = [] { return true; };
+  std::function<bool()> is_wanted = [] { return true; };
   // A piece takes some ten milliseconds at most, unless a text in it is longer.
   std::size_t piece_bytes = std::size_t{32} << 10;
 };

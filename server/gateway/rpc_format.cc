@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kPrefixBytes = 5;  // a byte of flags and four of length, big-endian
 // Beyond, a body of prefixes alone would take many times its size in memory.
-constexpr std::size_t kMostMessages = 1 << 17;
+constexpr std::size_t kMaxMessages = 1 << 17;
 constexpr unsigned char kCompressed = 0x01;
 constexpr unsigned char kConnectEnd = 0x02;
 constexpr unsigned char kGrpcWebTrailers = 0x80;
@@ -207,8 +207,8 @@ absl::StatusOr<std::vector<std::string>> SplitBody(const RpcFormat& format, std:
     }
     if ((flags & kCompressed) != 0) return absl::UnimplementedError("compressed messages are not accepted");
     if ((flags & (kConnectEnd | kGrpcWebTrailers)) == 0) messages.emplace_back(rest.substr(0, size));
-    if (messages.size() > kMostMessages) {
-      return absl::InvalidArgumentError(fmt::format("the body has more than {} messages", kMostMessages));
+    if (messages.size() > kMaxMessages) {
+      return absl::InvalidArgumentError(fmt::format("the body has more than {} messages", kMaxMessages));
     }
     rest.remove_prefix(size);
   }
@@ -278,8 +278,8 @@ absl::StatusOr<std::optional<std::chrono::nanoseconds>> TimeoutOf(const HttpRequ
                                                                               {"m", 1ms}, {"u", 1us},  {"n", 1ns}};
   const auto found = kUnits.find(unit);
   if (found == kUnits.end()) return BadTimeout(header, value, rule);
-  constexpr std::int64_t kMost = std::int64_t{1} << 62;  // some 146 years
-  if (number > kMost / found->second.count()) return std::nullopt;
+  constexpr std::int64_t kMax = std::int64_t{1} << 62;  // some 146 years
+  if (number > kMax / found->second.count()) return std::nullopt;
   return number * found->second;
 }
 

@@ -142,8 +142,8 @@ asio::awaitable<absl::StatusOr<ForwardedRequest>> RpcGateway::ReadRequest(HttpEx
   std::function<void()> leave = [left]() mutable { left.request_stop(); };
   exchange.OnDisconnect(std::move(leave));
   for (std::string& message : forwarded.messages) {
-    Translators::Work translate = [this, &method, &message](const std::function<bool()>& go_on) {
-      return JsonToMessage(*method.input_type(), message, {.max_bytes = max_message_bytes_, .go_on = go_on});
+    Translators::Work translate = [this, &method, &message](const std::function<bool()>& is_wanted) {
+      return JsonToMessage(*method.input_type(), message, {.max_bytes = max_message_bytes_, .is_wanted = is_wanted});
     };
     const std::size_t bytes = message.size();
     std::stop_token disconnected = left.get_token();
@@ -167,7 +167,7 @@ asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Translate(HttpExchange&
 asio::awaitable<absl::StatusOr<std::string>> RpcGateway::Encode(HttpExchange& exchange, const MethodDescriptor& method,
                                                                 const RpcFormat& format, std::string message) {
   if (!format.json) co_return FrameMessage(format, std::move(message));
-  Translators::Work translate = [&](const std::function<bool()>& /*go_on*/) {
+  Translators::Work translate = [&](const std::function<bool()>& /*is_wanted*/) {
     absl::StatusOr<std::string> json = MessageToJson(*method.output_type(), message);
     if (json.ok()) json = FrameMessage(format, *std::move(json));
     return json;

@@ -38,8 +38,8 @@ class Turns {
 // thread.
 class Translators {
  public:
-  // `go_on` is to be called between pieces of some milliseconds; if it returns false, nobody waits for the result.
-  using Work = std::function<absl::StatusOr<std::string>(const std::function<bool()>& go_on)>;
+  // `is_wanted` is to be called between pieces of some milliseconds; if it returns false, nobody waits for the result.
+  using Work = std::function<absl::StatusOr<std::string>(const std::function<bool()>& is_wanted)>;
 
   // Runs `work`, for a message of so many bytes, until `left` is stopped; the coroutine resumes on `executor`.
   boost::asio::awaitable<absl::StatusOr<std::string>> Run(std::size_t bytes, std::stop_token left,

@@ -37,19 +37,19 @@ Event EventLog::Append(EventKind kind, std::string payload) {
     closed_ = kind == EventKind::kSummary;
     event.sequence = ++last_;
     bytes_ += SizeOf(event);
-    (IsKept(kind) ? kept_ : passing_).push_back(event);
+    (IsDurable(kind) ? durable_ : transient_).push_back(event);
     if (OverLimits()) Evict();
-    wake = VisibleThrough() >= event.sequence && (IsKept(kind) ? NeedsWake() : NeedsWakeForPassing());
+    wake = VisibleThrough() >= event.sequence && (IsDurable(kind) ? NeedsWake() : NeedsWakeForTransient());
   }
   WakeIf(wake);
   return event;
 }
 
-void EventLog::MarkDurable(std::int64_t through) {
+void EventLog::MarkStored(std::int64_t through) {
   bool wake = false;
   {
     const std::lock_guard lock(mutex_);
-    durable_ = std::max(durable_, through);
+    stored_ = std::max(stored_, through);
     if (OverLimits()) Evict();
     wake = NeedsWake();
   }
@@ -85,17 +85,17 @@ void EventLog::AdvanceArchive(std::int64_t through, bool closed) {
   WakeIf(wake);
 }
 
-void EventLog::AppendRelayed(Event event, std::int64_t kept_before) {
+void EventLog::AppendRelayed(Event event, std::int64_t durable_before) {
   bool wake = false;
   {
     const std::lock_guard lock(mutex_);
     if (closed_ || event.sequence <= last_) return;
-    if (kept_before > archived_) RestartAfter(std::max(kept_before, last_));
+    if (durable_before > archived_) RestartAfter(std::max(durable_before, last_));
     last_ = event.sequence;
     reserved_ = std::max(reserved_, last_);
     forgotten_ = last_ - 1;  // those in between were not relayed
     bytes_ += SizeOf(event);
-    passing_.push_back(std::move(event));
+    transient_.push_back(std::move(event));
     if (OverLimits()) Evict();
     wake = NeedsWake();
   }
@@ -111,9 +111,9 @@ void EventLog::Abandon() {
 void EventLog::RestartAfter(std::int64_t sequence) {
   last_ = sequence;
   reserved_ = std::max(reserved_, last_);
-  durable_ = archived_ = forgotten_ = first_ = last_;
-  passing_.clear();
-  kept_.clear();
+  stored_ = archived_ = forgotten_ = first_ = last_;
+  transient_.clear();
+  durable_.clear();
   bytes_ = 0;
 }
 
@@ -129,7 +129,7 @@ bool EventLog::closed() const {
 
 std::size_t EventLog::num_events() const {
   const std::lock_guard lock(mutex_);
-  return passing_.size() + kept_.size();
+  return transient_.size() + durable_.size();
 }
 
 std::size_t EventLog::num_bytes() const {
@@ -144,7 +144,7 @@ std::shared_ptr<const EventDetail> EventLog::WantedDetail() const {
 
 bool EventLog::HasFullWatchers() const {
   const std::lock_guard lock(mutex_);
-  return std::ranges::any_of(watches_, [](const EventWatch* watch) { return !watch->options_.kept_only; });
+  return std::ranges::any_of(watches_, [](const EventWatch* watch) { return !watch->options_.durable_only; });
 }
 
 void EventLog::GatherDetail() {
@@ -189,51 +189,51 @@ EventLog::Choice EventLog::Choose(const EventWatch& watch, Duration now) const {
 EventLog::Choice EventLog::ChooseFromMemory(const EventWatch& watch, Duration now) const {
   using What = Choice::What;
   const std::int64_t visible = VisibleThrough();
-  const auto kept = After(kept_, watch.position_);
-  const bool has_kept = kept != kept_.end() && kept->sequence <= visible;
-  // The run of passing events before the next kept one.
-  const auto first = After(passing_, watch.position_);
-  const auto last = After(passing_, has_kept ? kept->sequence : visible);
-  if (first < last && !watch.options_.kept_only) {
+  const auto durable = After(durable_, watch.position_);
+  const bool has_durable = durable != durable_.end() && durable->sequence <= visible;
+  // The run of transient events before the next durable one.
+  const auto first = After(transient_, watch.position_);
+  const auto last = After(transient_, has_durable ? durable->sequence : visible);
+  if (first < last && !watch.options_.durable_only) {
     const bool throttled = watch.options_.min_interval > Duration::zero();
-    if (!throttled || now >= watch.next_passing_) {
+    if (!throttled || now >= watch.next_transient_) {
       const bool newest_only = throttled || static_cast<std::size_t>(last - first) > watch.options_.max_backlog;
-      return {What::kPassing, newest_only ? &*std::prev(last) : &*first};
+      return {What::kTransient, newest_only ? &*std::prev(last) : &*first};
     }
-    // Too early for this run; the next kept event supersedes it.
-    if (!has_kept) return {What::kWait, nullptr, watch.next_passing_};
+    // Too early for this run; the next durable event supersedes it.
+    if (!has_durable) return {What::kWait, nullptr, watch.next_transient_};
   }
-  if (has_kept) return {What::kKept, &*kept};
+  if (has_durable) return {What::kDurable, &*durable};
   return {What::kWait};
 }
 
 std::int64_t EventLog::VisibleThrough() const {
-  const auto on_its_way = After(kept_, durable_);
-  const std::int64_t settled = on_its_way == kept_.end() ? last_ : on_its_way->sequence - 1;
+  const auto on_its_way = After(durable_, stored_);
+  const std::int64_t settled = on_its_way == durable_.end() ? last_ : on_its_way->sequence - 1;
   return std::min(settled, reserved_);
 }
 
 bool EventLog::OverLimits() const {
-  return passing_.size() + kept_.size() > limits_.max_events || bytes_ > limits_.max_bytes;
+  return transient_.size() + durable_.size() > limits_.max_events || bytes_ > limits_.max_bytes;
 }
 
 void EventLog::Evict() {
-  while (OverLimits() && passing_.size() > 1) {
-    bytes_ -= SizeOf(passing_.front());
-    forgotten_ = passing_.front().sequence;
-    passing_.pop_front();
+  while (OverLimits() && transient_.size() > 1) {
+    bytes_ -= SizeOf(transient_.front());
+    forgotten_ = transient_.front().sequence;
+    transient_.pop_front();
   }
   // Only now, so that below archived_ there is nothing but what the store has.
-  if (!OverLimits() || kept_.empty() || kept_.front().sequence > durable_) return;
-  while (OverLimits() && !kept_.empty() && kept_.front().sequence <= durable_) {
-    bytes_ -= SizeOf(kept_.front());
-    archived_ = kept_.front().sequence;
-    kept_.pop_front();
+  if (!OverLimits() || durable_.empty() || durable_.front().sequence > stored_) return;
+  while (OverLimits() && !durable_.empty() && durable_.front().sequence <= stored_) {
+    bytes_ -= SizeOf(durable_.front());
+    archived_ = durable_.front().sequence;
+    durable_.pop_front();
   }
-  while (!passing_.empty() && passing_.front().sequence < archived_) {
-    bytes_ -= SizeOf(passing_.front());
-    forgotten_ = passing_.front().sequence;
-    passing_.pop_front();
+  while (!transient_.empty() && transient_.front().sequence < archived_) {
+    bytes_ -= SizeOf(transient_.front());
+    forgotten_ = transient_.front().sequence;
+    transient_.pop_front();
   }
 }
 
@@ -244,11 +244,11 @@ bool EventLog::NeedsWake() {
 }
 
 // A thousand iterates per second must not wake a watcher that wants twenty per second a thousand times.
-bool EventLog::NeedsWakeForPassing() {
+bool EventLog::NeedsWakeForTransient() {
   if (waker_ == nullptr || woken_) return false;
   woken_ = std::any_of(watches_.begin(), watches_.end(), [](const EventWatch* watch) {
-    const bool will_be_woken_in_time = watch->due_ <= watch->next_passing_;
-    return watch->waiting_ && !watch->options_.kept_only && !will_be_woken_in_time;
+    const bool will_be_woken_in_time = watch->due_ <= watch->next_transient_;
+    return watch->waiting_ && !watch->options_.durable_only && !will_be_woken_in_time;
   });
   return woken_;
 }
@@ -294,10 +294,10 @@ EventWatch::Delivery EventWatch::Next() {
         delivery = Deliver(std::move(event), now);
         break;
       }
-      case What::kPassing:
-        next_passing_ = now + options_.min_interval;
+      case What::kTransient:
+        next_transient_ = now + options_.min_interval;
         [[fallthrough]];
-      case What::kKept:
+      case What::kDurable:
         delivery = Deliver(*choice.event, now);
         break;
       case What::kArchived:
@@ -325,7 +325,7 @@ EventWatch::Delivery EventWatch::Next() {
 
 EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
   Delivery delivery{.got = Got::kEvent, .gap = std::nullopt, .event = {}, .archived_through = 0};
-  if (event.sequence > position_ + 1 && !options_.kept_only) {
+  if (event.sequence > position_ + 1 && !options_.durable_only) {
     EventGap gap{.first = position_ + 1, .last = event.sequence - 1, .why = EventGap::Why::kSlow};
     if (gap.first <= std::max(log_->first_, log_->forgotten_)) {
       gap.why = EventGap::Why::kNotRetained;
@@ -343,7 +343,7 @@ EventWatch::Delivery EventWatch::Deliver(Event event, Duration now) {
 
 void EventWatch::Supply(std::vector<Event> events, std::int64_t through) {
   const std::lock_guard lock(log_->mutex_);
-  // What is in memory as well comes from there, with the passing events around it.
+  // What is in memory as well comes from there, with the transient events around it.
   const std::int64_t archived = log_->archived_;
   for (Event& event : events) {
     if (event.sequence > position_ && event.sequence <= archived) supplied_.push_back(std::move(event));

@@ -33,8 +33,8 @@ class EventWaker {
 
 struct EventLogLimits {
   // Limits of the number of events in memory, and of the bytes of their payloads with kEventOverheadBytes each. Passing
-  // events are dropped first, oldest first; then kept events that are in the store. The newest passing event, and kept
-  // events that are not yet in the store, are held in spite of the limits.
+  // events are dropped first, oldest first; then durable events that are in the store. The newest transient event, and
+  // durable events that are not yet in the store, are held in spite of the limits.
   std::size_t max_events = 8192;
   std::size_t max_bytes = 4 << 20;
 };
@@ -42,11 +42,11 @@ inline constexpr std::size_t kEventOverheadBytes = 160;
 
 // How numbers stay unique over crashes. A number is shown to watchers only when
 //  - the store has a mark at or above it (Reserve), so that a server that resumes the job begins above it, and
-//  - all kept events up to it are in the store (MarkDurable), so that nothing shown can be lost.
+//  - all durable events up to it are in the store (MarkStored), so that nothing shown can be lost.
 // The engine does not wait for either: it appends, and watchers see the event one commit later.
 //
-// Where events are. Kept events up to `archived_through` are only in the store, and a watcher before that number has to
-// read them there (EventWatch::Got::kArchived). Later ones are in this log. Passing events are only in this log.
+// Where events are. Durable events up to `archived_through` are only in the store, and a watcher before that number has
+// to read them there (EventWatch::Got::kArchived). Later ones are in this log. Transient events are only in this log.
 //
 // Threads: all functions are safe from any thread; each holds one mutex for O(log events), Append() also for the
 // events it evicts (each once). Made by std::make_shared.
@@ -58,8 +58,8 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   // Returns the event with its number; 0, and drops it, when the log is closed. A summary closes it.
   Event Append(EventKind kind, std::string payload);
 
-  // Kept events up to `through` are in the store.
-  void MarkDurable(std::int64_t through);
+  // Durable events up to `through` are in the store.
+  void MarkStored(std::int64_t through);
   // The store's mark is at `through`.
   void Reserve(std::int64_t through);
   // Where the mark should go: well above the last number once most of the reserved ones are used; 0 when there are
@@ -70,9 +70,9 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   // continue after it. `closed` says that the last of them is the summary. Drops all events in memory, so nothing may
   // be appending. Does nothing if this log has come as far itself.
   void AdvanceArchive(std::int64_t through, bool closed);
-  // A passing event of the server that runs the job, with the number that it has there; the kept events up to
-  // `kept_before` are in the store, and there are none between the two. Ignored unless it is newer than all others.
-  void AppendRelayed(Event event, std::int64_t kept_before);
+  // A transient event of the server that runs the job, with the number that it has there; the durable events up to
+  // `durable_before` are in the store, and there are none between the two. Ignored unless it is newer than all others.
+  void AppendRelayed(Event event, std::int64_t durable_before);
   // Another server has resumed the job: drops the events that no watcher can have seen.
   void Abandon();
 
@@ -81,9 +81,9 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   std::size_t num_events() const;
   std::size_t num_bytes() const;
 
-  // The detail that the current watchers want in passing events. Never null.
+  // The detail that the current watchers want in transient events. Never null.
   std::shared_ptr<const EventDetail> WantedDetail() const;
-  // Whether any current watcher wants passing events.
+  // Whether any current watcher wants transient events.
   bool HasFullWatchers() const;
 
   // For the waker: adds the callbacks of the watchers that can continue now to `ready`. Returns when the next of the
@@ -94,7 +94,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   friend class EventWatch;
 
   struct Choice {
-    enum class What { kPassing, kKept, kSupplied, kArchived, kHeartbeat, kWait, kEnd } what = What::kWait;
+    enum class What { kTransient, kDurable, kSupplied, kArchived, kHeartbeat, kWait, kEnd } what = What::kWait;
     const Event* event = nullptr;
     Duration due = Duration::max();  // of kWait
   };
@@ -108,7 +108,7 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   void RestartAfter(std::int64_t sequence);
   // Whether the waker must be called because a watcher is waiting.
   bool NeedsWake();
-  bool NeedsWakeForPassing();
+  bool NeedsWakeForTransient();
   void WakeIf(bool needed);
   void GatherDetail();
 
@@ -117,14 +117,14 @@ class EventLog : public std::enable_shared_from_this<EventLog> {
   EventWaker* const waker_;
 
   mutable std::mutex mutex_;
-  std::deque<Event> passing_;  // both by increasing sequence
-  std::deque<Event> kept_;
+  std::deque<Event> transient_;  // both by increasing sequence
+  std::deque<Event> durable_;
   std::size_t bytes_ = 0;
   std::int64_t last_ = 0;
   std::int64_t reserved_ = 0;
-  std::int64_t durable_ = 0;    // kept events up to this number are in the store
-  std::int64_t archived_ = 0;   // kept events up to this number are no longer in kept_
-  std::int64_t forgotten_ = 0;  // passing events up to this number are no longer in passing_
+  std::int64_t stored_ = 0;     // durable events up to this number are in the store
+  std::int64_t archived_ = 0;   // durable events up to this number are no longer in durable_
+  std::int64_t forgotten_ = 0;  // transient events up to this number are no longer in transient_
   std::int64_t first_ = 0;      // numbers up to here were used before this log began
   bool closed_ = false;
   bool woken_ = false;                   // the waker was called and has not yet called TakeReady()
@@ -147,16 +147,16 @@ struct EventGap {
 
 struct EventWatchOptions {
   std::int64_t after = 0;  // begins above this number
-  // Passing events are neither delivered nor reported as gaps.
-  bool kept_only = false;
-  // The detail it wants in passing events. Events appended before the watch began may have less; all may have more.
+  // Transient events are neither delivered nor reported as gaps.
+  bool durable_only = false;
+  // The detail it wants in transient events. Events appended before the watch began may have less; all may have more.
   EventDetail detail = {};
-  // Passing events closer together than this are conflated: of each run the newest is delivered.
+  // Transient events closer together than this are conflated: of each run the newest is delivered.
   Duration min_interval{0};
   // A heartbeat is delivered after so long without an event. Proxies cut streams that are silent for a minute.
   Duration heartbeat = std::chrono::seconds(10);
   static constexpr Duration kMaxHeartbeat = std::chrono::seconds(15);
-  // If more passing events than this are waiting, the watcher skips to the newest.
+  // If more transient events than this are waiting, the watcher skips to the newest.
   std::size_t max_backlog = 256;
 };
 
@@ -167,14 +167,14 @@ class EventWatch {
     kEvent,
     kHeartbeat,  // has no number
     kNothing,    // `ready` will be called, once
-    kArchived,   // read the kept events after position() from the store, and Supply() them
+    kArchived,   // read the durable events after position() from the store, and Supply() them
     kEnd,        // the summary was delivered, or lies before `after`
   };
   struct Delivery {
     Got got = Got::kNothing;
     std::optional<EventGap> gap;        // comes before `event`
     Event event;                        // of kEvent
-    std::int64_t archived_through = 0;  // of kArchived: the store has all kept events up to here
+    std::int64_t archived_through = 0;  // of kArchived: the store has all durable events up to here
   };
 
   // `ready` is called from the waker's thread after each kNothing, at most once, and may be called shortly after this
@@ -186,8 +186,8 @@ class EventWatch {
 
   Delivery Next();
 
-  // Answers kArchived: the kept events after position(), as many as were read, in order. `through` is the number up to
-  // which there are no others: the last one's, or Delivery::archived_through when those were all.
+  // Answers kArchived: the durable events after position(), as many as were read, in order. `through` is the number up
+  // to which there are no others: the last one's, or Delivery::archived_through when those were all.
   void Supply(std::vector<Event> events, std::int64_t through);
 
   // All events up to this number were delivered or reported as a gap: the number to resume from.
@@ -207,7 +207,7 @@ class EventWatch {
   std::deque<Event> supplied_;
   std::int64_t supplied_through_ = 0;
   Duration last_delivery_;
-  Duration next_passing_{std::numeric_limits<Duration::rep>::min()};
+  Duration next_transient_{std::numeric_limits<Duration::rep>::min()};
   bool ended_ = false;
   bool waiting_ = false;
   Duration due_ = Duration::max();

@@ -39,8 +39,8 @@ void EventRelay::Work() {
     }
     for (Wanted& one : wanted) Begin(std::move(one));
     for (auto one = relayed_.begin(); one != relayed_.end();) {
-      const bool goes_on = clock_.Elapsed() < one->second.until && PassOn(one->first, one->second);
-      one = goes_on ? std::next(one) : relayed_.erase(one);
+      const bool continues = clock_.Elapsed() < one->second.until && PassOn(one->first, one->second);
+      one = continues ? std::next(one) : relayed_.erase(one);
     }
   }
 }
@@ -51,8 +51,8 @@ void EventRelay::Begin(Wanted wanted) {
   const EventDetail detail = Union(relayed.detail, wanted.detail);
   if (relayed.watch != nullptr && detail == relayed.detail) return;
   relayed.detail = detail;
-  relayed.kept = relayed.watch ? relayed.watch->position() : wanted.log->last_sequence();
-  const EventWatchOptions options{.after = relayed.kept, .detail = detail, .min_interval = kInterval};
+  relayed.durable_through = relayed.watch ? relayed.watch->position() : wanted.log->last_sequence();
+  const EventWatchOptions options{.after = relayed.durable_through, .detail = detail, .min_interval = kInterval};
   relayed.watch = std::make_unique<EventWatch>(std::move(wanted.log), options, [bell = bell_] {
     {
       const std::lock_guard lock(bell->mutex);
@@ -67,19 +67,19 @@ bool EventRelay::PassOn(const JobId& id, Relayed& relayed) {
     EventWatch::Delivery delivery = relayed.watch->Next();
     switch (delivery.got) {
       case EventWatch::Got::kEvent:
-        if (IsKept(delivery.event.kind)) {
-          relayed.kept = delivery.event.sequence;
+        if (IsDurable(delivery.event.kind)) {
+          relayed.durable_through = delivery.event.sequence;
         } else {
-          store_.Tell({.what = JobChange::What::kPassing,
-                       .job = id,
-                       .detail = {},
-                       .event = std::move(delivery.event),
-                       .kept_before = relayed.kept});
+          store_.Publish({.what = JobChange::What::kTransient,
+                          .job = id,
+                          .detail = {},
+                          .event = std::move(delivery.event),
+                          .durable_before = relayed.durable_through});
         }
         break;
       case EventWatch::Got::kArchived:
         // Watchers that receive the next event read these from the store.
-        relayed.kept = delivery.archived_through;
+        relayed.durable_through = delivery.archived_through;
         relayed.watch->Supply({}, delivery.archived_through);
         break;
       case EventWatch::Got::kHeartbeat:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends passing events of the jobs that run here to the servers on which they are watched.
+// Sends transient events of the jobs that run here to the servers on which they are watched.
 
 #ifndef DLCS_SERVER_JOBS_EVENT_RELAY_H_
 #define DLCS_SERVER_JOBS_EVENT_RELAY_H_
@@ -42,7 +42,7 @@ class EventRelay {
   struct Relayed {
     std::unique_ptr<EventWatch> watch;
     EventDetail detail;
-    std::int64_t kept = 0;  // the last kept event that the watch has passed, or a number above it
+    std::int64_t durable_through = 0;  // the last durable event that the watch has passed, or a number above it
     Duration until;
   };
   // Outlives the relay where a callback is under way.

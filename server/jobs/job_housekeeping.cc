@@ -43,21 +43,21 @@ void JobManager::RunMaintenance() {
   while (!ending_) {
     Duration due = std::min({poll.next(), renew.next(), ask.next(), probe.next(), expire.next()});
     if (WantsLook()) due = std::min(due, next_look);
-    Duration pause = heard_of_.empty() && !asks_others_ ? due - clock_.Elapsed() : Duration::zero();
+    Duration pause = changed_jobs_.empty() && !asks_others_ ? due - clock_.Elapsed() : Duration::zero();
     if (const auto deadline = NextDeadline()) pause = std::min(pause, *deadline - clock_.Now());
     if (pause > Duration::zero()) house_.wait_for(lock, pause);
     if (ending_) return;
     const Duration now = clock_.Elapsed();
-    const std::set<JobId> heard_of = std::exchange(heard_of_, {});
+    const std::set<JobId> changed = std::exchange(changed_jobs_, {});
     const bool look = WantsLook() && now >= next_look;
     const bool asks = std::exchange(asks_others_, false);
     if (look) {
       next_look = now + kBetweenLooks;
-      heard_of_work_ = heard_something_ = false;
+      work_announced_ = was_notified_ = false;
     }
     lock.unlock();
     EnforceDeadlines();
-    for (const JobId& id : heard_of) Refresh(id);
+    for (const JobId& id : changed) Refresh(id);
     if (renew.Due(now)) RenewLeases();
     if (poll.Due(now) || look) {
       FailUnmeetable();
@@ -142,7 +142,7 @@ void JobManager::AskOthers() {
       questions.push_back({.what = JobChange::What::kWatched, .job = id, .detail = *log->WantedDetail()});
     }
   }
-  for (const JobChange& question : questions) store_.Tell(question);
+  for (const JobChange& question : questions) store_.Publish(question);
 }
 
 void JobManager::OnStoreChange(const JobChange& change) {
@@ -153,18 +153,18 @@ void JobManager::OnStoreChange(const JobChange& change) {
     switch (change.what) {
       case JobChange::What::kClaimable:
         // A busy server polls when it has a free core.
-        heard_of_work_ = options_.runs_jobs;
+        work_announced_ = options_.runs_jobs;
         break;
       case JobChange::What::kEvents:
         if (is_ours || !logs_.contains(change.job)) return;
-        heard_of_.insert(change.job);
+        changed_jobs_.insert(change.job);
         break;
       case JobChange::What::kCancelling:
         if (!is_ours) return;
-        heard_of_.insert(change.job);
+        changed_jobs_.insert(change.job);
         break;
       case JobChange::What::kUnknown:
-        heard_something_ = true;
+        was_notified_ = true;
         break;
       case JobChange::What::kWatched:
         if (!options_.runs_jobs) return;
@@ -172,9 +172,9 @@ void JobManager::OnStoreChange(const JobChange& change) {
         watched_elsewhere_[change.job] = {clock_.Elapsed() + EventRelay::kFor, change.detail};
         if (is_ours && active->second.run) relay_.Want(change.job, active->second.run->log(), change.detail);
         return;
-      case JobChange::What::kPassing:
+      case JobChange::What::kTransient:
         if (const auto log = logs_.find(change.job); !is_ours && log != logs_.end()) {
-          if (const auto live = log->second.lock()) live->AppendRelayed(change.event, change.kept_before);
+          if (const auto live = log->second.lock()) live->AppendRelayed(change.event, change.durable_before);
         }
         return;
     }
@@ -182,7 +182,7 @@ void JobManager::OnStoreChange(const JobChange& change) {
   house_.notify_one();
 }
 
-bool JobManager::WantsLook() const { return heard_something_ || (heard_of_work_ && scheduler_.has_free_cores()); }
+bool JobManager::WantsLook() const { return was_notified_ || (work_announced_ && scheduler_.has_free_cores()); }
 
 void JobManager::Refresh(const JobId& id) {
   std::shared_ptr<JobRun> run;
@@ -217,7 +217,7 @@ void JobManager::RenewLease(JobRun& run) {
     run.Stop(StopCause::kLeaseLost);
   } else if (cancelled.ok() && *cancelled) {
     run.Stop(StopCause::kCancelled);
-    run.SayCancelling();
+    run.ReportCancelling();
   }
 }
 

@@ -41,11 +41,11 @@ JobManager::JobManager(JobManagerOptions options, JobStore& store, CostModel cos
   const SchedulerLimits& limits = options_.limits;
   const int threads = options_.runs_jobs ? 2 * limits.cores + limits.burst_cores : 0;
   for (int k = 0; k < threads; ++k) threads_.emplace_back([this] { Work(); });
-  store_.Listen([this](const JobChange& change) { OnStoreChange(change); });
+  store_.Subscribe([this](const JobChange& change) { OnStoreChange(change); });
 }
 
 JobManager::~JobManager() {
-  store_.Listen({});
+  store_.Subscribe({});
   Drain(Duration(0));
   {
     const std::lock_guard lock(mutex_);
@@ -141,7 +141,7 @@ absl::StatusOr<Job> JobManager::Cancel(const std::optional<std::string>& owner, 
   }
   if (run != nullptr && job->state == JobState::kCancelling) {
     run->Stop(StopCause::kCancelled);
-    run->SayCancelling();
+    run->ReportCancelling();
   }
   return job;
 }
@@ -159,7 +159,7 @@ absl::StatusOr<std::unique_ptr<JobWatch>> JobManager::Watch(const std::optional<
     return absl::OutOfRangeError(fmt::format("No event of this job has the number {}.", options.after));
   }
   auto watch = std::make_unique<JobWatch>(store_, id, LogOf(*job), options, std::move(ready));
-  if (!options.kept_only && !IsFinal(job->state)) {
+  if (!options.durable_only && !IsFinal(job->state)) {
     const std::lock_guard lock(mutex_);
     asks_others_ = asks_others_ || !active_.contains(id);
     if (asks_others_) house_.notify_one();
@@ -176,7 +176,7 @@ std::shared_ptr<EventLog> JobManager::LogOf(const Job& job) {
     log->AdvanceArchive(job.last_event, true);
   } else if (!active_.contains(job.id)) {
     // Notifications of other servers since `job` was read were lost, because there was no log.
-    heard_of_.insert(job.id);
+    changed_jobs_.insert(job.id);
     house_.notify_one();
   }
   return log;
@@ -221,7 +221,7 @@ void JobManager::Work() {
       lock.lock();
       active_.erase(start->id);
       if (active_.empty()) idle_.notify_all();
-      if (heard_of_work_) house_.notify_one();
+      if (work_announced_) house_.notify_one();
       work_.notify_one();
     } else if (ending_) {
       return;
@@ -242,7 +242,7 @@ void JobManager::RunJob(const Scheduler::Start& start) {
     {
       const std::lock_guard lock(mutex_);
       scheduler_.GiveBackCores(start.id, core_seconds());
-      if (heard_of_work_) house_.notify_one();
+      if (work_announced_) house_.notify_one();
     }
     work_.notify_one();
     End(*run, end);

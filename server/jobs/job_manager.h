@@ -70,7 +70,7 @@ struct JobManagerOptions {
   Duration lease = std::chrono::seconds(30);  // renewed every quarter of it
   Duration poll = std::chrono::seconds(1);    // interval of polling for changes that the store does not announce
   Duration probe = std::chrono::seconds(5);   // interval of checking whether the store works
-  // How often other servers are asked for passing events of jobs that are watched here.
+  // How often other servers are asked for transient events of jobs that are watched here.
   Duration ask = std::chrono::seconds(5);
   Duration expire_every = std::chrono::seconds(60);
   Expiry expiry;
@@ -185,9 +185,9 @@ class JobManager {
   std::map<JobId, Active> active_;
   std::map<JobId, std::weak_ptr<EventLog>> logs_;
   // Notifications from the store: jobs that changed, that there are jobs to claim, and any notification at all.
-  std::set<JobId> heard_of_;
-  bool heard_of_work_ = false;
-  bool heard_something_ = false;
+  std::set<JobId> changed_jobs_;
+  bool work_announced_ = false;
+  bool was_notified_ = false;
   std::map<JobId, Audience> watched_elsewhere_;
   bool asks_others_ = false;  // a watch of a job that does not run here began
   std::atomic<bool> leases_released_ = false;

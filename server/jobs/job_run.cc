@@ -31,14 +31,14 @@ JobRun::JobRun(ClaimedJob job, int threads, std::shared_ptr<EventLog> log, AskFo
       said_cancelling_(job_.job.state == JobState::kCancelling) {}
 
 void JobRun::Emit(EventKind kind, std::string payload) {
-  if (!IsKept(kind)) {
+  if (!IsDurable(kind)) {
     log_->Append(kind, std::move(payload));
     if (log_->WantedReservation() > 0) AskForWrite();
     return;
   }
   {
     const std::lock_guard lock(pending_mutex_);
-    AppendKept(kind, std::move(payload));
+    AppendDurable(kind, std::move(payload));
   }
   AskForWrite();
 }
@@ -50,12 +50,12 @@ void JobRun::Accept(AcceptedWindow window) {
         {.number = next_chunk_++, .begin = window.begin, .end = window.end, .data = std::move(window.trajectory)});
     if (window.state.has_value()) pending_.state = std::move(window.state);
     pending_.progress = window.progress;
-    AppendKept(EventKind::kWindowAccepted, std::move(window.event));
+    AppendDurable(EventKind::kWindowAccepted, std::move(window.event));
   }
   AskForWrite();
 }
 
-void JobRun::AppendKept(EventKind kind, std::string payload) {
+void JobRun::AppendDurable(EventKind kind, std::string payload) {
   Event event = log_->Append(kind, std::move(payload));
   if (event.sequence > 0) pending_.events.push_back(std::move(event));
 }
@@ -70,11 +70,11 @@ void JobRun::Stop(StopCause cause) {
   stop_source_.request_stop();
 }
 
-void JobRun::SayCancelling() {
+void JobRun::ReportCancelling() {
   {
     const std::lock_guard lock(pending_mutex_);
     if (std::exchange(said_cancelling_, true)) return;
-    AppendKept(EventKind::kState, JobStateName(JobState::kCancelling));
+    AppendDurable(EventKind::kState, JobStateName(JobState::kCancelling));
   }
   AskForWrite();
 }
@@ -94,7 +94,7 @@ absl::Status JobRun::Write(JobStore& store) {
   if (!unwritten_.events.empty()) {
     const std::int64_t last = unwritten_.events.back().sequence;
     log_->Reserve(last);
-    log_->MarkDurable(last);
+    log_->MarkStored(last);
   }
   log_->Reserve(unwritten_.reserve_through);
   unwritten_ = {};
@@ -113,7 +113,7 @@ absl::Status JobRun::Finish(JobStore& store, JobState state, const absl::Status&
   if (absl::Status status = store.Finish(job_.lease, *outcome_); !status.ok()) return status;
   const std::int64_t last = outcome_->events.back().sequence;
   log_->Reserve(last);
-  log_->MarkDurable(last);
+  log_->MarkStored(last);
   return absl::OkStatus();
 }
 

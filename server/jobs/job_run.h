@@ -73,7 +73,7 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
   // The first cause stays. Safe from any thread.
   void Stop(StopCause cause);
   // Emits the event that the job is being cancelled, once. Safe from any thread.
-  void SayCancelling();
+  void ReportCancelling();
 
   // Writes accepted windows and emitted events into the store, and reserves numbers if needed. Safe from any thread.
   // Errors: those of JobStore::Append(); what could not be written is written by the next call.
@@ -89,7 +89,7 @@ class JobRun : public std::enable_shared_from_this<JobRun> {
 
  private:
   // With pending_mutex_ held, so that events are pending in the order of their numbers.
-  void AppendKept(EventKind kind, std::string payload);
+  void AppendDurable(EventKind kind, std::string payload);
   void AskForWrite();
 
   const ClaimedJob job_;

@@ -166,7 +166,7 @@ double Scheduler::Savings(const Owner& owner) const {
 
 bool Scheduler::MayBorrow(const Demand& demand, const Owner& owner, double savings) const {
   return demand.core_seconds <= std::min(limits_.small_core_seconds, savings) && owner.running == 0 &&
-         lent_cores_ + demand.threads <= limits_.burst_cores && FitsMemory(demand);
+         burst_cores_in_use_ + demand.threads <= limits_.burst_cores && FitsMemory(demand);
 }
 
 std::optional<Scheduler::Choice> Scheduler::ChooseSmall() {
@@ -222,7 +222,7 @@ std::optional<Scheduler::Start> Scheduler::StartNext() {
   return Begin(*small, true);
 }
 
-Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_lent_cores) {
+Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_burst_cores) {
   const double gift = std::max(0.0, choice.missing);
   given_ += gift;
   for (auto& [name, owner] : owners_) {
@@ -236,11 +236,11 @@ Scheduler::Start Scheduler::Begin(const Choice& choice, bool on_lent_cores) {
 
   ++choice.owner->second.running;
   Request request = Take(JobId(choice.job->second.request.id));
-  (on_lent_cores ? lent_cores_ : busy_cores_) += request.demand.threads;
+  (on_burst_cores ? burst_cores_in_use_ : busy_cores_) += request.demand.threads;
   if (IsLarge(request.demand)) busy_cores_of_large_ += request.demand.threads;
   busy_memory_bytes_ += request.demand.memory_bytes;
   const Start start{.id = request.id, .threads = request.demand.threads};
-  running_[start.id] = {.request = std::move(request), .since = clock_.Elapsed(), .on_lent_cores = on_lent_cores};
+  running_[start.id] = {.request = std::move(request), .since = clock_.Elapsed(), .on_burst_cores = on_burst_cores};
   return start;
 }
 
@@ -248,7 +248,7 @@ void Scheduler::GiveBackCores(const JobId& id, double core_seconds) {
   const auto found = running_.find(id);
   if (found == running_.end() || !std::exchange(found->second.has_cores, false)) return;
   const Request& request = found->second.request;
-  (found->second.on_lent_cores ? lent_cores_ : busy_cores_) -= request.demand.threads;
+  (found->second.on_burst_cores ? burst_cores_in_use_ : busy_cores_) -= request.demand.threads;
   if (IsLarge(request.demand)) busy_cores_of_large_ -= request.demand.threads;
   Owner& owner = owners_[request.owner];
   owner.deficit += request.demand.core_seconds - core_seconds;

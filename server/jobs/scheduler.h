@@ -128,7 +128,7 @@ class Scheduler {
   struct Running {
     Request request;
     Duration since;
-    bool on_lent_cores = false;
+    bool on_burst_cores = false;
     bool has_cores = true;
   };
   struct Place {
@@ -157,7 +157,7 @@ class Scheduler {
   std::optional<Choice> ChooseSmall();
   // The next job among the first jobs of all users, or among those that fit.
   std::optional<Choice> Choose(bool only_fitting);
-  Start Begin(const Choice& choice, bool on_lent_cores = false);
+  Start Begin(const Choice& choice, bool on_burst_cores = false);
   double RunSeconds(const Demand& demand) const { return demand.core_seconds / demand.threads; }
   double RunningCoreSeconds() const;
   // The estimated time until a new job of this user starts, from the queued and running jobs.
@@ -176,7 +176,7 @@ class Scheduler {
   std::map<JobId, Running> running_;
   int busy_cores_ = 0;  // without the additional threads of small jobs
   int busy_cores_of_large_ = 0;
-  int lent_cores_ = 0;
+  int burst_cores_in_use_ = 0;
   std::int64_t busy_memory_bytes_ = 0;
 };
 

@@ -13,8 +13,8 @@ namespace dlcs {
 namespace {
 
 jobs::Duration IntervalOf(const google::protobuf::Duration& interval) {
-  constexpr std::int64_t kMostSeconds = kMaxWatchInterval.count();
-  return std::chrono::seconds(std::clamp<std::int64_t>(interval.seconds(), 0, kMostSeconds)) +
+  constexpr std::int64_t kMaxSeconds = kMaxWatchInterval.count();
+  return std::chrono::seconds(std::clamp<std::int64_t>(interval.seconds(), 0, kMaxSeconds)) +
          std::chrono::microseconds(std::max(interval.nanos(), 0) / 1000);
 }
 
@@ -36,7 +36,7 @@ absl::Status JobWatchCall::Work() {
   view_ = *std::move(view);
   jobs::EventWatchOptions options;
   options.after = request_.after_sequence();
-  options.kept_only = view_.wants_progress_only();
+  options.durable_only = view_.wants_progress_only();
   options.detail = view_.detail();
   options.min_interval = IntervalOf(request_.min_interval());
   auto watch = environment_.jobs->manager().Watch(caller->SeesJobsOf(), *id, options, Waker());

@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kRetryUploadAfter{1000};
 }  // namespace
 
 absl::Status UploadPlace::NoneFree() {
-  return ServerBusy("max_uploads_at_once", UploadPlaces::kMost, kRetryUploadAfter);
+  return ServerBusy("max_uploads_at_once", UploadPlaces::kMax, kRetryUploadAfter);
 }
 
 grpc::ServerReadReactor<v1::UploadProblemRequest>* UploadCall::Start(CallEnvironment& environment, UploadPlaces& places,

@@ -21,14 +21,14 @@ namespace dlcs {
 
 // Uploads are held in memory, so the number of concurrent ones is limited.
 struct UploadPlaces {
-  static constexpr int kMost = 4;
+  static constexpr int kMax = 4;
   std::atomic<int> taken = 0;
 };
 
 // One of them, held while it lives.
 class UploadPlace {
  public:
-  explicit UploadPlace(UploadPlaces& places) : places_(places), is_free_(++places.taken <= UploadPlaces::kMost) {}
+  explicit UploadPlace(UploadPlaces& places) : places_(places), is_free_(++places.taken <= UploadPlaces::kMax) {}
   ~UploadPlace() { --places_.taken; }
   UploadPlace(const UploadPlace&) = delete;
   UploadPlace& operator=(const UploadPlace&) = delete;

@@ -59,8 +59,8 @@ google::protobuf::Timestamp ToProto(jobs::Time time) {
 }
 
 jobs::Time FromProto(const google::protobuf::Timestamp& time) {
-  constexpr std::int64_t kMostSeconds = 300'000'000'000;  // beyond the year 9999, where timestamps end
-  return jobs::Time(std::chrono::seconds(std::clamp(time.seconds(), -kMostSeconds, kMostSeconds)) +
+  constexpr std::int64_t kMaxSeconds = 300'000'000'000;  // beyond the year 9999, where timestamps end
+  return jobs::Time(std::chrono::seconds(std::clamp(time.seconds(), -kMaxSeconds, kMaxSeconds)) +
                     std::chrono::microseconds(time.nanos() / 1000));
 }
 

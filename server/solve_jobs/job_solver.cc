@@ -176,7 +176,7 @@ double CountSteps(const PreparedSolve& prepared) {
   const double compared = WillCompare(options) ? 1 / kShareOfComparedSolve : 1;
   if (options.step > 0) return compared * std::ceil(horizon / options.step);
   if (options.num_steps > 0) return compared * static_cast<double>(options.num_steps);
-  return std::max<double>(Options::kMostDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
+  return std::max<double>(Options::kMaxDefaultSteps, static_cast<double>(prepared.result_bytes) / bytes_per_time);
 }
 
 absl::StatusOr<PreparedSolve> Prepare(const std::string& body, const SessionLimits& limits,
@@ -246,8 +246,8 @@ jobs::JobEnd JobSolver::Solve(jobs::JobRun& run) const {
 
   const auto columns = static_cast<Index>(solution->times.size());
   const bool stopped = solution->termination == Termination::kCancelled;
-  const bool will_go_on = run.cause() == jobs::StopCause::kDrain || run.cause() == jobs::StopCause::kLeaseLost;
-  if (stopped && will_go_on) return {absl::CancelledError(), ""};
+  const bool will_be_resumed = run.cause() == jobs::StopCause::kDrain || run.cause() == jobs::StopCause::kLeaseLost;
+  if (stopped && will_be_resumed) return {absl::CancelledError(), ""};
   const double reached = columns > 0 ? solution->times.back() : 0;
   v1::Summary summary = SummaryOf(*solution, run.cause());
   if (stopped) {

@@ -15,7 +15,7 @@ namespace dlcs {
 namespace {
 
 // A quarter of what receivers accept by default, with room for the other fields.
-constexpr Index kMostChunkDoubles = (1'000'000 - 1'000) / sizeof(double);
+constexpr Index kMaxChunkDoubles = (1'000'000 - 1'000) / sizeof(double);
 constexpr std::int64_t kReadAheadBytes = 4'000'000;
 
 using Values = google::protobuf::RepeatedField<double>;
@@ -51,7 +51,7 @@ absl::Status CheckComponents(const char* field, const google::protobuf::Repeated
 }  // namespace
 
 Index MostTimesInChunk(Index states, Index constraints) {
-  return std::max<Index>(kMostChunkDoubles / (1 + states + 2 * constraints), 1);
+  return std::max<Index>(kMaxChunkDoubles / (1 + states + 2 * constraints), 1);
 }
 
 absl::StatusOr<StoredTrajectory> ReadStoredTrajectory(jobs::JobStore& store, const jobs::JobId& id, std::int64_t parts,

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kSampledTimes = 65;
 // As in a page of a trajectory: a quarter of what receivers accept by default.
-constexpr std::size_t kMostValues = 1'000'000 / sizeof(double);
+constexpr std::size_t kMaxValues = 1'000'000 / sizeof(double);
 
 // `count` of the numbers 0 .. size - 1, evenly spread, the last among them.
 std::vector<std::size_t> Spread(std::size_t size, std::size_t count) {
@@ -115,7 +115,7 @@ void AddValues(const IterateValues& values, const jobs::EventDetail& detail, v1:
   const std::vector<int> rows(all.begin(), std::ranges::lower_bound(all, n));
   if (all.empty() ? n == 0 : rows.empty()) return;
   const std::size_t size = all.empty() ? static_cast<std::size_t>(n) : rows.size();
-  const std::size_t most = std::min(detail.most_times, std::max<std::size_t>(kMostValues / size, 1));
+  const std::size_t most = std::min(detail.most_times, std::max<std::size_t>(kMaxValues / size, 1));
   const std::vector<std::size_t> columns = Spread(values.times.size(), most);
   iterate.mutable_times()->Reserve(static_cast<int>(columns.size()));
   iterate.mutable_y()->Reserve(static_cast<int>(columns.size() * size));

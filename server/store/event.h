@@ -25,9 +25,9 @@ enum class EventKind {
   kWindowFinished = 9,  // accepted, and on its way to the store with a later kWindowAccepted
 };
 
-// Kept events are in the store before any watcher sees them, and every watcher receives all of them. The others
-// ("passing" events) are only in memory for a while; a gap is reported for those that a watcher did not receive.
-constexpr bool IsKept(EventKind kind) { return kind <= EventKind::kSummary; }
+// Durable events are in the store before any watcher sees them, and every watcher receives all of them. The others
+// ("transient" events) are only in memory for a while; a gap is reported for those that a watcher did not receive.
+constexpr bool IsDurable(EventKind kind) { return kind <= EventKind::kSummary; }
 
 struct Event {
   std::int64_t sequence = 0;  // from 1 in every job, increasing, never used twice

@@ -49,7 +49,7 @@ struct Chunk {
 struct Progress {
   std::vector<Chunk> chunks;         // continue the stored ones
   std::optional<std::string> state;  // the state to resume from after these chunks
-  std::vector<Event> events;         // kept events
+  std::vector<Event> events;         // durable events
   std::int64_t reserve_through = 0;  // event numbers up to this may be used; the mark never decreases
   double progress = 0;
 };
@@ -81,19 +81,20 @@ struct JobChange {
   enum class What {
     // From the store itself:
     kClaimable,   // the job was created, or given back
-    kEvents,      // it has further kept events
+    kEvents,      // it has further durable events
     kCancelling,  // it was asked to stop while it was running
     kUnknown,     // anything may have changed in any job
-    // From servers (JobStore::Tell):
+    // From servers (JobStore::Publish):
     kWatched,  // the job is watched on another server than the one that runs it, which wants `detail`
-    // `event`, which is not in the store; the last kept event before it has the number `kept_before`, or a lower one.
-    kPassing,
+    // `event`, which is not in the store; the last durable event before it has the number `durable_before`, or a lower
+    // one.
+    kTransient,
   };
   What what = What::kUnknown;
   JobId job = {};  // empty for kUnknown
   EventDetail detail = {};
   Event event = {};
-  std::int64_t kept_before = 0;
+  std::int64_t durable_before = 0;
 };
 
 // Common to all functions:
@@ -150,7 +151,7 @@ class JobStore {
   // used.
   virtual absl::Status Release(const Lease& lease, std::int64_t through) = 0;
 
-  // The kept events after `after`, in order, at most `limit`.
+  // The durable events after `after`, in order, at most `limit`.
   virtual absl::StatusOr<std::vector<Event>> ReadEvents(const JobId& id, std::int64_t after, int limit) = 0;
   // Parts of the trajectory from number `from`: at least one, and more as long as all together fit into `max_bytes`.
   virtual absl::StatusOr<std::vector<Chunk>> ReadChunks(const JobId& id, std::int64_t from, std::int64_t max_bytes) = 0;
@@ -160,13 +161,13 @@ class JobStore {
   virtual absl::StatusOr<int> Expire(const Expiry& expiry) = 0;
 
   // From now on calls `heard` for changes by any server, soon after they were made, from a thread that should not be
-  // blocked. An empty function ends that; when Listen() returns no call is running. Notifications may be lost, so
+  // blocked. An empty function ends that; when Subscribe() returns no call is running. Notifications may be lost, so
   // callers must poll too. Stores without notifications never call it.
-  virtual void Listen(std::function<void(const JobChange& change)> heard) { static_cast<void>(heard); }
+  virtual void Subscribe(std::function<void(const JobChange& change)> on_change) { static_cast<void>(on_change); }
 
-  // Sends `change` (kWatched or kPassing) to the listeners of all servers. It may be lost, and is not stored. Blocks
+  // Sends `change` (kWatched or kTransient) to the listeners of all servers. It may be lost, and is not stored. Blocks
   // like the other functions.
-  virtual void Tell(const JobChange& change) { static_cast<void>(change); }
+  virtual void Publish(const JobChange& change) { static_cast<void>(change); }
 
   // Whether the last access to the database succeeded.
   virtual bool Healthy() const = 0;

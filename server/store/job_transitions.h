@@ -42,7 +42,7 @@ absl::StatusOr<std::int64_t> BeginOfPage(const std::string& page_token, int page
 std::int64_t MaskOf(const std::vector<JobState>& states);
 
 // The most jobs, and the most problems, that one call of Expire() deletes.
-inline constexpr std::int64_t kMostDeletedAtOnce = 200;
+inline constexpr std::int64_t kMaxDeletedAtOnce = 200;
 
 }  // namespace dlcs::jobs
 

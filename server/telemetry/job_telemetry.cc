@@ -53,7 +53,7 @@ std::string NameOf(v1::Method method) {
   return name;
 }
 
-void Tell(Metrics& metrics, const jobs::JobRun& run, const jobs::JobEnd& end, std::chrono::duration<double> took) {
+void Record(Metrics& metrics, const jobs::JobRun& run, const jobs::JobEnd& end, std::chrono::duration<double> took) {
   const std::string outcome = OutcomeOf(end.status, run.cause());
   metrics.JobEnded(outcome);
   v1::Summary summary;
@@ -89,10 +89,10 @@ jobs::SolveFunction WithTelemetry(Metrics& metrics, jobs::SolveFunction solve) {
     try {
       end = solve(run);
     } catch (...) {
-      Tell(metrics, run, end, steady_clock::now() - begin);
+      Record(metrics, run, end, steady_clock::now() - begin);
       throw;
     }
-    Tell(metrics, run, end, steady_clock::now() - begin);
+    Record(metrics, run, end, steady_clock::now() - begin);
     return end;
   };
 }

@@ -35,7 +35,7 @@ namespace dlcs {
 StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
                                            std::vector<Violation>& violations,
                                            const FormulaParameters* parameters = nullptr);
-// All entries, whatever the structure on the wire; at most StructuredMatrix::kMostDenseEntries.
+// All entries, whatever the structure on the wire; at most StructuredMatrix::kMaxDenseEntries.
 Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations,
                        const FormulaParameters* parameters = nullptr);
 TimeFunction TimeFunctionFromProto(const v1::TimeFunction& function, Index size, const std::string& field,

@@ -26,7 +26,7 @@ using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 using Indices = google::protobuf::RepeatedField<std::int32_t>;
 
 // The most errors reported for one list of indices.
-constexpr int kMostListed = 20;
+constexpr int kMaxListed = 20;
 
 // The value of an entry that is a formula; absent, with a violation, if it has none.
 std::optional<double> EntryValue(const std::string& text, const NamesInFormulas& names, const std::string& field,
@@ -62,7 +62,7 @@ void PutFormulas(const EntryFormulas& formulas, const FormulaParameters* paramet
   const NamesInFormulas names({}, *parameters);
   std::set<int> taken;
   int listed = 0;
-  for (int k = 0; k < formulas.size() && listed < kMostListed; ++k) {
+  for (int k = 0; k < formulas.size() && listed < kMaxListed; ++k) {
     const int index = formulas[k].index();
     if (index < 0 || index >= values.size() || !taken.insert(index).second) {
       violations.push_back(
@@ -97,7 +97,7 @@ StructuredMatrix DenseFromProto(const v1::DenseMatrix& dense, const std::string&
 
 void CheckIndices(const Indices& indices, Index size, const std::string& field, std::vector<Violation>& violations) {
   int listed = 0;
-  for (int k = 0; k < indices.size() && listed < kMostListed; ++k) {
+  for (int k = 0; k < indices.size() && listed < kMaxListed; ++k) {
     if (indices[k] >= 0 && indices[k] < size) continue;
     violations.push_back(
         {fmt::format("{}[{}]", field, k), fmt::format("{}; must be at least 0 and below {}", indices[k], size)});
@@ -202,14 +202,14 @@ v1::SparseMatrix SparseToProto(const SparseMatrix& matrix) {
 StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::string& field,
                                            std::vector<Violation>& violations, const FormulaParameters* parameters) {
   const WireShape shape = ShapeOf(matrix);
-  constexpr std::int64_t kMostRows = std::numeric_limits<std::int32_t>::max();
+  constexpr std::int64_t kMaxRows = std::numeric_limits<std::int32_t>::max();
   if (shape.rows < 0 || shape.columns < 0) {
     violations.push_back({field, ShapeText(shape.rows, shape.columns) + "; the shape must not be negative"});
     return {};
   }
-  if (shape.rows > kMostRows || shape.columns > kMostRows) {
+  if (shape.rows > kMaxRows || shape.columns > kMaxRows) {
     violations.push_back({field, fmt::format("{}; at most {} rows and columns are possible",
-                                             ShapeText(shape.rows, shape.columns), kMostRows)});
+                                             ShapeText(shape.rows, shape.columns), kMaxRows)});
     return {};
   }
   switch (matrix.kind_case()) {
@@ -229,10 +229,10 @@ StructuredMatrix StructuredMatrixFromProto(const v1::Matrix& matrix, const std::
 Matrix MatrixFromProto(const v1::Matrix& matrix, const std::string& field, std::vector<Violation>& violations,
                        const FormulaParameters* parameters) {
   const WireShape shape = ShapeOf(matrix);
-  if (shape.rows > 0 && shape.columns > StructuredMatrix::kMostDenseEntries / shape.rows && !matrix.has_dense()) {
+  if (shape.rows > 0 && shape.columns > StructuredMatrix::kMaxDenseEntries / shape.rows && !matrix.has_dense()) {
     violations.push_back(
         {field, fmt::format("{}; at most {} entries are possible here, where the matrix is stored as dense",
-                            ShapeText(shape.rows, shape.columns), StructuredMatrix::kMostDenseEntries)});
+                            ShapeText(shape.rows, shape.columns), StructuredMatrix::kMaxDenseEntries)});
     return {};
   }
   return StructuredMatrixFromProto(matrix, field, violations, parameters).Dense();

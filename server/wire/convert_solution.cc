@@ -12,8 +12,8 @@ namespace dlcs {
 namespace {
 
 // Limit of lists in a summary, which is a single message.
-constexpr int kMostListedSwitchings = 10000;
-constexpr Index kMostErrors = 10000;
+constexpr int kMaxListedSwitchings = 10000;
+constexpr Index kMaxErrors = 10000;
 
 v1::Certificate ToProto(const Certificate& certificate) {
   v1::Certificate result;
@@ -46,9 +46,9 @@ v1::Accuracy ToProto(const Accuracy& accuracy) {
   if (!std::isnan(accuracy.error)) result.set_error(accuracy.error);
   result.set_tolerance(accuracy.tolerance);
   result.set_tolerance_is_default(accuracy.tolerance_is_default);
-  Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMostErrors)), *result.mutable_errors_x());
-  Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMostErrors)), *result.mutable_errors_by());
-  Append(accuracy.errors_w.head(std::min(accuracy.errors_w.size(), kMostErrors)), *result.mutable_errors_w());
+  Append(accuracy.errors_x.head(std::min(accuracy.errors_x.size(), kMaxErrors)), *result.mutable_errors_x());
+  Append(accuracy.errors_By.head(std::min(accuracy.errors_By.size(), kMaxErrors)), *result.mutable_errors_by());
+  Append(accuracy.errors_w.head(std::min(accuracy.errors_w.size(), kMaxErrors)), *result.mutable_errors_w());
   result.set_note(accuracy.note);
   return result;
 }
@@ -286,7 +286,7 @@ v1::Summary SummaryToProto(const Solution& solution) {
   if (solution.contour) *result.mutable_contour() = ToProto(*solution.contour);
   result.set_switchings(static_cast<Index>(solution.switching_times.size()));
   for (const SwitchingTime& switching : solution.switching_times) {
-    if (result.switching_times_size() == kMostListedSwitchings) break;
+    if (result.switching_times_size() == kMaxListedSwitchings) break;
     *result.add_switching_times() = ToProto(switching);
   }
   *result.mutable_propagator() = ToProto(solution.propagator);

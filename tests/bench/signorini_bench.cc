@@ -260,7 +260,7 @@ double RunPrinted(benchmark::State& state, const Setting& setting) {
 
 std::vector<Way> Ways() {
   const auto always = [](const Setting&) { return true; };
-  constexpr Index kMostCellsOfModes = 16;  // event location takes Schur forms of A
+  constexpr Index kMaxCellsOfModes = 16;  // event location takes Schur forms of A
   return {
       {"march", always, RunMarch},
       {"iteration, whole window", always,
@@ -268,7 +268,7 @@ std::vector<Way> Ways() {
       {"iteration, windows", always,
        [](auto& state, const Setting& setting) { return RunIteration(state, setting, 0); }},
       {"iteration as printed", always, RunPrinted},
-      {"event location", [](const Setting& setting) { return setting.cells <= kMostCellsOfModes; }, RunEvents},
+      {"event location", [](const Setting& setting) { return setting.cells <= kMaxCellsOfModes; }, RunEvents},
       {"time-stepping", always, RunTimeStepping},
       {"implicit Euler, sine transform", always, RunSine},
       {"implicit Euler, sparse Cholesky", always, RunCholesky},

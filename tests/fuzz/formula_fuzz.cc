@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formulas from files and messages. The first two letters say how many states and constraints there are: "0" none, "1"
 // one, ...
-#include "core/problem/formula.h"
-
 #include <algorithm>
 #include <cstring>
 #include <limits>
 #include <string>
 
+#include "core/problem/formula.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace dlcs::fuzz {
 namespace {
 
-constexpr Index kMostVariables = 12;
+constexpr Index kMaxVariables = 12;
 
 bool SameBits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
@@ -26,7 +25,7 @@ bool AllBelow(const std::vector<Index>& indices, Index size) {
 void TryFormula(const std::string& input) {
   if (input.size() < 2) return;
   const auto count = [&input](std::size_t k) {
-    return static_cast<Index>(static_cast<unsigned char>(input[k] - '0')) % (kMostVariables + 1);
+    return static_cast<Index>(static_cast<unsigned char>(input[k] - '0')) % (kMaxVariables + 1);
   };
   const Index m = count(0), n = count(1);
   absl::StatusOr<Formula> formula = Formula::Parse(input.substr(2), {.states = m, .constraints = n});

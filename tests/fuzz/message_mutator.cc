@@ -27,7 +27,7 @@ using google::protobuf::Message;
 using google::protobuf::Reflection;
 using Random = std::minstd_rand;
 
-constexpr int kMostElements = 200;
+constexpr int kMaxElements = 200;
 
 std::size_t Below(Random& random, std::size_t count) { return random() % count; }
 
@@ -69,16 +69,42 @@ double AnyNumber(Random& random) {
 }
 
 std::int64_t AnyInteger(Random& random) {
-  static constexpr std::array<std::int64_t, 14> kIntegers = {
-      0,  1,    2,         3,      4,          5, -1, 8, 30, 100, 65'536, std::numeric_limits<std::int32_t>::max(),
-      std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()};
+  static constexpr std::array<std::int64_t, 14> kIntegers = {0,
+                                                             1,
+                                                             2,
+                                                             3,
+                                                             4,
+                                                             5,
+                                                             -1,
+                                                             8,
+                                                             30,
+                                                             100,
+                                                             65'536,
+                                                             std::numeric_limits<std::int32_t>::max(),
+                                                             std::numeric_limits<std::int64_t>::max(),
+                                                             std::numeric_limits<std::int64_t>::min()};
   return OneOf(random, kIntegers);
 }
 
 std::string AnyText(Random& random, std::string text) {
-  static const std::array<std::string, 18> kTexts = {
-      "t", "0", "1", "-1", "sin(2*t)", "1/t", "sqrt(-t)", "(t<0.5)*2", "x1", "y1", "y1+x1-1", "x2-y1**3", "max(t,x1)",
-      "exp(700*t)", "jobs/abcdefghijklmnopqrstuvwx23", "2", "9223372036854775807", ""};
+  static const std::array<std::string, 18> kTexts = {"t",
+                                                     "0",
+                                                     "1",
+                                                     "-1",
+                                                     "sin(2*t)",
+                                                     "1/t",
+                                                     "sqrt(-t)",
+                                                     "(t<0.5)*2",
+                                                     "x1",
+                                                     "y1",
+                                                     "y1+x1-1",
+                                                     "x2-y1**3",
+                                                     "max(t,x1)",
+                                                     "exp(700*t)",
+                                                     "jobs/abcdefghijklmnopqrstuvwx23",
+                                                     "2",
+                                                     "9223372036854775807",
+                                                     ""};
   if (text.empty() || Below(random, 2) == 0) return OneOf(random, kTexts);
   std::vector<std::uint8_t> bytes(text.begin(), text.end());
   bytes.resize(text.size() + 8);
@@ -94,7 +120,7 @@ void SetAny(Message& message, const FieldDescriptor* field, Random& random) {
   const bool add = field->is_repeated();
   const auto integer = AnyInteger(random);
   switch (field->cpp_type()) {
-#define DLCS_SET(Type, value)                                                     \
+#define DLCS_SET(Type, value) \
   return add ? reflection.Add##Type(&message, field, value) : reflection.Set##Type(&message, field, value)
     case FieldDescriptor::CPPTYPE_DOUBLE:
       DLCS_SET(Double, AnyNumber(random));
@@ -128,7 +154,7 @@ void ChangeRepeated(Message& message, const FieldDescriptor* field, Random& rand
   const auto index = [&] { return static_cast<int>(Below(random, static_cast<std::size_t>(size))); };
   switch (size == 0 ? 0 : Below(random, 4)) {
     case 0:
-      if (size < kMostElements) SetAny(message, field, random);
+      if (size < kMaxElements) SetAny(message, field, random);
       return;
     case 1:
       return reflection.RemoveLast(&message, field);
@@ -190,9 +216,7 @@ std::size_t Put(const Message& message, std::uint8_t* data, std::size_t max_size
   return text.size();
 }
 
-std::string TextAt(const std::uint8_t* data, std::size_t size) {
-  return {reinterpret_cast<const char*>(data), size};
-}
+std::string TextAt(const std::uint8_t* data, std::size_t size) { return {reinterpret_cast<const char*>(data), size}; }
 
 }  // namespace
 }  // namespace dlcs::fuzz
@@ -208,8 +232,8 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 }
 
 extern "C" std::size_t LLVMFuzzerCustomCrossOver(const std::uint8_t* first, std::size_t first_size,
-                                                 const std::uint8_t* second, std::size_t second_size,
-                                                 std::uint8_t* out, std::size_t max_size, unsigned seed) {
+                                                 const std::uint8_t* second, std::size_t second_size, std::uint8_t* out,
+                                                 std::size_t max_size, unsigned seed) {
   using namespace dlcs::fuzz;
   const auto message = MessageOf(TextAt(first, first_size));
   const auto other = MessageOf(TextAt(second, second_size));

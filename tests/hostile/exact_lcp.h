@@ -25,7 +25,7 @@ struct Fractions {
 };
 
 // The solution set is a union of polyhedra in y >= 0, none of which holds a line. So it is not empty exactly where it
-// has a vertex; a vertex with the support T has w_R = 0 for some R of as many rows with M_RT regular.
+// has a vertex; a vertex with the support T has w_R = 0 for some R of as many rows with M_RT nonsingular.
 struct ExactLcp {
   std::vector<Fractions> vertices;  // distinct
   std::vector<Fractions> basic;     // of these, those with R = S for some S that holds the support

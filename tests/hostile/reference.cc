@@ -198,7 +198,7 @@ class Walk {
     return true;
   }
 
-  // A basis whose y or w is negative at once, found without making its mode. Only where M_SS is regular.
+  // A basis whose y or w is negative at once, found without making its mode. Only where M_SS is nonsingular.
   bool IsRuledOut(unsigned active, const Column& q) const {
     const RegimeSystem& s = regime_->system;
     std::vector<int> pairs;

@@ -139,7 +139,7 @@ CopositiveTruth ExactlyCopositive(const IntegerMatrix& a) {
     const std::vector<Index> members = Members(set);
     const std::size_t size = members.size();
     const int det = Sign(ExactDeterminant(A, members, members));
-    std::size_t positive = 0, negative = 0;  // of adj A_SS e where A_SS is regular, else of its first column
+    std::size_t positive = 0, negative = 0;  // of adj A_SS e where A_SS is nonsingular, else of its first column
     for (std::size_t i = 0; i < size; ++i) {
       Integer entry = 0;
       for (std::size_t j = 0; j < (det == 0 ? 1 : size); ++j) entry += Cofactor(A, members, j, i);

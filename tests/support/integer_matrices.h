@@ -39,7 +39,7 @@ bool ExactlyStrictlySemicopositive(const IntegerMatrix& a);
 bool ExactlySemicopositive(const IntegerMatrix& a);
 
 // (Strict) copositivity: where the least value λ of the form over the simplex is taken with the fewest
-// entries, S, either λ != 0, A_SS is regular and z = λ A_SS⁻¹e; or λ = 0 and z spans the kernel of A_SS. A =
+// entries, S, either λ != 0, A_SS is nonsingular and z = λ A_SS⁻¹e; or λ = 0 and z spans the kernel of A_SS. A =
 // M + Mᵀ.
 struct CopositiveTruth {
   bool strictly_copositive = true, copositive = true;

@@ -74,8 +74,8 @@ struct ShowJobsCommand {
 struct EndJobCommand {
   JobTarget target;
   std::string name;
-  bool forget = false;  // delete, not cancel
-  bool all = false;     // every job that has ended, or of those the ones in `states`
+  bool deletes = false;  // delete, not cancel
+  bool all = false;      // every job that has ended, or of those the ones in `states`
   std::vector<v1::JobState> states;
 };
 

@@ -83,7 +83,7 @@ std::string AgeText(const google::protobuf::Timestamp& time) {
   return fmt::format("{}d", seconds / 86400);
 }
 
-std::string Harmless(std::string text) {
+std::string WithoutControlCharacters(std::string text) {
   std::ranges::replace_if(
       text, [](unsigned char letter) { return letter < 0x20 || letter == 0x7f; }, '?');
   return text;
@@ -94,17 +94,17 @@ namespace {
 // The only name in `found`, or an error if there is none or more than one.
 absl::StatusOr<std::string> TheOne(const std::string& typed, const char* what, const char* list,
                                    const std::vector<std::pair<std::string, std::string>>& found) {
-  constexpr std::size_t kMostShown = 5;
+  constexpr std::size_t kMaxShown = 5;
   if (found.size() == 1) return found.front().first;
   if (found.empty()) {
     return absl::InvalidArgumentError(
         fmt::format("no {} has a name that begins with \"{}\"; dlcs {} shows them", what, typed, list));
   }
   std::string text = fmt::format("\"{}\" begins the names of {} {}s:", typed, found.size(), what);
-  for (std::size_t k = 0; k < std::min(found.size(), kMostShown); ++k) {
+  for (std::size_t k = 0; k < std::min(found.size(), kMaxShown); ++k) {
     text += fmt::format("\n  {}  {}", found[k].first, found[k].second);
   }
-  return absl::InvalidArgumentError(text + (found.size() > kMostShown ? "\n  ..." : ""));
+  return absl::InvalidArgumentError(text + (found.size() > kMaxShown ? "\n  ..." : ""));
 }
 
 constexpr const char* kLettersOfJobs = "abcdefghijklmnopqrstuvwxyz234567";
@@ -112,7 +112,7 @@ constexpr const char* kLettersOfJobs = "abcdefghijklmnopqrstuvwxyz234567";
 }  // namespace
 
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits) {
-  constexpr std::size_t kMost = 1'000'000;
+  constexpr std::size_t kMax = 1'000'000;
   const std::string letters = typed.starts_with("jobs/") ? typed.substr(5) : typed;
   if (letters.empty() || letters.size() > kJobLetters ||
       letters.find_first_not_of(kLettersOfJobs) != std::string::npos) {
@@ -122,11 +122,11 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   }
   const std::string name = "jobs/" + letters;
   if (letters.size() == kJobLetters) return name;
-  const auto jobs = client.List({}, kMost, limits);
+  const auto jobs = client.List({}, kMax, limits);
   if (!jobs.ok()) return jobs.status();
   std::vector<std::pair<std::string, std::string>> found;
   for (const v1::SolveJob& job : *jobs) {
-    if (job.name().starts_with(name)) found.emplace_back(job.name(), Harmless(job.title()));
+    if (job.name().starts_with(name)) found.emplace_back(job.name(), WithoutControlCharacters(job.title()));
   }
   return TheOne(typed, "job", "list", found);
 }
@@ -137,7 +137,8 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
   if (!problems.ok()) return problems.status();
   std::vector<std::pair<std::string, std::string>> found;
   for (const v1::StoredProblem& problem : *problems) {
-    if (problem.name().starts_with(typed)) found.emplace_back(problem.name(), Harmless(problem.title()));
+    if (problem.name().starts_with(typed))
+      found.emplace_back(problem.name(), WithoutControlCharacters(problem.title()));
   }
   return TheOne(typed, "problem", "problems", found);
 }

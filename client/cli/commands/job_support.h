@@ -33,7 +33,7 @@ std::string TimeText(const google::protobuf::Timestamp& time);
 // How long ago `time` was: "12s", "5m", "3h", "2d".
 std::string AgeText(const google::protobuf::Timestamp& time);
 // `text` without control characters, so that it can be printed on a terminal.
-std::string Harmless(std::string text);
+std::string WithoutControlCharacters(std::string text);
 
 // The full name of the job `typed`: an id, or the beginning of one that no other job has, with or without jobs/ in
 // front. For the beginning of an id it lists the jobs of the server. Errors: InvalidArgument if no job or several jobs

@@ -162,7 +162,9 @@ absl::Status ReadPages(JobClient& client, const std::string& name, const ResultC
 }
 
 // The title of the result.
-std::string TitleOf(const v1::SolveJob& job) { return job.title().empty() ? job.name() : Harmless(job.title()); }
+std::string TitleOf(const v1::SolveJob& job) {
+  return job.title().empty() ? job.name() : WithoutControlCharacters(job.title());
+}
 
 }  // namespace
 

@@ -32,9 +32,9 @@ namespace dlcs::client {
 namespace {
 
 // More curves in one panel, or points in one curve, cannot be told apart.
-constexpr std::size_t kMostCurves = 12;
-constexpr int kMostRows = 20'000;
-constexpr int kMostSwitchingTimes = 200;
+constexpr std::size_t kMaxCurves = 12;
+constexpr int kMaxRows = 20'000;
+constexpr int kMaxSwitchingTimes = 200;
 
 // A string of gnuplot in which nothing is substituted.
 std::string Quoted(std::string_view text) {
@@ -75,7 +75,7 @@ class Trajectory {
   // For curves over time. Where y jumps there are two rows, the left limit first.
   std::vector<Row> RowsWithLimits() const {
     std::vector<Row> rows;
-    const int stride = (chunk_.times_size() + kMostRows - 1) / kMostRows;
+    const int stride = (chunk_.times_size() + kMaxRows - 1) / kMaxRows;
     auto limit = chunk_.left_limits().begin();
     for (int k = 0; k < chunk_.times_size(); ++k) {
       const Row row = row_at(k);
@@ -90,9 +90,9 @@ class Trajectory {
     return rows;
   }
 
-  // At most kMostCurves of the times, the first and the last among them, evenly chosen.
+  // At most kMaxCurves of the times, the first and the last among them, evenly chosen.
   std::vector<Row> FewRows() const {
-    const auto times = static_cast<std::size_t>(chunk_.times_size()), count = std::min(times, kMostCurves);
+    const auto times = static_cast<std::size_t>(chunk_.times_size()), count = std::min(times, kMaxCurves);
     std::vector<Row> rows;
     for (std::size_t k = 0; k < count; ++k) rows.push_back(row_at(static_cast<int>(k * (times - 1) / (count - 1))));
     return rows;
@@ -202,7 +202,7 @@ Drawing OverTime(const v1::SolveResult& result, const std::vector<Panel>& panels
                  const std::string& file) {
   Drawing drawing;
   drawing.commands = fmt::format("set xrange [{:.17g}:{:.17g}]\n", rows.front().t, rows.back().t);
-  const int switchings = std::min(result.summary().switching_times_size(), kMostSwitchingTimes);
+  const int switchings = std::min(result.summary().switching_times_size(), kMaxSwitchingTimes);
   for (int k = 0; k < switchings; ++k) {
     drawing.commands +=
         fmt::format("set arrow from {0:.17g}, graph 0 to {0:.17g}, graph 1 nohead dt 3 lc rgb '#999999'\n",
@@ -232,7 +232,7 @@ Drawing OverTime(const v1::SolveResult& result, const std::vector<Panel>& panels
 
 // Each panel over its components, a curve for each time.
 Drawing Profiles(const std::vector<Panel>& panels, const std::vector<Row>& rows, const std::string& file) {
-  constexpr std::size_t kMostTicks = 9, kMostPoints = 20;  // of curves that show their points
+  constexpr std::size_t kMaxTicks = 9, kMaxPoints = 20;  // of curves that show their points
   Drawing drawing;
   drawing.curves = rows.size();
   for (const Row& row : rows) drawing.legend.push_back(fmt::format("t = {:.6g}", row.t));
@@ -240,12 +240,12 @@ Drawing Profiles(const std::vector<Panel>& panels, const std::vector<Row>& rows,
     const Panel& panel = panels[p];
     const std::size_t size = panel.components.size();
     std::vector<std::string> ticks, curves;
-    for (std::size_t k = 0; k < size; k += 1 + (size - 1) / kMostTicks) {
+    for (std::size_t k = 0; k < size; k += 1 + (size - 1) / kMaxTicks) {
       ticks.push_back(fmt::format("{} {}", Quoted(NameOf(panel, panel.components[k])), k + 1));
     }
     for (std::size_t k = 0; k < rows.size(); ++k) {
       curves.push_back(fmt::format("{} index {} using 1:{} with {} lw 1.5 title {}", Quoted(file), p, k + 2,
-                                   size <= kMostPoints ? "linespoints pt 7 ps 0.4" : "lines",
+                                   size <= kMaxPoints ? "linespoints pt 7 ps 0.4" : "lines",
                                    Quoted(drawing.legend[k])));
     }
     drawing.commands += fmt::format("set xrange [1:{}]\nset xtics ({})\nset yrange {}\nset ylabel '{}'\nplot {}\n",
@@ -263,17 +263,17 @@ Drawing Profiles(const std::vector<Panel>& panels, const std::vector<Row>& rows,
 
 std::string Script(const Drawing& drawing, std::size_t panels, const std::string& title, const std::string& output,
                    bool png) {
-  constexpr std::size_t kLeastLetters = 4, kMostLetters = 30;  // of the legend
-  constexpr std::size_t kLeastHeight = 190, kLineHeight = 18;  // of a panel, and of a line of its legend
-  std::size_t letters = kLeastLetters;
+  constexpr std::size_t kMinLetters = 4, kMaxLetters = 30;   // of the legend
+  constexpr std::size_t kMinHeight = 190, kLineHeight = 18;  // of a panel, and of a line of its legend
+  std::size_t letters = kMinLetters;
   for (const std::string& name : drawing.legend) letters = std::max(letters, name.size());
-  const std::size_t height = std::max(kLeastHeight, 60 + kLineHeight * drawing.curves);
+  const std::size_t height = std::max(kMinHeight, 60 + kLineHeight * drawing.curves);
   return fmt::format(
       "set terminal {} size 900,{} noenhanced\nset output {}\nset multiplot layout {},1 title {}\n"
       "set grid ytics lt 1 lw 0.5 lc rgb '#dddddd'\nset key at graph 1.01, 1 left top Left reverse samplen 2\n"
       "set lmargin 11\nset rmargin {}\n{}unset multiplot\nunset output\n",
       png ? "pngcairo" : "svg background 'white'", 60 + height * panels, Quoted(output), panels, Quoted(title),
-      6 + std::min(letters, kMostLetters), drawing.commands);
+      6 + std::min(letters, kMaxLetters), drawing.commands);
 }
 
 // A folder for the script and the data, removed at the end.
@@ -342,7 +342,7 @@ absl::Status DrawResult(const v1::SolveResult& result, const PictureOptions& opt
   std::size_t most = 0;
   for (Panel& panel : *panels) {
     most = std::max(most, panel.components.size());
-    if (!options.profile) panel.components.resize(std::min(panel.components.size(), kMostCurves));
+    if (!options.profile) panel.components.resize(std::min(panel.components.size(), kMaxCurves));
   }
   const ScratchFolder folder;
   if (folder.path().empty()) return absl::InternalError(fmt::format("plot: no temporary folder: {}", strerror(errno)));
@@ -363,11 +363,11 @@ absl::Status DrawResult(const v1::SolveResult& result, const PictureOptions& opt
   if (error) status = absl::InvalidArgumentError(fmt::format("{}: {}", output, error.message()));
   if (!status.ok()) std::filesystem::remove(partial, error);
   const auto curves = options.profile ? static_cast<std::size_t>(result.trajectory().times_size()) : most;
-  if (status.ok() && curves > kMostCurves) {
+  if (status.ok() && curves > kMaxCurves) {
     PrintNotice(options.profile
-                    ? fmt::format("the picture has {} of the {} times of the result", kMostCurves, curves)
+                    ? fmt::format("the picture has {} of the {} times of the result", kMaxCurves, curves)
                     : fmt::format("the picture has the first {} of {} curves of a panel; --show chooses others",
-                                  kMostCurves, curves));
+                                  kMaxCurves, curves));
   }
   return status;
 }

@@ -60,9 +60,9 @@ void PrintTable(const std::vector<v1::SolveJob>& jobs) {
   std::vector<std::vector<std::string>> rows = {{"NAME", "TITLE", "STATE", "PROGRESS", "AGE", "METHOD"}};
   if (owners) rows.front().push_back("OWNER");
   for (const v1::SolveJob& job : jobs) {
-    rows.push_back({job.name(), job.title().empty() ? "-" : Harmless(job.title()), JobStateWord(job.state()),
-                    fmt::format("{:.0f} %", 100 * job.progress()), AgeText(job.create_time()),
-                    job.has_options() ? Word(job.options().method()) : "-"});
+    rows.push_back({job.name(), job.title().empty() ? "-" : WithoutControlCharacters(job.title()),
+                    JobStateWord(job.state()), fmt::format("{:.0f} %", 100 * job.progress()),
+                    AgeText(job.create_time()), job.has_options() ? Word(job.options().method()) : "-"});
     if (owners) rows.back().push_back(job.owner());
   }
   PrintRows(rows);
@@ -76,7 +76,7 @@ std::string OptionsText(const v1::SolveOptions& options) {
 
 void PrintWhole(const v1::SolveJob& job) {
   fmt::print("{}\n", job.name());
-  if (!job.title().empty()) fmt::print("  title      {}\n", Harmless(job.title()));
+  if (!job.title().empty()) fmt::print("  title      {}\n", WithoutControlCharacters(job.title()));
   if (job.states() > 0) {
     fmt::print("  system     {}{}, {}, T = {:g}\n", job.nonlinear() ? "nonlinear, " : "", Count(job.states(), "state"),
                Count(job.constraints(), "pair"), job.horizon());
@@ -104,7 +104,7 @@ void PrintTable(const std::vector<v1::StoredProblem>& problems) {
   if (problems.empty()) return;
   std::vector<std::vector<std::string>> rows = {{"NAME", "TITLE", "BYTES", "AGE"}};
   for (const v1::StoredProblem& problem : problems) {
-    rows.push_back({problem.name(), problem.title().empty() ? "-" : Harmless(problem.title()),
+    rows.push_back({problem.name(), problem.title().empty() ? "-" : WithoutControlCharacters(problem.title()),
                     fmt::format("{}", problem.bytes()), AgeText(problem.create_time())});
   }
   PrintRows(rows);
@@ -120,7 +120,7 @@ void Print(const std::vector<Message>& messages, OutputFormat format) {
 
 void PrintWhole(const v1::StoredProblem& problem) {
   fmt::print("{}\n", problem.name());
-  if (!problem.title().empty()) fmt::print("  title      {}\n", Harmless(problem.title()));
+  if (!problem.title().empty()) fmt::print("  title      {}\n", WithoutControlCharacters(problem.title()));
   fmt::print("  system     {}{}, {}, T = {:g}\n", problem.nonlinear() ? "nonlinear, " : "",
              Count(problem.states(), "state"), Count(problem.constraints(), "pair"), problem.horizon());
   fmt::print("  stored     {} bytes\n", problem.bytes());
@@ -149,7 +149,7 @@ ExitCode ShowProblem(const ShowJobsCommand& command, const CallLimits& limits) {
   return PrintOne((*client)->problems().Get(*name, limits), command.format);
 }
 
-ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
+ExitCode DeleteProblem(const EndJobCommand& command, const CallLimits& limits) {
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const auto name = FindProblem((*client)->problems(), command.name, limits);
@@ -158,8 +158,8 @@ ExitCode ForgetProblem(const EndJobCommand& command, const CallLimits& limits) {
 }
 
 // Deletes every job that has ended and is in one of the given states.
-ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallLimits& limits) {
-  constexpr std::size_t kMost = 1'000'000;
+ExitCode DeleteJobs(const EndJobCommand& command, JobClient& client, const CallLimits& limits) {
+  constexpr std::size_t kMax = 1'000'000;
   std::vector<v1::JobState> states = command.states;
   std::erase_if(states, [](v1::JobState state) { return !HasEnded(state); });
   if (states.empty() && !command.states.empty()) {
@@ -168,7 +168,7 @@ ExitCode ForgetJobs(const EndJobCommand& command, JobClient& client, const CallL
         kBadInput);
   }
   if (states.empty()) states = {v1::JOB_STATE_SUCCEEDED, v1::JOB_STATE_FAILED, v1::JOB_STATE_CANCELLED};
-  const auto jobs = client.List(states, kMost, limits);
+  const auto jobs = client.List(states, kMax, limits);
   if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   std::int64_t deleted = 0;
   for (const v1::SolveJob& job : *jobs) {
@@ -211,16 +211,16 @@ ExitCode Run(const ShowJobsCommand& command) {
 
 ExitCode Run(const EndJobCommand& command) {
   const Interrupt interrupt;
-  if (command.forget && command.name.starts_with("problems/")) {
-    return ForgetProblem(command, LimitsFor(command.target, interrupt));
+  if (command.deletes && command.name.starts_with("problems/")) {
+    return DeleteProblem(command, LimitsFor(command.target, interrupt));
   }
   const auto client = Connect(command.target);
   if (!client.ok()) return PrintError(client.status(), kBadInput);
   const CallLimits limits = LimitsFor(command.target, interrupt);
-  if (command.all) return ForgetJobs(command, (*client)->jobs(), limits);
+  if (command.all) return DeleteJobs(command, (*client)->jobs(), limits);
   const auto name = FindJob((*client)->jobs(), command.name, limits);
   if (!name.ok()) return PrintError(name.status(), ExitCodeOf(name.status()));
-  if (command.forget) {
+  if (command.deletes) {
     const absl::Status deleted = (*client)->jobs().Delete(*name, limits);
     return deleted.ok() ? kSolved : PrintError(deleted, ExitCodeOf(deleted));
   }

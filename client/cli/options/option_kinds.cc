@@ -36,7 +36,7 @@ namespace {
 
 // A time, or the times of a range begin:step:end; it includes `end` if that is a whole number of steps away.
 void AddTimes(const std::string& entry, const NumberRule& rule, const std::string& option, std::vector<double>& times) {
-  constexpr double kMostTimes = 1e7;
+  constexpr double kMaxTimes = 1e7;
   const std::size_t first = entry.find(':');
   if (first == std::string::npos) return times.push_back(CheckedNumber(entry, rule, option));
   const std::size_t second = std::min(entry.find(':', first + 1), entry.size());
@@ -45,10 +45,10 @@ void AddTimes(const std::string& entry, const NumberRule& rule, const std::strin
   const double end = CheckedNumber(second < entry.size() ? entry.substr(second + 1) : "",
                                    {"the end of a range begin:step:end", rule.least}, option);
   const double steps = (end - begin) / step;
-  if (!(steps >= 0 && steps <= kMostTimes)) {
+  if (!(steps >= 0 && steps <= kMaxTimes)) {
     static constexpr char kRule[] =
         "\"{}\" is not a range begin:step:end whose end is after its beginning, with at most {} steps";
-    throw CLI::ValidationError(option, fmt::format(kRule, entry, kMostTimes));
+    throw CLI::ValidationError(option, fmt::format(kRule, entry, kMaxTimes));
   }
   const double nearest = std::round(steps);
   const bool meets_end = std::abs(steps - nearest) <= 1e-9 * std::max(1.0, nearest);

@@ -39,7 +39,7 @@ std::optional<std::string> MethodMeantBy(const std::string& method) {
 }
 
 constexpr OptionGroup kEveryday = OptionGroup::kEveryday;
-constexpr double kMostInt32 = std::numeric_limits<std::int32_t>::max();
+constexpr double kMaxInt32 = std::numeric_limits<std::int32_t>::max();
 
 using enum OptionKind;
 constexpr v1::Method kLaplace = v1::METHOD_LAPLACE_ITERATION;
@@ -136,7 +136,7 @@ constexpr SolveOption kTable[] = {
      .kind = kNumber,
      .value = "N",
      .help = "Largest number of threads (0: all); the result does not depend on it",
-     .rule = Whole("a whole number of at least 0", 0, kMostInt32)},
+     .rule = Whole("a whole number of at least 0", 0, kMaxInt32)},
     {.field = "theta",
      .flag = "--theta",
      .kind = kNumber,
@@ -202,7 +202,7 @@ constexpr SolveOption kTable[] = {
      .kind = kNumber,
      .value = "P",
      .help = "P, for 2P + 1 nodes on the contour (25)",
-     .rule = Whole("a whole number of at least 1", 1, kMostInt32),
+     .rule = Whole("a whole number of at least 1", 1, kMaxInt32),
      .method = kPaper},
     {.field = "contour.gamma",
      .flag = "--contour-gamma",

@@ -17,8 +17,8 @@
 namespace dlcs::client {
 namespace {
 
-constexpr std::size_t kMostStates = 12;
-constexpr int kMostMessages = 10;
+constexpr std::size_t kMaxStates = 12;
+constexpr int kMaxMessages = 10;
 
 // A column of texts, at the right edge as numbers are.
 template <typename TextOf, typename Rows>
@@ -51,7 +51,7 @@ void EnsembleTable::Add(const MemberResult& member) {
   if (!result.times.empty()) {
     row.time = result.times.back();
     const auto x = result.x_at(result.times.size() - 1);
-    row.x.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), kMostStates)));
+    row.x.assign(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(std::min(x.size(), kMaxStates)));
   }
   rows_.insert_or_assign(member.member, std::move(row));
 }
@@ -69,8 +69,7 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   if (any([](const Row& row) { return !row.label.empty(); })) {
     columns.push_back(TextColumn("label", rows_, [](std::int64_t, const Row& row) { return row.label; }));
   }
-  columns.push_back(
-      TextColumn("", rows_, [](std::int64_t, const Row& row) { return row.verdict; }));
+  columns.push_back(TextColumn("", rows_, [](std::int64_t, const Row& row) { return row.verdict; }));
   columns.push_back(TextColumn("residual", rows_,
                                [](std::int64_t, const Row& row) { return Size(row.certificate.node_residual()); }));
   if (any([](const Row& row) { return !std::isnan(row.error); })) {
@@ -89,7 +88,7 @@ void EnsembleTable::Print(const std::string& name, const v1::EnsembleSummary& su
   Paragraphs paper(width, out);
   int told = 0;
   for (const auto& [member, row] : rows_) {
-    if (row.success || told == kMostMessages) continue;
+    if (row.success || told == kMaxMessages) continue;
     if (told++ == 0) fmt::print(out, "\n");
     paper.Print(fmt::format("Member {}: ", member), row.message);
   }

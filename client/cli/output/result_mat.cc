@@ -15,7 +15,7 @@ namespace dlcs::client {
 namespace {
 
 // MATLAB reads no larger variables of this level.
-constexpr std::uint64_t kMostVariableBytes = std::numeric_limits<std::int32_t>::max();
+constexpr std::uint64_t kMaxVariableBytes = std::numeric_limits<std::int32_t>::max();
 
 std::uint64_t PaddedSize(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
 
@@ -127,7 +127,7 @@ void WriteMatArray(const ResultArray& array, std::FILE* out) {
 absl::Status WriteMat(const std::string& title, const SolveResult& result, std::FILE* out) {
   const ResultArrays all = ArraysOf(title, result);
   for (const ResultArray& array : all.arrays) {
-    if (BytesOf(array) <= kMostVariableBytes) continue;
+    if (BytesOf(array) <= kMaxVariableBytes) continue;
     return absl::OutOfRangeError(
         fmt::format("{} of {} x {} numbers is too large for a MAT file, whose variables have less than 2 GB; write "
                     "HDF5, or fewer times with --at",

@@ -53,10 +53,10 @@ std::string NamesOf(const google::protobuf::RepeatedField<std::int32_t>& indices
 
 // The switching times: which y may be positive from a time on (active), and which are 0 (inactive).
 void PrintSwitchings(const v1::Summary& summary, const DisplayNames& names, std::FILE* out) {
-  constexpr int kMostRows = 30;
+  constexpr int kMaxRows = 30;
   if (summary.switching_times().empty()) return;
   fmt::print(out, "\nSwitching times\n");
-  const int rows = std::min(summary.switching_times_size(), kMostRows);
+  const int rows = std::min(summary.switching_times_size(), kMaxRows);
   std::size_t width = 12;  // of the column of active pairs, whose names may be long
   for (int k = 0; k < rows; ++k) {
     width = std::max(width, LetterCount(NamesOf(summary.switching_times(k).entering(), names)));

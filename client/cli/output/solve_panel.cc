@@ -14,9 +14,9 @@
 namespace dlcs::client {
 namespace {
 
-constexpr std::size_t kMostKept = 4096;
-constexpr int kMostBarLetters = 30;
-constexpr std::size_t kMostColumns = 60;
+constexpr std::size_t kMaxKept = 4096;
+constexpr int kMaxBarLetters = 30;
+constexpr std::size_t kMaxColumns = 60;
 // The time from which on the remaining time is estimated.
 constexpr double kSecondsBeforeGuess = 1;
 constexpr double kDoneBeforeGuess = 0.02;
@@ -52,11 +52,11 @@ void ChangeHistory::Add(const v1::Iterate& iterate) {
   log10_changes_.push_back(iterate.change() > 0 ? std::log10(iterate.change()) : kNone);
   log10_bounds_.push_back(iterate.has_log10_bound() ? iterate.log10_bound() : kNone);
   has_bound_ = has_bound_ || iterate.has_log10_bound();
-  if (log10_changes_.size() < kMostKept) return;
+  if (log10_changes_.size() < kMaxKept) return;
   stride_ *= 2;
   for (std::vector<double>* values : {&log10_changes_, &log10_bounds_}) {
-    for (std::size_t k = 0; k < kMostKept / 2; ++k) (*values)[k] = (*values)[2 * k];
-    values->resize(kMostKept / 2);
+    for (std::size_t k = 0; k < kMaxKept / 2; ++k) (*values)[k] = (*values)[2 * k];
+    values->resize(kMaxKept / 2);
   }
 }
 
@@ -141,10 +141,10 @@ void SolvePanel::Remember(ChangeHistory history) {
   const auto append = [](std::vector<double>& earlier, const std::vector<double>& columns) {
     earlier.insert(earlier.end(), columns.begin(), columns.end());
     if (!columns.empty()) earlier.push_back(std::numeric_limits<double>::quiet_NaN());
-    if (earlier.size() > kMostColumns) earlier.erase(earlier.begin(), earlier.end() - kMostColumns);
+    if (earlier.size() > kMaxColumns) earlier.erase(earlier.begin(), earlier.end() - kMaxColumns);
   };
-  append(earlier_changes_, finished_.Changes(kMostColumns));
-  append(earlier_bounds_, finished_.Bounds(kMostColumns));
+  append(earlier_changes_, finished_.Changes(kMaxColumns));
+  append(earlier_bounds_, finished_.Bounds(kMaxColumns));
   finished_ = std::move(history);
 }
 
@@ -187,7 +187,7 @@ std::string SolvePanel::BarLine(std::size_t width, double seconds) {
   const bool tries_steps = analyzed_ && analysis_.steps() == 0 && analysis_.method() != v1::METHOD_EVENT_DRIVEN;
   const double done = std::clamp(settings_.horizon > 0 ? reached_ / settings_.horizon : 0.0, 0.0, 1.0);
   constexpr int kBeside = 34;  // "[]  50 %  123.4 s, about 12 min left"
-  const int letters = std::clamp(static_cast<int>(width) - kBeside, 6, kMostBarLetters);
+  const int letters = std::clamp(static_cast<int>(width) - kBeside, 6, kMaxBarLetters);
   const int full = static_cast<int>(std::floor(done * letters));
   // All of it is done where nothing is left to do: 99.9 % are 99.
   std::string line = fmt::format("[{}{}] {:3.0f} %  {:.1f} s", std::string(full, '#'), std::string(letters - full, '.'),
@@ -253,7 +253,7 @@ std::string SolvePanel::ChangeLines(std::size_t width) const {
   if (history == nullptr) return "";
   constexpr std::size_t kLabel = 8, kValue = 10;  // "change  " and "  1.23e-45"
   if (width < kLabel + kValue + 1) return "";
-  const std::size_t columns = std::min(width - kLabel - kValue, kMostColumns);
+  const std::size_t columns = std::min(width - kLabel - kValue, kMaxColumns);
   std::vector<double> changes = history->Changes(columns), bounds = history->Bounds(columns);
   const auto prepend = [columns](std::vector<double>& values, std::vector<double> earlier,
                                  const std::vector<double>& last) {
@@ -276,9 +276,9 @@ std::string SolvePanel::ChangeLines(std::size_t width) const {
   }
   // One scale for both. Bounds far above the changes are cut off, or the changes would be a flat line; and less than
   // three decades are not stretched, or a change that stays the same would look like convergence.
-  constexpr double kLeastDecades = 3;
-  const double decades = std::max(high - low, kLeastDecades);
-  low = std::min(low, high - kLeastDecades);
+  constexpr double kMinDecades = 3;
+  const double decades = std::max(high - low, kMinDecades);
+  low = std::min(low, high - kMinDecades);
   if (highest > high) high = std::min(highest, high + decades);
   const auto line = [&](const char* label, const std::vector<double>& values, const std::string& last,
                         const char* color) {

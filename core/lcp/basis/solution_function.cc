@@ -67,9 +67,9 @@ Fact TestDifferentiable(const Matrix& M, const IndexSets& sets) {
     return fact;
   }
   fact.witness.indices = sets.J;
-  const bool regular = sets.J.empty() || !Block(M, sets.J).singular();
-  fact.answer = regular ? Answer::kYes : Answer::kNo;
-  fact.why = regular ? "nondegenerate, and M_JJ is nonsingular" : "M_JJ is singular";
+  const bool nonsingular = sets.J.empty() || !Block(M, sets.J).singular();
+  fact.answer = nonsingular ? Answer::kYes : Answer::kNo;
+  fact.why = nonsingular ? "nondegenerate, and M_JJ is nonsingular" : "M_JJ is singular";
   return fact;
 }
 

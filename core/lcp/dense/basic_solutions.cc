@@ -15,7 +15,7 @@
 namespace dlcs {
 namespace {
 
-constexpr std::size_t kMostSolutions = 4096;
+constexpr std::size_t kMaxSolutions = 4096;
 
 class Collector {
  public:
@@ -49,7 +49,7 @@ class Collector {
     found_.faces.push_back(face);
   }
 
-  bool full() const { return found_.solutions.size() + found_.faces.size() >= kMostSolutions; }
+  bool full() const { return found_.solutions.size() + found_.faces.size() >= kMaxSolutions; }
   // Where rounding hides whether there is a solution with the support in S.
   void GiveUpUnlessEmpty(const std::vector<Index>& S) {
     if (SolveFaceExactly(M_, q_, S).answer != Feasibility::kInfeasible) GiveUp();

@@ -23,14 +23,14 @@ SplittingLcpSolver::SplittingLcpSolver(BandSplitting splitting)
 
 SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& tolerance,
                                            Eigen::Ref<Vector> y) {
-  constexpr Index kMost = 60;
+  constexpr Index kMax = 60;
   constexpr double kSlowest = 0.7;  // of two residuals with the same basis
   constexpr int kPatience = 3;
   y_ = (y.array() > 0).select(y, 0);
   is_basic_ = (y.array() > 0).cast<double>();
   double last = 0;
   int patience = kPatience;
-  for (iterations_ = 1; iterations_ <= kMost; ++iterations_) {
+  for (iterations_ = 1; iterations_ <= kMax; ++iterations_) {
     product_(y_, w_);
     w_ += q;
     const Judgment seen = Judge(q, tolerance);
@@ -48,7 +48,7 @@ SplittingVerdict SplittingLcpSolver::Solve(const Eigen::Ref<const Vector>& q, co
 }
 
 SplittingLcpSolver::Judgment SplittingLcpSolver::Judge(const Eigen::Ref<const Vector>& q,
-                                                        const Eigen::Ref<const Vector>& tolerance) {
+                                                       const Eigen::Ref<const Vector>& tolerance) {
   constexpr double kRounding = 1e-14;
   constexpr Index kLanes = 16;
   double misses[kLanes] = {}, moves[kLanes] = {}, nonfinite[kLanes] = {}, residuals[kLanes] = {};

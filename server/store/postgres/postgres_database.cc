@@ -96,9 +96,9 @@ absl::StatusOr<std::unique_ptr<PostgresConnection>> PostgresDatabase::Open() {
 
 absl::StatusOr<std::unique_ptr<PostgresConnection>> PostgresDatabase::Take() {
   std::unique_lock lock(mutex_);
-  const auto can_go_on = [this] { return !idle_.empty() || num_open_ < options_.max_connections; };
+  const auto has_connection = [this] { return !idle_.empty() || num_open_ < options_.max_connections; };
   do {
-    if (!given_back_.wait_for(lock, options_.patience, can_go_on)) {
+    if (!given_back_.wait_for(lock, options_.patience, has_connection)) {
       throw PostgresError("53300", "all connections of this server are busy");
     }
     if (idle_.empty()) break;

@@ -108,7 +108,7 @@ absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
             "SELECT number FROM (SELECT number, finished, SUM(stored_bytes) OVER (ORDER BY finished DESC, number DESC)"
             " AS total FROM jobs WHERE finished IS NOT NULL) AS counted WHERE finished < dlcs_now() - $1 OR total > $2"
             " ORDER BY finished, number LIMIT $3",
-            std::int64_t{expiry.max_age.count()}, expiry.max_finished_bytes, kMostDeletedAtOnce);
+            std::int64_t{expiry.max_age.count()}, expiry.max_finished_bytes, kMaxDeletedAtOnce);
         std::vector<std::int64_t> numbers;
         for (int row = 0; row < rows.size(); ++row) numbers.push_back(rows.Int(row, 0));
         return numbers;
@@ -131,12 +131,12 @@ absl::StatusOr<int> PostgresJobStore::ExpireJobs(const Expiry& expiry) {
   return deleted;
 }
 
-void PostgresJobStore::Listen(std::function<void(const JobChange&)> heard) {
+void PostgresJobStore::Subscribe(std::function<void(const JobChange&)> on_change) {
   listener_.reset();
-  if (heard) listener_ = std::make_unique<PostgresListener>(database_, std::move(heard));
+  if (on_change) listener_ = std::make_unique<PostgresListener>(database_, std::move(on_change));
 }
 
-void PostgresJobStore::Tell(const JobChange& change) {
+void PostgresJobStore::Publish(const JobChange& change) {
   const std::vector<std::string> notices = NoticesOf(change);
   const absl::Status told = database_.Write([&](PostgresConnection& connection) {
     for (const std::string& notice : notices) {

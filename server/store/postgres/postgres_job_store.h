@@ -34,8 +34,8 @@ class PostgresJobStore final : public SqlStore<PostgresDatabase, PostgresJobTabl
   absl::StatusOr<ProblemPage> ListProblems(const std::string& owner, int page_size,
                                            const std::string& page_token) override;
 
-  void Listen(std::function<void(const JobChange&)> heard) override;
-  void Tell(const JobChange& change) override;
+  void Subscribe(std::function<void(const JobChange&)> on_change) override;
+  void Publish(const JobChange& change) override;
   absl::Status Probe() override;
 
  private:

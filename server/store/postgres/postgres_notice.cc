@@ -15,16 +15,16 @@ namespace dlcs::jobs {
 namespace {
 
 // A letter, the job's id, and behind it:
-constexpr char kWatched = 'w';  // the most times, and the components wanted: "65 0,2"
-constexpr char kPassing = 'p';  // the number of the part, of how many, and the part: "0 2 ..."; together
-                                // "sequence time kind kept_before payload", the last in base 64
+constexpr char kWatched = 'w';    // the most times, and the components wanted: "65 0,2"
+constexpr char kTransient = 'p';  // the number of the part, of how many, and the part: "0 2 ..."; together
+                                  // "sequence time kind durable_before payload", the last in base 64
 constexpr std::size_t kPartBytes = 7900;
-constexpr std::size_t kMostBytes = 2'000'000;
+constexpr std::size_t kMaxBytes = 2'000'000;
 
 std::string TextOf(const JobChange& change) {
   const Event& event = change.event;
   return absl::StrCat(event.sequence, " ", event.time.time_since_epoch().count(), " ", static_cast<int>(event.kind),
-                      " ", change.kept_before, " ", absl::Base64Escape(*event.payload));
+                      " ", change.durable_before, " ", absl::Base64Escape(*event.payload));
 }
 
 std::optional<JobChange> ReadWatched(const JobId& job, const std::string& text) {
@@ -38,17 +38,19 @@ std::optional<JobChange> ReadWatched(const JobId& job, const std::string& text) 
   return change;
 }
 
-std::optional<JobChange> ReadPassing(const JobId& job, const std::string& text) {
+std::optional<JobChange> ReadTransient(const JobId& job, const std::string& text) {
   const std::vector<std::string> fields = absl::StrSplit(text, ' ');
   std::int64_t microseconds = 0;
   int kind = 0;
   std::string payload;
-  JobChange change{JobChange::What::kPassing, job};
+  JobChange change{JobChange::What::kTransient, job};
   const bool understood = fields.size() == 5 && absl::SimpleAtoi(fields[0], &change.event.sequence) &&
                           absl::SimpleAtoi(fields[1], &microseconds) && absl::SimpleAtoi(fields[2], &kind) &&
-                          absl::SimpleAtoi(fields[3], &change.kept_before) && absl::Base64Unescape(fields[4], &payload);
+                          absl::SimpleAtoi(fields[3], &change.durable_before) &&
+                          absl::Base64Unescape(fields[4], &payload);
   change.event.kind = static_cast<EventKind>(kind);
-  if (!understood || IsKept(change.event.kind) || change.event.kind > EventKind::kWindowFinished) return std::nullopt;
+  if (!understood || IsDurable(change.event.kind) || change.event.kind > EventKind::kWindowFinished)
+    return std::nullopt;
   change.event.time = Time(Duration(microseconds));
   change.event.payload = std::make_shared<const std::string>(std::move(payload));
   return change;
@@ -61,12 +63,12 @@ std::vector<std::string> NoticesOf(const JobChange& change) {
     return {absl::StrCat(std::string(1, kWatched), change.job, " ", change.detail.most_times, " ",
                          absl::StrJoin(change.detail.components, ","))};
   }
-  if (change.what != JobChange::What::kPassing || change.event.payload->size() > kMostBytes) return {};
+  if (change.what != JobChange::What::kTransient || change.event.payload->size() > kMaxBytes) return {};
   const std::string text = TextOf(change);
   const std::size_t count = (text.size() + kPartBytes - 1) / kPartBytes;
   std::vector<std::string> notices;
   for (std::size_t k = 0; k < count; ++k) {
-    notices.push_back(absl::StrCat(std::string(1, kPassing), change.job, " ", k, " ", count, " ",
+    notices.push_back(absl::StrCat(std::string(1, kTransient), change.job, " ", k, " ", count, " ",
                                    text.substr(k * kPartBytes, kPartBytes)));
   }
   return notices;
@@ -86,7 +88,7 @@ std::optional<JobChange> NoticeReader::Read(const std::string& payload) {
       return JobChange{JobChange::What::kCancelling, job};
     case kWatched:
       return ReadWatched(job, rest);
-    case kPassing:
+    case kTransient:
       return ReadPart(job, rest);
     default:
       return std::nullopt;
@@ -108,7 +110,7 @@ std::optional<JobChange> NoticeReader::ReadPart(const JobId& job, const std::str
   ++parts_;
   text_ += fields[2];
   if (parts_ < count) return std::nullopt;
-  return ReadPassing(job, std::exchange(text_, ""));
+  return ReadTransient(job, std::exchange(text_, ""));
 }
 
 }  // namespace dlcs::jobs

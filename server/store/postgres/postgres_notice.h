@@ -12,7 +12,7 @@
 
 namespace dlcs::jobs {
 
-// The payloads for kWatched and kPassing, to be sent in this order within one transaction; PostgreSQL takes less than
+// The payloads for kWatched and kTransient, to be sent in this order within one transaction; PostgreSQL takes less than
 // 8000 bytes in one. Empty for events above 2 MB, which are not sent.
 std::vector<std::string> NoticesOf(const JobChange& change);
 

@@ -129,7 +129,7 @@ absl::StatusOr<int> PostgresJobStore::ExpireProblems(const Expiry& expiry) {
       database_.Read([&](PostgresConnection& connection) -> absl::StatusOr<std::vector<std::int64_t>> {
         const PostgresRows rows = connection.Run(
             "SELECT number FROM problems WHERE used < dlcs_now() - $1 AND NOT " DLCS_HELD " ORDER BY used LIMIT $2",
-            age, kMostDeletedAtOnce);
+            age, kMaxDeletedAtOnce);
         std::vector<std::int64_t> numbers;
         for (int row = 0; row < rows.size(); ++row) numbers.push_back(rows.Int(row, 0));
         return numbers;

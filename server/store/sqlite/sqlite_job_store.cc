@@ -121,13 +121,13 @@ absl::StatusOr<int> SqliteJobStore::Expire(const Expiry& expiry) {
           "SELECT number FROM (SELECT number, finished, SUM(stored_bytes) OVER (ORDER BY finished DESC, number DESC)"
           " AS total FROM jobs WHERE finished IS NOT NULL) WHERE finished < ?1 OR total > ?2"
           " ORDER BY finished, number LIMIT ?3");
-      query->Bind(clock_.Now() - expiry.max_age, expiry.max_finished_bytes, kMostDeletedAtOnce);
+      query->Bind(clock_.Now() - expiry.max_age, expiry.max_finished_bytes, kMaxDeletedAtOnce);
       expired = Numbers(*query);
     }
     SqliteJobTable table(connection, clock_);
     for (const std::int64_t number : expired) table.Delete(number);
     const std::int64_t problems =
-        DeleteUnusedProblems(connection, clock_.Now() - expiry.max_unused_problem_age, kMostDeletedAtOnce);
+        DeleteUnusedProblems(connection, clock_.Now() - expiry.max_unused_problem_age, kMaxDeletedAtOnce);
     connection.Execute(fmt::format("PRAGMA incremental_vacuum({})", kPagesGivenBackAtOnce));
     return static_cast<int>(static_cast<std::int64_t>(expired.size()) + problems);
   });

@@ -153,7 +153,7 @@ TEST(DlcsProgramTest, ExitsWithThreeWhenItsOutputIsLost) {
   EXPECT_THAT(outcome.err, HasSubstr("No space left"));
 }
 
-TEST(DlcsProgramTest, AnalysesAndRecommendsACommandThatWorks) {
+TEST(DlcsProgramTest, AnalyzesAndRecommendsACommandThatWorks) {
   const ProgramOutcome outcome = RunDlcs("analyze " + QuotedCase("rlcd") + " --step 1e-5");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("Solution   the one"), HasSubstr("Run ")));

@@ -52,7 +52,7 @@ struct Ratios {
   std::vector<double> values;
 
   void Add(double figure, double error) {
-    values.push_back(std::max(figure, Accuracy::kLeastError) / std::max(error, Accuracy::kLeastError));
+    values.push_back(std::max(figure, Accuracy::kMinError) / std::max(error, Accuracy::kMinError));
   }
   double Below(double bound) const {
     const auto count = std::count_if(values.begin(), values.end(), [&](double ratio) { return !(ratio >= bound); });

@@ -20,7 +20,7 @@ double Cost(const Iterations& iterations, Index first, Index steps) {
   for (Index done = 0; done < steps;) {
     const Index window = std::min(width.value(), steps - done);
     const double taken = std::round(iterations(static_cast<double>(window)));
-    const bool fails = taken > kMostIterationsOfShrinking;
+    const bool fails = taken > kMaxIterationsOfShrinking;
     cost += std::min(taken, 60.0) * static_cast<double>(fails) * static_cast<double>(window + 16);
     if (fails) {
       width.Reject(window);
@@ -37,7 +37,7 @@ double CostOfTheBestFixedWidth(const Iterations& iterations, Index steps) {
   double best = 1e300;
   for (Index width = 1; width <= kLongestWindow; width *= 2) {
     const double taken = std::round(iterations(static_cast<double>(width)));
-    if (taken > kMostIterationsOfShrinking) continue;
+    if (taken > kMaxIterationsOfShrinking) continue;
     const double windows = std::ceil(static_cast<double>(steps) / static_cast<double>(width));
     best = std::min(best, windows * taken * static_cast<double>(width + 16));
   }

@@ -60,7 +60,7 @@ TEST(LaplaceBoundsTest, CountsTheIterationsThatTheFactorNeeds) {
   IterationBound hard(contour, 8, 1.0);
   const auto count = hard.IterationsFor(1e-12);
   ASSERT_TRUE(count);
-  EXPECT_GT(*count, IterationBound::kMostExactFactors);
+  EXPECT_GT(*count, IterationBound::kMaxExactFactors);
   EXPECT_LE(hard.LogFactor(static_cast<int>(*count)), std::log(1e-12));
   EXPECT_FALSE(IterationBound(contour, std::numeric_limits<double>::infinity(), 1).IterationsFor(1e-12));
   EXPECT_EQ(IterationBound(contour, 0, 1).IterationsFor(1e-12), 1);
@@ -136,8 +136,8 @@ TEST(LaplaceBoundsTest, AccuracyOfTheConvergedSolutionIsAsPredicted) {
 
 TEST(LaplaceStartTest, ThreeSixIsItsDefinition) {
   EXPECT_TRUE(SatisfiesThreeSix(0.1, 0.5, 1));
-  EXPECT_FALSE(SatisfiesThreeSix(0.6, 0.5, 1));   // k = 1: 0.6 + 0.5
-  EXPECT_FALSE(SatisfiesThreeSix(0.45, 0.5, 0.9));  // k = 1: 0.45 + 0.45 is not below
+  EXPECT_FALSE(SatisfiesThreeSix(0.6, 0.5, 1));             // k = 1: 0.6 + 0.5
+  EXPECT_FALSE(SatisfiesThreeSix(0.45, 0.5, 0.9));          // k = 1: 0.45 + 0.45 is not below
   EXPECT_FALSE(SatisfiesThreeSix(0.7, 0.29, 0.93 + 1e-9));  // e^a C_0 = 0.935
   EXPECT_TRUE(SatisfiesThreeSix(1e6, 50, std::numeric_limits<double>::infinity()));
 }

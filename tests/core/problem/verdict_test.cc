@@ -136,7 +136,7 @@ TEST(DefaultErrorTest, IsMissedWithAFigureAndBoundedWork) {
   Options options;
   options.method = Method::kTimeStepping;
   const Solution solution = testing::SolveToEnd(testing::ExampleFourOne(), options);
-  EXPECT_LE(solution.cost.steps, Options::kMostDefaultSteps / 2);
+  EXPECT_LE(solution.cost.steps, Options::kMaxDefaultSteps / 2);
   EXPECT_GT(solution.accuracy.error, Options::kDefaultErrorTolerance);
   EXPECT_EQ(JudgeSolution(solution).kind, VerdictKind::kErrorEstimated);
   EXPECT_TRUE(JudgeSolution(solution).success);

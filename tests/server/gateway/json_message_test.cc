@@ -58,11 +58,11 @@ TEST(JsonMessageTest, ThereAndBackIsTheSame) {
 TEST(JsonMessageTest, StopsBetweenTwoPieces) {
   const std::string json = Numbers(100'000);
   int pieces = 0;
-  const auto stopped = JsonToMessage(kSolve, json, {.go_on = [&] { return ++pieces < 3; }});
+  const auto stopped = JsonToMessage(kSolve, json, {.is_wanted = [&] { return ++pieces < 3; }});
   EXPECT_EQ(stopped.status().code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(pieces, 3);
   pieces = 0;
-  EXPECT_TRUE(JsonToMessage(kSolve, json, {.go_on = [&] { return ++pieces > 0; }}).ok());
+  EXPECT_TRUE(JsonToMessage(kSolve, json, {.is_wanted = [&] { return ++pieces > 0; }}).ok());
   EXPECT_EQ(pieces, 7);  // 200,000 bytes
 }
 
@@ -77,7 +77,7 @@ TEST(JsonMessageTest, BoundsTheMessage) {
 TEST(JsonMessageTest, RefusesWhatIsNoObjectAtOnce) {
   int pieces = 0;
   for (const std::string json : {"[1,1,1]", "1", "\"text\"", "null", "\n\t nothing"}) {
-    const auto refused = JsonToMessage(kSolve, json, {.go_on = [&] { return ++pieces > 0; }});
+    const auto refused = JsonToMessage(kSolve, json, {.is_wanted = [&] { return ++pieces > 0; }});
     EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument) << json;
     EXPECT_THAT(refused.status().message(), HasSubstr("begin with '{'"));
   }
@@ -86,9 +86,7 @@ TEST(JsonMessageTest, RefusesWhatIsNoObjectAtOnce) {
 }
 
 TEST(JsonMessageTest, RefusesWhatIsTooDeep) {
-  const auto nested = [](int levels) {
-    return R"({"a": )" + std::string(static_cast<std::size_t>(levels), '[') + "1";
-  };
+  const auto nested = [](int levels) { return R"({"a": )" + std::string(static_cast<std::size_t>(levels), '[') + "1"; };
   for (const std::size_t bytes : {10, 100'000}) {
     EXPECT_THAT(JsonToMessage(kSolve, nested(100), {.piece_bytes = bytes}).status().message(),
                 HasSubstr("more than 100 levels"));
@@ -106,8 +104,7 @@ TEST(JsonMessageTest, NamesTheField) {
       {R"({"problem": {"horizont": 1}})", {"problem.horizont", "there is no such field"}},
       {R"({"problem": {"x0": [0, "one"]}})", {"problem.x0[1]", "invalid value \"one\" for type TYPE_DOUBLE"}},
       {R"({"options": {"method": "METHOD_OF_MINE"}})",
-       {"options.method",
-        "invalid value \"METHOD_OF_MINE\" for type type.googleapis.com/dlcs.v1.Method"}},
+       {"options.method", "invalid value \"METHOD_OF_MINE\" for type type.googleapis.com/dlcs.v1.Method"}},
   };
   for (const auto& [json, expected] : cases) {
     const std::vector<Violation> violations = ViolationsOf(JsonToMessage(kSolve, json).status());

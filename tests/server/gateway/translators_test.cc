@@ -32,7 +32,8 @@ class TranslatorsTest : public ::testing::Test {
     auto promise = std::make_shared<std::promise<Result>>();
     std::future<Result> future = promise->get_future();
     boost::asio::co_spawn(
-        context_, [this, bytes, work = std::move(work), left = std::move(left), promise]() mutable {
+        context_,
+        [this, bytes, work = std::move(work), left = std::move(left), promise]() mutable {
           return Await(bytes, std::move(work), std::move(left), promise);
         },
         boost::asio::detached);
@@ -57,16 +58,16 @@ class TranslatorsTest : public ::testing::Test {
 
 TEST_F(TranslatorsTest, ASmallOneEndsWhileLargeOnesGoOn) {
   std::atomic<bool> small_ended = false;
-  const Translators::Work until_small_ended = [&](const std::function<bool()>& go_on) -> Result {
+  const Translators::Work until_small_ended = [&](const std::function<bool()>& is_wanted) -> Result {
     while (!small_ended) {
-      if (!go_on()) return absl::CancelledError();
+      if (!is_wanted()) return absl::CancelledError();
     }
     return "large";
   };
   std::vector<std::future<Result>> large;
   for (int k = 0; k < 5; ++k) large.push_back(Start(kLarge, until_small_ended));
-  Result small = Start(kSmall, [](const std::function<bool()>& go_on) -> Result {
-                   for (int k = 0; k < 10; ++k) go_on();
+  Result small = Start(kSmall, [](const std::function<bool()>& is_wanted) -> Result {
+                   for (int k = 0; k < 10; ++k) is_wanted();
                    return "small";
                  }).get();
   EXPECT_EQ(small.value(), "small");
@@ -76,12 +77,12 @@ TEST_F(TranslatorsTest, ASmallOneEndsWhileLargeOnesGoOn) {
 
 TEST_F(TranslatorsTest, OneWorksAtATime) {
   std::atomic<int> working = 0, most = 0;
-  const Translators::Work count = [&](const std::function<bool()>& go_on) -> Result {
+  const Translators::Work count = [&](const std::function<bool()>& is_wanted) -> Result {
     for (int k = 0; k < 20; ++k) {
       most = std::max<int>(most, ++working);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       --working;
-      go_on();
+      is_wanted();
     }
     return "";
   };
@@ -96,9 +97,9 @@ TEST_F(TranslatorsTest, EndsWithItsClient) {
   std::promise<void> begun;
   std::future<Result> endless = Start(
       kLarge,
-      [&](const std::function<bool()>& go_on) -> Result {
+      [&](const std::function<bool()>& is_wanted) -> Result {
         begun.set_value();
-        while (go_on()) std::this_thread::yield();
+        while (is_wanted()) std::this_thread::yield();
         return absl::CancelledError("gone");
       },
       left.get_token());

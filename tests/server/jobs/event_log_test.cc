@@ -36,7 +36,7 @@ class EventLogTest : public ::testing::Test {
   void Keep(EventLog& log, EventKind kind, const std::string& payload) {
     const std::int64_t sequence = log.Append(kind, payload).sequence;
     Archive(sequence, kind, payload);
-    log.MarkDurable(sequence);
+    log.MarkStored(sequence);
   }
   void Archive(std::int64_t sequence, EventKind kind, const std::string& payload) {
     archive_.push_back({.sequence = sequence,
@@ -147,7 +147,7 @@ TEST_F(EventLogTest, ShowsNothingFromAnEventOnThatTheStoreDoesNotHaveYet) {
   const std::int64_t window = log->Append(EventKind::kWindowAccepted, "w").sequence;
   log->Append(EventKind::kIterate, "b");
   EXPECT_THAT(Read(*watch), ElementsAre("1:a"));
-  log->MarkDurable(window);
+  log->MarkStored(window);
   EXPECT_THAT(Read(*watch), ElementsAre("2:w", "3:b"));
 }
 
@@ -213,13 +213,13 @@ TEST_F(EventLogTest, BoundsBytesButKeepsTheNewestIterate) {
   EXPECT_EQ(watch->Next().event.sequence, 1001);
 }
 
-TEST_F(EventLogTest, HoldsKeptEventsUntilTheStoreHasThem) {
+TEST_F(EventLogTest, HoldsDurableEventsUntilTheStoreHasThem) {
   const auto log = MakeLog({.max_events = 10, .max_bytes = 1 << 20});
   for (int k = 0; k < 50; ++k) {
     Archive(log->Append(EventKind::kWindowAccepted, "w").sequence, EventKind::kWindowAccepted, "w");
   }
   EXPECT_EQ(log->num_events(), 50u);  // the store is behind: nothing may be forgotten
-  log->MarkDurable(50);
+  log->MarkStored(50);
   EXPECT_LE(log->num_events(), 10u);
   EXPECT_EQ(Read(*Watch(log)).size(), 50u);
 }
@@ -278,11 +278,11 @@ TEST_F(EventLogTest, HeartbeatsFillSilenceAtMostFifteenSecondsLong) {
   EXPECT_EQ(seldom->position(), 1);
 }
 
-// Any mixture of appending, committing, reading and resuming: every number is delivered or announced once, kept ones
+// Any mixture of appending, committing, reading and resuming: every number is delivered or announced once, durable ones
 // are delivered, and the summary is last.
-TEST_F(EventLogTest, IteratesDoNotSilenceOneWhoWantsOnlyWhatIsKept) {
+TEST_F(EventLogTest, IteratesDoNotSilenceOneWhoWantsOnlyDurableEvents) {
   const auto log = MakeLog();
-  const auto watch = Watch(log, {.kept_only = true});
+  const auto watch = Watch(log, {.durable_only = true});
   for (int second = 1; second <= 12; ++second) {
     clock_.Advance(1s);
     log->Append(EventKind::kIterate, "i");
@@ -338,7 +338,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
       ASSERT_FALSE(ended);
       if (delivery.gap.has_value()) {
         ASSERT_EQ(delivery.gap->first, next);
-        for (; next <= delivery.gap->last; ++next) ASSERT_FALSE(IsKept(appended.at(next)));
+        for (; next <= delivery.gap->last; ++next) ASSERT_FALSE(IsDurable(appended.at(next)));
       }
       ASSERT_EQ(delivery.event.sequence, next++);
       ASSERT_EQ(delivery.event.kind, appended.at(delivery.event.sequence));
@@ -346,7 +346,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
     };
     const auto commit = [&] {
       for (const auto& [sequence, kind] : uncommitted) Archive(sequence, kind, "k");
-      if (!uncommitted.empty()) log->MarkDurable(uncommitted.back().first);
+      if (!uncommitted.empty()) log->MarkStored(uncommitted.back().first);
       uncommitted.clear();
     };
     for (int step = 0; step < 600; ++step) {
@@ -357,7 +357,7 @@ TEST_F(EventLogTest, AccountsForEveryNumberWhateverHappens) {
                                             : EventKind::kIterate;
         const std::int64_t sequence = log->Append(kind, std::string(random() % 300, 'p')).sequence;
         appended[sequence] = kind;
-        if (IsKept(kind)) uncommitted.emplace_back(sequence, kind);
+        if (IsDurable(kind)) uncommitted.emplace_back(sequence, kind);
       }
       if (chance(30)) commit();
       if (chance(2)) {  // the watcher's connection is cut, and it comes back
@@ -409,7 +409,7 @@ TEST_F(EventLogTest, WantsWhatItsWatchersWantBetweenThem) {
 
 // Another server runs the job, and has told of some of what passes there.
 TEST_F(EventLogTest, TakesWhatAnotherServerTells) {
-  const auto passing = [this](std::int64_t sequence, const std::string& payload) {
+  const auto transient = [this](std::int64_t sequence, const std::string& payload) {
     return Event{.sequence = sequence,
                  .time = clock_.Now(),
                  .kind = EventKind::kIterate,
@@ -419,30 +419,30 @@ TEST_F(EventLogTest, TakesWhatAnotherServerTells) {
   const auto log = MakeLog({}, 1);
   const auto watch = Watch(log);
   EXPECT_THAT(Read(*watch), ElementsAre("1:queued"));
-  // Ahead of the news that there are further kept events.
+  // Ahead of the news that there are further durable events.
   Archive(2, EventKind::kState, "running");
   Archive(3, EventKind::kAnalysis, "analysis");
-  log->AppendRelayed(passing(5, "five"), 3);
+  log->AppendRelayed(transient(5, "five"), 3);
   EXPECT_THAT(Read(*watch), ElementsAre("2:running", "3:analysis", "[4-4 not retained]", "5:five"));
   log->AdvanceArchive(3, false);  // late
-  log->AppendRelayed(passing(5, "again"), 3);
-  log->AppendRelayed(passing(4, "older"), 3);
+  log->AppendRelayed(transient(5, "again"), 3);
+  log->AppendRelayed(transient(4, "older"), 3);
   EXPECT_THAT(Read(*watch), ElementsAre());
-  log->AppendRelayed(passing(9, "nine"), 3);
-  log->AppendRelayed(passing(10, "ten"), 3);
+  log->AppendRelayed(transient(9, "nine"), 3);
+  log->AppendRelayed(transient(10, "ten"), 3);
   EXPECT_THAT(Read(*watch), ElementsAre("[6-8 not retained]", "9:nine", "10:ten"));
   Archive(12, EventKind::kSummary, "the end");
-  log->AppendRelayed(passing(11, "eleven"), 3);
+  log->AppendRelayed(transient(11, "eleven"), 3);
   log->AdvanceArchive(12, true);
   EXPECT_THAT(Read(*watch), ElementsAre("[11-11 not retained]", "12:the end", "end"));
-  log->AppendRelayed(passing(13, "of a server that does not know"), 12);
+  log->AppendRelayed(transient(13, "of a server that does not know"), 12);
   EXPECT_EQ(log->last_sequence(), 12);
 }
 
 TEST_F(EventLogTest, KnowsWhetherAnybodyWantsWhatPasses) {
   const auto log = MakeLog();
   EXPECT_FALSE(log->HasFullWatchers());
-  const auto kept_only = Watch(log, {.kept_only = true});
+  const auto durable_only = Watch(log, {.durable_only = true});
   EXPECT_FALSE(log->HasFullWatchers());
   auto all = Watch(log);
   EXPECT_TRUE(log->HasFullWatchers());

@@ -35,8 +35,8 @@ class JobFollower {
     }
   }
 
-  // Reads until the summary, an error, or until `enough` says so of the last event. Kept events are remembered as
-  // "payload" in `kept`.
+  // Reads until the summary, an error, or until `enough` says so of the last event. Durable events are remembered as
+  // "payload" in `durable`.
   void Read(const std::function<bool(const Event&)>& enough = [](const Event&) { return false; }) {
     const auto give_up = std::chrono::system_clock::now() + std::chrono::seconds(30);
     while (watch_ != nullptr) {
@@ -49,7 +49,7 @@ class JobFollower {
           }
           EXPECT_EQ(delivery.event.sequence, next_);
           next_ = delivery.event.sequence + 1;
-          if (IsKept(delivery.event.kind)) kept.push_back(*delivery.event.payload);
+          if (IsDurable(delivery.event.kind)) durable.push_back(*delivery.event.payload);
           iterates += delivery.event.kind == EventKind::kIterate;
           ended = delivery.event.kind == EventKind::kSummary;
           if (enough(delivery.event)) return;
@@ -79,7 +79,7 @@ class JobFollower {
   const absl::Status& error() const { return error_; }
   std::int64_t position() const { return next_ - 1; }
 
-  std::vector<std::string> kept;
+  std::vector<std::string> durable;
   int iterates = 0;
   bool ended = false;
 

@@ -83,7 +83,7 @@ TEST_F(JobManagerTest, RunsAJobFromQueueToSummary) {
   const JobId id = Submit(*manager, "3 4 100");
   JobFollower follower(*manager, id);
   follower.Read();
-  EXPECT_THAT(follower.kept,
+  EXPECT_THAT(follower.durable,
               ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "window 1", "window 2", "SUCCEEDED", "solved"));
   EXPECT_TRUE(follower.ended);
   EXPECT_EQ(StateOf(id), JobState::kSucceeded);
@@ -91,21 +91,21 @@ TEST_F(JobManagerTest, RunsAJobFromQueueToSummary) {
   EXPECT_EQ(manager->load().queued, 0);
 }
 
-TEST_F(JobManagerTest, AWatcherWhoComesLateGetsTheKeptEventsAndTheEnd) {
+TEST_F(JobManagerTest, AWatcherWhoComesLateGetsTheDurableEventsAndTheEnd) {
   const auto manager = Start();
   const JobId id = Submit(*manager, "3 4 100");
   Wait(*manager, id);
   JobFollower late(*manager, id);
   late.Read();
-  EXPECT_EQ(late.kept.size(), 8u);
+  EXPECT_EQ(late.durable.size(), 8u);
   JobFollower resumed(*manager, id, {.after = 2});
   resumed.Read();
-  EXPECT_EQ(resumed.kept.front(), "analysis");
+  EXPECT_EQ(resumed.durable.front(), "analysis");
   const std::int64_t end = store_.Get("ada", id)->sequence;
   JobFollower done(*manager, id, {.after = end});
   done.ended = true;
   done.Read();
-  EXPECT_THAT(done.kept, IsEmpty());
+  EXPECT_THAT(done.durable, IsEmpty());
   EXPECT_EQ(JobFollower(*manager, id, {.after = end + 1}).error().code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(JobFollower(*manager, NewJobId()).error().code(), absl::StatusCode::kNotFound);
 }
@@ -163,11 +163,11 @@ TEST_F(JobManagerTest, CancelsWhatRunsAndWhatWaits) {
   JobFollower queued(*manager, waiting);
   ASSERT_TRUE(manager->Cancel("ada", waiting).ok());
   queued.Read();
-  EXPECT_THAT(queued.kept, ElementsAre("QUEUED", "CANCELLED", ""));
+  EXPECT_THAT(queued.durable, ElementsAre("QUEUED", "CANCELLED", ""));
   EXPECT_EQ(manager->Cancel("bob", running).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(manager->Cancel("ada", running)->state, JobState::kCancelling);
   follower.Read();
-  EXPECT_THAT(follower.kept,
+  EXPECT_THAT(follower.durable,
               ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", "stopped in window 0"));
   EXPECT_EQ(StateOf(running), JobState::kCancelled);
   EXPECT_EQ(manager->Cancel("ada", running)->state, JobState::kCancelled);
@@ -217,9 +217,9 @@ TEST_F(JobManagerTest, ADrainedServerLosesNothingAndItsSuccessorGoesOn) {
   manager = Start(Fast("another"));
   JobFollower follower(*manager, longer, {.after = seen});
   follower.Read();
-  EXPECT_EQ(follower.kept.front(), "window 4");
-  EXPECT_THAT(follower.kept, Contains("QUEUED"));
-  EXPECT_EQ(follower.kept.back(), "solved");
+  EXPECT_EQ(follower.durable.front(), "window 4");
+  EXPECT_THAT(follower.durable, Contains("QUEUED"));
+  EXPECT_EQ(follower.durable.back(), "solved");
   EXPECT_EQ(Trajectory(store_, longer), Trajectory(40));
   EXPECT_EQ(store_.Get("ada", longer)->attempts, 1);
 }
@@ -272,7 +272,7 @@ TEST_F(JobManagerTest, ASmallJobOfALightUserRunsBesideFullCores) {
   ASSERT_TRUE(created.ok()) << created.status();
   JobFollower follower(*manager, created->job.id);
   follower.Read();
-  EXPECT_EQ(follower.kept.back(), "solved");
+  EXPECT_EQ(follower.durable.back(), "solved");
   EXPECT_EQ(StateOf(heavy), JobState::kRunning);
   EXPECT_EQ(StateOf(next), JobState::kQueued);
 }
@@ -302,7 +302,7 @@ TEST_F(JobManagerTest, AStoreThatFailsForAWhileHoldsUpNothingButWhatWatchersSee)
   std::this_thread::sleep_for(100ms);
   store_.broken = false;
   follower.Read();
-  EXPECT_EQ(follower.kept.size(), 2u + 1 + 30 + 2);
+  EXPECT_EQ(follower.durable.size(), 2u + 1 + 30 + 2);
   EXPECT_EQ(Trajectory(store_, id), Trajectory(30));
   EXPECT_TRUE(manager->Healthy());
   EXPECT_EQ(Wait(*manager, Submit(*manager, "1 1 1")).state, JobState::kSucceeded);
@@ -313,7 +313,7 @@ TEST_F(JobManagerTest, AnAttemptThatCannotReadTheStoreIsNotTheLast) {
   const JobId id = Submit(*manager, "unreachable");
   JobFollower follower(*manager, id);
   follower.Read();
-  EXPECT_THAT(follower.kept, ElementsAre("QUEUED", "RUNNING", "SUCCEEDED", "solved"));
+  EXPECT_THAT(follower.durable, ElementsAre("QUEUED", "RUNNING", "SUCCEEDED", "solved"));
   EXPECT_EQ(StateOf(id), JobState::kSucceeded);
 }
 
@@ -332,7 +332,7 @@ TEST_F(JobManagerTest, AnswersThatAreLostChangeNothing) {
   follower.Read();
   done = true;
   trouble.join();
-  EXPECT_EQ(follower.kept.size(), 2u + 1 + 30 + 2);
+  EXPECT_EQ(follower.durable.size(), 2u + 1 + 30 + 2);
   EXPECT_EQ(Trajectory(store_, id), Trajectory(30));
 }
 
@@ -345,7 +345,7 @@ TEST_F(JobManagerTest, TwoServersShareTheWorkAndTheWatchers) {
     for (JobManager* manager : {one.get(), two.get()}) {
       JobFollower follower(*manager, id);
       follower.Read();
-      EXPECT_EQ(follower.kept.size(), 9u);
+      EXPECT_EQ(follower.durable.size(), 9u);
     }
     EXPECT_EQ(Trajectory(store_, id), Trajectory(4));
     EXPECT_EQ(store_.Get("ada", id)->attempts, 1);
@@ -381,13 +381,13 @@ TEST_F(JobManagerTest, AServerThatWasTakenForDeadCannotSpoilTheResult) {
   after.Read([](const Event& event) { return *event.payload == "window 10"; });
   store_.broken = false;
   after.Read();
-  EXPECT_EQ(after.kept.back(), "solved");
+  EXPECT_EQ(after.durable.back(), "solved");
   EXPECT_EQ(Trajectory(store_, id), Trajectory(20));
   // The watcher on the server that was cut off goes on with what the other one did.
   before.Read();
-  EXPECT_EQ(before.kept.back(), "solved");
-  EXPECT_EQ(std::count(before.kept.begin(), before.kept.end(), "window 10"), 1);
-  EXPECT_EQ(std::count(before.kept.begin(), before.kept.end(), "window 19"), 1);
+  EXPECT_EQ(before.durable.back(), "solved");
+  EXPECT_EQ(std::count(before.durable.begin(), before.durable.end(), "window 10"), 1);
+  EXPECT_EQ(std::count(before.durable.begin(), before.durable.end(), "window 19"), 1);
 }
 
 TEST_F(JobManagerTest, CancelReachesAJobThatRunsOnAnotherServer) {

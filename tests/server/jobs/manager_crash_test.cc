@@ -89,7 +89,7 @@ JobManagerOptions Options() {
 struct Seen {
   std::set<JobId> created;
   std::map<JobId, std::int64_t> positions;
-  std::map<JobId, std::vector<std::string>> kept;
+  std::map<JobId, std::vector<std::string>> durable;
   std::string errors;
 
   void Read(const std::string& text) {
@@ -109,7 +109,7 @@ struct Seen {
       if (first != positions[id] + 1 || sequence < first)
         errors += "after " + std::to_string(positions[id]) + ": " + line + "\n";
       positions[id] = sequence;
-      if (IsKept(static_cast<EventKind>(kind))) kept[id].push_back(payload);
+      if (IsDurable(static_cast<EventKind>(kind))) durable[id].push_back(payload);
     }
   }
 };
@@ -141,8 +141,8 @@ TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer
     ASSERT_TRUE(job.ok()) << job.status();
     EXPECT_EQ(job->state, JobState::kSucceeded) << job->error;
     EXPECT_EQ(Trajectory(store, id), Trajectory(kWindows));
-    std::vector<std::string> kept = seen.kept[id];
-    kept.insert(kept.end(), follower.kept.begin(), follower.kept.end());
+    std::vector<std::string> kept = seen.durable[id];
+    kept.insert(kept.end(), follower.durable.begin(), follower.durable.end());
     for (int window = 0; window < kWindows; ++window) {
       EXPECT_EQ(std::count(kept.begin(), kept.end(), "window " + std::to_string(window)), 1) << id;
     }

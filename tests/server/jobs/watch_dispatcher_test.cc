@@ -111,10 +111,10 @@ TEST(WatchDispatcherTest, NoWatcherSleepsThroughAnEvent) {
     std::atomic<std::int64_t> to_commit = 0;
     std::thread writer([&log, &to_commit] {
       while (!log->closed() || to_commit.load() != log->last_sequence()) {
-        log->MarkDurable(to_commit.load());
+        log->MarkStored(to_commit.load());
         std::this_thread::yield();
       }
-      log->MarkDurable(to_commit.load());
+      log->MarkStored(to_commit.load());
     });
     for (int k = 0; k < 2000; ++k) {
       log->Append(EventKind::kIterate, "i");
@@ -137,7 +137,7 @@ TEST(WatchDispatcherTest, RingsForHeartbeatsWhileNothingHappens) {
   const auto begin = std::chrono::steady_clock::now();
   std::thread thread([&reader] { reader.ReadToEnd(); });
   while (reader.heartbeats() < 5 && std::chrono::steady_clock::now() - begin < 10s) std::this_thread::sleep_for(1ms);
-  log->MarkDurable(log->Append(EventKind::kSummary, "done").sequence);
+  log->MarkStored(log->Append(EventKind::kSummary, "done").sequence);
   thread.join();
   EXPECT_GE(reader.heartbeats(), 5);
   EXPECT_LE(reader.heartbeats(), (std::chrono::steady_clock::now() - begin) / 20ms);
@@ -191,7 +191,7 @@ TEST(WatchDispatcherTest, TheEngineDoesNotWaitForAHundredWatchers) {
     microseconds.push_back(
         std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before).count());
   }
-  log->MarkDurable(log->Append(EventKind::kSummary, "done").sequence);
+  log->MarkStored(log->Append(EventKind::kSummary, "done").sequence);
   for (std::thread& thread : threads) thread.join();
   const auto most = static_cast<std::size_t>((std::chrono::steady_clock::now() - begin) / 50ms) + 3;
 

@@ -346,7 +346,7 @@ TEST_F(SolverServiceTest, NamesTheFormulaOfANonlinearProblemThatDoesNotParse) {
   EXPECT_THAT(outcome.status.error_message(), HasSubstr("g[0]"));
 }
 
-TEST_F(SolverServiceTest, AnalysesAndRecommendsWhatThenSolves) {
+TEST_F(SolverServiceTest, AnalyzesAndRecommendsWhatThenSolves) {
   v1::SolveRequest solve = testing::SwitchingRequest(100);
   const Analyzed analyzed = Analyze(*stub_, solve.problem());
   ASSERT_TRUE(analyzed.status.ok()) << analyzed.status.error_message();

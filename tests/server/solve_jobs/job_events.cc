@@ -27,7 +27,7 @@ std::string WhatIsWrongWithJobEvents(const std::vector<v1::SolveEvent>& events) 
   return events.back().has_summary() ? "" : "the end is missing";
 }
 
-bool IsKeptEvent(const v1::SolveEvent& event) {
+bool IsDurableEvent(const v1::SolveEvent& event) {
   return event.kind_case() == v1::SolveEvent::kState || event.has_analysis() || event.has_checkpointed() ||
          event.has_summary();
 }
@@ -35,10 +35,10 @@ bool IsKeptEvent(const v1::SolveEvent& event) {
 std::string WhatIsMissing(const std::vector<v1::SolveEvent>& events, const std::vector<v1::SolveEvent>& all) {
   std::set<std::int64_t> seen;
   for (const v1::SolveEvent& event : events) {
-    if (IsKeptEvent(event)) seen.insert(event.sequence());
+    if (IsDurableEvent(event)) seen.insert(event.sequence());
   }
   for (const v1::SolveEvent& event : all) {
-    if (IsKeptEvent(event) && !seen.contains(event.sequence())) return "without " + event.ShortDebugString();
+    if (IsDurableEvent(event) && !seen.contains(event.sequence())) return "without " + event.ShortDebugString();
   }
   return "";
 }

@@ -16,10 +16,10 @@ namespace dlcs::testing {
 std::string WhatIsWrongWithJobEvents(const std::vector<v1::SolveEvent>& events);
 
 // Events that no watcher may miss: state changes, the analysis, checkpoints and the end.
-bool IsKeptEvent(const v1::SolveEvent& event);
+bool IsDurableEvent(const v1::SolveEvent& event);
 
-// Whether `events`, seen by somebody who was cut and came back, hold every kept event of `all`, watched without a cut.
-// Returns what is missing, or an empty text.
+// Whether `events`, seen by somebody who was cut and came back, hold every durable event of `all`, watched without a
+// cut. Returns what is missing, or an empty text.
 std::string WhatIsMissing(const std::vector<v1::SolveEvent>& events, const std::vector<v1::SolveEvent>& all);
 
 }  // namespace dlcs::testing

@@ -16,41 +16,41 @@ using ::testing::SizeIs;
 
 const JobId kJob = "abcdefghijklmnopqrstuvwxyz";
 
-JobChange Passing(std::string payload) {
-  return {.what = JobChange::What::kPassing,
+JobChange Transient(std::string payload) {
+  return {.what = JobChange::What::kTransient,
           .job = kJob,
           .event = {.sequence = 70,
                     .time = Time(Duration(1'700'000'000'123'456)),
                     .kind = EventKind::kIterate,
                     .payload = std::make_shared<const std::string>(std::move(payload))},
-          .kept_before = 65};
+          .durable_before = 65};
 }
 
 TEST(PostgresNoticeTest, TellsWhatPassesWhateverItsSize) {
   std::string bytes;
   for (int k = 0; k < 50'000; ++k) bytes += static_cast<char>(k * k);
   for (const std::string& payload : {std::string(), std::string(1, 0), std::string("x"), bytes}) {
-    const std::vector<std::string> notices = NoticesOf(Passing(payload));
+    const std::vector<std::string> notices = NoticesOf(Transient(payload));
     NoticeReader reader;
     for (std::size_t k = 0; k < notices.size(); ++k) {
       EXPECT_LT(notices[k].size(), 8000u);
       const auto change = reader.Read(notices[k]);
       ASSERT_EQ(change.has_value(), k + 1 == notices.size());
       if (!change) continue;
-      EXPECT_EQ(change->what, JobChange::What::kPassing);
+      EXPECT_EQ(change->what, JobChange::What::kTransient);
       EXPECT_EQ(change->job, kJob);
       EXPECT_EQ(change->event.sequence, 70);
       EXPECT_EQ(change->event.time, Time(Duration(1'700'000'000'123'456)));
       EXPECT_EQ(change->event.kind, EventKind::kIterate);
       EXPECT_EQ(*change->event.payload, payload);
-      EXPECT_EQ(change->kept_before, 65);
+      EXPECT_EQ(change->durable_before, 65);
     }
   }
-  EXPECT_THAT(NoticesOf(Passing(std::string(3'000'000, 'x'))), SizeIs(0));
+  EXPECT_THAT(NoticesOf(Transient(std::string(3'000'000, 'x'))), SizeIs(0));
 }
 
 TEST(PostgresNoticeTest, LeavesOutWhatItHeardInPart) {
-  const std::vector<std::string> notices = NoticesOf(Passing(std::string(20'000, 'x')));
+  const std::vector<std::string> notices = NoticesOf(Transient(std::string(20'000, 'x')));
   ASSERT_EQ(notices.size(), 4u);
   NoticeReader reader;
   EXPECT_FALSE(reader.Read(notices[2]));

@@ -73,7 +73,7 @@ TEST_F(PostgresServersTest, AFrontTakesWhatAWorkerRuns) {
   JobFollower follower(front->manager, id);
   follower.Read();
   EXPECT_TRUE(follower.ended);
-  EXPECT_THAT(follower.kept,
+  EXPECT_THAT(follower.durable,
               ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "window 1", "window 2", "SUCCEEDED", "solved"));
   EXPECT_EQ(Trajectory(front->store, id), Trajectory(3));
 }
@@ -93,8 +93,8 @@ TEST_F(PostgresServersTest, AFrontTellsWhatPassesAtTheWorker) {
   early.Read();
   late.Read();
   const auto kept = ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", ::testing::_);
-  EXPECT_THAT(early.kept, kept);
-  EXPECT_THAT(late.kept, kept);
+  EXPECT_THAT(early.durable, kept);
+  EXPECT_THAT(late.durable, kept);
 }
 
 TEST_F(PostgresServersTest, AFrontAloneTakesJobsAndRunsNone) {
@@ -104,7 +104,7 @@ TEST_F(PostgresServersTest, AFrontAloneTakesJobsAndRunsNone) {
   const auto worker = Start(Named("worker"));
   JobFollower follower(front->manager, id);
   follower.Read();
-  EXPECT_THAT(follower.kept, Contains("SUCCEEDED"));
+  EXPECT_THAT(follower.durable, Contains("SUCCEEDED"));
 }
 
 TEST_F(PostgresServersTest, ACancelReachesTheWorkerAtOnce) {
@@ -115,7 +115,7 @@ TEST_F(PostgresServersTest, ACancelReachesTheWorkerAtOnce) {
   follower.Read([](const Event& event) { return *event.payload == "RUNNING"; });
   ASSERT_TRUE(front->manager.Cancel("ada", id).ok());
   follower.Read();
-  EXPECT_THAT(follower.kept, Contains("CANCELLED"));
+  EXPECT_THAT(follower.durable, Contains("CANCELLED"));
 }
 
 TEST_F(PostgresServersTest, AJobOfAServerThatDrainsGoesOnAtAnother) {
@@ -129,7 +129,7 @@ TEST_F(PostgresServersTest, AJobOfAServerThatDrainsGoesOnAtAnother) {
   one->manager.Drain(0ms);
   JobFollower follower(other->manager, id);
   follower.Read();
-  EXPECT_THAT(follower.kept, Contains("SUCCEEDED"));
+  EXPECT_THAT(follower.durable, Contains("SUCCEEDED"));
   EXPECT_EQ(Trajectory(other->store, id), Trajectory(40));
   EXPECT_EQ(other->store.Get("ada", id)->attempts, 1);
 }
@@ -143,7 +143,7 @@ TEST_F(PostgresServersTest, ManyJobsAreSharedAndEachIsRunOnce) {
   for (const JobId& id : ids) {
     JobFollower follower(front->manager, id);
     follower.Read();
-    EXPECT_THAT(follower.kept,
+    EXPECT_THAT(follower.durable,
                 ElementsAre("QUEUED", "RUNNING", "analysis", "window 0", "window 1", "SUCCEEDED", "solved"));
     EXPECT_EQ(Trajectory(front->store, id), Trajectory(2));
   }
