@@ -117,7 +117,7 @@ void ErrorGrowth::AddEvent(const Mode& mode, const SmoothStep& step, const StepS
   }
 }
 
-// Between the true time of the event and the one that was found the state went on as before instead of as behind it.
+// Between the true time of the event and the one that was found the state went on as before instead of as after it.
 void ErrorGrowth::Pass(const SmoothStep& step, const StepSources& sources) {
   constexpr double kSame = 1e-6;
   if (!has_event_) return;

@@ -36,7 +36,7 @@ bool MeetsTolerance(SolveContext& context, double tolerance, bool is_rounding, c
 // What is lost at events falls by leaps: only where steps of so much less error do not help is the rest rounding.
 constexpr double kFarLess = 1e-4;
 
-// Errors grow with the system: how much is known behind the solve. The solve is repeated with as much less as it was
+// Errors grow with the system: how much is known after the solve. The solve is repeated with as much less as it was
 // missed by; with far less where a little did not help.
 double NextTolerance(double tolerance, double wanted, double error, bool no_better) {
   constexpr double kMargin = 0.3;

@@ -529,7 +529,10 @@ bool EventDrivenLoop::TakeCoupledSteps(double end) {
     const double step_end = length == end - t_ ? end : t_ + length;
     const CoupledSteps::Step step = coupled_steps_.Take(t_, step_end, length, x_);
     if (step.verdict != LcpStatus::kSolved) {
-      return FailLcp(context_, step.verdict, step_end, "The coupled step LCP(q, M + K_0)");
+      constexpr double kProductsOverflow = 1e150;
+      const bool grown = !(MaxAbs(x_) < kProductsOverflow);
+      return FailLcp(context_, grown ? LcpStatus::kNonFinite : step.verdict, step_end,
+                     "The coupled step LCP(q, M + K_0)");
     }
     if (!step.kept_selection) return context_.FailLostLeastElement(step_end);
     const double allowed = tolerance_ * static_cast<double>(burst_) * static_cast<double>(burst_);

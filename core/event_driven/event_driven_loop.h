@@ -92,7 +92,7 @@ class EventDrivenLoop {
   double mode_begin_ = 0;
   double last_mode_length_ = 0;
   std::optional<EventGap> gap_;  // after an event
-  // The step that an event ended, until a mode lasts behind it.
+  // The step that an event ended, until a mode lasts after it.
   struct EventStep {
     std::vector<Index> active;
     double begin;

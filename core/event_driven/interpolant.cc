@@ -82,7 +82,7 @@ Interpolant::Point Interpolant::InStep(Index k, double tau) {
 
 Interpolant::Point Interpolant::InPiece(double time, Side side) const {
   const std::vector<TrajectoryPiece>& pieces = solution_.pieces;
-  // The first piece that ends at `time` or behind it; strictly behind it for the limit from the right.
+  // The first piece that ends at `time` or after it; strictly after it for the limit from the right.
   const auto ends_before = [side](const TrajectoryPiece& piece, double t) {
     return side == Side::kLeft ? piece.end < t : piece.end <= t;
   };

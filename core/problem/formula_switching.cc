@@ -286,7 +286,7 @@ class Search {
     if (is_inside) crossings_.push_back(CenterOf(range));  // where its slope may jump, as that of sqrt(1 - cos(t)) does
   }
 
-  // No finite value at `without`, nor on the way there from some time behind `from`.
+  // No finite value at `without`, nor on the way there from some time after `from`.
   void RefuseFrom(double from, double without, double value) {
     double first = without;
     if (std::isfinite(WholeValue(from))) {
@@ -424,7 +424,7 @@ class Search {
     KeepSwitches(distinct, wide);
   }
 
-  // Of `times` those behind which some switch is decided otherwise than before.
+  // Of `times` those after which some switch is decided otherwise than before.
   void KeepSwitches(const std::vector<double>& times, const std::vector<Range>& wide) {
     const auto is_wide = [&](double t) {
       return std::any_of(wide.begin(), wide.end(), [t](const Range& r) { return r.lo < t && t < r.hi; });

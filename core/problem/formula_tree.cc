@@ -61,7 +61,7 @@ int FormulaTreeBuilder::Operation(FormulaOperation operation, int a, int b) {
 
 FormulaTree FormulaTreeBuilder::Take(int root) && {
   if (root + 1 < static_cast<int>(tree_.steps.size())) {
-    // Folded numbers may stand behind the value; nothing before it needs them.
+    // Folded numbers may follow the value; nothing before it needs them.
     tree_.steps.resize(static_cast<std::size_t>(root) + 1);
   }
   return std::move(tree_);

@@ -79,7 +79,7 @@ class Impacts {
     segment.first_y_is_solution = false;
     Index solved = 0;
     while (solved < steps && Step(tools, segment, solved + 1)) ++solved;
-    // y is constant on steps: behind a break point it is that of the first step, elsewhere that of the last.
+    // y is constant on steps: after a break point it is that of the first step, elsewhere that of the last.
     segment.y.col(0) = done > 0 || !run.starts_at_break || solved == 0 ? y_ : Vector(segment.y.col(1));
     y_ = segment.y.col(solved);
     if (solved < steps) segment.Truncate(solved);

@@ -428,6 +428,22 @@ TEST(EventDrivenTest, SaysWhenTheStateOverflows) {
   EXPECT_LT(solution.failure_time, 0.08);
 }
 
+TEST(EventDrivenTest, DoesNotCallGrowthBeyondTheRangeOfNumbersInfeasible) {
+  // y = 1000 (x2 - x1) + 0.001 grows like e^{1000 t}, beyond 1.8e308 at t = 0.72.
+  Problem problem;
+  problem.A = Matrix::Zero(2, 2);
+  problem.B = Matrix{{-1}, {0}};
+  problem.N = Matrix{{1000, -1000}};
+  problem.M = Matrix{{1}};
+  problem.x0 = Vector::Zero(2);
+  problem.f = TimeFunction::Constant(Vector::Zero(2));
+  problem.g = TimeFunction::Constant(Vector{{-0.001}});
+  problem.horizon = 1;
+  const Solution solution = SolveAt(problem, 1e-9);
+  EXPECT_EQ(solution.termination, Termination::kNonFinite) << solution.message;
+  EXPECT_NEAR(solution.failure_time, 0.72, 0.01);
+}
+
 TEST(EventDrivenTest, OutputHoldsTheNodesAskedForAndTheBitsDoNotDependOnThem) {
   const Solution few = SolveAt(ExampleFourOne(), 1e-9, {0.5});
   ASSERT_EQ(few.times, (std::vector<double>{0.5}));

@@ -170,7 +170,7 @@ TEST_F(JobAdmissionTest, ADeadlineThatCannotBeMetIsRefusedAtOnce) {
     return request;
   };
   // Longer than that by itself: never.
-  Told told = Create(within(LongRequest(), 1));
+  Told told = Create(within(LongRequest(), 4));
   ExpectRefused(told, "deadline", false);
   EXPECT_THAT(told.status.error_message(), HasSubstr("the deadline leaves"));
   // Short, but behind much work: not now.
