@@ -126,12 +126,18 @@ EventOutput::SmoothInterval EventOutput::EndInterval(double end, const Vector& x
   return interval;
 }
 
-EventOutput::SmoothInterval EventOutput::Finish() const {
+EventOutput::SmoothInterval EventOutput::Finish() {
   const Index nodes = next_node_ - segment_.first_node;
   SmoothInterval interval;
   Segment& segment = interval.segment;
   segment.first_node = segment_.first_node;
   segment.steps = nodes - 1;
+  if (nodes == num_nodes_) {  // none follows
+    segment.x = std::move(segment_.x);
+    segment.y = std::move(segment_.y);
+    interval.w = std::move(w_);
+    return interval;
+  }
   segment.x = segment_.x.leftCols(nodes);
   segment.y = segment_.y.leftCols(nodes);
   interval.w = w_.leftCols(nodes);

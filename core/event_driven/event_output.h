@@ -39,7 +39,7 @@ class EventOutput {
   // interval.
   SmoothInterval EndInterval(double end, const Vector& x, const Vector& y, const Vector& w);
   // The nodes of the unfinished smooth interval; no steps if there are fewer than two nodes.
-  SmoothInterval Finish() const;
+  SmoothInterval Finish();
 
   // The steps as polynomials; those of AddCoupled() have degree 1 in x and 0 in y.
   std::vector<TrajectoryPiece> TakePieces() { return std::move(pieces_); }
