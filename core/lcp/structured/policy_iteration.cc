@@ -28,11 +28,12 @@ DLCS_INLINE double Abs(double value) { return std::abs(value); }
 // GCC 12 merges vector comparisons that are combined by & or | and then processes the lanes one by one. Hiding the
 // comparison from the optimizer prevents this.
 template <typename V>
-DLCS_INLINE Truth<V> Opaque(Truth<V> condition) {
+DLCS_INLINE Truth<V> Opaque(const Truth<V>& condition) {
+  Truth<V> result = condition;
 #if defined(__x86_64__) && !defined(__clang__)
-  if constexpr (!std::is_same_v<V, double>) asm("" : "+v"(condition));
+  if constexpr (!std::is_same_v<V, double>) asm("" : "+v"(result));
 #endif
-  return condition;
+  return result;
 }
 
 template <typename V>
