@@ -90,8 +90,7 @@ absl::StatusOr<Solution> FallBack(Task& task, AnalysisReport& report, Observer& 
     const bool came_to_end = std::isnan(solution.failure_time);
     if (came_to_end && Contradict(task.problem, solution, *stepped)) {
       solution.warnings.push_back(
-          "Steps without events differ from this event-driven solution by more than the "
-          "estimated errors of both.");
+          "Steps without events differ from this event-driven solution by more than the estimated errors of both.");
     } else if (IsBetter(*stepped, solution)) {
       solution = *std::move(stepped);
     } else {

@@ -239,7 +239,7 @@ EventDrivenLoop::Progressed EventDrivenLoop::GiveUpMode(const char* why) {
 // state or a small M_ii may show the difference to the next mode. What is recorded of the step remains.
 bool EventDrivenLoop::RefineEvent() {
   constexpr int kCorrections = 2;
-  constexpr double kMax = 1e-3;  // part of the step
+  constexpr double kMaxDelay = 1e-3;  // part of the step
   const EventStep event = *std::exchange(event_step_, std::nullopt);
   const Mode* mode = search_.ModeOf(event.active, SizesSoFar());
   if (!mode) return false;
@@ -254,7 +254,7 @@ bool EventDrivenLoop::RefineEvent() {
     const auto guard = step_.guard.row(event.guard);
     const LegendreVector at_end = LegendreValues(1);
     const double delay = -length / 2 * guard.dot(at_end) / guard.dot(GetLegendreBasis().derivative * at_end);
-    if (!(std::abs(delay) <= kMax * length)) return false;
+    if (!(std::abs(delay) <= kMaxDelay * length)) return false;
     if (correction < kCorrections) end = std::min(end + delay, event.limit);
   }
   const LegendreVector at_end = LegendreValues(1);

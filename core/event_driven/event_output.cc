@@ -132,7 +132,7 @@ EventOutput::SmoothInterval EventOutput::Finish() {
   Segment& segment = interval.segment;
   segment.first_node = segment_.first_node;
   segment.steps = nodes - 1;
-  if (nodes == num_nodes_) {  // none follows
+  if (nodes == num_nodes_) {  // all of [0, T]: nothing follows
     segment.x = std::move(segment_.x);
     segment.y = std::move(segment_.y);
     interval.w = std::move(w_);

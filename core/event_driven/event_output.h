@@ -38,7 +38,7 @@ class EventOutput {
   // Ends a smooth interval with its left limits, since sources and state may jump there. Returns the nodes of the
   // interval.
   SmoothInterval EndInterval(double end, const Vector& x, const Vector& y, const Vector& w);
-  // The nodes of the unfinished smooth interval; no steps if there are fewer than two nodes.
+  // Takes the nodes of the unfinished smooth interval; no steps if there are fewer than two nodes.
   SmoothInterval Finish();
 
   // The steps as polynomials; those of AddCoupled() have degree 1 in x and 0 in y.

@@ -86,8 +86,7 @@ struct JobChange {
     kUnknown,     // anything may have changed in any job
     // From servers (JobStore::Publish):
     kWatched,  // the job is watched on another server than the one that runs it, which wants `detail`
-    // `event`, which is not in the store; the last durable event before it has the number `durable_before`, or a lower
-    // one.
+    // `event`, which is not in the store; `durable_before` is the number of the last durable event before it, or above.
     kTransient,
   };
   What what = What::kUnknown;

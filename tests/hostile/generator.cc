@@ -455,8 +455,8 @@ System MakeSystem(uint64_t seed) {
   VectorXd metric;
   system.A = MakeA(random, dynamics, m, metric);
   system.M = MakeM(random, kind, n);
-  const bool proven = kind != Class::kCopositive && kind != Class::kIndefinite && kind != Class::kNegative;
-  system.several_solutions = !proven && !IsPMatrix(system.M);
+  const bool may_have_several = kind == Class::kCopositive || kind == Class::kIndefinite || kind == Class::kNegative;
+  system.several_solutions = may_have_several && !IsPMatrix(system.M);
   MakeCoupling(random, system, kind, dynamics, metric);
   system.x0 = random.Chance(0.2) ? VectorXd::Zero(m) : VectorXd(Gaussian(random, m, 1));
 

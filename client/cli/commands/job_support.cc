@@ -112,7 +112,6 @@ constexpr const char* kLettersOfJobs = "abcdefghijklmnopqrstuvwxyz234567";
 }  // namespace
 
 absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed, const CallLimits& limits) {
-  constexpr std::size_t kMax = 1'000'000;
   const std::string letters = typed.starts_with("jobs/") ? typed.substr(5) : typed;
   if (letters.empty() || letters.size() > kJobLetters ||
       letters.find_first_not_of(kLettersOfJobs) != std::string::npos) {
@@ -122,7 +121,7 @@ absl::StatusOr<std::string> FindJob(JobClient& client, const std::string& typed,
   }
   const std::string name = "jobs/" + letters;
   if (letters.size() == kJobLetters) return name;
-  const auto jobs = client.List({}, kMax, limits);
+  const auto jobs = client.List({}, kAllJobs, limits);
   if (!jobs.ok()) return jobs.status();
   std::vector<std::pair<std::string, std::string>> found;
   for (const v1::SolveJob& job : *jobs) {
@@ -137,8 +136,9 @@ absl::StatusOr<std::string> FindProblem(ProblemClient& client, const std::string
   if (!problems.ok()) return problems.status();
   std::vector<std::pair<std::string, std::string>> found;
   for (const v1::StoredProblem& problem : *problems) {
-    if (problem.name().starts_with(typed))
+    if (problem.name().starts_with(typed)) {
       found.emplace_back(problem.name(), WithoutControlCharacters(problem.title()));
+    }
   }
   return TheOne(typed, "problem", "problems", found);
 }

@@ -4,6 +4,7 @@
 #ifndef DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
 #define DLCS_CLIENT_CLI_COMMANDS_JOB_SUPPORT_H_
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,8 +33,12 @@ std::string TimeText(const google::protobuf::Timestamp& time);
 
 // How long ago `time` was: "12s", "5m", "3h", "2d".
 std::string AgeText(const google::protobuf::Timestamp& time);
+
 // `text` without control characters, so that it can be printed on a terminal.
 std::string WithoutControlCharacters(std::string text);
+
+// So many jobs are listed where none may be missed.
+inline constexpr std::size_t kAllJobs = 1'000'000;
 
 // The full name of the job `typed`: an id, or the beginning of one that no other job has, with or without jobs/ in
 // front. For the beginning of an id it lists the jobs of the server. Errors: InvalidArgument if no job or several jobs

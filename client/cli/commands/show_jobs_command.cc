@@ -159,7 +159,6 @@ ExitCode DeleteProblem(const EndJobCommand& command, const CallLimits& limits) {
 
 // Deletes every job that has ended and is in one of the given states.
 ExitCode DeleteJobs(const EndJobCommand& command, JobClient& client, const CallLimits& limits) {
-  constexpr std::size_t kMax = 1'000'000;
   std::vector<v1::JobState> states = command.states;
   std::erase_if(states, [](v1::JobState state) { return !HasEnded(state); });
   if (states.empty() && !command.states.empty()) {
@@ -168,7 +167,7 @@ ExitCode DeleteJobs(const EndJobCommand& command, JobClient& client, const CallL
         kBadInput);
   }
   if (states.empty()) states = {v1::JOB_STATE_SUCCEEDED, v1::JOB_STATE_FAILED, v1::JOB_STATE_CANCELLED};
-  const auto jobs = client.List(states, kMax, limits);
+  const auto jobs = client.List(states, kAllJobs, limits);
   if (!jobs.ok()) return PrintError(jobs.status(), ExitCodeOf(jobs.status()));
   std::int64_t deleted = 0;
   for (const v1::SolveJob& job : *jobs) {

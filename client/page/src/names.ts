@@ -46,6 +46,11 @@ export function hasEnded(state: JobState): boolean {
   return state === JobState.SUCCEEDED || state === JobState.FAILED || state === JobState.CANCELLED;
 }
 
+/** Not of a job that is being cancelled already. */
+export function canCancel(state: JobState): boolean {
+  return !hasEnded(state) && state !== JobState.CANCELLING;
+}
+
 /** The first line of a result, in the words of the command line. */
 export function verdictText(summary: Summary): string {
   if (summary.termination === Termination.REACHED_END) return summary.verdict?.text ?? 'reached T';

@@ -24,12 +24,12 @@ namespace {
 
 using testing::LcpGenerator;
 
-constexpr Selection kMin = Selection::kLeastElement;
+constexpr Selection kLeast = Selection::kLeastElement;
 
 double Kappa(const Problem& problem) { return *RightHandSideLipschitz(problem, LipschitzConstant(problem.M)); }
 
 GuaranteedInterval IntervalOf(const Problem& problem) {
-  const auto interval = GuaranteeInterval(problem, kMin, Kappa(problem));
+  const auto interval = GuaranteeInterval(problem, kLeast, Kappa(problem));
   EXPECT_TRUE(interval.ok() && interval->has_value());
   return **interval;
 }
@@ -45,7 +45,7 @@ Solution SolveByNewton(const Problem& problem, double step) {
 bool IsSolvable(const Problem& problem, const Vector& q) {
   Basis basis(q.size(), 0);
   Vector y(q.size());
-  return MakeLcpSolver(problem.M, kMin)->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y) == LcpStatus::kSolved;
+  return MakeLcpSolver(problem.M, kLeast)->Solve(q, Vector::Constant(q.size(), 1e-13), basis, y) == LcpStatus::kSolved;
 }
 
 Vector ConstantOf(const TimeFunction& function) {
@@ -86,14 +86,14 @@ TEST(NewtonBoundsTest, ExampleFourOneHasThePrintedConstants) {
 // x0 = (0, 1): y = 0, so c = ‖(1.2 sin 10h, -2)‖ = 2; LCP(N x, M) is solvable where x2 >= 0.
 TEST(NewtonBoundsTest, ExampleFourOneHasBoundsInClosedForm) {
   const Problem problem = testing::ExampleFourOne();
-  const auto first = BoundFirstStep(problem, kMin, 8, 0.01);
+  const auto first = BoundFirstStep(problem, kLeast, 8, 0.01);
   ASSERT_TRUE(first.ok() && first->has_value());
   EXPECT_DOUBLE_EQ((*first)->speed, 2);
   EXPECT_DOUBLE_EQ(*(*first)->gamma, 0.02 / 0.92);
   EXPECT_DOUBLE_EQ(*(*first)->gamma_1, 0.02 / 0.76);
   EXPECT_NEAR(*(*first)->room, 1, 1e-9);
   EXPECT_TRUE((*first)->newton_is_sure());
-  const auto long_step = BoundFirstStep(problem, kMin, 8, 0.1);
+  const auto long_step = BoundFirstStep(problem, kLeast, 8, 0.1);
   ASSERT_TRUE(long_step.ok() && long_step->has_value());
   EXPECT_TRUE((*long_step)->gamma);
   EXPECT_FALSE((*long_step)->gamma_1);
@@ -141,7 +141,7 @@ TEST(NewtonBoundsTest, PerturbationsInTheBallStaySolvable) {
 std::vector<Vector> NewtonIterates(const Problem& problem, double h, const Vector& start, const Vector& f,
                                    const Vector& g) {
   const Index m = problem.num_states(), n = problem.num_constraints();
-  const auto solver = MakeLcpSolver(problem.M, kMin);
+  const auto solver = MakeLcpSolver(problem.M, kLeast);
   std::vector<Vector> iterates = {start};
   for (int k = 0; k < 20; ++k) {
     const Vector& u = iterates.back();
@@ -167,7 +167,7 @@ TEST(NewtonBoundsTest, IteratesStayInTheBallAndContract) {
   for (int trial = 0; trial < 200; ++trial) {
     const Problem problem = RandomLeastElementProblem(generator);
     const double kappa = Kappa(problem), h = (trial % 2 ? 0.1 : 0.02) / kappa;
-    const auto first = BoundFirstStep(problem, kMin, kappa, h);
+    const auto first = BoundFirstStep(problem, kLeast, kappa, h);
     ASSERT_TRUE(first.ok() && first->has_value());
     if (!(*first)->newton_is_sure()) continue;
     ++sure;
@@ -226,7 +226,7 @@ TEST(NewtonBoundsTest, ShortStepsAreNotEnoughAtTheEdgeOfTheFeasibleStates) {
   problem.horizon = 1;
   EXPECT_DOUBLE_EQ(Kappa(problem), 0.3);
   EXPECT_TRUE(TestInteriorPoint(ConstantOf(problem.g), problem.M).yes());
-  const auto first = BoundFirstStep(problem, kMin, 0.3, 1);
+  const auto first = BoundFirstStep(problem, kLeast, 0.3, 1);
   ASSERT_TRUE(first.ok() && first->has_value());
   EXPECT_NEAR(*(*first)->gamma_1, 10, 1e-12);
   EXPECT_NEAR(*(*first)->room, 0.9, 1e-12);

@@ -141,14 +141,14 @@ TEST(ManagerCrashTest, EveryJobEndsOnceWithTheSameBitsThroughAllLivesOfItsServer
     ASSERT_TRUE(job.ok()) << job.status();
     EXPECT_EQ(job->state, JobState::kSucceeded) << job->error;
     EXPECT_EQ(Trajectory(store, id), Trajectory(kWindows));
-    std::vector<std::string> kept = seen.durable[id];
-    kept.insert(kept.end(), follower.durable.begin(), follower.durable.end());
+    std::vector<std::string> durable = seen.durable[id];
+    durable.insert(durable.end(), follower.durable.begin(), follower.durable.end());
     for (int window = 0; window < kWindows; ++window) {
-      EXPECT_EQ(std::count(kept.begin(), kept.end(), "window " + std::to_string(window)), 1) << id;
+      EXPECT_EQ(std::count(durable.begin(), durable.end(), "window " + std::to_string(window)), 1) << id;
     }
-    EXPECT_EQ(std::count(kept.begin(), kept.end(), "SUCCEEDED"), 1);
-    EXPECT_EQ(kept.back(), "solved");
-    resumed += std::count(kept.begin(), kept.end(), "RUNNING") > 1;
+    EXPECT_EQ(std::count(durable.begin(), durable.end(), "SUCCEEDED"), 1);
+    EXPECT_EQ(durable.back(), "solved");
+    resumed += std::count(durable.begin(), durable.end(), "RUNNING") > 1;
   }
   RecordProperty("jobs", std::to_string(seen.created.size()));
   RecordProperty("resumed", std::to_string(resumed));

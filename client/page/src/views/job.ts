@@ -6,7 +6,7 @@ import type {SolveJob} from '../../generated/dlcs/v1/jobs_pb';
 import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h} from '../dom';
 import {ago, bytes, duration, general, milliseconds, timeLeft} from '../format';
-import {hasEnded, Names, stateWord} from '../names';
+import {canCancel, hasEnded, Names, stateWord} from '../names';
 import {jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import type {SolveData} from '../solve/data';
@@ -65,7 +65,15 @@ export class JobView implements View {
       this.head.element,
       this.panels.element,
     );
-    this.head.update({title: 'Loading …', state: '', part: 0, text: '', ended: false, canDownload: false});
+    this.head.update({
+      title: 'Loading …',
+      state: '',
+      part: 0,
+      text: '',
+      ended: false,
+      canCancel: true,
+      canDownload: false,
+    });
     this.timer = setInterval(() => this.readOn(), readEvery);
     void this.takeOver();
     // A hidden page may be discarded without another word.
@@ -190,6 +198,7 @@ export class JobView implements View {
       part: ended ? 1 : Math.min(part, 1),
       text: texts.filter((text) => text !== '').join(', '),
       ended,
+      canCancel: canCancel(job.state),
       canDownload: (this.model.summary?.times ?? 0) > 0,
     });
   }

@@ -2,10 +2,9 @@
 // The list of jobs: #/jobs. It is renewed every second, row by row, so that what has the focus keeps it.
 
 import {type ListSolveJobsResponse, type SolveJob} from '../../generated/dlcs/v1/jobs_pb';
-import {JobState} from '../../generated/dlcs/v1/solver_pb';
 import {h, replace, setText, show} from '../dom';
 import {ago, count, duration, milliseconds, timeLeft} from '../format';
-import {hasEnded, methodWord, stateWord} from '../names';
+import {canCancel, hasEnded, methodWord, stateWord} from '../names';
 import {getCapabilities, jobs, soon} from '../rpc/clients';
 import {errorText} from '../rpc/errors';
 import {pollWhileVisible, type View} from './page';
@@ -217,7 +216,7 @@ class Row {
     const does = hasEnded(this.job.state) ? (this.sure ? 'Delete for good?' : 'Delete') : 'Cancel';
     setText(this.act, does);
     this.act.setAttribute('aria-label', `${does} ${titleOf(this.job)}`);
-    show(this.act, this.job.state !== JobState.CANCELLING);
+    show(this.act, hasEnded(this.job.state) || canCancel(this.job.state));
   }
 
   private async onAct(): Promise<void> {

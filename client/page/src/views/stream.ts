@@ -71,6 +71,7 @@ function updateHead(head: Head, solve: StreamedSolve): void {
     part,
     text: solve.running ? (solve.waiting ? waiting : running) : `Took ${duration(elapsed)}`,
     ended: !solve.running,
+    canCancel: solve.running,
     canDownload: solve.chunks.length > 0,
   });
   head.tell(solve.trouble);

@@ -92,9 +92,9 @@ TEST_F(PostgresServersTest, AFrontTellsWhatPassesAtTheWorker) {
   ASSERT_TRUE(front->manager.Cancel("ada", id).ok());
   early.Read();
   late.Read();
-  const auto kept = ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", ::testing::_);
-  EXPECT_THAT(early.durable, kept);
-  EXPECT_THAT(late.durable, kept);
+  const auto durable = ElementsAre("QUEUED", "RUNNING", "analysis", "CANCELLING", "CANCELLED", ::testing::_);
+  EXPECT_THAT(early.durable, durable);
+  EXPECT_THAT(late.durable, durable);
 }
 
 TEST_F(PostgresServersTest, AFrontAloneTakesJobsAndRunsNone) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The title of a solve, how far it is, and what can be done with it.
 
-import {JobState} from '../../../generated/dlcs/v1/solver_pb';
 import {h, setText, show} from '../../dom';
-import {stateWord} from '../../names';
 import {errorText} from '../../rpc/errors';
 import {writers} from '../../solve/download';
 
@@ -14,6 +12,7 @@ export interface Progress {
   part: number;
   text: string;
   ended: boolean;
+  canCancel: boolean;
   canDownload: boolean;
 }
 
@@ -54,14 +53,14 @@ export class Head {
     );
   }
 
-  update({title, state, part, text, ended, canDownload}: Progress): void {
+  update({title, state, part, text, ended, canCancel, canDownload}: Progress): void {
     setText(this.title, title);
     setText(this.state, state);
     this.state.dataset.state = state;
     this.bar.value = part;
     show(this.bar, !ended);
     setText(this.text, text);
-    show(this.cancel, !ended && this.actions.stop !== null && state !== stateWord(JobState.CANCELLING));
+    show(this.cancel, canCancel && this.actions.stop !== null);
     show(this.remove, ended && this.actions.remove !== null);
     show(this.files, ended && canDownload);
   }
