@@ -97,14 +97,13 @@ void LiveView::OnAnalysis(const v1::Analysis& analysis) {
   if (analysis.has_lipschitz()) lipschitz = fmt::format("; Lipschitz constant {:.3g}", analysis.lipschitz());
   PrintText(fmt::format("{}, {}; {}{}{}", Count(analysis.states(), "state"), Count(analysis.constraints(), "pair"),
                         settings_.nonlinear ? "" : "M: ", analysis.matrix_class(), lipschitz));
-  PrintText(fmt::format("method {}: {}", Word(analysis.method()), analysis.reason()));
-  if (analysis.steps() == 0) {
-    PrintLine(settings_.default_error
-                  ? "steps chosen for an error of 1e-06 (the default; set it with --tolerance, or steps with --steps)"
-                  : "steps chosen for the allowed error");
-  } else {
-    PrintLine(fmt::format("{} of at most {:.4g}", Count(analysis.steps(), "step"), analysis.step()));
-  }
+  // The reason for the method stands in the result.
+  const std::string steps =
+      analysis.steps() != 0 ? fmt::format("{} of at most {:.4g}", Count(analysis.steps(), "step"), analysis.step())
+      : settings_.default_error
+          ? "steps for an error of 1e-06 (the default; set it with --tolerance, or steps with --steps)"
+          : "steps for the allowed error";
+  PrintText(fmt::format("{}, {}", Word(analysis.method()), steps));
   if (!settings_.warnings) return;
   for (const std::string& warning : analysis.warnings()) PrintText("warning: " + warning);
 }
