@@ -17,12 +17,12 @@ void ChooseForm(const Problem& problem, const Options& options, SetupCache* setu
       options.propagator == PropagatorKind::kAuto || options.propagator == PropagatorKind::kSparseStepping;
   if (!plan.propagator.refusal.empty() && options.method == Method::kAuto && any_propagator) {
     plan.method.method = Method::kTimeStepping;
-    plan.method.reason = "the matrix exponential is too expensive: " + plan.propagator.refusal;
+    plan.method.reason = plan.propagator.refusal;
     plan.propagator = ChoosePropagator(problem, options, plan.method.method, setups);
     const bool is_left_open = options.theta == 0 && !options.average_y;
     plan.method.two_stages = is_left_open && IsAlwaysLipschitz(plan.selection) &&
                              plan.propagator.record.used == PropagatorKind::kSparseStepping;
-    if (plan.method.two_stages) plan.method.reason += " Steps have two stages, of second order";
+    if (plan.method.two_stages) plan.method.reason += ". Steps have two stages, of second order";
   }
   plan.method.refusal = plan.propagator.refusal;
 }

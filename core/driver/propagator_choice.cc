@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/driver/propagator_choice.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
+#include "absl/strings/str_format.h"
+#include "core/linalg/sparse_factor.h"
 #include "core/problem/solution.h"
 #include "core/propagator/contour_system.h"
 #include "core/propagator/kronecker_system.h"
@@ -13,13 +18,10 @@ namespace {
 
 // Up to here dense matrices cost microseconds a step.
 constexpr Index kSmall = 64;
-// Up to here they cost less than the factorizations of a contour.
+// Up to here matrices of a sparse A may as well be dense.
 constexpr Index kSmallSparse = 300;
-// A contour costs as many solves for each node as there are constraints.
+// A contour costs as many solves for each node as there are constraints: above, it is made only where it is asked for.
 constexpr Index kFewConstraints = 200;
-// For more states the two hundred factorizations of a contour take minutes, and the one of a step seconds: contours are
-// then used only if the options name the method.
-constexpr Index kLargestChosenContour = 20'000;
 // From here on one matrix function takes minutes.
 constexpr Index kLargestDense = 4000;
 
@@ -49,6 +51,56 @@ PropagatorChoice Use(std::shared_ptr<Propagator> system) {
   return choice;
 }
 
+// The steps of a solve, of all lengths. Where they are found by trial, there are some 64 + 128 + ... + 4096.
+struct StepCount {
+  double steps, lengths;
+};
+
+StepCount CountSteps(const Problem& problem, const Options& options) {
+  if (!options.has_grid()) return {8128, 7};
+  const double given = options.num_steps > 0 ? static_cast<double>(options.num_steps)
+                       : options.step > 0    ? problem.horizon / options.step
+                                             : static_cast<double>(options.grid_times.size());
+  return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
+}
+
+// Predicted seconds of a solve with a sparse A on one thread, without its LCPs, which all ways share.
+struct Seconds {
+  double contour, dense, stepping;
+};
+
+// The constants were measured on grids of one to three dimensions with m from 343 to 20,000 and n from 2 to 150, where
+// each prediction is within a factor of four. What they decide between differs by ten to a hundred.
+Seconds PredictSeconds(const Problem& problem, const Options& options) {
+  constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
+  const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
+  const FactorSize factor = PredictFactor(problem.A.Sparse());
+  const auto [steps, lengths] = CountSteps(problem, options);
+  const double solve = 2 * factor.nonzeros * kMultiplication;
+  return {
+      .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,
+      .dense = lengths * kDenseSetup * m * m * m + steps * m * m * kMultiplication,
+      .stepping = lengths * (2 * factor.multiplications * kMultiplication + n * solve) + steps * 4 * solve,
+  };
+}
+
+std::string SecondsText(double seconds) {
+  return seconds < 10 ? absl::StrFormat("%.2g s", seconds) : absl::StrFormat("%.0f s", seconds);
+}
+
+// Why steps with sparse factors are taken instead of a matrix function of a sparse A; empty if they are not.
+std::string WhyStepsAreCheaper(const Problem& problem, const Options& options, const std::string& why_no_structure) {
+  const Seconds predicted = PredictSeconds(problem, options);
+  const bool can_have_contour = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
+  const double dense = IsDenseAffordable(problem) ? predicted.dense : std::numeric_limits<double>::infinity();
+  const double other = can_have_contour ? std::min(predicted.contour, dense) : dense;
+  if (predicted.stepping >= other) return "";
+  std::string why = "steps with sparse factors are predicted to take " + SecondsText(predicted.stepping);
+  why += std::isfinite(other) ? ", and with matrix functions of A " + SecondsText(other)
+                              : ", and matrix functions of A with " + States(problem) + " would be dense";
+  return why + (why_no_structure.empty() ? "" : "; " + why_no_structure);
+}
+
 PropagatorChoice DenseOrRefuse(const Problem& problem, std::string reason) {
   if (IsDenseAffordable(problem)) return Dense(std::move(reason));
   return Refuse("A is too large for dense matrices (" + States(problem) + "): " + reason + ".");
@@ -73,20 +125,14 @@ PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options
   if (wanted == PropagatorKind::kAuto || wanted == PropagatorKind::kKroneckerSum) {
     if (auto system = KroneckerSystem::Create(problem, why_not, setups)) return Use(std::move(system));
   }
+  if (wanted == PropagatorKind::kAuto && options.method == Method::kAuto && StepsSparsely(problem, options)) {
+    if (std::string why = WhyStepsAreCheaper(problem, options, why_not); !why.empty()) return Refuse(std::move(why));
+  }
   const bool few = problem.num_states() > kSmallSparse && problem.num_constraints() <= kFewConstraints;
-  const bool too_slow = options.method == Method::kAuto && problem.num_states() > kLargestChosenContour;
-  if (wanted == PropagatorKind::kAuto && few && too_slow) {
-    why_not += "; a contour would take some two hundred factorizations";
-  } else if (wanted == PropagatorKind::kContour || (wanted == PropagatorKind::kAuto && few)) {
+  if (wanted == PropagatorKind::kContour || (wanted == PropagatorKind::kAuto && few)) {
     std::string why_no_contour;
     if (auto system = ContourSystem::Create(problem, options, why_no_contour, setups)) return Use(std::move(system));
     why_not += (why_not.empty() ? "" : "; ") + why_no_contour;
-  }
-  if (wanted == PropagatorKind::kAuto && options.method == Method::kAuto && problem.num_states() > kSmallSparse &&
-      problem.num_constraints() > kFewConstraints && !problem.A.is_dense()) {
-    return Refuse("matrix functions of a sparse A with " + States(problem) +
-                  " would be dense, and a step with its sparse " + "factors costs far less" +
-                  (why_not.empty() ? "" : "; " + why_not) + ".");
   }
   if (wanted == PropagatorKind::kSparseStepping) why_not = "sparse stepping is for time-stepping";
   if (wanted != PropagatorKind::kAuto) return Refuse("The chosen propagator cannot be used: " + why_not + ".");
@@ -100,7 +146,7 @@ std::optional<Problem> WithSparseMatrices(const Problem& problem, const Options&
                                     kMostlyZero * static_cast<double>(matrix.size());
   };
   const bool is_left_open = options.method == Method::kAuto && options.propagator == PropagatorKind::kAuto;
-  const bool is_large = problem.num_states() > kSmallSparse && problem.num_constraints() > kFewConstraints;
+  const bool is_large = problem.num_states() > kSmallSparse;
   if (!is_left_open || !is_large || !is_mostly_zero(problem.A)) return std::nullopt;
   Problem sparse = problem;
   for (StructuredMatrix* matrix : {&sparse.A, &sparse.B, &sparse.N, &sparse.M}) {

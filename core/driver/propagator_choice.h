@@ -24,8 +24,9 @@ struct PropagatorChoice {
 
 // The propagator for a solve by `method`. If the options leave it open: dense matrices if A is dense or small; else the
 // form that fits the structure of A; else dense matrices again, if their matrix functions are affordable. If the method
-// is open too and there are many constraints, sparse time stepping is preferred to that. `setups` may be null; it holds
-// what solves of the same matrices share, and must outlive the choice.
+// is open too, time stepping with sparse factors is preferred to contours and dense matrices where it is predicted to
+// take less time, by the fill of its factors and the number of steps. `setups` may be null; it holds what solves of the
+// same matrices share, and must outlive the choice.
 PropagatorChoice ChoosePropagator(const Problem& problem, const Options& options, Method method,
                                   SetupCache* setups = nullptr);
 

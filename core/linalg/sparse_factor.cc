@@ -4,6 +4,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
+#include <algorithm>
 #include <limits>
 #include <optional>
 
@@ -24,7 +25,25 @@ Eigen::SparseMatrix<Scalar> Shifted(const SparseMatrix& A, Scalar z, double s) {
   return z * identity - (s * A).template cast<Scalar>();
 }
 
+// Counts the entries of the columns of a factor without making it.
+struct SymbolicCholesky : Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen::NaturalOrdering<int>> {
+  FactorSize Analyze(const SparseMatrix& matrix) {
+    analyzePattern(matrix);
+    const auto counts = m_nonZerosPerCol.cast<double>().array();  // below the diagonal
+    return {counts.sum() + static_cast<double>(counts.size()), (counts * (counts + 3) / 2).sum()};
+  }
+};
+
 }  // namespace
+
+FactorSize PredictFactor(const SparseMatrix& A) {
+  SparseMatrix pattern = A;
+  std::fill_n(pattern.valuePtr(), pattern.nonZeros(), 1.0);  // nothing cancels
+  pattern += SparseMatrix(pattern.transpose());
+  SparseMatrix ordered;
+  ordered = pattern.twistedBy(SparseOrder(A));
+  return SymbolicCholesky().Analyze(ordered);
+}
 
 Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A) {
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> inverse;

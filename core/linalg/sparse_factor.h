@@ -18,6 +18,14 @@ namespace dlcs {
 // 1996] An approximate minimum degree ordering algorithm. SIAM J. Matrix Anal. Appl. 17, 886-905.
 Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> SparseOrder(const SparseMatrix& A);
 
+// The size of a Cholesky factor, and the multiplications that make it.
+struct FactorSize {
+  double nonzeros = 0, multiplications = 0;
+};
+
+// That of a matrix with the pattern of A + Aᵀ in the order of SparseOrder(). Cost: below that of one solve.
+FactorSize PredictFactor(const SparseMatrix& A);
+
 // The factors of zI - sA, in an order from SparseOrder(): LU with pivots off the diagonal only where those on it are
 // smaller than a hundredth of the column. Real z and s with a symmetric, positive definite zI - sA: Cholesky.
 //

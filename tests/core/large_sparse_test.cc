@@ -56,6 +56,28 @@ TEST(LargeSparseTest, GoesOnFromRunToRun) {
   EXPECT_LE(MaxAbs(contours.x - dense.x), 1e-11 * MaxAbs(dense.x));
 }
 
+// The fill of the factors and the number of steps decide between contours and steps with sparse factors.
+TEST(LargeSparseTest, ChoosesStepsOrContoursByTheirPredictedTime) {
+  const Problem problem = AdvectedGrid({.side = 20, .constraints = 1});
+  Options options;
+  options.estimate_error = false;
+  options.output_times = {problem.horizon};
+  options.output_times_only = true;
+  options.num_steps = 400;
+  const Solution steps = SolveToEnd(problem, options);
+  EXPECT_EQ(steps.method, Method::kTimeStepping);
+  EXPECT_EQ(steps.propagator.used, PropagatorKind::kSparseStepping);
+  options.num_steps = 40'000;
+  const Solution many = SolveToEnd(problem, options);
+  EXPECT_EQ(many.method, Method::kExponentialIntegrator);
+  EXPECT_EQ(many.propagator.used, PropagatorKind::kContour);
+  EXPECT_LE(MaxAbs(steps.x - many.x), 1e-3 * MaxAbs(many.x));
+  // Where the method is asked for, so is the matrix exponential.
+  options.num_steps = 400;
+  options.method = Method::kExponentialIntegrator;
+  EXPECT_EQ(SolveToEnd(problem, options).propagator.used, PropagatorKind::kContour);
+}
+
 // 90,000 states, whose dense A would take 65 GB.
 Problem TooLarge() { return AdvectedGrid({.side = 300, .constraints = 2}); }
 
