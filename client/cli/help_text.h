@@ -120,11 +120,13 @@ inline constexpr const char* kModelExamples =
     "Prints a problem file, and on standard error what is known of the model. `input-output` is the\n"
     "dynamic economy x' = A x + B y + f(t), 0 <= y, (I - C) y - x >= 0 complementary, x(0) = d, as in\n"
     "    {\"C\": [[0.2]], \"A\": [[-1]], \"B\": [[0.5]], \"d\": [1], \"T\": 5, \"f\": [\"1+sin(t)\"]}\n"
-    "`signorini` is the membrane of Wu & Chen on a grid of N x N cells, as a Kronecker sum and sparse "
-    "matrices.\n"
+    "The others are fields on a grid, and keep their structure: `signorini` is the membrane of Wu & Chen on\n"
+    "a square or a cube, `obstacle` a string or a membrane above an obstacle, `american-option` a put on one\n"
+    "or two assets, `drainage` ground water between drains that give nothing back.\n"
     "\n"
     "Examples:\n"
     "  dlcs model signorini --cells 256 --coefficient 0.2 --output membrane.json\n"
+    "  dlcs model american-option --cells 40 --rate 0.1 | dlcs solve - --at 1\n"
     "  dlcs model input-output economy.json --output problem.json\n"
     "  dlcs model input-output economy.json | dlcs solve -";
 

@@ -11,7 +11,10 @@
 #include "client/files/json_text.h"
 #include "client/files/problem_file.h"
 #include "client/files/time_function_json.h"
+#include "core/models/american_option.h"
+#include "core/models/drainage.h"
 #include "core/models/input_output.h"
+#include "core/models/obstacle.h"
 #include "core/models/signorini.h"
 #include "core/problem/violation_list.h"
 #include "server/wire/component_names.h"
@@ -65,10 +68,75 @@ ComponentNames ReadNames(const json& root, Index commodities, JsonReader& reader
   return NamesOf(named);
 }
 
-// Fields of a Signorini model are options: "cells" is --cells.
-absl::Status InWordsOfTheOptions(const absl::Status& status) {
+struct NotedProblem {
+  json notes;
+  Problem problem;
+};
+
+// Sets the fields that the user gave, and makes the problem.
+template <typename Model>
+void SetCommon(const GridModel& given, Model& model) {
+  model.cells = given.cells;
+  model.dimensions = given.dimensions.value_or(model.dimensions);
+  model.horizon = given.horizon.value_or(model.horizon);
+}
+
+absl::StatusOr<NotedProblem> WithNotes(const std::string& name, const std::string& source,
+                                       absl::StatusOr<Problem> problem) {
+  if (!problem.ok()) return problem.status();
+  return NotedProblem{{{"name", name}, {"source", source}}, *std::move(problem)};
+}
+
+absl::StatusOr<NotedProblem> MakeGridModel(const GridModel& given) {
+  switch (given.kind) {
+    case GridModel::Kind::kSignorini: {
+      SignoriniModel model;
+      SetCommon(given, model);
+      model.coefficient = given.coefficient.value_or(model.coefficient);
+      return WithNotes(fmt::format("Signorini, 1/{}, c = {}", model.cells, model.coefficient),
+                       "(4.3) to (4.6) of Wu & Chen", MakeSignoriniProblem(model));
+    }
+    case GridModel::Kind::kObstacle: {
+      ObstacleModel model;
+      SetCommon(given, model);
+      model.coefficient = given.coefficient.value_or(model.coefficient);
+      model.load = given.load.value_or(model.load);
+      return WithNotes(fmt::format("obstacle, 1/{}, {}-D", model.cells, model.dimensions),
+                       "parabolic obstacle problem, psi = 1/2 - 4 |s - 1/2|^2", MakeObstacleProblem(model));
+    }
+    case GridModel::Kind::kAmericanOption: {
+      AmericanOptionModel model;
+      SetCommon(given, model);
+      model.rate = given.rate.value_or(model.rate);
+      model.volatility = given.volatility.value_or(model.volatility);
+      model.correlation = given.correlation.value_or(model.correlation);
+      return WithNotes(fmt::format("American put, {} on a grid of {}",
+                                   model.dimensions == 1 ? "one asset" : "two assets", model.cells),
+                       "equation of Black, Scholes and Merton in ln(S/K), value over strike",
+                       MakeAmericanOptionProblem(model));
+    }
+    case GridModel::Kind::kDrainage: {
+      DrainageModel model;
+      SetCommon(given, model);
+      model.coefficient = given.coefficient.value_or(model.coefficient);
+      model.conductance = given.conductance.value_or(model.conductance);
+      model.drains = given.drains.value_or(model.drains);
+      model.recharge = given.recharge.value_or(model.recharge);
+      return WithNotes(fmt::format("drainage, 1/{}, {}-D", model.cells, model.dimensions),
+                       "ground water between one-sided drains", MakeDrainageProblem(model));
+    }
+  }
+  return absl::InternalError("an unknown model");
+}
+
+// Fields of a model on a grid are options: "cells" is --cells. Its formulas are checked as sources of the problem.
+absl::Status InWordsOfTheOptions(const absl::Status& status, const GridModel& model) {
+  const bool drains = model.kind == GridModel::Kind::kDrainage;
   std::vector<Violation> violations = ViolationsOf(status);
-  for (Violation& violation : violations) violation.field.insert(0, "--");
+  for (Violation& violation : violations) {
+    const bool is_formula = violation.field.starts_with("f.");
+    violation.field = is_formula ? (drains ? "--recharge" : "--load") : "--" + violation.field;
+  }
   return violations.empty() ? status : StatusOf(violations);
 }
 
@@ -114,16 +182,10 @@ absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const s
   return ModeledProblem{FileOf(*root, *problem, names), ToProto(InputOutputSection(model))};
 }
 
-absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon) {
-  SignoriniModel model;
-  model.cells = cells;
-  model.coefficient = coefficient;
-  model.horizon = horizon;
-  const auto problem = MakeSignoriniProblem(model);
-  if (!problem.ok()) return InWordsOfTheOptions(problem.status());
-  const json notes = {{"name", fmt::format("Signorini, 1/{}, c = {}", model.cells, model.coefficient)},
-                      {"source", "(4.3) to (4.6) of Wu & Chen"}};
-  return FileOf(notes, *problem, {});
+absl::StatusOr<nlohmann::ordered_json> ModelOnGrid(const GridModel& model) {
+  const auto made = MakeGridModel(model);
+  if (!made.ok()) return InWordsOfTheOptions(made.status(), model);
+  return FileOf(made->notes, made->problem, {});
 }
 
 }  // namespace dlcs::client

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -24,9 +25,21 @@ struct ModeledProblem {
 // line.
 absl::StatusOr<ModeledProblem> ModelInputOutput(const std::string& text, const std::string& source);
 
-// The membrane of core/models/signorini.h, with 1/Δx cells in each direction, c, and T, as a problem file, with its
-// structure: some 2 MB for 65,025 states. Errors: InvalidArgument with one "--option: rule" per line.
-absl::StatusOr<nlohmann::ordered_json> ModelSignorini(std::int64_t cells, double coefficient, double horizon);
+// A model on a grid: core/models/signorini.h, obstacle.h, american_option.h or drainage.h. What is absent is as the
+// model has it.
+struct GridModel {
+  enum class Kind { kSignorini, kObstacle, kAmericanOption, kDrainage };
+
+  Kind kind = Kind::kSignorini;
+  std::int64_t cells = 0;
+  std::optional<std::int64_t> dimensions = {}, drains = {};
+  std::optional<double> coefficient = {}, horizon = {}, rate = {}, volatility = {}, correlation = {}, conductance = {};
+  std::optional<std::string> load = {}, recharge = {};  // formulas in t
+};
+
+// The problem file of a model, with its structure: some 2 MB for a membrane of 65,025 states. Errors: InvalidArgument
+// with one "--option: rule" per line.
+absl::StatusOr<nlohmann::ordered_json> ModelOnGrid(const GridModel& model);
 
 }  // namespace dlcs::client
 

@@ -5,58 +5,22 @@
 #include <utility>
 #include <vector>
 
-#include "core/format_number.h"
-#include "core/problem/violation_list.h"
+#include "core/models/grid_operators.h"
 
 namespace dlcs {
 namespace {
 
-// tridiag(off, diagonal, off)
-SparseMatrix Tridiagonal(Index size, double diagonal, double off) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (Index i = 0; i < size; ++i) {
-    entries.emplace_back(i, i, diagonal);
-    if (i > 0) entries.emplace_back(i, i - 1, off);
-    if (i + 1 < size) entries.emplace_back(i, i + 1, off);
-  }
-  SparseMatrix matrix(size, size);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-// weight (I ⊗ e_1), Q² × Q.
-SparseMatrix OnMembrane(Index size, double weight) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (Index q = 0; q < size; ++q) entries.emplace_back(q * size, q, weight);
-  SparseMatrix matrix(size * size, size);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-std::vector<Violation> ValidateModel(const SignoriniModel& model) {
-  // x0 has Q² entries, and so has every requested state.
-  constexpr Index kMaxCells = 4096;
-  std::vector<Violation> violations;
-  if (model.cells < 2 || model.cells > kMaxCells) {
-    violations.push_back(
-        {"cells", "is " + std::to_string(model.cells) + ", must be from 2 to " + std::to_string(kMaxCells)});
-  }
-  if (!(model.coefficient > 0) || !std::isfinite(model.coefficient)) {
-    violations.push_back({"coefficient", "is " + NumberText(model.coefficient) + ", must be positive and finite"});
-  }
-  if (!(model.horizon > 0) || !std::isfinite(model.horizon)) {
-    violations.push_back({"horizon", "is " + NumberText(model.horizon) + ", must be positive and finite"});
-  }
-  return violations;
-}
-
 // ψ at the points of the membrane.
 TimeFunction Obstacle(const SignoriniModel& model) {
+  // |x - 1/2| <= 1/4 for x = (k+1)/cells, in integers.
+  const auto is_middle = [&](Index k) { return 2 * std::abs(2 * (k + 1) - model.cells) <= model.cells; };
+  const Index size = model.cells - 1;
   std::vector<std::string> psi;
-  for (Index q = 0; q + 1 < model.cells; ++q) {
-    // |x2 - 1/2| <= 1/4 for x2 = (q+1)/cells, in integers.
-    const bool middle = 2 * std::abs(2 * (q + 1) - model.cells) <= model.cells;
-    psi.push_back(middle ? model.psi_middle : model.psi_sides);
+  for (Index r = 0; r < (model.dimensions == 2 ? 1 : size); ++r) {
+    for (Index q = 0; q < size; ++q) {
+      const bool middle = is_middle(q) && (model.dimensions == 2 || is_middle(r));
+      psi.push_back(middle ? model.psi_middle : model.psi_sides);
+    }
   }
   return TimeFunction::Formulas(std::move(psi));
 }
@@ -64,26 +28,37 @@ TimeFunction Obstacle(const SignoriniModel& model) {
 }  // namespace
 
 absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model) {
-  if (const absl::Status status = StatusOf(ValidateModel(model)); !status.ok()) return status;
-  const Index size = model.cells - 1;
+  std::vector<Violation> violations;
+  CheckDimensions(model.dimensions, 2, 3, violations);
+  CheckCells(model.cells, model.dimensions, violations);
+  CheckPositive("coefficient", model.coefficient, violations);
+  CheckPositive("horizon", model.horizon, violations);
+  if (const absl::Status status = StatusOf(violations); !status.ok()) return status;
+  const bool is_cube = model.dimensions == 3;
+  const Index size = model.cells - 1, pairs = is_cube ? size * size : size;
   const auto cells = static_cast<double>(model.cells);
   const double weight = model.coefficient * cells * cells;
+  std::vector<Index> at_membrane;
+  for (Index k = 0; k < pairs; ++k) at_membrane.push_back(k * size);
 
   Problem problem;
   const SparseMatrix difference = Tridiagonal(size, -2 * weight, weight);
-  problem.A = KroneckerSum{{difference, difference}};
-  problem.B = OnMembrane(size, weight);
-  problem.N = SparseMatrix(OnMembrane(size, -2).transpose());
-  problem.M = Tridiagonal(size, 4, -1);
+  problem.A = is_cube ? KroneckerSum{{difference, difference, difference}} : KroneckerSum{{difference, difference}};
+  problem.B = UnitColumns(pairs * size, at_membrane, weight);
+  problem.N = SparseMatrix(UnitColumns(pairs * size, at_membrane, -2).transpose());
+  problem.M = is_cube ? KroneckerSum{{Tridiagonal(size, 3, -1), Tridiagonal(size, 3, -1)}}.Assemble()
+                      : Tridiagonal(size, 4, -1);
   problem.f = Obstacle(model);
   problem.f.lift = problem.B;
   problem.g = Obstacle(model);
   problem.g.lift = problem.M;
-  problem.x0.resize(size * size);
-  for (Index q = 0; q < size; ++q) {
+  problem.x0.resize(pairs * size);
+  for (Index k = 0; k < pairs; ++k) {
     for (Index p = 0; p < size; ++p) {
-      const double x1 = static_cast<double>(p + 1) / cells, x2 = static_cast<double>(q + 1) / cells;
-      problem.x0(q * size + p) = 20 * x1 * x2 * (1 - x1) * (1 - x2);
+      const double x1 = static_cast<double>(p + 1) / cells, x2 = static_cast<double>(k % size + 1) / cells;
+      const double x3 = static_cast<double>(k / size + 1) / cells;
+      const double of_square = 20 * x1 * x2 * (1 - x1) * (1 - x2);
+      problem.x0(k * size + p) = is_cube ? 5 * of_square * x3 * (1 - x3) : of_square;
     }
   }
   problem.horizon = model.horizon;

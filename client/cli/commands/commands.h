@@ -11,6 +11,7 @@
 
 #include "client/cli/commands/server_target.h"
 #include "client/cli/output/exit_code.h"
+#include "client/local/model.h"
 #include "dlcs/v1/solver.pb.h"
 
 namespace dlcs::client {
@@ -71,12 +72,9 @@ struct DcpCommand {
 };
 
 struct ModelCommand {
-  std::string kind;        // "input-output" or "signorini"
-  std::string path;        // of an input-output model's file; "-" is standard input
-  std::int64_t cells = 0;  // of the Signorini model
-  double coefficient = 2e-4;
-  double horizon = 4;
-  std::string output;  // empty is standard output
+  std::optional<GridModel> grid;  // absent: input-output
+  std::string path;               // of an input-output model's file; "-" is standard input
+  std::string output;             // empty is standard output
 };
 
 // Draws a result with gnuplot.

@@ -105,11 +105,32 @@ TEST(DlcsModelTest, MakesASignoriniProblemThatItThenSolves) {
 }
 
 TEST(DlcsModelTest, NamesWhatIsWrongWithASignoriniModel) {
-  EXPECT_THAT(RunDlcs("model signorini").err, HasSubstr("needs --cells"));
+  EXPECT_THAT(RunDlcs("model signorini").err, HasSubstr("--cells: is required"));
   EXPECT_THAT(RunDlcs("model signorini --cells 5000").err, HasSubstr("--cells: is 5000, must be from 2 to 4096"));
-  EXPECT_THAT(RunDlcs("model signorini x.json --cells 4").err, HasSubstr("takes no file"));
+  EXPECT_THAT(RunDlcs("model signorini x.json --cells 4").err, HasSubstr("is for input-output"));
   EXPECT_THAT(RunDlcs("model input-output x.json --cells 4").err, HasSubstr("--cells"));
   EXPECT_EQ(RunDlcs("model input-output").code, 2);
+}
+
+TEST(DlcsModelTest, MakesProblemsOnGridsThatItThenSolves) {
+  for (const char* model : {"signorini --cells 6 --dimensions 3 --coefficient 0.1 --horizon 0.5", "obstacle --cells 16",
+                            "obstacle --cells 8 --dimensions 2 --load=-t", "american-option --cells 40 --rate 0.1",
+                            "american-option --cells 10 --dimensions 2 --correlation 0.5",
+                            "drainage --cells 20 --drains 2 --recharge t", "drainage --cells 8 --dimensions 2"}) {
+    const ProgramOutcome made = RunDlcs(std::string("model ") + model);
+    ASSERT_EQ(made.code, 0) << model << made.err;
+    const ProgramOutcome solved = SolveText(made.out, "--tolerance 1e-4 --quiet");
+    EXPECT_EQ(solved.code, 0) << model << solved.out << solved.err;
+    EXPECT_THAT(solved.out, HasSubstr("SOLVED")) << model;
+  }
+}
+
+TEST(DlcsModelTest, NamesTheOptionThatIsWrong) {
+  EXPECT_THAT(RunDlcs("model obstacle --cells 8 --dimensions 3").err, HasSubstr("--dimensions: is 3, must be 1 or 2"));
+  EXPECT_THAT(RunDlcs("model obstacle --cells 8 --drains 2").err, HasSubstr("--drains: is for drainage"));
+  EXPECT_THAT(RunDlcs("model obstacle --cells 8 --load 'sin(x)'").err, HasSubstr("--load"));
+  EXPECT_THAT(RunDlcs("model drainage --cells 8 --drains 9").err, HasSubstr("--drains: is 9, must be from 1 to"));
+  EXPECT_THAT(RunDlcs("model obstacles --cells 8").err, HasSubstr("obstacle"));
 }
 
 }  // namespace

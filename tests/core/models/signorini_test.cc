@@ -32,12 +32,11 @@ TEST(SignoriniTest, HasTheEigenvaluesOfTheDiscreteLaplacian) {
       Vector v(size * size);
       for (Index q = 0; q < size; ++q) {
         for (Index p = 0; p < size; ++p) {
-          v(q * size + p) = std::sin(pi * static_cast<double>(j * (p + 1)) / 6) *
-                            std::sin(pi * static_cast<double>(k * (q + 1)) / 6);
+          v(q * size + p) =
+              std::sin(pi * static_cast<double>(j * (p + 1)) / 6) * std::sin(pi * static_cast<double>(k * (q + 1)) / 6);
         }
       }
-      const double s = std::sin(pi * static_cast<double>(j) / 12),
-                   r = std::sin(pi * static_cast<double>(k) / 12);
+      const double s = std::sin(pi * static_cast<double>(j) / 12), r = std::sin(pi * static_cast<double>(k) / 12);
       EXPECT_LE(MaxAbs(problem.A * v + 0.5 * 36 * 4 * (s * s + r * r) * v), 1e-12);
     }
   }
@@ -50,8 +49,7 @@ TEST(SignoriniTest, HasTheEigenvaluesOfTheDiscreteLaplacian) {
 // membrane: with y = V(0, ·) the discrete system has to say so with second order.
 TEST(SignoriniTest, DiscretizesTheHarmonicFunctionsWithSecondOrder) {
   const auto errors = [](Index cells) {
-    const Problem problem =
-        Signorini({.cells = cells, .coefficient = 1, .psi_middle = "0", .psi_sides = "0"});
+    const Problem problem = Signorini({.cells = cells, .coefficient = 1, .psi_middle = "0", .psi_sides = "0"});
     const Index size = cells - 1;
     const auto dx = 1 / static_cast<double>(cells);
     Vector x(size * size), y(size), flux(size);
@@ -59,8 +57,7 @@ TEST(SignoriniTest, DiscretizesTheHarmonicFunctionsWithSecondOrder) {
       const double s = std::sin(pi * dx * static_cast<double>(q + 1));
       y(q) = std::sinh(pi) * s;
       flux(q) = pi * std::cosh(pi) * s;
-      for (Index p = 0; p < size; ++p)
-        x(q * size + p) = std::sinh(pi * (1 - dx * static_cast<double>(p + 1))) * s;
+      for (Index p = 0; p < size; ++p) x(q * size + p) = std::sinh(pi * (1 - dx * static_cast<double>(p + 1))) * s;
     }
     const double inside = MaxAbs(problem.A * x + problem.B * y) / MaxAbs(x);
     const double membrane = MaxAbs((problem.N * x + problem.M * y) / (2 * dx) - flux);
@@ -71,6 +68,40 @@ TEST(SignoriniTest, DiscretizesTheHarmonicFunctionsWithSecondOrder) {
   EXPECT_NEAR(inside / inside_fine, 4, 0.5) << inside;
   EXPECT_NEAR(membrane / membrane_fine, 4, 0.5) << membrane;
   EXPECT_LT(membrane_fine, 0.02 * pi * std::cosh(pi));
+}
+
+// V = sinh(√2 π(1 - x1)) sin πx2 sin πx3 likewise.
+TEST(SignoriniTest, DiscretizesTheHarmonicFunctionsOfTheCube) {
+  const auto error = [](Index cells) {
+    const Problem problem =
+        Signorini({.cells = cells, .dimensions = 3, .coefficient = 1, .psi_middle = "0", .psi_sides = "0"});
+    const Index size = cells - 1;
+    const double dx = 1 / static_cast<double>(cells), rate = std::sqrt(2) * pi;
+    Vector x(size * size * size), y(size * size), flux(size * size);
+    for (Index k = 0; k < size * size; ++k) {
+      const double s =
+          std::sin(pi * dx * static_cast<double>(k % size + 1)) * std::sin(pi * dx * static_cast<double>(k / size + 1));
+      y(k) = std::sinh(rate) * s;
+      flux(k) = rate * std::cosh(rate) * s;
+      for (Index p = 0; p < size; ++p) x(k * size + p) = std::sinh(rate * (1 - dx * static_cast<double>(p + 1))) * s;
+    }
+    EXPECT_LE(MaxAbs((problem.N * x + problem.M * y) / (2 * dx) - flux), 10 * dx * dx * MaxAbs(flux));
+    return MaxAbs(problem.A * x + problem.B * y) / MaxAbs(x);
+  };
+  EXPECT_NEAR(error(6) / error(12), 4, 0.6);
+}
+
+TEST(SignoriniTest, TheCubeIsSolvedByModesAndDensely) {
+  const Problem problem = Signorini({.cells = 6, .dimensions = 3, .coefficient = 0.1, .horizon = 0.5});
+  Options options;
+  options.num_steps = 100;
+  options.method = Method::kExponentialIntegrator;
+  options.propagator = PropagatorKind::kKroneckerSum;
+  const Solution modes = SolveToEnd(problem, options);
+  options.propagator = PropagatorKind::kDense;
+  const Solution dense = SolveToEnd(problem, options);
+  EXPECT_LE(MaxAbs(modes.x - dense.x), 1e-12 * MaxAbs(dense.x));
+  EXPECT_GT(dense.y.maxCoeff(), 0);
 }
 
 TEST(SignoriniTest, IterationMarchAndPaperAgreeAsInSectionFour) {
