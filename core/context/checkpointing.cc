@@ -11,7 +11,7 @@ namespace dlcs {
 namespace {
 
 // Must be increased whenever the state that a method stores changes, or the bits of the results computed from it.
-constexpr Index kVersion = 2;
+constexpr Index kVersion = 3;
 
 // Identifies a solve, so that the state of another one is refused.
 std::vector<Index> Fingerprint(const SolveContext& context) {
@@ -39,7 +39,8 @@ void CarryFields(StateArchive& state, CertificateRows& rows) {
 }
 void CarryFields(StateArchive& state, Cost& c) {
   state(c.steps, c.windows, c.iterations, c.lcps, c.coupled_steps, c.newton_iterations, c.most_newton_iterations,
-        c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear);
+        c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear,
+        c.seconds_certificate);
 }
 void CarryFields(StateArchive& state, StateJump& jump) { state(jump.time, jump.dx, jump.multiplier); }
 void CarryFields(StateArchive& state, LeftLimit& limit) { state(limit.column, limit.y, limit.w); }

@@ -74,9 +74,9 @@ class ReducedSources {
     run.sources.psi = std::move(psi.nodes);
     const auto is_finite = [](const Matrix& values) { return std::isfinite(MaxAbs(values)); };
     if (std::isfinite(run.f_defect) && is_finite(run.g) && is_finite(run.g_mid)) return std::nullopt;
-    return Sources::NonFinite{run.Time(grid, 0), "f or g has no finite value between t = " +
-                                                     FormatNumber(run.Time(grid, 0)) + " and " +
-                                                     FormatNumber(run.Time(grid, steps))};
+    return Sources::NonFinite{run.Time(grid, 0),
+                              "f or g has no finite value between t = " + FormatNumber(run.Time(grid, 0)) + " and " +
+                                  FormatNumber(run.Time(grid, steps))};
   }
 
  private:
@@ -125,8 +125,7 @@ void Certify(SolveContext& context, ReducedRun& run, Index steps, Hold hold) {
     const auto y = run.y.col(0);
     certificate.AddNodes(y, run.free.nodes.col(0) + run.g.col(0) + problem.M * y);
   }
-  const Motion motion =
-      run.kernel->MoveThroughout(std::move(run.free), run.y.leftCols(steps + 1), context.workers);
+  const Motion motion = run.kernel->MoveThroughout(std::move(run.free), run.y.leftCols(steps + 1), context.workers);
   Matrix w, y_mid;
   for (Index begin = 0; begin < steps; begin += kColumnsPerBlock) {
     LookForStop();
@@ -191,6 +190,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
                    const std::function<Index(ReducedRun&)>& solve) {
   const Problem& problem = context.problem;
   Propagator& system = *context.propagator;
+  Cost& cost = context.solution.cost;
   ReducedSources sampler(problem);
   Vector x = problem.x0;
   Vector y = Vector::Zero(problem.num_constraints());
@@ -212,6 +212,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
   for (; at < context.grid.runs.size(); ++at) {
     const Run& grid_run = context.grid.runs[at];
     ReducedRun run{.run = grid_run, .sources = {}, .g = {}, .g_mid = {}, .free = {}, .kernel = {}, .y = {}};
+    const double setup_begin = context.Seconds();
     if (const auto bad = sampler.Sample(context.grid, run)) return context.FailNonFinite(*bad);
     const double begin = run.Time(context.grid, 0);
     const bool has_begun = y_found.cols() > 0;
@@ -221,7 +222,6 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
       if (needs_y && !y_is_solution) return FailLcp(context, LcpStatus::kInfeasible, begin, "LCP(N x + g, M)");
     }
 
-    const double setup_begin = context.Seconds();
     run.kernel = system.MakeKernel(grid_run.step, hold, run.steps(), context.workers, context.stop);
     if (run.kernel) run.free = system.Move(x, run.sources, hold, context.workers, context.stop);
     if (context.stop.stop_requested()) return context.FailCancelled(begin);
@@ -231,8 +231,7 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
     }
     run.y.resize(y.size(), run.steps() + 1);
     run.y.col(0) = y;
-    const double linear_begin = context.Seconds();
-    context.solution.cost.seconds_setup += linear_begin - setup_begin;
+    cost.seconds_setup += context.Seconds() - setup_begin;
 
     if (has_begun) {
       run.y.leftCols(y_found.cols()) = y_found;
@@ -246,10 +245,13 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
         carry_all(state);
       });
     };
+    const auto counted = [&cost] { return cost.seconds_lcp + cost.seconds_linear; };
+    const double solve_begin = context.Seconds(), counted_before = counted();
     const Index steps = solve(run);
     y_found.resize(y.size(), 0);
-    const double states_begin = context.Seconds();
+    cost.seconds_linear += context.Seconds() - solve_begin - (counted() - counted_before);
     if (steps > 0) {
+      const double states_begin = context.Seconds();
       const std::vector<Index> nodes = NodesWanted(context.grid, grid_run, steps);
       Matrix states;
       if (!nodes.empty()) {
@@ -257,12 +259,14 @@ bool SolveRunByRun(SolveContext& context, Hold hold, const Checkpointing::CarryM
         if (context.stop.stop_requested()) return context.FailCancelled(begin);
       }
       if (hold == Hold::kConstant && !y_is_solution) run.y.col(0) = run.y.col(1);
+      const double certificate_begin = context.Seconds();
+      cost.seconds_linear += certificate_begin - states_begin;
       Certify(context, run, steps, hold);
       File(context, run, nodes, states, x);
       if (!nodes.empty() && nodes.back() == steps) x = states.col(states.cols() - 1);
       y = run.y.col(steps);
+      cost.seconds_certificate += context.Seconds() - certificate_begin;
     }
-    context.solution.cost.seconds_linear += context.Seconds() - states_begin;
     if (steps < run.steps()) return false;
   }
   context.solution.propagator = system.record();

@@ -16,11 +16,13 @@ namespace {
 // The steps `begin` + 1 ... `begin` + steps of a run.
 class ReducedWindow final : public WindowModel {
  public:
-  // `start` is N x at its start, `past` the response at its nodes to y up to there, later y being zero. Keeps
-  // references.
-  ReducedWindow(SolveContext& context, const ReducedRun& run, Index begin, const Vector& start, const Matrix& past)
+  // `sizes` are those of the run, `start` is N x at its start, `past` the response at its nodes to y up to there, later
+  // y being zero. Keeps references.
+  ReducedWindow(SolveContext& context, const ReducedRun& run, const Vector& sizes, Index begin, const Vector& start,
+                const Matrix& past)
       : context_(context),
         run_(run),
+        sizes_(sizes),
         begin_(begin),
         start_(start),
         without_y_(run.g.middleCols(begin, past.cols() + 1)) {
@@ -37,11 +39,15 @@ class ReducedWindow final : public WindowModel {
     return q;
   }
   Matrix Constant() override { return run_.g.middleCols(begin_, steps() + 1).colwise() + start_; }
-  void Follow(Matrix& q) override {
-    q = without_y_;
-    run_.kernel->AddResponse(y.rightCols(steps()), context_.workers, scratch_, q.rightCols(steps()));
+  using WindowModel::Follow;
+  void Follow(Matrix& q, const OnColumns& computed) override {
+    q.resizeLike(without_y_);
+    q.col(0) = without_y_.col(0);
+    computed(0, 1);
+    run_.kernel->AddResponse(without_y_.rightCols(steps()), y.rightCols(steps()), context_.workers, scratch_,
+                             q.rightCols(steps()), [&](Index begin, Index end) { computed(begin + 1, end + 1); });
   }
-  Vector Sizes() const override { return run_.Sizes() + RowMaxAbs(without_y_); }
+  Vector Sizes() const override { return sizes_ + RowMaxAbs(without_y_); }
   double KernelBound() override { return run_.kernel->Bound(steps()) * run_.kernel->step(); }
   void Finish() override {}
   // N x at the end.
@@ -58,6 +64,7 @@ class ReducedWindow final : public WindowModel {
  private:
   SolveContext& context_;
   const ReducedRun& run_;
+  const Vector& sizes_;
   Index begin_;
   Vector start_;
   Matrix without_y_;  // q without the response to the y of this window
@@ -66,6 +73,7 @@ class ReducedWindow final : public WindowModel {
 
 // Finds y of `run`; returns the number of steps done.
 Index Iterate(SolveContext& context, WindowSequence& windows, ReducedRun& run) {
+  const Vector sizes = run.Sizes();
   const auto memory = run.kernel->Start(run.y.col(0));
   Matrix past;  // of as many steps as have been asked for, after `done`
   Index done = run.first_step;
@@ -76,7 +84,7 @@ Index Iterate(SolveContext& context, WindowSequence& windows, ReducedRun& run) {
     const auto window = windows.Take([&]() -> std::unique_ptr<WindowModel> {
       const Index steps = std::min(windows.Width(), run.steps() - done);
       if (past.cols() < steps) past = memory->History(steps);
-      return std::make_unique<ReducedWindow>(context, run, done, N_x, past.leftCols(steps));
+      return std::make_unique<ReducedWindow>(context, run, sizes, done, N_x, past.leftCols(steps));
     });
     if (!window) break;
     const Index steps = window->steps();

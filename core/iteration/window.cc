@@ -57,15 +57,15 @@ Matrix Window::Frozen() {
 
 Matrix Window::Constant() { return g_.colwise() + context_.problem.N * start_; }
 
-void Window::Follow(Matrix& q) {
-  StepTools* tools = SharedTools();
-  if (!tools) {
+void Window::Follow(Matrix& q, const OnColumns& computed) {
+  if (StepTools* tools = SharedTools()) {
+    const Matrix deviation = y.rightCols(steps()).colwise() - y.col(0);
+    q = frozen_;
+    q.rightCols(steps()) += tools->kernel.Respond(deviation);
+  } else {
     q = Propagate();
-    return;
   }
-  const Matrix deviation = y.rightCols(steps()).colwise() - y.col(0);
-  q = frozen_;
-  q.rightCols(steps()) += tools->kernel.Respond(deviation);
+  context_.workers.ForBlocks(q.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) { computed(begin, end); });
 }
 
 Vector Window::Sizes() const {

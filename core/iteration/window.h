@@ -44,7 +44,8 @@ class Window final : public WindowModel {
   Index first_node() const override { return pieces_.front().segment.first_node; }
   Matrix Frozen() override;
   Matrix Constant() override;
-  void Follow(Matrix& q) override;
+  using WindowModel::Follow;
+  void Follow(Matrix& q, const OnColumns& computed) override;
   Vector Sizes() const override;
   double KernelBound() override;
   void Finish() override { Propagate(); }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -13,7 +14,7 @@
 #include "core/laplace/iteration_bounds.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
-#include "core/parallel/stop_scope.h"
+#include "core/linalg/simd.h"
 
 namespace dlcs {
 namespace {
@@ -39,6 +40,35 @@ Matrix Guess(const Matrix& guess, WindowModel& window) {
 bool IsTame(const Matrix& next, const Matrix& q, const Vector& size) {
   constexpr double kMaxGrowth = 1e3;
   return RelativeChange(size, RowMaxAbs(next - q)) <= kMaxGrowth;
+}
+
+// The larger number; NaN if either is.
+DLCS_INLINE double Larger(double a, double b) { return a >= b || a != a ? a : b; }
+
+struct Columns {
+  Index rows;
+  const double *q, *next, *y, *M_y;
+};
+
+// Raises for each row the change, the size of `next` and, unless null, |min(y, next + M y)|.
+void Compare(const Columns& columns, double* changes, double* sizes, double* residuals) {
+  RunWide([=]() DLCS_WIDE {
+    const double* __restrict q = columns.q, * __restrict next = columns.next;
+    double* __restrict change = changes, * __restrict size = sizes;
+    for (Index i = 0; i < columns.rows; ++i) {
+      change[i] = Larger(change[i], std::abs(next[i] - q[i]));
+      size[i] = Larger(size[i], std::abs(next[i]));
+    }
+  });
+  if (!residuals) return;
+  RunWide([=]() DLCS_WIDE {
+    const double* __restrict next = columns.next, * __restrict y = columns.y, * __restrict M_y = columns.M_y;
+    double* __restrict residual = residuals;
+    for (Index i = 0; i < columns.rows; ++i) {
+      const double w = M_y[i] + next[i];
+      residual[i] = Larger(residual[i], std::abs(y[i] < w || y[i] != y[i] ? y[i] : w));
+    }
+  });
 }
 
 }  // namespace
@@ -115,12 +145,18 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
       return result;
     }
 
-    window.Follow(next);
+    Judgment seen{Vector::Zero(q.rows()), Vector::Zero(q.rows())};
+    std::mutex mutex;
+    window.Follow(next, [&](Index begin, Index end) {
+      if (begin > first) return;  // in a later window
+      const Judgment of_block = Judge(q, next, window.y, begin, std::min(end, first + 1));
+      const std::lock_guard lock(mutex);
+      seen.Raise(of_block);
+    });
     if (first < steps && !IsTame(next, q, size)) {
       result.end = WindowEnd::kFlightFailed;
       return result;
     }
-    const Judgment seen = Judge(q, next, window.y, first + 1);
     size = size.cwiseMax(seen.row_size);
     const double change = RelativeChange(size, seen.row_change);
     if (accelerated) next = acceleration.Next(q, next, size);
@@ -148,24 +184,25 @@ WindowResult WindowIteration::Run(Index number, WindowModel& window, const Fligh
   return result;
 }
 
-// In one pass: by blocks of columns that stay in the second cache.
-WindowIteration::Judgment WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y,
-                                                 Index columns) const {
-  constexpr Index kColumnsPerBlock = 32;
-  Judgment seen{Vector::Zero(q.rows()), Vector::Zero(q.rows()), 0};
-  Matrix w;
-  for (Index begin = 0; begin < columns; begin += kColumnsPerBlock) {
-    LookForStop();
-    const Index count = std::min(kColumnsPerBlock, columns - begin), first = begin == 0 ? 1 : 0;  // y_0 is given
-    const auto after = next.middleCols(begin, count);
-    RaiseRowMaxAbs(after - q.middleCols(begin, count), seen.row_change);
-    RaiseRowMaxAbs(after, seen.row_size);
-    const auto y_block = y.middleCols(begin, count);
-    w.noalias() = problem_.M * y_block;
-    w += after;
-    seen.residual =
-        NanMax(seen.residual, NaturalResidual(y_block.rightCols(count - first), w.rightCols(count - first)));
+void WindowIteration::Judgment::Raise(const Judgment& other) {
+  RaiseRowMaxAbs(other.row_change, row_change);
+  RaiseRowMaxAbs(other.row_size, row_size);
+  residual = NanMax(residual, other.residual);
+}
+
+WindowIteration::Judgment WindowIteration::Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index begin,
+                                                 Index end) const {
+  const Index n = q.rows(), count = end - begin;
+  Judgment seen{Vector::Zero(n), Vector::Zero(n)};
+  Matrix w(n, count);
+  problem_.M.Multiply(y.middleCols(begin, count), w);
+  Vector residuals = Vector::Zero(n);
+  for (Index j = 0; j < count; ++j) {
+    const Columns columns{n, q.col(begin + j).data(), next.col(begin + j).data(), y.col(begin + j).data(),
+                          w.col(j).data()};
+    Compare(columns, seen.row_change.data(), seen.row_size.data(), begin + j > 0 ? residuals.data() : nullptr);
   }
+  seen.residual = MaxAbs(residuals);
   return seen;
 }
 

@@ -51,15 +51,17 @@ class WindowIteration {
   WindowResult Run(Index number, WindowModel& window, const Flight& flight);
 
  private:
-  // The comparison of two iterates on the first columns, q and `next` (computed from y): for each row the change and
-  // the size of `next`, and the natural residual of y and next + M y.
+  // The comparison of two iterates, q and `next` (computed from y), on the columns [begin, end): for each row the
+  // change and the size of `next`, and the natural residual of y and next + M y (not that of y_0, which is given).
   struct Judgment {
     Vector row_change, row_size;
-    double residual;
+    double residual = 0;
+
+    void Raise(const Judgment& other);
   };
 
   Index max_iterations() const;
-  Judgment Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index columns) const;
+  Judgment Judge(const Matrix& q, const Matrix& next, const Matrix& y, Index begin, Index end) const;
   std::optional<std::string> FindJump(const Matrix& q, const WindowModel& window) const;
   // The first `columns` columns of the window's y belong to this iterate.
   void Report(IterateReport report, double log_bound, const WindowModel& window, Index columns);

@@ -5,6 +5,7 @@
 #define DLCS_CORE_ITERATION_WINDOW_MODEL_H_
 
 #include "core/context/coupled_step.h"
+#include "core/propagator/propagator.h"
 #include "core/types.h"
 
 namespace dlcs {
@@ -21,8 +22,11 @@ class WindowModel {
   virtual Matrix Frozen() = 0;
   // q for the constant state.
   virtual Matrix Constant() = 0;
-  // Computes q from y, in the memory of `q` if it has the right size.
-  virtual void Follow(Matrix& q) = 0;
+  // Computes q from y, in the memory of `q` if it has the right size, and gives blocks of its columns to `computed`.
+  virtual void Follow(Matrix& q, const OnColumns& computed) = 0;
+  void Follow(Matrix& q) {
+    Follow(q, [](Index, Index) {});
+  }
   // For each row of q the size of the terms that it is the sum of.
   virtual Vector Sizes() const = 0;
   // κ h, where κ bounds the kernel per unit of time. NaN if the steps have several lengths.

@@ -65,4 +65,17 @@ double MaxAbsOfColumns(const double* values, Index rows, Index cols, Index strid
   return seen.has_nan ? std::numeric_limits<double>::quiet_NaN() : seen.largest;
 }
 
+void RaiseRowMaxAbsOfColumns(const double* values, Index rows, Index cols, Index stride, double* sizes) {
+  RunWide([=]() DLCS_WIDE {
+    double* __restrict raised = sizes;
+    for (Index j = 0; j < cols; ++j) {
+      const double* __restrict column = values + j * stride;
+      for (Index i = 0; i < rows; ++i) {
+        const double size = std::abs(column[i]), before = raised[i];
+        raised[i] = before >= size || before != before ? before : size;
+      }
+    }
+  });
+}
+
 }  // namespace dlcs

@@ -19,13 +19,16 @@ inline double NanMax(double a, double b) { return a > b || std::isnan(a) ? a : b
 // NaN.
 double MaxAbsOfColumns(const double* values, Index rows, Index cols, Index stride);
 
+// Whether an expression is an array of doubles in memory, column by column.
+template <typename Derived>
+constexpr bool kIsInMemory = (Derived::Flags & Eigen::DirectAccessBit) != 0 && !Derived::IsRowMajor &&
+                             std::is_same_v<typename Derived::Scalar, double>;
+
 // max |entry|; 0 for an empty expression, NaN if any entry is NaN.
 template <typename Derived>
 double MaxAbs(const Eigen::DenseBase<Derived>& values) {
   if (values.size() == 0) return 0;
-  constexpr bool is_in_memory = (Derived::Flags & Eigen::DirectAccessBit) != 0 && !Derived::IsRowMajor &&
-                                std::is_same_v<typename Derived::Scalar, double>;
-  if constexpr (is_in_memory) {
+  if constexpr (kIsInMemory<Derived>) {
     const Derived& stored = values.derived();
     if (stored.innerStride() == 1) {
       return MaxAbsOfColumns(stored.data(), stored.rows(), stored.cols(), stored.outerStride());
@@ -34,9 +37,18 @@ double MaxAbs(const Eigen::DenseBase<Derived>& values) {
   return values.derived().cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
 }
 
+// Raises sizes[i] to max |entry| of row i of such numbers; a NaN stays.
+void RaiseRowMaxAbsOfColumns(const double* values, Index rows, Index cols, Index stride, double* sizes);
+
 // Raises `sizes` to max |entry| of each row; a NaN stays. Loops over columns, in the order of memory.
 template <typename Derived>
 void RaiseRowMaxAbs(const Eigen::MatrixBase<Derived>& matrix, Vector& sizes) {
+  if constexpr (kIsInMemory<Derived>) {
+    const Derived& stored = matrix.derived();
+    if (stored.innerStride() == 1) {
+      return RaiseRowMaxAbsOfColumns(stored.data(), stored.rows(), stored.cols(), stored.outerStride(), sizes.data());
+    }
+  }
   for (Index j = 0; j < matrix.cols(); ++j) {
     sizes = sizes.binaryExpr(matrix.col(j).cwiseAbs(), [](double a, double b) { return a >= b || a != a ? a : b; });
   }

@@ -20,51 +20,51 @@ DLCS_INLINE void TransposeFour(const double* from, Index from_stride, double* to
   Store<Double4>(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7), to + 3 * to_stride);
 }
 
-DLCS_INLINE void ToLanes(const double* columns, Index stride, Index rows, double* lanes) {
+DLCS_INLINE void ToLanes(const double* columns, Index stride, Index rows, double* lanes, Index width) {
   Index i = 0;
   for (; i + 4 <= rows; i += 4) {
-    TransposeFour(columns + i, stride, lanes + kLanes * i, kLanes);
-    TransposeFour(columns + 4 * stride + i, stride, lanes + kLanes * i + 4, kLanes);
+    TransposeFour(columns + i, stride, lanes + width * i, width);
+    TransposeFour(columns + 4 * stride + i, stride, lanes + width * i + 4, width);
   }
   for (; i < rows; ++i) {
-    for (Index l = 0; l < kLanes; ++l) lanes[kLanes * i + l] = columns[stride * l + i];
+    for (Index l = 0; l < kLanes; ++l) lanes[width * i + l] = columns[stride * l + i];
   }
 }
 
-DLCS_INLINE void ToColumns(const double* lanes, Index rows, double* columns, Index stride) {
+DLCS_INLINE void ToColumns(const double* lanes, Index width, Index rows, double* columns, Index stride) {
   Index i = 0;
   for (; i + 4 <= rows; i += 4) {
-    TransposeFour(lanes + kLanes * i, kLanes, columns + i, stride);
-    TransposeFour(lanes + kLanes * i + 4, kLanes, columns + 4 * stride + i, stride);
+    TransposeFour(lanes + width * i, width, columns + i, stride);
+    TransposeFour(lanes + width * i + 4, width, columns + 4 * stride + i, stride);
   }
   for (; i < rows; ++i) {
-    for (Index l = 0; l < kLanes; ++l) columns[stride * l + i] = lanes[kLanes * i + l];
+    for (Index l = 0; l < kLanes; ++l) columns[stride * l + i] = lanes[width * i + l];
   }
 }
 
-void ToLanesBaseline(const double* columns, Index stride, Index rows, double* lanes) {
-  ToLanes(columns, stride, rows, lanes);
+void ToLanesBaseline(const double* columns, Index stride, Index rows, double* lanes, Index width) {
+  ToLanes(columns, stride, rows, lanes, width);
 }
-DLCS_TARGET("avx2") void ToLanesAvx2(const double* columns, Index stride, Index rows, double* lanes) {
-  ToLanes(columns, stride, rows, lanes);
+DLCS_TARGET("avx2") void ToLanesAvx2(const double* columns, Index stride, Index rows, double* lanes, Index width) {
+  ToLanes(columns, stride, rows, lanes, width);
 }
-void ToColumnsBaseline(const double* lanes, Index rows, double* columns, Index stride) {
-  ToColumns(lanes, rows, columns, stride);
+void ToColumnsBaseline(const double* lanes, Index width, Index rows, double* columns, Index stride) {
+  ToColumns(lanes, width, rows, columns, stride);
 }
-DLCS_TARGET("avx2") void ToColumnsAvx2(const double* lanes, Index rows, double* columns, Index stride) {
-  ToColumns(lanes, rows, columns, stride);
+DLCS_TARGET("avx2") void ToColumnsAvx2(const double* lanes, Index width, Index rows, double* columns, Index stride) {
+  ToColumns(lanes, width, rows, columns, stride);
 }
 
 }  // namespace
 
-void ColumnsToLanes(const double* columns, Index stride, Index rows, double* lanes) {
+void ColumnsToLanes(const double* columns, Index stride, Index rows, double* lanes, Index width) {
   static const auto transpose = ChooseVersion(ToLanesBaseline, ToLanesAvx2, ToLanesAvx2);
-  transpose(columns, stride, rows, lanes);
+  transpose(columns, stride, rows, lanes, width);
 }
 
-void LanesToColumns(const double* lanes, Index rows, double* columns, Index stride) {
+void LanesToColumns(const double* lanes, Index width, Index rows, double* columns, Index stride) {
   static const auto transpose = ChooseVersion(ToColumnsBaseline, ToColumnsAvx2, ToColumnsAvx2);
-  transpose(lanes, rows, columns, stride);
+  transpose(lanes, width, rows, columns, stride);
 }
 
 }  // namespace dlcs

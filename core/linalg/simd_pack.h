@@ -8,9 +8,9 @@
 
 namespace dlcs {
 
-// lanes[8 i + l] = entry i of column l, for `rows` entries of eight columns that are `stride` apart; and back.
-void ColumnsToLanes(const double* columns, Index stride, Index rows, double* lanes);
-void LanesToColumns(const double* lanes, Index rows, double* columns, Index stride);
+// lanes[width i + l] = entry i of column l, for `rows` entries of eight columns that are `stride` apart; and back.
+void ColumnsToLanes(const double* columns, Index stride, Index rows, double* lanes, Index width);
+void LanesToColumns(const double* lanes, Index width, Index rows, double* columns, Index stride);
 
 }  // namespace dlcs
 

@@ -76,13 +76,6 @@ void MultiplyColumn(const KroneckerSum& sum, const double* right, Index size, do
   }
 }
 
-void MultiplySparse(const SparseMatrix& sparse, const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) {
-  if (right.cols() > kFewColumns) {
-    if (const auto diagonals = Diagonals::Of(sparse)) return diagonals->Multiply(right, left);
-  }
-  left.noalias() = sparse * right;
-}
-
 // Sums |a_ij| v_j over the entries of a sparse matrix.
 Vector AbsTimesSparse(const SparseMatrix& matrix, const Eigen::Ref<const Vector>& v) {
   Vector sums = Vector::Zero(matrix.rows());
@@ -151,8 +144,9 @@ SparseMatrix KroneckerSum::Assemble() const {
 }
 
 struct StructuredMatrix::Expansion {
-  std::once_flag made;
+  std::once_flag made, searched;
   Matrix dense;
+  std::optional<Diagonals> diagonals;
 };
 
 StructuredMatrix::StructuredMatrix(Matrix dense) : value_(std::move(dense)) {}
@@ -223,13 +217,22 @@ bool StructuredMatrix::IsZero() const { return MaxAbs() == 0; }
 
 bool StructuredMatrix::AllFinite() const { return std::isfinite(MaxAbs()); }
 
+const Diagonals* StructuredMatrix::StoredDiagonals(const SparseMatrix& sparse) const {
+  std::call_once(expansion_->searched, [&] { expansion_->diagonals = Diagonals::Of(sparse); });
+  return expansion_->diagonals ? &*expansion_->diagonals : nullptr;
+}
+
 void StructuredMatrix::Multiply(const Eigen::Ref<const Matrix>& right, Eigen::Ref<Matrix> left) const {
   std::visit(Overloaded{[&](const Matrix& dense) {
                           ForPanels(right.cols(), dense.size(), [&](Index begin, Index count) {
                             left.middleCols(begin, count).noalias() = dense * right.middleCols(begin, count);
                           });
                         },
-                        [&](const SparseMatrix& sparse) { MultiplySparse(sparse, right, left); },
+                        [&](const SparseMatrix& sparse) {
+                          const Diagonals* diagonals = right.cols() > kFewColumns ? StoredDiagonals(sparse) : nullptr;
+                          if (diagonals) return diagonals->Multiply(right, left);
+                          left.noalias() = sparse * right;
+                        },
                         [&](const KroneckerSum& sum) {
                           for (Index k = 0; k < right.cols(); ++k) {
                             MultiplyColumn(sum, right.col(k).data(), cols_, left.col(k).data());

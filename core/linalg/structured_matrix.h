@@ -14,6 +14,8 @@
 
 namespace dlcs {
 
+class Diagonals;
+
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
 // F_1 ⊕ F_2 ⊕ ... = F_1 ⊗ I ⊗ ... + I ⊗ F_2 ⊗ ... + ..., all factors square, the index of the last factor running
@@ -89,10 +91,13 @@ class StructuredMatrix {
  private:
   struct Expansion;
 
+  // The matrix by its diagonals, made at the first call and kept; null where there are too many.
+  const Diagonals* StoredDiagonals(const SparseMatrix& sparse) const;
+
   std::variant<Matrix, SparseMatrix, KroneckerSum> value_;
   Index rows_ = 0;  // of a matrix with structure
   Index cols_ = 0;
-  std::shared_ptr<Expansion> expansion_;  // Dense(), of a matrix with structure
+  std::shared_ptr<Expansion> expansion_;  // Dense() and the diagonals, of a matrix with structure
 };
 
 double InfinityNorm(const StructuredMatrix& matrix);

@@ -151,6 +151,7 @@ struct Cost {
   double seconds_setup = 0;
   double seconds_lcp = 0;  // includes propagation in time-stepping methods, where the two cannot be separated
   double seconds_linear = 0;
+  double seconds_certificate = 0;  // where it is a stage of its own; where steps do it, it is part of theirs
   double seconds_total = 0;
   double predicted_bytes = 0;  // of everything allocated at the same time, the trajectory included
 };

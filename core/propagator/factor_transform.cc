@@ -168,14 +168,14 @@ void FactorTransform::SineTransforms(Eigen::Ref<Matrix> columns, Work& work) con
   const bool fills_lanes = columns.cols() == kLanes;
   Eigen::Map<Eigen::Matrix<double, kLanes, Eigen::Dynamic>> lanes(values, kLanes, size);
   if (fills_lanes) {
-    ColumnsToLanes(columns.data(), columns.outerStride(), size, values);
+    ColumnsToLanes(columns.data(), columns.outerStride(), size, values, kLanes);
   } else {
     lanes.setZero();
     lanes.topRows(columns.cols()) = columns.transpose();
   }
   SineTransformLanes(work);
   if (fills_lanes) {
-    LanesToColumns(values, size, columns.data(), columns.outerStride());
+    LanesToColumns(values, kLanes, size, columns.data(), columns.outerStride());
   } else {
     columns = lanes.topRows(columns.cols()).transpose();
   }

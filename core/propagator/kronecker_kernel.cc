@@ -95,6 +95,10 @@ ExponentialSteps::ExponentialSteps(const Vector& rates, const Vector& lambda, do
 KroneckerKernel::KroneckerKernel(std::shared_ptr<const KroneckerModes> modes, double step, Hold hold)
     : modes_(std::move(modes)), step_(step), hold_(hold), terms_(MakeTerms(*modes_, step, hold)) {
   K0_ = modes_->Couple(terms_.now);
+  const Index modes_in_all = modes_->num_modes();
+  for (Index begin = 0; begin < modes_in_all; begin += ModeTile::kModes) {
+    tiles_.emplace_back(terms_, begin, std::min(ModeTile::kModes, modes_in_all - begin));
+  }
 }
 
 std::unique_ptr<ConvolutionHistory> KroneckerKernel::Start(const Eigen::Ref<const Vector>& y0) const {
@@ -105,8 +109,9 @@ void KroneckerKernel::RespondInModes(const Eigen::Ref<const Matrix>& inputs, Res
                                      Eigen::Ref<Matrix> middles, Workers& workers) const {
   const Index steps = inputs.cols() - 1;
   const auto sums = middles.cols() > 0 ? ModeTile::Sums::kNodesAndMiddles : ModeTile::Sums::kNodes;
-  workers.ForBlocks(inputs.rows(), ModeTile::kModes, [&](Index, Index begin, Index end) {
-    ModeTile tile(terms_, begin, end - begin, inputs.col(0), hold_ == Hold::kConstant);
+  workers.ForBlocks(inputs.rows(), ModeTile::kModes, [&](Index block, Index, Index) {
+    ModeTile tile(tiles_[static_cast<std::size_t>(block)], inputs.col(0), hold_ == Hold::kConstant,
+                  std::min(ModeTile::kSteps, steps));
     for (Index from = 0; from < steps; from += ModeTile::kSteps) {
       const Index count = std::min(ModeTile::kSteps, steps - from);
       tile.Carry(inputs.middleCols(from + 1, count), sums);
@@ -123,12 +128,13 @@ void KroneckerKernel::RespondInModes(const Eigen::Ref<const Matrix>& inputs, Res
 Matrix KroneckerKernel::Respond(const Matrix& y, Workers& workers) const {
   Matrix q = Matrix::Zero(y.rows(), y.cols());
   ResponseScratch scratch;
-  AddResponse(y, workers, scratch, q);
+  AddResponse(q, y, workers, scratch, q, [](Index, Index) {});
   return q;
 }
 
-void KroneckerKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
-                                  Eigen::Ref<Matrix> q) const {
+void KroneckerKernel::AddResponse(const Eigen::Ref<const Matrix>& base, const Eigen::Ref<const Matrix>& y,
+                                  Workers& workers, ResponseScratch& scratch, Eigen::Ref<Matrix> q,
+                                  const OnColumns& computed) const {
   auto& [inputs, outputs] = scratch;
   inputs.resize(modes_->num_modes(), y.cols() + 1);
   outputs.resize(modes_->num_modes(), y.cols());
@@ -136,7 +142,7 @@ void KroneckerKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& wo
   modes_->Drive(modes_->C, y, inputs.rightCols(y.cols()), workers);
   Matrix no_middles;
   RespondInModes(inputs, Result::kReplaces, outputs, no_middles, workers);
-  modes_->AddObserved(outputs, q, workers);
+  modes_->AddObserved(base, outputs, workers, q, computed);
 }
 
 Matrix KroneckerKernel::RespondAtMiddles(const Matrix& y, Workers& workers) const {

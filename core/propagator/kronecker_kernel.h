@@ -68,8 +68,8 @@ class KroneckerKernel final : public ReducedKernel {
   const Matrix& K0() const override { return K0_; }
   std::unique_ptr<ConvolutionHistory> Start(const Eigen::Ref<const Vector>& y0) const override;
   Matrix Respond(const Matrix& y, Workers& workers) const override;
-  void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
-                   Eigen::Ref<Matrix> q) const override;
+  void AddResponse(const Eigen::Ref<const Matrix>& base, const Eigen::Ref<const Matrix>& y, Workers& workers,
+                   ResponseScratch& scratch, Eigen::Ref<Matrix> q, const OnColumns& computed) const override;
   Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const override;
   Motion MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const override;
   double Bound(Index window) const override;
@@ -89,6 +89,7 @@ class KroneckerKernel final : public ReducedKernel {
   double step_;
   Hold hold_;
   ModeRecursion terms_;
+  std::vector<ModeTile::Terms> tiles_;
   Matrix K0_;
   mutable std::mutex bounds_mutex_;
   mutable std::vector<double> bounds_;  // running maxima of ‖K_k‖_∞, as far as they were needed

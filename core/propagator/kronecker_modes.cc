@@ -10,8 +10,6 @@ namespace {
 
 // This is far below the rounding errors of a solve, so the short sum is as accurate as the long one.
 constexpr double kResponseTolerance = 1e-13;
-// Columns that are transformed and multiplied while they are in the second cache.
-constexpr Index kColumnsPerBlock = 64;
 
 // X(a, (s, f)) = x[(s · length + a) · faster + f]
 Matrix Unfold(const Eigen::Ref<const Vector>& x, const Axis& axis) {
@@ -118,18 +116,20 @@ void KroneckerModes::Drive(const SeparableMatrix& E, const Eigen::Ref<const Matr
   });
 }
 
-void KroneckerModes::AddObserved(Eigen::Ref<Matrix> z, Eigen::Ref<Matrix> N_x, Workers& workers) const {
+void KroneckerModes::AddObserved(const Eigen::Ref<const Matrix>& base, Eigen::Ref<Matrix> z, Workers& workers,
+                                 Eigen::Ref<Matrix> sum, const OnColumns& computed) const {
   workers.ForBlocks(z.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {
     auto block = z.middleCols(begin, end - begin);
     Transform(across, block, Direction::kBackward);
-    D.AddProduct(block, N_x.middleCols(begin, end - begin));
+    D.AddProduct(base.middleCols(begin, end - begin), block, sum.middleCols(begin, end - begin));
+    computed(begin, end);
   });
 }
 
 Matrix KroneckerModes::Observe(Matrix z, Workers& workers) const {
   if (!D.is_diagonal()) {
     Matrix N_x = Matrix::Zero(D.sparse().rows(), z.cols());
-    AddObserved(z, N_x, workers);
+    AddObserved(N_x, z, workers, N_x, [](Index, Index) {});
     return N_x;
   }
   workers.ForBlocks(z.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {

@@ -12,6 +12,7 @@
 #include "core/problem/problem.h"
 #include "core/propagator/factor_transform.h"
 #include "core/propagator/outer_product.h"
+#include "core/propagator/propagator.h"
 #include "core/propagator/sum_of_exponentials.h"
 
 namespace dlcs {
@@ -50,7 +51,9 @@ struct KroneckerModes {
   void Drive(const SeparableMatrix& E, const Eigen::Ref<const Matrix>& u, Eigen::Ref<Matrix> inputs,
              Workers& workers) const;
   Matrix Observe(Matrix z, Workers& workers) const;
-  void AddObserved(Eigen::Ref<Matrix> z, Eigen::Ref<Matrix> N_x, Workers& workers) const;  // uses up `z`
+  // sum = `base` + D Q_R ẑ; uses up ẑ.
+  void AddObserved(const Eigen::Ref<const Matrix>& base, Eigen::Ref<Matrix> z, Workers& workers, Eigen::Ref<Matrix> sum,
+                   const OnColumns& computed) const;
   // One column of ToModes() and FromModes(), fast and without allocation where R has one factor.
   void ToModesInPlace(Eigen::Ref<Vector> u, FactorTransform::Workspace& workspace) const;
   void FromModesInPlace(Eigen::Ref<Vector> z, FactorTransform::Workspace& workspace) const;

@@ -135,7 +135,8 @@ void AddResponses(const ExponentialSteps& steps, const Matrix& inputs, Hold hold
   workers.ForBlocks(inputs.rows(), ModeTile::kModes, [&](Index, Index begin, Index end) {
     const Index count = end - begin;
     const auto alpha = steps.alpha.middleRows(begin, count), beta = steps.beta.middleRows(begin, count);
-    ModeTile tile(recursion, begin, count, inputs.col(0), hold == Hold::kConstant);
+    const ModeTile::Terms terms(recursion, begin, count);
+    ModeTile tile(terms, inputs.col(0), hold == Hold::kConstant, ModeTile::kSteps);
     Index done = 0;  // steps that P_j has in it: û_j enters in the next
     for (std::size_t next = 0; next < nodes.size(); ++next) {
       while (done < nodes[next]) {
@@ -293,12 +294,12 @@ Matrix KroneckerSystem::States(const Vector& x, const RunSources& sources, const
   const bool joined = along_wall && hold == Hold::kLinear;
   Matrix inputs(modes.num_modes(), y.cols());
   modes.C.Multiply(y, inputs);
-  if (joined) C_psi_.AddProduct(sources.psi, inputs);
+  if (joined) C_psi_.AddProduct(inputs, sources.psi.leftCols(inputs.cols()), inputs);
   AddResponses({rates, modes.lambda, sources.step, hold}, modes.ToModes(std::move(inputs)), hold, nodes, workers,
                driven);
   if (along_wall && !joined) {
     inputs.resize(modes.num_modes(), y.cols());
-    modes.Drive(C_psi_, sources.psi, inputs, workers);
+    modes.Drive(C_psi_, sources.psi.leftCols(y.cols()), inputs, workers);
     AddResponses({rates, modes.lambda, sources.step, Hold::kLinear}, inputs, Hold::kLinear, nodes, workers, driven);
   }
   std::vector<Matrix> carried(nodes.size());

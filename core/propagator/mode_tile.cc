@@ -106,71 +106,74 @@ DLCS_TARGET("avx512f") void CarryAvx512(const Rows& rows, Sums sums) { CarryRows
 
 }  // namespace
 
-ModeTile::ModeTile(const ModeRecursion& recursion, Index begin, Index count, const Eigen::Ref<const Vector>& first,
-                   bool forgets_first)
-    : begin_(begin),
-      count_(count),
-      terms_(recursion.decay.cols()),
-      decay_(RowsOf(recursion.decay)),
-      past_weight_(RowsOf(recursion.past)),
-      mid_weight_(RowsOf(recursion.mid_past)),
-      past_(RowsOf(recursion.start)),
-      now_(RowOf(recursion.now)),
-      mid_before_(RowOf(recursion.mid_before)),
-      mid_after_(RowOf(recursion.mid_after)),
-      inputs_(kSteps + 1, Row{}),
-      nodes_(kSteps),
-      middles_(kSteps) {
+ModeTile::Terms::Terms(const ModeRecursion& recursion, Index begin, Index count)
+    : begin(begin), count(count), exponentials(recursion.decay.cols()) {
+  // As many as make whole groups; what is added is zero. An array that there is none of is zero, too.
+  const auto rows_of = [&](const Matrix& values) {
+    std::vector<Row> rows(static_cast<std::size_t>((exponentials + kGroup - 1) / kGroup * kGroup), Row{});
+    for (Index k = 0; k < values.cols(); ++k) {
+      std::copy_n(values.col(k).data() + begin, count, rows[static_cast<std::size_t>(k)].mode);
+    }
+    return rows;
+  };
+  const auto row_of = [&](const Vector& values) {
+    Row row{};
+    if (values.size() > 0) std::copy_n(values.data() + begin, count, row.mode);
+    return row;
+  };
+  decay = rows_of(recursion.decay);
+  past_weight = rows_of(recursion.past);
+  mid_weight = rows_of(recursion.mid_past);
+  start = rows_of(recursion.start);
+  now = row_of(recursion.now);
+  mid_before = row_of(recursion.mid_before);
+  mid_after = row_of(recursion.mid_after);
+}
+
+ModeTile::ModeTile(const Terms& terms, const Eigen::Ref<const Vector>& first, bool forgets_first, Index most_steps)
+    : terms_(terms),
+      past_(terms.start),
+      inputs_(static_cast<std::size_t>(most_steps + 1), Row{}),
+      nodes_(static_cast<std::size_t>(most_steps)),
+      middles_(static_cast<std::size_t>(most_steps)) {
   for (Row& row : past_) {
-    for (Index r = 0; r < count_; ++r) row.mode[r] *= first[begin_ + r];
+    for (Index r = 0; r < terms.count; ++r) row.mode[r] *= first[terms.begin + r];
   }
   if (forgets_first) return;
-  for (Index r = 0; r < count_; ++r) inputs_[0].mode[r] = first[begin_ + r];
+  for (Index r = 0; r < terms.count; ++r) inputs_[0].mode[r] = first[terms.begin + r];
 }
 
 void ModeTile::Carry(const Eigen::Ref<const Matrix>& inputs, Sums sums) {
   const auto steps = inputs.cols();
   for (Index j = 0; j < steps; ++j) {
-    CopyModes(inputs.col(j).data() + begin_, count_, inputs_[static_cast<std::size_t>(j + 1)].mode);
+    CopyModes(inputs.col(j).data() + terms_.begin, terms_.count, inputs_[static_cast<std::size_t>(j + 1)].mode);
   }
   static const auto carry = ChooseVersion(CarryBaseline, CarryAvx2, CarryAvx512);
-  carry({static_cast<Index>(decay_.size()), steps, decay_.data(), past_weight_.data(), mid_weight_.data(), past_.data(),
-         inputs_.data(), &now_, &mid_before_, &mid_after_, nodes_.data(), middles_.data()},
+  carry({static_cast<Index>(past_.size()), steps, terms_.decay.data(), terms_.past_weight.data(),
+         terms_.mid_weight.data(), past_.data(), inputs_.data(), &terms_.now, &terms_.mid_before, &terms_.mid_after,
+         nodes_.data(), middles_.data()},
         sums);
   inputs_[0] = inputs_[static_cast<std::size_t>(steps)];
 }
 
 Matrix ModeTile::Past() const {
-  Matrix past(count_, terms_);
-  for (Index k = 0; k < terms_; ++k) std::copy_n(past_[static_cast<std::size_t>(k)].mode, count_, past.col(k).data());
-  return past;
-}
-
-// As many as make whole groups; what is added is zero. An array that there is none of is zero, too.
-std::vector<ModeTile::Row> ModeTile::RowsOf(const Matrix& terms) const {
-  std::vector<Row> rows(static_cast<std::size_t>((terms_ + kGroup - 1) / kGroup * kGroup), Row{});
-  for (Index k = 0; k < terms.cols(); ++k) {
-    std::copy_n(terms.col(k).data() + begin_, count_, rows[static_cast<std::size_t>(k)].mode);
+  Matrix past(terms_.count, terms_.exponentials);
+  for (Index k = 0; k < past.cols(); ++k) {
+    std::copy_n(past_[static_cast<std::size_t>(k)].mode, past.rows(), past.col(k).data());
   }
-  return rows;
-}
-
-ModeTile::Row ModeTile::RowOf(const Vector& values) const {
-  Row row{};
-  if (values.size() > 0) std::copy_n(values.data() + begin_, count_, row.mode);
-  return row;
+  return past;
 }
 
 void ModeTile::Store(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const {
   for (Index j = 0; j < values.cols(); ++j) {
-    CopyModes(from[static_cast<std::size_t>(j)].mode, count_, values.col(j).data() + begin_);
+    CopyModes(from[static_cast<std::size_t>(j)].mode, terms_.count, values.col(j).data() + terms_.begin);
   }
 }
 
 void ModeTile::Add(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const {
   for (Index j = 0; j < values.cols(); ++j) {
     const double* const row = from[static_cast<std::size_t>(j)].mode;
-    values.col(j).segment(begin_, count_) += Eigen::Map<const Vector>(row, count_);
+    values.col(j).segment(terms_.begin, terms_.count) += Eigen::Map<const Vector>(row, terms_.count);
   }
 }
 

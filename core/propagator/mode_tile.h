@@ -32,14 +32,25 @@ class ModeTile {
   static constexpr Index kModes = 16;
   static constexpr Index kSteps = 64;
 
+  struct alignas(64) Row {
+    double mode[kModes];
+  };
+  // The modes `begin` ... `begin` + count - 1 of a recursion, count <= kModes, in the order in which a tile reads them.
+  struct Terms {
+    Terms(const ModeRecursion& recursion, Index begin, Index count);
+
+    Index begin, count, exponentials;
+    std::vector<Row> decay, past_weight, mid_weight, start;
+    Row now, mid_before, mid_after;
+  };
+
   enum class Sums { kNone, kNodes, kNodesAndMiddles };
 
-  // Of the modes `begin` ... `begin` + count - 1, count <= kModes, at P_0 for `first` = û_0 of all modes.
-  // `forgets_first` if û_0 has no effect afterward (`start` is zero then).
-  ModeTile(const ModeRecursion& recursion, Index begin, Index count, const Eigen::Ref<const Vector>& first,
-           bool forgets_first);
+  // Starts at P_0 for `first` = û_0 of all modes. `forgets_first` if û_0 has no effect afterward (`start` is zero
+  // then). Is carried by at most `most_steps` <= kSteps steps at once. Keeps a reference to `terms`.
+  ModeTile(const Terms& terms, const Eigen::Ref<const Vector>& first, bool forgets_first, Index most_steps);
 
-  // Advances by one step for each column of `inputs`, the û of all modes; at most kSteps columns.
+  // Advances by one step for each column of `inputs`, the û of all modes.
   void Carry(const Eigen::Ref<const Matrix>& inputs, Sums sums);
   // Stores node_j and middle_j of those steps in the rows of the tile in `values`, one step a column, or adds them to
   // what is there.
@@ -50,20 +61,12 @@ class ModeTile {
   // P after the last step: count × exponentials.
   Matrix Past() const;
 
-  struct alignas(64) Row {
-    double mode[kModes];
-  };
-
  private:
-  std::vector<Row> RowsOf(const Matrix& terms) const;
-  Row RowOf(const Vector& values) const;
   void Store(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const;
   void Add(const std::vector<Row>& from, Eigen::Ref<Matrix> values) const;
 
-  Index begin_, count_, terms_;
-  std::vector<Row> decay_, past_weight_, mid_weight_, past_;
-  Row now_, mid_before_, mid_after_;
-  std::vector<Row> inputs_, nodes_, middles_;
+  const Terms& terms_;
+  std::vector<Row> past_, inputs_, nodes_, middles_;
 };
 
 }  // namespace dlcs

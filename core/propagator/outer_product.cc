@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/linalg/simd_dispatch.h"
+
 namespace dlcs {
 
 namespace {
@@ -27,18 +29,46 @@ Vector DiagonalOf(const SparseMatrix& matrix) {
 SeparableMatrix::SeparableMatrix(SparseMatrix matrix) : matrix_(std::move(matrix)), diagonal_(DiagonalOf(matrix_)) {}
 
 void SeparableMatrix::Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const {
-  if (is_diagonal()) {
-    product.array() = values.array().colwise() * diagonal_.array();
-  } else {
+  if (!is_diagonal()) {
     product.noalias() = matrix_ * values;
+    return;
+  }
+  eigen_assert(values.cols() == product.cols());
+  const bool in_place = values.data() == product.data();
+  for (Index j = 0; j < values.cols(); ++j) {
+    RunWide([=, rows = values.rows(), factors = diagonal_.data(), from_column = values.col(j).data(),
+             to_column = product.col(j).data()]() DLCS_WIDE {
+      const double* __restrict factor = factors, * __restrict from = from_column;
+      double* __restrict to = to_column;
+      if (in_place) {
+        for (Index i = 0; i < rows; ++i) to[i] *= factor[i];
+      } else {
+        for (Index i = 0; i < rows; ++i) to[i] = from[i] * factor[i];
+      }
+    });
   }
 }
 
-void SeparableMatrix::AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const {
-  if (is_diagonal()) {
-    sum.array() += values.array().colwise() * diagonal_.array();
-  } else {
+void SeparableMatrix::AddProduct(const Eigen::Ref<const Matrix>& base, const Eigen::Ref<const Matrix>& values,
+                                 Eigen::Ref<Matrix> sum) const {
+  if (!is_diagonal()) {
+    sum = base;
     sum.noalias() += matrix_ * values;
+    return;
+  }
+  eigen_assert(base.cols() == sum.cols() && values.cols() == sum.cols());
+  const bool in_place = base.data() == sum.data();
+  for (Index j = 0; j < values.cols(); ++j) {
+    RunWide([=, rows = values.rows(), factors = diagonal_.data(), base_column = base.col(j).data(),
+             from_column = values.col(j).data(), to_column = sum.col(j).data()]() DLCS_WIDE {
+      const double* __restrict factor = factors, * __restrict from = from_column, * __restrict before = base_column;
+      double* __restrict to = to_column;
+      if (in_place) {
+        for (Index i = 0; i < rows; ++i) to[i] += from[i] * factor[i];
+      } else {
+        for (Index i = 0; i < rows; ++i) to[i] = before[i] + from[i] * factor[i];
+      }
+    });
   }
 }
 

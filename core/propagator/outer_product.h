@@ -23,8 +23,9 @@ class SeparableMatrix {
 
   // product = matrix · values; in place (both the same) where it is diagonal.
   void Multiply(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> product) const;
-  // sum += matrix · values
-  void AddProduct(const Eigen::Ref<const Matrix>& values, Eigen::Ref<Matrix> sum) const;
+  // sum = base + matrix · values; in place where `base` is `sum`.
+  void AddProduct(const Eigen::Ref<const Matrix>& base, const Eigen::Ref<const Matrix>& values,
+                  Eigen::Ref<Matrix> sum) const;
 
  private:
   SparseMatrix matrix_;

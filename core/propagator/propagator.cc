@@ -3,9 +3,14 @@
 
 namespace dlcs {
 
-void ReducedKernel::AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& /*scratch*/,
-                                Eigen::Ref<Matrix> q) const {
-  q += Respond(y, workers);
+void ReducedKernel::AddResponse(const Eigen::Ref<const Matrix>& base, const Eigen::Ref<const Matrix>& y,
+                                Workers& workers, ResponseScratch& /*scratch*/, Eigen::Ref<Matrix> q,
+                                const OnColumns& computed) const {
+  const Matrix response = Respond(y, workers);
+  workers.ForBlocks(y.cols(), kColumnsPerBlock, [&](Index, Index begin, Index end) {
+    q.middleCols(begin, end - begin) = base.middleCols(begin, end - begin) + response.middleCols(begin, end - begin);
+    computed(begin, end);
+  });
 }
 
 Motion ReducedKernel::MoveThroughout(FreeMotion free, const Eigen::Ref<const Matrix>& y, Workers& workers) const {

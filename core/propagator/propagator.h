@@ -4,6 +4,7 @@
 #ifndef DLCS_CORE_PROPAGATOR_PROPAGATOR_H_
 #define DLCS_CORE_PROPAGATOR_PROPAGATOR_H_
 
+#include <functional>
 #include <memory>
 #include <stop_token>
 #include <vector>
@@ -47,6 +48,11 @@ struct Motion {
   Matrix nodes, middles;
 };
 
+// Takes the columns [begin, end) of a matrix that is computed block by block: each column once, on any thread.
+using OnColumns = std::function<void(Index begin, Index end)>;
+// Columns per block: they stay in the second cache, and windows of a few hundred steps are work for many threads.
+constexpr Index kColumnsPerBlock = 32;
+
 // Work space of a response, reused by the next one.
 struct ResponseScratch {
   Matrix inputs, outputs;
@@ -65,9 +71,10 @@ class ReducedKernel {
   virtual std::unique_ptr<ConvolutionHistory> Start(const Eigen::Ref<const Vector>& y0) const = 0;
   // r_j = Σ_{l=1..j} K_{j-l} y_l for j = 1..W, from y_1 ... y_W (n × W); same bits for any number of threads.
   virtual Matrix Respond(const Matrix& y, Workers& workers) const = 0;
-  // Adds r to `q`. `scratch` is reused from call to call.
-  virtual void AddResponse(const Eigen::Ref<const Matrix>& y, Workers& workers, ResponseScratch& scratch,
-                           Eigen::Ref<Matrix> q) const;
+  // q = `base` + r. `scratch` is reused from call to call. Blocks of columns of q are given to `computed` while they
+  // are in the cache.
+  virtual void AddResponse(const Eigen::Ref<const Matrix>& base, const Eigen::Ref<const Matrix>& y, Workers& workers,
+                           ResponseScratch& scratch, Eigen::Ref<Matrix> q, const OnColumns& computed) const;
   // The response at the midpoints of the steps 1..W to y_0 ... y_W (n × W + 1), from a zero state: n × W.
   virtual Matrix RespondAtMiddles(const Matrix& y, Workers& workers) const = 0;
   // The whole motion under y_0 ... y_W (n × W + 1), W <= J: the sum of `free` and the response to y at nodes and

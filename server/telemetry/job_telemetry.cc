@@ -42,6 +42,7 @@ Cost CostOf(const v1::Cost& cost) {
   result.seconds_setup = cost.seconds_setup();
   result.seconds_lcp = cost.seconds_lcp();
   result.seconds_linear = cost.seconds_linear();
+  result.seconds_certificate = cost.seconds_certificate();
   result.seconds_total = cost.seconds_total();
   return result;
 }

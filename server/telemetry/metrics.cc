@@ -188,7 +188,9 @@ void Metrics::Solved(const std::string& kind, const std::string& method, const s
   add(families_->seconds, cost.seconds_setup, {{"phase", "setup"}});
   add(families_->seconds, cost.seconds_lcp, {{"phase", "lcp"}});
   add(families_->seconds, cost.seconds_linear, {{"phase", "linear"}});
-  add(families_->seconds, cost.seconds_total - cost.seconds_setup - cost.seconds_lcp - cost.seconds_linear,
+  add(families_->seconds, cost.seconds_certificate, {{"phase", "certificate"}});
+  add(families_->seconds,
+      cost.seconds_total - cost.seconds_setup - cost.seconds_lcp - cost.seconds_linear - cost.seconds_certificate,
       {{"phase", "other"}});
   add(families_->steps, static_cast<double>(cost.steps));
   add(families_->iterations, static_cast<double>(cost.iterations));

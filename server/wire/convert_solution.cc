@@ -94,6 +94,7 @@ v1::Cost ToProto(const Cost& cost) {
   result.set_seconds_setup(cost.seconds_setup);
   result.set_seconds_lcp(cost.seconds_lcp);
   result.set_seconds_linear(cost.seconds_linear);
+  result.set_seconds_certificate(cost.seconds_certificate);
   result.set_seconds_total(cost.seconds_total);
   result.set_predicted_bytes(static_cast<std::int64_t>(std::min(cost.predicted_bytes, 9e18)));
   return result;

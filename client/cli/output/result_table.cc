@@ -185,6 +185,7 @@ void PrintCost(const v1::Cost& cost, int width, std::FILE* out) {
   std::string seconds = fmt::format("{:.2g} s set-up", cost.seconds_setup());
   if (cost.seconds_lcp() > 0) seconds += fmt::format(", {:.2g} s LCPs", cost.seconds_lcp());
   if (cost.seconds_linear() > 0) seconds += fmt::format(", {:.2g} s linear algebra", cost.seconds_linear());
+  if (cost.seconds_certificate() > 0) seconds += fmt::format(", {:.2g} s certificate", cost.seconds_certificate());
   fmt::print(out, "\n");
   Paragraphs(width, out).Print("", fmt::format("{}; {:.2g} s ({})", counts, cost.seconds_total(), seconds));
 }

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "core/linalg/simd.h"
+#include "core/linalg/simd_pack.h"
 
 namespace dlcs {
 namespace {
@@ -207,28 +208,42 @@ bool PolicyIteration::SolveAgain(const Tridiagonal& M, const Eigen::Ref<const Ve
   return false;
 }
 
+// Lanes left over solve LCP(0, M).
+void PolicyLanes::ToRows(const Eigen::Ref<const Matrix>& columns, std::vector<Row>& rows) {
+  const Index n = columns.rows(), whole = columns.cols() / 8 * 8;
+  for (Index l = 0; l < whole; l += 8) {
+    ColumnsToLanes(columns.col(l).data(), columns.outerStride(), n, rows[0].lane + l, kLanes);
+  }
+  for (Index j = whole; j < kLanes; ++j) {
+    for (Index i = 0; i < n; ++i) rows[i].lane[j] = j < columns.cols() ? columns(i, j) : 0;
+  }
+}
+
 std::uint32_t PolicyLanes::Solve(const Tridiagonal& M, const Eigen::Ref<const Matrix>& q,
                                  const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Matrix> y) {
   static const auto solve = ChooseVersion(IterateBaseline, IterateAvx2, IterateAvx512);
-  const Index n = M.size();
-  const Index columns = q.cols();
-  for (Index j = 0; j < kLanes; ++j) {
-    if (j >= columns) {  // a lane left over solves LCP(0, M)
-      for (Index i = 0; i < n; ++i) q_[i].lane[j] = 0;
-      for (Index i = 0; i < n; ++i) basic_[i].lane[j] = 0;
-      continue;
+  const Index n = M.size(), columns = q.cols();
+  const std::uint32_t all = columns == kLanes ? ~0u >> (32 - kLanes) : (1u << columns) - 1;
+  ToRows(q, q_);
+  ToRows(y, y_);
+  RunWide([n, guesses = y_[0].lane, bits = basic_[0].lane]() DLCS_WIDE {
+    const double* __restrict guess = guesses;
+    std::int64_t* __restrict basic = bits;
+    for (Index k = 0; k < n * kLanes; ++k) basic[k] = guess[k] > 0 ? -1 : 0;
+  });
+  const std::uint32_t solved =
+      all & solve({M, tolerance.data(), q_[0].lane, y_[0].lane, ratio_[0].lane, basic_[0].lane});
+  if (solved == all && columns == kLanes) {
+    for (Index l = 0; l < kLanes; l += 8) {
+      LanesToColumns(y_[0].lane + l, kLanes, n, y.col(l).data(), y.outerStride());
     }
-    const double* const right = q.data() + j * q.outerStride();
-    const double* const guess = y.data() + j * y.outerStride();
-    for (Index i = 0; i < n; ++i) q_[i].lane[j] = right[i];
-    for (Index i = 0; i < n; ++i) basic_[i].lane[j] = -std::int64_t{guess[i] > 0};
+    return solved;
   }
-  const std::uint32_t solved = solve({M, tolerance.data(), q_[0].lane, y_[0].lane, ratio_[0].lane, basic_[0].lane});
   for (Index j = 0; j < columns; ++j) {
     if ((solved >> j & 1) == 0) continue;
     for (Index i = 0; i < n; ++i) y(i, j) = y_[i].lane[j];
   }
-  return solved & ((1u << columns) - 1);
+  return solved;
 }
 
 }  // namespace dlcs

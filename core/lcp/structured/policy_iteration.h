@@ -75,6 +75,8 @@ class PolicyLanes {
     std::int64_t lane[kLanes];  // all bits set: true
   };
 
+  static void ToRows(const Eigen::Ref<const Matrix>& columns, std::vector<Row>& rows);
+
   std::vector<Row> q_, y_, ratio_;
   std::vector<Bits> basic_;
 };

@@ -45,6 +45,7 @@ std::string JsonWithoutSeconds(SolveResult result) {
   cost.clear_seconds_setup();
   cost.clear_seconds_lcp();
   cost.clear_seconds_linear();
+  cost.clear_seconds_certificate();
   cost.clear_seconds_total();
   cost.clear_process_peak_bytes();
   char* text = nullptr;

@@ -9,14 +9,17 @@ namespace {
 TEST(SimdPackTest, TransposeThereAndBack) {
   std::srand(2);
   for (const Index rows : {1, 3, 4, 31}) {
-    const Index stride = rows + 5;
-    const Matrix columns = Matrix::Random(stride, 8);
-    Matrix lanes = Matrix::Constant(8, rows, 7), back = Matrix::Constant(stride, 8, 7);
-    ColumnsToLanes(columns.data(), stride, rows, lanes.data());
-    EXPECT_EQ(lanes, columns.topRows(rows).transpose());
-    LanesToColumns(lanes.data(), rows, back.data(), stride);
-    EXPECT_EQ(back.topRows(rows), columns.topRows(rows));
-    EXPECT_TRUE((back.bottomRows(5).array() == 7).all());  // beyond the rows nothing is touched
+    for (const Index width : {8, 16}) {
+      const Index stride = rows + 5;
+      const Matrix columns = Matrix::Random(stride, 8);
+      Matrix lanes = Matrix::Constant(width, rows, 7), back = Matrix::Constant(stride, 8, 7);
+      ColumnsToLanes(columns.data(), stride, rows, lanes.data(), width);
+      EXPECT_EQ(lanes.topRows(8), columns.topRows(rows).transpose());
+      EXPECT_TRUE((lanes.bottomRows(width - 8).array() == 7).all());  // beside the lanes nothing is touched
+      LanesToColumns(lanes.data(), width, rows, back.data(), stride);
+      EXPECT_EQ(back.topRows(rows), columns.topRows(rows));
+      EXPECT_TRUE((back.bottomRows(5).array() == 7).all());  // nor beyond the rows
+    }
   }
 }
 

@@ -56,7 +56,8 @@ TEST(ModeTileTest, CarriesAsTheRecursionIsWritten) {
       Matrix nodes(kModes, kSteps), middles = nodes, past(kModes, terms);
       for (Index begin = 0; begin < kModes; begin += ModeTile::kModes) {
         const Index count = std::min(ModeTile::kModes, kModes - begin);
-        ModeTile tile(recursion, begin, count, inputs.col(0), forgets_first);
+        const ModeTile::Terms terms_of_tile(recursion, begin, count);
+        ModeTile tile(terms_of_tile, inputs.col(0), forgets_first, ModeTile::kSteps);
         for (Index from = 0; from < kSteps; from += ModeTile::kSteps) {
           const Index steps = std::min(ModeTile::kSteps, kSteps - from);
           tile.Carry(inputs.middleCols(from + 1, steps), ModeTile::Sums::kNodesAndMiddles);
@@ -99,7 +100,8 @@ TEST(ModeTileTest, KeepsTheBitsOfAMode) {
   const ModeRecursion recursion = RandomRecursion(20, 6);
   const Matrix inputs = Matrix::Random(20, 31);
   Matrix alone(20, 30), among(20, 30);
-  ModeTile one(recursion, 9, 1, inputs.col(0), false), many(recursion, 3, 15, inputs.col(0), false);
+  const ModeTile::Terms of_one(recursion, 9, 1), of_many(recursion, 3, 15);
+  ModeTile one(of_one, inputs.col(0), false, ModeTile::kSteps), many(of_many, inputs.col(0), false, ModeTile::kSteps);
   one.Carry(inputs.rightCols(30), ModeTile::Sums::kNodes);
   one.StoreNodes(alone);
   many.Carry(inputs.rightCols(30), ModeTile::Sums::kNodesAndMiddles);

@@ -72,6 +72,7 @@ Told WhatIsTold(const std::vector<v1::SolveEvent>& events) {
       cost.clear_seconds_setup();
       cost.clear_seconds_lcp();
       cost.clear_seconds_linear();
+      cost.clear_seconds_certificate();
       cost.clear_seconds_total();
       cost.clear_process_peak_bytes();
     }

@@ -77,6 +77,7 @@ function costPart(cost: Cost, {propagator}: Summary): HTMLElement {
     ['set-up', cost.secondsSetup],
     ['LCPs', cost.secondsLcp],
     ['linear algebra', cost.secondsLinear],
+    ['certificate', cost.secondsCertificate],
   ];
   const told = parts.reduce((sum, [, seconds]) => sum + seconds, 0);
   parts.push(['the rest', Math.max(0, cost.secondsTotal - told)]);
