@@ -30,8 +30,6 @@ constexpr Index kMaxPaperSteps = 2048;
 constexpr Index kMaxDefaultPaperSteps = 256;
 constexpr Index kNodesKept = 4096;
 
-std::string StepsText(Index steps) { return std::to_string(steps) + (steps == 1 ? " step" : " steps"); }
-
 // Why a solve on another grid gave nothing to compare with.
 std::string NoComparison(const std::string& with, const Solution& other) {
   return "No estimate: with " + with + " the solve ended as " + TerminationName(other.termination) + ". " +

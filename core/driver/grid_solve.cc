@@ -78,7 +78,7 @@ absl::StatusOr<Solution> SolveOnGrid(Task& task, const Grid& grid, Observer& obs
   if (RunMethod(task.plan.method, context)) {
     solution.termination = Termination::kReachedEnd;
     solution.message = "Reached T = " + FormatNumber(task.problem.horizon) + " in " +
-                       std::to_string(solution.cost.steps) + " steps.";
+                       StepsText(solution.cost.steps) + ".";
   }
   const bool stopped = solution.termination == Termination::kCancelled;
   if (absl::Status resumed = context.checkpointing.status(stopped); !resumed.ok()) return resumed;

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <stop_token>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "core/discretization/grid.h"
@@ -21,6 +22,9 @@ namespace dlcs {
 inline double SecondsSince(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
+
+// "1 step", "20 steps"
+inline std::string StepsText(Index steps) { return std::to_string(steps) + (steps == 1 ? " step" : " steps"); }
 
 // The inputs that solves on several grids share.
 struct Task {

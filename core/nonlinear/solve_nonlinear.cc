@@ -71,7 +71,7 @@ Solution SolveOnGrid(NonlinearTask& task, NonlinearFunctions functions, const Gr
   if (RunUnlessStopped(context)) {
     solution.termination = Termination::kReachedEnd;
     solution.message =
-        "Reached T = " + FormatNumber(task.problem.horizon) + " in " + std::to_string(solution.cost.steps) + " steps.";
+        "Reached T = " + FormatNumber(task.problem.horizon) + " in " + StepsText(solution.cost.steps) + ".";
   }
   context.recorder.Finish();
   solution.cost.seconds_total = context.Seconds();
