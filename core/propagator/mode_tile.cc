@@ -106,8 +106,8 @@ DLCS_TARGET("avx512f") void CarryAvx512(const Rows& rows, Sums sums) { CarryRows
 
 }  // namespace
 
-ModeTile::Terms::Terms(const ModeRecursion& recursion, Index begin, Index count)
-    : begin(begin), count(count), exponentials(recursion.decay.cols()) {
+ModeTile::Terms::Terms(const ModeRecursion& recursion, Index first_mode, Index num_modes)
+    : begin(first_mode), count(num_modes), exponentials(recursion.decay.cols()) {
   // As many as make whole groups; what is added is zero. An array that there is none of is zero, too.
   const auto rows_of = [&](const Matrix& values) {
     std::vector<Row> rows(static_cast<std::size_t>((exponentials + kGroup - 1) / kGroup * kGroup), Row{});

@@ -35,9 +35,9 @@ class ModeTile {
   struct alignas(64) Row {
     double mode[kModes];
   };
-  // The modes `begin` ... `begin` + count - 1 of a recursion, count <= kModes, in the order in which a tile reads them.
+  // `num_modes` <= kModes modes of a recursion from `first_mode` on, in the order in which a tile reads them.
   struct Terms {
-    Terms(const ModeRecursion& recursion, Index begin, Index count);
+    Terms(const ModeRecursion& recursion, Index first_mode, Index num_modes);
 
     Index begin, count, exponentials;
     std::vector<Row> decay, past_weight, mid_weight, start;
