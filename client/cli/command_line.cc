@@ -123,7 +123,9 @@ void AddModel(CLI::App& main, ModelCommand& command) {
       },
       [&command](const std::string& word) {
         for (const auto& [name, kind] : kGrids) {
-          if (name == word) command.grid.emplace(GridModel{.kind = kind});
+          if (name != word) continue;
+          command.is_on_grid = true;
+          command.grid.kind = kind;
         }
       },
       "The kind of model")
@@ -131,8 +133,7 @@ void AddModel(CLI::App& main, ModelCommand& command) {
   CLI::Option* file = app.add_option("FILE", command.path, "JSON file of an input-output model; - reads standard input")
                           ->type_name("FILE");
 
-  // Options may stand before the kind. They are moved into the model at last, where they belong to it.
-  const auto given = std::make_shared<GridModel>();
+  GridModel* const given = &command.grid;
   struct OfKinds {
     CLI::Option* option;
     std::vector<Kind> kinds;
@@ -184,21 +185,18 @@ void AddModel(CLI::App& main, ModelCommand& command) {
   add_formula("--load", Kind::kObstacle, "what pulls at the membrane, a formula in t (0)", &GridModel::load);
   add_formula("--recharge", Kind::kDrainage, "rain, a formula in t (max(0, sin(2*pi*t)))", &GridModel::recharge);
   app.callback([=, &command] {
-    const bool needs_file = !command.grid;
-    if (needs_file && file->count() == 0) throw CLI::ValidationError("FILE", "is required for input-output");
-    if (command.grid && file->count() > 0) {
+    const bool on_grid = command.is_on_grid;
+    if (!on_grid && file->count() == 0) throw CLI::ValidationError("FILE", "is required for input-output");
+    if (on_grid && file->count() > 0) {
       throw CLI::ValidationError("FILE", "is for input-output; models on a grid take --cells N");
     }
     for (const auto& [option, kinds] : options) {
-      const bool belongs = command.grid && std::find(kinds.begin(), kinds.end(), command.grid->kind) != kinds.end();
+      const bool belongs = on_grid && std::find(kinds.begin(), kinds.end(), given->kind) != kinds.end();
       if (!belongs && option->count() > 0) {
         throw CLI::ValidationError(option->get_name(), fmt::format("is for {}", names_of(kinds)));
       }
     }
-    if (command.grid && given->cells == 0) throw CLI::ValidationError("--cells", "is required for models on a grid");
-    if (!command.grid) return;
-    given->kind = command.grid->kind;
-    command.grid = *given;
+    if (on_grid && given->cells == 0) throw CLI::ValidationError("--cells", "is required for models on a grid");
   });
   AddOutput(app, command.output, "the problem");
   app.footer(fmt::format("{}\n\n{}", kModelExamples, kExitCodes));

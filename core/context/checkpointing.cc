@@ -39,8 +39,7 @@ void CarryFields(StateArchive& state, CertificateRows& rows) {
 }
 void CarryFields(StateArchive& state, Cost& c) {
   state(c.steps, c.windows, c.iterations, c.lcps, c.coupled_steps, c.newton_iterations, c.most_newton_iterations,
-        c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear,
-        c.seconds_certificate);
+        c.substituted_steps, c.seconds_setup, c.seconds_lcp, c.seconds_linear, c.seconds_certificate);
 }
 void CarryFields(StateArchive& state, StateJump& jump) { state(jump.time, jump.dx, jump.multiplier); }
 void CarryFields(StateArchive& state, LeftLimit& limit) { state(limit.column, limit.y, limit.w); }

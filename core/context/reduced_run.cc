@@ -117,7 +117,6 @@ std::vector<Index> NodesWanted(const Grid& grid, const Run& run, Index steps) {
 // Certifies y of `run` at the nodes and middles of the first `steps` steps. N x is formed anew, for all of them at once
 // and not as the method went. Uses up run.free.
 void Certify(SolveContext& context, ReducedRun& run, Index steps, Hold hold) {
-  constexpr Index kColumnsPerBlock = 64;  // what is formed stays in the second cache
   const Problem& problem = context.problem;
   CertificateBuilder& certificate = context.certificate;
   const bool linear = hold == Hold::kLinear;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "core/discretization/grid.h"
 #include "core/linalg/sparse_factor.h"
 #include "core/problem/solution.h"
 #include "core/propagator/contour_system.h"
@@ -56,11 +57,9 @@ struct StepCount {
   double steps, lengths;
 };
 
-StepCount CountSteps(const Problem& problem, const Options& options) {
+StepCount StepsInAll(const Problem& problem, const Options& options) {
   if (!options.has_grid()) return {8128, 7};
-  const double given = options.num_steps > 0 ? static_cast<double>(options.num_steps)
-                       : options.step > 0    ? problem.horizon / options.step
-                                             : static_cast<double>(options.grid_times.size());
+  const double given = CountSteps(problem.horizon, BreakPoints(problem), options);
   return options.estimate_error ? StepCount{1.75 * given, 3} : StepCount{given, 1};
 }
 
@@ -75,7 +74,7 @@ Seconds PredictSeconds(const Problem& problem, const Options& options) {
   constexpr double kMultiplication = 1.4e-9, kContourEntry = 1e-4, kContourTerms = 100, kDenseSetup = 3e-9;
   const auto m = static_cast<double>(problem.num_states()), n = static_cast<double>(problem.num_constraints());
   const FactorSize factor = PredictFactor(problem.A.Sparse());
-  const auto [steps, lengths] = CountSteps(problem, options);
+  const auto [steps, lengths] = StepsInAll(problem, options);
   const double solve = 2 * factor.nonzeros * kMultiplication;
   return {
       .contour = lengths * kContourEntry * factor.nonzeros + steps * 2 * n * n * kContourTerms * kMultiplication,

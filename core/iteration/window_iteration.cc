@@ -14,7 +14,7 @@
 #include "core/laplace/iteration_bounds.h"
 #include "core/lcp/basis/tolerance.h"
 #include "core/linalg/norms.h"
-#include "core/linalg/simd.h"
+#include "core/linalg/simd_dispatch.h"
 
 namespace dlcs {
 namespace {
@@ -42,9 +42,6 @@ bool IsTame(const Matrix& next, const Matrix& q, const Vector& size) {
   return RelativeChange(size, RowMaxAbs(next - q)) <= kMaxGrowth;
 }
 
-// The larger number; NaN if either is.
-DLCS_INLINE double Larger(double a, double b) { return a >= b || a != a ? a : b; }
-
 struct Columns {
   Index rows;
   const double *q, *next, *y, *M_y;
@@ -56,8 +53,8 @@ void Compare(const Columns& columns, double* changes, double* sizes, double* res
     const double* __restrict q = columns.q, * __restrict next = columns.next;
     double* __restrict change = changes, * __restrict size = sizes;
     for (Index i = 0; i < columns.rows; ++i) {
-      change[i] = Larger(change[i], std::abs(next[i] - q[i]));
-      size[i] = Larger(size[i], std::abs(next[i]));
+      change[i] = NanMax(change[i], std::abs(next[i] - q[i]));
+      size[i] = NanMax(size[i], std::abs(next[i]));
     }
   });
   if (!residuals) return;
@@ -66,7 +63,7 @@ void Compare(const Columns& columns, double* changes, double* sizes, double* res
     double* __restrict residual = residuals;
     for (Index i = 0; i < columns.rows; ++i) {
       const double w = M_y[i] + next[i];
-      residual[i] = Larger(residual[i], std::abs(y[i] < w || y[i] != y[i] ? y[i] : w));
+      residual[i] = NanMax(residual[i], std::abs(y[i] < w || y[i] != y[i] ? y[i] : w));
     }
   });
 }

@@ -71,8 +71,7 @@ void RaiseRowMaxAbsOfColumns(const double* values, Index rows, Index cols, Index
     for (Index j = 0; j < cols; ++j) {
       const double* __restrict column = values + j * stride;
       for (Index i = 0; i < rows; ++i) {
-        const double size = std::abs(column[i]), before = raised[i];
-        raised[i] = before >= size || before != before ? before : size;
+        raised[i] = NanMax(raised[i], std::abs(column[i]));
       }
     }
   });

@@ -39,9 +39,7 @@ std::vector<Neighbor> StencilOf(const AmericanOptionModel& model, double step) {
 }  // namespace
 
 absl::StatusOr<Problem> MakeAmericanOptionProblem(const AmericanOptionModel& model) {
-  std::vector<Violation> violations;
-  CheckDimensions(model.dimensions, 1, 2, violations);
-  CheckCells(model.cells, model.dimensions, violations);
+  std::vector<Violation> violations = CheckGrid({model.cells, model.dimensions, model.horizon}, 1);
   if (!(model.rate >= 0) || !std::isfinite(model.rate)) {
     violations.push_back({"rate", "is " + NumberText(model.rate) + ", must be finite and not negative"});
   }
@@ -49,7 +47,6 @@ absl::StatusOr<Problem> MakeAmericanOptionProblem(const AmericanOptionModel& mod
   if (!(std::abs(model.correlation) <= 1)) {
     violations.push_back({"correlation", "is " + NumberText(model.correlation) + ", must be from -1 to 1"});
   }
-  CheckPositive("horizon", model.horizon, violations);
   if (const absl::Status status = StatusOf(violations); !status.ok()) return status;
 
   const Index points = model.cells - 1, rows = model.dimensions == 1 ? 1 : points, size = points * rows;
@@ -77,13 +74,11 @@ absl::StatusOr<Problem> MakeAmericanOptionProblem(const AmericanOptionModel& mod
       }
     }
   }
-  SparseMatrix A(size, size), identity(size, size);
+  SparseMatrix A(size, size);
   A.setFromTriplets(entries.begin(), entries.end());
-  identity.setIdentity();
   Problem problem;
   problem.A = std::move(A);
-  problem.B = identity;
-  problem.N = identity;
+  problem.B = problem.N = SparseIdentity(size);
   problem.M = SparseMatrix(size, size);
   problem.f = TimeFunction::Constant(boundary);
   problem.g = TimeFunction::Constant(-payoffs);

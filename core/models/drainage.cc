@@ -24,16 +24,13 @@ std::vector<Index> CellsOfDrains(const DrainageModel& model) {
 }  // namespace
 
 absl::StatusOr<Problem> MakeDrainageProblem(const DrainageModel& model) {
-  std::vector<Violation> violations;
-  CheckDimensions(model.dimensions, 1, 2, violations);
-  CheckCells(model.cells, model.dimensions, violations);
+  std::vector<Violation> violations = CheckGrid({model.cells, model.dimensions, model.horizon}, 1);
   if (model.drains < 1 || model.drains > model.cells) {
     violations.push_back({"drains", "is " + std::to_string(model.drains) + ", must be from 1 to the " +
                                         std::to_string(model.cells) + " cells"});
   }
   CheckPositive("coefficient", model.coefficient, violations);
   CheckPositive("conductance", model.conductance, violations);
-  CheckPositive("horizon", model.horizon, violations);
   if (const absl::Status status = StatusOf(violations); !status.ok()) return status;
 
   const auto cells = static_cast<double>(model.cells);
@@ -48,9 +45,7 @@ absl::StatusOr<Problem> MakeDrainageProblem(const DrainageModel& model) {
   problem.A = model.dimensions == 1 ? KroneckerSum{{difference}} : KroneckerSum{{difference, difference}};
   problem.B = UnitColumns(size, drains, -std::pow(cells, static_cast<double>(model.dimensions)));
   problem.N = SparseMatrix(UnitColumns(size, drains, -1).transpose());
-  SparseMatrix identity(pairs, pairs);
-  identity.setIdentity();
-  problem.M = SparseMatrix(identity / model.conductance);
+  problem.M = SparseMatrix(SparseIdentity(pairs) / model.conductance);
   problem.f = TimeFunction::Formulas({model.recharge});
   problem.f.lift = SparseMatrix(Matrix::Ones(size, 1).sparseView());
   problem.g = TimeFunction::Zero(pairs);

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/models/grid_operators.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/format_number.h"
 
 namespace dlcs {
+
+SparseMatrix SparseIdentity(Index size) {
+  SparseMatrix identity(size, size);
+  identity.setIdentity();
+  return identity;
+}
 
 SparseMatrix Tridiagonal(Index size, double diagonal, double off) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -28,16 +33,19 @@ SparseMatrix UnitColumns(Index size, const std::vector<Index>& rows, double weig
   return matrix;
 }
 
-void CheckDimensions(Index dimensions, Index least, Index most, std::vector<Violation>& violations) {
-  if (dimensions >= least && dimensions <= most) return;
-  violations.push_back({"dimensions", "is " + std::to_string(dimensions) + ", must be " + std::to_string(least) +
-                                          " or " + std::to_string(most)});
-}
-
-void CheckCells(Index cells, Index dimensions, std::vector<Violation>& violations) {
-  const Index most = MaxCells(dimensions);
-  if (cells >= 2 && cells <= most) return;
-  violations.push_back({"cells", "is " + std::to_string(cells) + ", must be from 2 to " + std::to_string(most)});
+std::vector<Violation> CheckGrid(const GridFields& fields, Index least) {
+  const auto [cells, dimensions, horizon] = fields;
+  std::vector<Violation> violations;
+  if (dimensions < least || dimensions > least + 1) {
+    violations.push_back({"dimensions", "is " + std::to_string(dimensions) + ", must be " + std::to_string(least) +
+                                            " or " + std::to_string(least + 1)});
+  }
+  const Index most = dimensions == 1 ? 1'000'000 : dimensions == 2 ? 4096 : 256;
+  if (cells < 2 || cells > most) {
+    violations.push_back({"cells", "is " + std::to_string(cells) + ", must be from 2 to " + std::to_string(most)});
+  }
+  CheckPositive("horizon", horizon, violations);
+  return violations;
 }
 
 void CheckPositive(const std::string& field, double value, std::vector<Violation>& violations) {

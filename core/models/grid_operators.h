@@ -13,18 +13,24 @@
 
 namespace dlcs {
 
+SparseMatrix SparseIdentity(Index size);
+
 // tridiag(off, diagonal, off)
 SparseMatrix Tridiagonal(Index size, double diagonal, double off);
 
 // `weight` times a unit vector for each of `rows`, as the columns of a matrix of `size` rows.
 SparseMatrix UnitColumns(Index size, const std::vector<Index>& rows, double weight);
 
-// The most cells of a grid in each direction: x0 then has some 16 million entries.
-inline Index MaxCells(Index dimensions) { return dimensions == 1 ? 1'000'000 : dimensions == 2 ? 4096 : 256; }
+// The fields that all models on grids have.
+struct GridFields {
+  Index cells, dimensions;
+  double horizon;
+};
 
-// Adds what is wrong with these fields of a model.
-void CheckDimensions(Index dimensions, Index least, Index most, std::vector<Violation>& violations);
-void CheckCells(Index cells, Index dimensions, std::vector<Violation>& violations);
+// What is wrong with them, if a grid of the model has `least` or `least` + 1 dimensions. x0 has at most some 16 million
+// entries.
+std::vector<Violation> CheckGrid(const GridFields& fields, Index least);
+// Adds what is wrong with a field that must be positive.
 void CheckPositive(const std::string& field, double value, std::vector<Violation>& violations);
 
 }  // namespace dlcs

@@ -8,11 +8,8 @@
 namespace dlcs {
 
 absl::StatusOr<Problem> MakeObstacleProblem(const ObstacleModel& model) {
-  std::vector<Violation> violations;
-  CheckDimensions(model.dimensions, 1, 2, violations);
-  CheckCells(model.cells, model.dimensions, violations);
+  std::vector<Violation> violations = CheckGrid({model.cells, model.dimensions, model.horizon}, 1);
   CheckPositive("coefficient", model.coefficient, violations);
-  CheckPositive("horizon", model.horizon, violations);
   if (const absl::Status status = StatusOf(violations); !status.ok()) return status;
 
   const Index points = model.cells - 1, size = model.dimensions == 1 ? points : points * points;
@@ -21,10 +18,7 @@ absl::StatusOr<Problem> MakeObstacleProblem(const ObstacleModel& model) {
   Problem problem;
   const SparseMatrix difference = Tridiagonal(points, -2 * weight, weight);
   problem.A = model.dimensions == 1 ? KroneckerSum{{difference}} : KroneckerSum{{difference, difference}};
-  SparseMatrix identity(size, size);
-  identity.setIdentity();
-  problem.B = identity;
-  problem.N = identity;
+  problem.B = problem.N = SparseIdentity(size);
   problem.M = SparseMatrix(size, size);
   Vector psi(size);
   for (Index k = 0; k < size; ++k) {

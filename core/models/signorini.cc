@@ -28,11 +28,8 @@ TimeFunction Obstacle(const SignoriniModel& model) {
 }  // namespace
 
 absl::StatusOr<Problem> MakeSignoriniProblem(const SignoriniModel& model) {
-  std::vector<Violation> violations;
-  CheckDimensions(model.dimensions, 2, 3, violations);
-  CheckCells(model.cells, model.dimensions, violations);
+  std::vector<Violation> violations = CheckGrid({model.cells, model.dimensions, model.horizon}, 2);
   CheckPositive("coefficient", model.coefficient, violations);
-  CheckPositive("horizon", model.horizon, violations);
   if (const absl::Status status = StatusOf(violations); !status.ok()) return status;
   const bool is_cube = model.dimensions == 3;
   const Index size = model.cells - 1, pairs = is_cube ? size * size : size;

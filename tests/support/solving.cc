@@ -22,4 +22,11 @@ Solution SolveToEnd(const Problem& problem, const Options& options) {
   return solution;
 }
 
+Solution SolveForEnd(const Problem& problem) {
+  Options options;
+  options.output_times = {problem.horizon};
+  options.output_times_only = true;
+  return SolveToEnd(problem, options);
+}
+
 }  // namespace dlcs::testing

@@ -16,6 +16,9 @@ Solution SolveWith(const Problem& problem, const Options& options);
 // The test fails also where the solution does not converge.
 Solution SolveToEnd(const Problem& problem, const Options& options);
 
+// The same with the default options, at T alone.
+Solution SolveForEnd(const Problem& problem);
+
 }  // namespace dlcs::testing
 
 #endif  // DLCS_TESTS_SUPPORT_SOLVING_H_

@@ -72,9 +72,10 @@ struct DcpCommand {
 };
 
 struct ModelCommand {
-  std::optional<GridModel> grid;  // absent: input-output
-  std::string path;               // of an input-output model's file; "-" is standard input
-  std::string output;             // empty is standard output
+  bool is_on_grid = false;  // else input-output
+  GridModel grid;
+  std::string path;    // of an input-output model's file; "-" is standard input
+  std::string output;  // empty is standard output
 };
 
 // Draws a result with gnuplot.

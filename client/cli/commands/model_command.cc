@@ -28,7 +28,7 @@ void PrintFile(const nlohmann::ordered_json& file, std::FILE* out) {
 }
 
 absl::StatusOr<nlohmann::ordered_json> MakeFile(const ModelCommand& command) {
-  if (command.grid) return ModelOnGrid(*command.grid);
+  if (command.is_on_grid) return ModelOnGrid(command.grid);
   const auto text = ReadTextFile(command.path);
   if (!text.ok()) return text.status();
   auto model = ModelInputOutput(*text, SourceName(command.path));

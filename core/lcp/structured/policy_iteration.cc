@@ -223,7 +223,7 @@ std::uint32_t PolicyLanes::Solve(const Tridiagonal& M, const Eigen::Ref<const Ma
                                  const Eigen::Ref<const Vector>& tolerance, Eigen::Ref<Matrix> y) {
   static const auto solve = ChooseVersion(IterateBaseline, IterateAvx2, IterateAvx512);
   const Index n = M.size(), columns = q.cols();
-  const std::uint32_t all = columns == kLanes ? ~0u >> (32 - kLanes) : (1u << columns) - 1;
+  const std::uint32_t all = (1u << columns) - 1;
   ToRows(q, q_);
   ToRows(y, y_);
   RunWide([n, guesses = y_[0].lane, bits = basic_[0].lane]() DLCS_WIDE {

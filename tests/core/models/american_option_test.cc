@@ -16,15 +16,12 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::SolveToEnd;
+using testing::SolveForEnd;
 
 Solution AtMaturity(const AmericanOptionModel& model) {
   const auto problem = MakeAmericanOptionProblem(model);
   EXPECT_TRUE(problem.ok()) << problem.status();
-  Options options;
-  options.output_times = {problem->horizon};
-  options.output_times_only = true;
-  return SolveToEnd(*problem, options);
+  return SolveForEnd(*problem);
 }
 
 // The put at the money by the binomial tree of Cox, Ross and Rubinstein.

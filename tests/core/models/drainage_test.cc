@@ -12,15 +12,12 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using testing::SolveToEnd;
+using testing::SolveForEnd;
 
 Solution Solved(const DrainageModel& model) {
   const auto problem = MakeDrainageProblem(model);
   EXPECT_TRUE(problem.ok()) << problem.status();
-  Options options;
-  options.output_times = {problem->horizon};
-  options.output_times_only = true;
-  return SolveToEnd(*problem, options);
+  return SolveForEnd(*problem);
 }
 
 TEST(DrainageTest, TheDrainsAtLastCarryAllThatFalls) {

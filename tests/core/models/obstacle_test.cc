@@ -13,14 +13,7 @@ namespace dlcs {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::SolveToEnd;
-
-Solution AtEnd(const Problem& problem) {
-  Options options;
-  options.output_times = {problem.horizon};
-  options.output_times_only = true;
-  return SolveToEnd(problem, options);
-}
+using testing::SolveForEnd;
 
 // The string that is at last straight beside its contact, from the tangents of the parabola through the ends.
 double SteadyString(double s) {
@@ -33,7 +26,7 @@ TEST(ObstacleTest, TheStringComesToRestOnTheObstacle) {
   const auto error = [](Index cells) {
     const auto problem = MakeObstacleProblem({.cells = cells, .horizon = 2});
     EXPECT_TRUE(problem.ok()) << problem.status();
-    const Solution solution = AtEnd(*problem);
+    const Solution solution = SolveForEnd(*problem);
     double largest = 0;
     for (Index k = 0; k + 1 < cells; ++k) {
       const double s = static_cast<double>(k + 1) / static_cast<double>(cells);
@@ -51,7 +44,7 @@ TEST(ObstacleTest, TheStringComesToRestOnTheObstacle) {
 TEST(ObstacleTest, TheMembraneIsSymmetricAndAboveTheObstacle) {
   const auto problem = MakeObstacleProblem({.cells = 10, .dimensions = 2, .coefficient = 0.5, .load = "-2*t"});
   ASSERT_TRUE(problem.ok()) << problem.status();
-  const Solution solution = AtEnd(*problem);
+  const Solution solution = SolveForEnd(*problem);
   const Eigen::Map<const Matrix> u(solution.x.data(), 9, 9);
   EXPECT_LE(MaxAbs(u - u.transpose()), 1e-6);
   EXPECT_LE(MaxAbs(u - u.rowwise().reverse()), 1e-6);
